@@ -1,0 +1,159 @@
+"""What a maneuver is: the pure core of every action server.
+
+A maneuver carries out one goal. It is stepped by the pilot at the control rate, sees an
+:class:`Observation` of the robot and answers with a velocity, or with :class:`Finished`.
+It knows neither ROS nor a wall clock, so it is tested in microseconds.
+
+Frames follow REP 103 and REP 105: x forward, y left, yaw counter-clockwise; poses of the base are
+those of ``base_footprint``, the point on the floor below the middle of the axle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Literal, Protocol, TypeAlias, Union
+
+import numpy as np
+import numpy.typing as npt
+
+
+class ErrorCode(IntEnum):
+    """`error_code` of the actions of `bt_mission_interfaces`; 0 means none, whatever the action."""
+
+    NONE = 0
+    UNKNOWN = 900
+    STOPPED = 901
+    NO_SCAN = 902
+    NO_ODOMETRY = 903
+    NO_IMAGE = 904
+    STORAGE = 905
+    BLOCKED = 906
+
+
+@dataclass(frozen=True, slots=True)
+class Twist2D:
+    """Velocity of the base: `linear` in m/s, forward positive; `angular` in rad/s, left positive."""
+
+    linear: float = 0.0
+    angular: float = 0.0
+
+
+ZERO = Twist2D()
+
+
+@dataclass(frozen=True, slots=True)
+class Pose2D:
+    """Pose on the floor: `x`, `y` in metres, `yaw` in radians."""
+
+    x: float
+    y: float
+    yaw: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scan:
+    """One turn of the lidar: angles in radians (left positive, 0 ahead), ranges in metres.
+
+    `ranges` has one value per ray, in the order of the rays; any number of rays. A value may be
+    inf, NaN, 0 or outside [`range_min`, `range_max`] (REP 117 and what real lidars send).
+    """
+
+    stamp_s: float
+    angle_min: float
+    angle_increment: float
+    range_min: float
+    range_max: float
+    ranges: npt.NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Grid:
+    """Occupancy grid of the map frame: `cells[row, column]`, row along y, column along x.
+
+    `resolution` is the edge of a cell in metres; `origin_x`, `origin_y` the corner of
+    `cells[0, 0]` in metres. A cell holds 0 (free) to 100 (occupied), or -1 (unknown).
+    """
+
+    resolution: float
+    origin_x: float
+    origin_y: float
+    cells: npt.NDArray[np.int8]
+    stamp: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Image:
+    """A picture of the camera: `rgb` is `height` x `width` x 3, 8 bits each."""
+
+    stamp_s: float
+    height: int
+    width: int
+    rgb: npt.NDArray[np.uint8]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Observation:
+    """What is known of the robot at one control step; the newest message of each kind.
+
+    `time_s` is ROS time in seconds, and so are the stamps. `odom` is the pose in the odometry
+    frame, `velocity` the one that odometry measures, `map_pose` the pose in the map frame.
+    Anything that has not arrived yet is None. `scan`, `grid` and `image` are the same objects
+    from step to step until a newer message comes, so an identity test tells whether they are new.
+    """
+
+    time_s: float
+    odom: Pose2D | None = None
+    odom_stamp_s: float = 0.0
+    velocity: Twist2D | None = None
+    scan: Scan | None = None
+    map_pose: Pose2D | None = None
+    grid: Grid | None = None
+    image: Image | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Finished:
+    """The end of a goal, as the maneuver sees it; `error_code` and `reason` go into the result."""
+
+    status: Literal["succeeded", "aborted"]
+    error_code: int = 0
+    reason: str = ""
+
+
+SUCCEEDED = Finished("succeeded")
+
+
+@dataclass(frozen=True, slots=True)
+class Refusal:
+    """Why a goal is not accepted: what was expected, what was got."""
+
+    reason: str
+
+
+# A field of a feedback or result message. A Pose2D fills a Pose, or a PoseStamped in the map
+# frame; a number of seconds fills a Duration or a Time; a mapping fills a nested message.
+Value: TypeAlias = Union[
+    bool, int, float, str, Pose2D, Twist2D, "Mapping[str, Value]", "Sequence[Value]"
+]
+
+
+class Maneuver(Protocol):
+    """One goal being carried out. An exception raised by any method aborts the goal."""
+
+    @property
+    def needs_base(self) -> bool:
+        """Whether it drives. At most one maneuver that does runs at a time."""
+
+    def step(self, now: Observation) -> Twist2D | Finished:
+        """Return the velocity to command until the next control step, or the end of the goal."""
+
+    def feedback(self) -> Mapping[str, Value] | None:
+        """Return the fields of a feedback message, or None when nothing changed since the last."""
+
+    def result(self) -> Mapping[str, Value]:
+        """Return the fields of the result, apart from `error_code` and `error_msg`.
+
+        Valid at any time: also before the first step, and when canceled or replaced.
+        """
