@@ -1,0 +1,1 @@
+"""What everyone may import: errors, located YAML, data folders, the robot model. Pure."""

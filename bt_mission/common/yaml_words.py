@@ -1,0 +1,70 @@
+"""What the YAML parser complains about, in our words and at the most telling place."""
+
+from __future__ import annotations
+
+from typing import Any
+
+_UNCLOSED = {
+    "while parsing a flow sequence": "this list is opened with '[' and never closed with ']'",
+    "while parsing a flow mapping": "this mapping is opened with '{' and never closed with '}'",
+    "while scanning a quoted scalar": "this quoted text is never closed",
+}
+_UNCLOSED_PROBLEMS = frozenset(
+    (
+        "did not find expected ',' or ']'",
+        "did not find expected ',' or '}'",
+        "found unexpected end of stream",
+    )
+)
+_PROBLEMS = {
+    "mapping values are not allowed in this context": (
+        "a ':' where no key can stand; check the indentation, or quote the text that holds it"
+    ),
+    "did not find expected node content": "expected a value here",
+    "did not find expected <document start>": "expected 'key: value', got loose text",
+    "could not find expected ':'": "expected ':' after a key",
+    "found unknown escape character": (
+        "an unknown escape in a double-quoted text; write '\\\\' for a backslash"
+    ),
+    "found undefined tag handle": "a tag; tags are not used here",
+}
+
+
+def translate(error: Any, lines: tuple[str, ...]) -> tuple[str, int, int]:
+    """Return message, line and column (from 1) for an error of the YAML parser."""
+    problem = getattr(error, "problem", None) or "the text cannot be read"
+    context = getattr(error, "context", None) or ""
+    start = _place(getattr(error, "context_mark", None), lines)
+    at = _place(getattr(error, "problem_mark", None), lines) or start or (1, 1)
+    if problem in _UNCLOSED_PROBLEMS and context in _UNCLOSED and start is not None:
+        return _UNCLOSED[context], *start
+    if problem == "found character that cannot start any token":
+        return _bad_start(lines, *at)
+    if problem == "did not find expected '-' indicator" and start is not None:
+        return (f"expected '- ', an item of the list of line {start[0]}, or less indentation", *at)
+    if problem == "did not find expected key" and start is not None:
+        return (
+            f"expected 'key: value' of the mapping of line {start[0]}, or another indentation",
+            *at,
+        )
+    if "tab character" in problem:
+        return "a tab; YAML is indented with spaces", *at
+    return _PROBLEMS.get(problem, f"this is no valid YAML: {problem}"), *at
+
+
+def _bad_start(lines: tuple[str, ...], line: int, column: int) -> tuple[str, int, int]:
+    char = lines[line - 1][column - 1 : column]
+    if char == "\t":
+        return "a tab; YAML is indented with spaces", line, column
+    return f"a value cannot start with '{char}'; put it in quotes", line, column
+
+
+def _place(mark: Any, lines: tuple[str, ...]) -> tuple[int, int] | None:
+    """Return a mark as line and column; the end of the last line with text for the file's end."""
+    if mark is None:
+        return None
+    line, column = mark.line + 1, mark.column + 1
+    if line > len(lines) or (line == len(lines) and not lines[-1].strip()):
+        last = max((i for i, text in enumerate(lines) if text.strip()), default=0)
+        return last + 1, len(lines[last]) + 1
+    return line, column
