@@ -1,0 +1,167 @@
+"""The numbers of a robot: limits, body and sensors, in SI units, from one file per model.
+
+`robots/NAME.yaml` holds them, each with its source. Frames follow REP 103: x forward, y left,
+z up; positions are those of `base_link`, below the middle of the axle.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from bt_mission.common import data, located
+
+Number = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Point3 = tuple[Number, Number, Number]
+Size3 = tuple[Positive, Positive, Positive]
+
+_STRICT = ConfigDict(frozen=True, extra="forbid")
+_TOLERANCE = 1e-6
+"""Metres by which figures that follow from each other may differ."""
+
+
+class Body(BaseModel):
+    """The box that stands for the body: edges along x, y, z and centre, m."""
+
+    model_config = _STRICT
+
+    size: Size3
+    centre: Point3
+
+
+class Hull(BaseModel):
+    """The rectangle around body and wheels, seen from above: m from the middle of the axle."""
+
+    model_config = _STRICT
+
+    front: Positive
+    rear: Annotated[float, Field(lt=0, allow_inf_nan=False)]
+    half_width: Positive
+
+
+class Lidar(BaseModel):
+    """A planar lidar: place (m), ranges (m), rays per turn, rate (Hz), noise (m, 1 sigma)."""
+
+    model_config = _STRICT
+
+    x: Number
+    y: Number
+    z: Number
+    min_range: NotNegative
+    max_range: Positive
+    rays: Annotated[int, Field(ge=1, le=10_000)]
+    rate: Positive
+    noise_std: NotNegative
+
+    @model_validator(mode="after")
+    def _ranges_in_order(self) -> Lidar:
+        if self.min_range >= self.max_range:
+            raise ValueError(
+                f"min_range {self.min_range} m must be below max_range {self.max_range} m"
+            )
+        return self
+
+
+class Camera(BaseModel):
+    """A camera that looks ahead: place of its lens and of `camera_link` (m), picture, rate (Hz).
+
+    `width` and `height` are pixels, `hfov` the horizontal field of view in radians.
+    """
+
+    model_config = _STRICT
+
+    x: Number
+    y: Number
+    z: Number
+    link: Point3
+    width: Annotated[int, Field(ge=16, le=3840)]
+    height: Annotated[int, Field(ge=16, le=2160)]
+    hfov: Annotated[float, Field(gt=0, lt=math.pi, allow_inf_nan=False)]
+    rate: Positive
+
+
+class Imu(BaseModel):
+    """Gyroscope and accelerometer: place (m), rate (Hz), noise (rad/s and m/s^2, 1 sigma)."""
+
+    model_config = _STRICT
+
+    x: Number
+    y: Number
+    z: Number
+    rate: Positive
+    gyro_noise: NotNegative
+    accel_noise: NotNegative
+
+
+class RobotModel(BaseModel):
+    """A differential-drive robot; see `robots/*.yaml` for units and sources of every number.
+
+    `wheel_separation` is the one control and odometry reckon with, `2 * wheel_y` the real one.
+    """
+
+    model_config = _STRICT
+
+    name: Annotated[str, Field(min_length=1)]
+    max_linear_velocity: Positive
+    max_angular_velocity: Positive
+    max_linear_acceleration: Positive
+    max_angular_acceleration: Positive
+    command_timeout: Positive = 0.5
+    control_rate: Positive = 20.0
+    wheel_radius: Positive
+    wheel_width: Positive
+    wheel_separation: Positive
+    wheel_y: Positive
+    base_height: Positive
+    base_mass: Positive
+    base_inertia: Size3
+    base_centre_of_mass: Point3
+    wheel_mass: Positive
+    wheel_inertia: Size3
+    body: Body
+    caster_radius: Positive
+    casters: Annotated[tuple[Point3, ...], Field(min_length=1)]
+    hull: Hull
+    odometry_rate: Positive = 20.0
+    lidar: Lidar
+    camera: Camera | None = None
+    imu: Imu
+
+    @property
+    def turning_radius(self) -> float:
+        """The circle that the body sweeps when it turns on the spot, m from the axle's middle."""
+        x, y = _reach(self.body)
+        return max(math.hypot(x, y), math.hypot(self.wheel_radius, self.hull.half_width))
+
+    @model_validator(mode="after")
+    def _hull_holds_body_and_wheels(self) -> RobotModel:
+        (length, width, _), (x, y, _) = self.body.size, self.body.centre
+        around = {
+            "front": max(x + length / 2, self.wheel_radius),
+            "rear": min(x - length / 2, -self.wheel_radius),
+            "half_width": max(abs(y) + width / 2, self.wheel_y + self.wheel_width / 2),
+        }
+        for field, expected in around.items():
+            got = getattr(self.hull, field)
+            if abs(got - expected) > _TOLERANCE:
+                raise ValueError(
+                    f"hull.{field} must be {expected:.4g} m, which body and wheels reach, got {got}"
+                )
+        return self
+
+
+def load_robot(name_or_path: str | Path) -> RobotModel:
+    """Return the model of a robot. Raises InputError with every fault and its place."""
+    document = located.read(data.find("robots", name_or_path))
+    return located.validate(document, RobotModel)
+
+
+def _reach(body: Body) -> tuple[float, float]:
+    """Return the farthest a box goes from the origin along x and along y, m."""
+    (length, width, _), (x, y, _) = body.size, body.centre
+    return abs(x) + length / 2, abs(y) + width / 2
