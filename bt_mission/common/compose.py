@@ -79,6 +79,10 @@ class _Open:
     key_at: tuple[int, int] = (0, 0)
 
 
+def _is_plain(event: Any) -> bool:
+    return bool(event.implicit[0]) and event.style in (None, "")
+
+
 def split_lines(text: str) -> tuple[str, ...]:
     """Return the lines of a text as YAML counts them."""
     return tuple(_BREAK.split(text))
@@ -197,21 +201,20 @@ class _Reader:
     def take_scalar(self, event: Any) -> None:
         top = self.stack[-1] if self.stack else None
         line, column = self.begin(event)
-        plain = event.implicit[0] and event.style in (None, "")
         if top is not None and isinstance(top.data, dict) and top.key is None:
-            self.take_key(top, event, plain, line, column)
+            self.take_key(top, event, line, column)
             return
         text: str = event.value
-        data = self.number_or_text(text, line, column) if plain else text
+        data = self.number_or_text(text, line, column) if _is_plain(event) else text
         one_piece = isinstance(data, str) and event.start_mark.line == event.end_mark.line
         place = Place(line, column, text=text if one_piece else None)
         if event.anchor is not None:
             self.anchors[event.anchor] = _Open(data, place, closed=True)
         self.add(data, place, 1, 1)
 
-    def take_key(self, top: _Open, event: Any, plain: bool, line: int, column: int) -> None:
+    def take_key(self, top: _Open, event: Any, line: int, column: int) -> None:
         key: str = event.value
-        if plain and not isinstance(self.number_or_text(key, line, column), str):
+        if _is_plain(event) and not isinstance(self.number_or_text(key, line, column), str):
             got = "nothing" if key == "" else key
             self.note(f"expected a name as key, got {got[:60]}", line, column)
         assert top.place.keys is not None

@@ -37,11 +37,16 @@ _EXPECTED = {
     "tuple_type": "a list",
 }
 _LIMITS = {
-    "greater_than": ("gt", "more than"),
-    "greater_than_equal": ("ge", "at least"),
-    "less_than": ("lt", "less than"),
-    "less_than_equal": ("le", "at most"),
-    "multiple_of": ("multiple_of", "a multiple of"),
+    "greater_than": "more than {gt}",
+    "greater_than_equal": "at least {ge}",
+    "less_than": "less than {lt}",
+    "less_than_equal": "at most {le}",
+    "multiple_of": "a multiple of {multiple_of}",
+    "string_pattern_mismatch": "text of the form {pattern}",
+    "string_too_long": "at most {max_length} characters",
+    "string_too_short": "at least {min_length} characters",
+    "too_long": "a list of at most {max_length}",
+    "too_short": "a list of at least {min_length}",
 }
 
 
@@ -96,22 +101,13 @@ def _fault(document: Document, detail: ErrorDetails, model: Any, path: Sequence[
         message = f"unknown key {quoted(str(last))} (valid: {listed(names)})"
         return document.fault(where, message, did_you_mean(str(last), names), key=True)
     if kind in _LIMITS:
-        name, words = _LIMITS[kind]
-        return document.fault(where, f"expected {words} {context[name]}, got {got}")
+        return document.fault(where, f"expected {_LIMITS[kind].format(**context)}, got {got}")
     if kind in _EXPECTED:
         return document.fault(where, f"expected {_EXPECTED[kind]}, got {got}")
     if kind in ("literal_error", "enum"):
         valid = [str(name).strip("'") for name in _literals(str(context["expected"]))]
         hint = did_you_mean(str(detail["input"]), valid)
         return document.fault(where, f"expected one of {listed(valid)}, got {got}", hint)
-    if kind in ("too_short", "string_too_short"):
-        unit = "characters" if kind.startswith("string") else "items"
-        return document.fault(where, f"expected at least {context['min_length']} {unit}, got {got}")
-    if kind in ("too_long", "string_too_long"):
-        unit = "characters" if kind.startswith("string") else "items"
-        return document.fault(where, f"expected at most {context['max_length']} {unit}, got {got}")
-    if kind == "string_pattern_mismatch":
-        return document.fault(where, f"expected text of the form {context['pattern']}, got {got}")
     message = detail["msg"].removeprefix("Value error, ")
     return document.fault(where, message, context.get("hint"), offset=context.get("offset"))
 

@@ -1,0 +1,165 @@
+"""The steps of a mission: frozen, typed, checked; what the tree is built from.
+
+Times are seconds of ROS time. A `Value` is a constant or is computed when the step is entered
+(`expressions.resolve`). Every step knows where it stands in its file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import ClassVar, Literal
+
+from typing_extensions import override
+
+from bt_mission.common.located import Document, Fault
+from bt_mission.mission.expressions import Expression, Plain, Template, Value
+
+Key = str | int
+
+
+@dataclass(frozen=True, kw_only=True)
+class Step:
+    """One node of a mission. `line` and `column` count from 1; `path` leads there."""
+
+    kind: ClassVar[str]
+
+    name: str | None = None
+    line: int = 0
+    column: int = 0
+    path: tuple[Key, ...] = field(default=(), repr=False, compare=False)
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        """The steps directly below this one."""
+        return ()
+
+    def walk(self) -> Iterator[Step]:
+        """Yield this step and all below it, in the order of the file."""
+        waiting: list[Step] = [self]
+        while waiting:
+            step = waiting.pop()
+            yield step
+            waiting.extend(reversed(step.steps))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Composite(Step):
+    """A step with several below it."""
+
+    children: tuple[Step, ...]
+
+    @property
+    @override
+    def steps(self) -> tuple[Step, ...]:
+        return self.children
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sequence(Composite):
+    """One child after another until one fails. With memory, done children are not asked again."""
+
+    kind: ClassVar[str] = "sequence"
+    memory: bool = True
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fallback(Composite):
+    """One child after another until one succeeds. With memory, failed ones are not asked again."""
+
+    kind: ClassVar[str] = "fallback"
+    memory: bool = True
+
+
+@dataclass(frozen=True, kw_only=True)
+class Parallel(Composite):
+    """All children at once; succeeds when all have, or when any has. Fails as soon as it must."""
+
+    kind: ClassVar[str] = "parallel"
+    succeed_when: Literal["all", "any"] = "all"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Decorator(Step):
+    """A step with one below it."""
+
+    child: Step
+
+    @property
+    @override
+    def steps(self) -> tuple[Step, ...]:
+        return (self.child,)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Repeat(Decorator):
+    """Runs its child `count` times (a whole number), as long as it succeeds."""
+
+    kind: ClassVar[str] = "repeat"
+    count: Value
+
+
+@dataclass(frozen=True, kw_only=True)
+class Retry(Decorator):
+    """Runs its child up to `attempts` times until it succeeds, with `pause` seconds between."""
+
+    kind: ClassVar[str] = "retry"
+    attempts: Value
+    pause: Value = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wait(Step):
+    """Waits for some seconds."""
+
+    kind: ClassVar[str] = "wait"
+    seconds: Value
+
+
+@dataclass(frozen=True, kw_only=True)
+class Log(Step):
+    """Says something, once."""
+
+    kind: ClassVar[str] = "log"
+    message: Template
+
+
+@dataclass(frozen=True, kw_only=True)
+class Action(Step):
+    """One goal of a ROS 2 action, from sending it to its end.
+
+    `action` is the name ("/turn"), `type` the full type ("bt_mission_interfaces/action/Turn").
+    `goal` holds fields by name. `timeout` bounds the whole goal, `silence_timeout` the time
+    without feedback; None means no limit. `cancel_when` is asked on every feedback; the step
+    then ends as `on_cancel` says. `outputs` names the variable for each result field (dotted
+    for a nested one), also when the goal was cancelled or aborted, provided a result came.
+    """
+
+    kind: ClassVar[str] = "action"
+    action: str
+    type: str
+    goal: Mapping[str, Value] = field(default_factory=dict)
+    timeout: Value | None = None
+    cancel_when: Expression | None = None
+    on_cancel: Literal["success", "failure"] = "failure"
+    outputs: Mapping[str, str] = field(default_factory=dict)
+    server_timeout: float = 5.0
+    answer_timeout: float = 2.0
+    silence_timeout: Value | None = None
+    cancel_timeout: float = 3.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mission:
+    """A mission file, loaded. `inputs` holds the values after `--set`."""
+
+    name: str
+    tree: Step
+    description: str = ""
+    world: str | None = None
+    robot: str = "waffle"
+    seed: int = 0
+    inputs: Mapping[str, Plain] = field(default_factory=dict)
+    file: str = "<text>"
+    warnings: tuple[Fault, ...] = ()
+    document: Document | None = field(default=None, repr=False, compare=False)
