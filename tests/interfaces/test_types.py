@@ -1,0 +1,144 @@
+"""The generated types: exact fields, codes and hashes, which are what goes over the wire."""
+
+import json
+from pathlib import Path
+
+import nav2_msgs
+import pytest
+import rclpy
+from bt_mission_interfaces.action import CameraSweep, ExploreForward, Turn
+from bt_mission_interfaces.msg import Collision
+from nav2_msgs.action import FollowWaypoints, NavigateToPose
+from nav2_msgs.msg import MissedWaypoint
+from rclpy.context import Context
+from rclpy.type_support import check_for_type_support
+from tf2_msgs.msg import TFMessage
+
+FIELDS = [
+    (ExploreForward.Goal, "float fwd_velocity, float stopping_distance"),
+    (
+        ExploreForward.Result,
+        (
+            "float total_distance_travelled, float closest_obstacle, "
+            "float closest_obstacle_angle, uint16 error_code, string error_msg"
+        ),
+    ),
+    (ExploreForward.Feedback, "float current_distance_travelled, float closest_obstacle"),
+    (Turn.Goal, "float angle, float angular_velocity"),
+    (Turn.Result, "float angle_turned, uint16 error_code, string error_msg"),
+    (Turn.Feedback, "float current_angle, float remaining_angle"),
+    (CameraSweep.Goal, "float sweep_angle, int32 image_count"),
+    (
+        CameraSweep.Result,
+        "string image_path, sequence<string> image_paths, uint16 error_code, string error_msg",
+    ),
+    (CameraSweep.Feedback, "int32 current_image, float current_angle"),
+    (
+        Collision,
+        "std_msgs/Header header, string obstacle, geometry_msgs/Point point, double force",
+    ),
+    (NavigateToPose.Goal, "geometry_msgs/PoseStamped pose, string behavior_tree"),
+    (NavigateToPose.Result, "uint16 error_code, string error_msg"),
+    (
+        NavigateToPose.Feedback,
+        (
+            "geometry_msgs/PoseStamped current_pose, "
+            "builtin_interfaces/Duration navigation_time, "
+            "builtin_interfaces/Duration estimated_time_remaining, "
+            "int16 number_of_recoveries, float distance_remaining"
+        ),
+    ),
+    (
+        FollowWaypoints.Goal,
+        "uint32 number_of_loops, uint32 goal_index, sequence<geometry_msgs/PoseStamped> poses",
+    ),
+    (
+        FollowWaypoints.Result,
+        "sequence<nav2_msgs/MissedWaypoint> missed_waypoints, uint16 error_code, string error_msg",
+    ),
+    (FollowWaypoints.Feedback, "uint32 current_waypoint"),
+    (MissedWaypoint, "uint32 index, geometry_msgs/PoseStamped goal, uint16 error_code"),
+    (TFMessage, "sequence<geometry_msgs/TransformStamped> transforms"),
+]
+
+
+@pytest.mark.parametrize(
+    ("message", "fields"), [pytest.param(*row, id=row[0].__name__) for row in FIELDS]
+)
+def test_fields_are_exactly_these(message, fields):
+    """Name, type and order of each field: all three are part of the type's hash."""
+    found = message.get_fields_and_field_types().items()
+    assert ", ".join(f"{kind} {name}" for name, kind in found) == fields
+
+
+@pytest.mark.parametrize("action", [ExploreForward, Turn, CameraSweep])
+def test_one_error_code_means_the_same_in_every_action(action):
+    """Codes are shared by name; 0 is no error, the others start at 900, apart from Nav2's."""
+    shared = {
+        "NONE": 0,
+        "UNKNOWN": 900,
+        "STOPPED": 901,
+        "NO_SCAN": 902,
+        "NO_ODOMETRY": 903,
+        "NO_IMAGE": 904,
+        "STORAGE": 905,
+        "BLOCKED": 906,
+    }
+    codes = {name: getattr(action.Result, name) for name in shared if hasattr(action.Result, name)}
+    assert codes.items() <= shared.items()
+    assert {"NONE", "UNKNOWN", "STOPPED"} <= codes.keys()
+
+
+def test_follow_waypoints_has_the_codes_of_nav2():
+    """600 and 601 are Nav2's, and so is the goal index that starts at 0."""
+    result = FollowWaypoints.Result
+    assert (result.NONE, result.UNKNOWN, result.TASK_EXECUTOR_FAILED) == (0, 600, 601)
+    assert FollowWaypoints.Goal().goal_index == 0
+
+
+@pytest.mark.parametrize(
+    "action", [ExploreForward, Turn, CameraSweep, NavigateToPose, FollowWaypoints]
+)
+def test_every_action_has_type_support(action):
+    """The C libraries behind each action load: goals can be served and sent."""
+    for part in (action.Goal, action.Result, action.Feedback, action.Impl.FeedbackMessage):
+        check_for_type_support(part)
+        assert part.__class__._TYPE_SUPPORT is not None
+
+
+@pytest.mark.parametrize(
+    ("action", "expected"),
+    [
+        # What Nav2's own files give; 1.3.0 to 1.3.13 are the same.
+        (
+            "NavigateToPose",
+            "RIHS01_a56dba8a3234a1215e610180dc703ae25bbf406dded8b54887891c9732857eab",
+        ),
+        (
+            "FollowWaypoints",
+            "RIHS01_09e36a19e0374ab692e78b877e3345daa223ca4186b8af90f77939b78c6e6d7b",
+        ),
+    ],
+)
+def test_nav2_actions_have_the_type_hash_of_jazzy(action, expected):
+    """A Jazzy Nav2 takes our goals for its own: the whole action's hash is the same."""
+    prefix = Path(nav2_msgs.__file__).parents[4]
+    text = (prefix / f"share/nav2_msgs/action/{action}.json").read_text(encoding="utf-8")
+    hashes = {row["type_name"]: row["hash_string"] for row in json.loads(text)["type_hashes"]}
+    assert hashes[f"nav2_msgs/action/{action}"] == expected
+
+
+def test_tf_message_goes_out_under_the_type_hash_of_jazzy():
+    """The hash that DDS announces for /tf is the one recorded in bags of a real Jazzy."""
+    context = Context()
+    rclpy.init(context=context)
+    node = rclpy.create_node("test_types", context=context)
+    try:
+        node.create_publisher(TFMessage, "tf", 1)
+        (info,) = node.get_publishers_info_by_topic("tf")
+        assert str(info.topic_type_hash) == (
+            "RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087"
+        )
+    finally:
+        node.destroy_node()
+        rclpy.shutdown(context=context)
