@@ -109,7 +109,8 @@ def _fault(document: Document, detail: ErrorDetails, model: Any, path: Sequence[
         hint = did_you_mean(str(detail["input"]), valid)
         return document.fault(where, f"expected one of {listed(valid)}, got {got}", hint)
     message = detail["msg"].removeprefix("Value error, ")
-    return document.fault(where, message, context.get("hint"), offset=context.get("offset"))
+    offset = context.get("offset")
+    return document.fault(where, message, context.get("hint"), key=last == "[key]", offset=offset)
 
 
 def _literals(expected: str) -> list[str]:

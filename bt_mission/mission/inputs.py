@@ -1,0 +1,54 @@
+"""Values for a mission's inputs from outside, `--set speed=0.15`, checked against the defaults."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from bt_mission.common.faults import Fault, InputError, describe, did_you_mean, listed, quoted
+from bt_mission.common.located import read_text
+from bt_mission.mission.values import WORDS, Plain, Type, type_of
+
+
+def overridden(
+    inputs: Mapping[str, Plain], given: Mapping[str, Plain]
+) -> tuple[dict[str, Plain], list[Fault]]:
+    """Return the inputs with the given values in place, and the faults of those.
+
+    A value given as text is read as the default's type asks: `0.15` for a number, `[1, 2]` for
+    a list, anything for a text. Whole numbers and others may replace each other.
+    """
+    values = dict(inputs)
+    faults = []
+    for name, value in given.items():
+        source = f"{name}={value}"
+        if name not in inputs:
+            message = f"no input {quoted(name)} (the mission's inputs: {listed(inputs)})"
+            hint = did_you_mean(name, inputs)
+            faults.append(Fault(message, "--set", 1, 1, source, hint))
+            continue
+        wanted = type_of(inputs[name])
+        taken = _read(value) if isinstance(value, str) and wanted != "text" else value
+        if taken is not None and _same(type_of(taken), wanted):
+            values[name] = taken
+            continue
+        message = f"input {quoted(name)} expects {_words(wanted)}, got {describe(value)}"
+        faults.append(Fault(message, "--set", 1, len(name) + 2, source))
+    return values, faults
+
+
+def _read(text: str) -> Plain | None:
+    """Return what a text means in YAML; the text itself where it means nothing there."""
+    try:
+        value: Plain = read_text(text).data
+    except InputError:
+        return text
+    return value
+
+
+def _same(found: Type | None, wanted: Type | None) -> bool:
+    numbers = ("integer", "number")
+    return found == wanted or (found in numbers and wanted in numbers)
+
+
+def _words(wanted: Type | None) -> str:
+    return WORDS["number" if wanted == "integer" else wanted]

@@ -1,0 +1,176 @@
+"""What a person writes in a mission file, as pydantic models: one for the file, one a kind of node.
+
+A node is a mapping; the key that names its kind is a field of the model, and its modifiers are
+the others. Children stay unread here (`Any`): the loader takes them one by one, so that every
+fault of every node is found.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, PlainValidator, WithJsonSchema, create_model
+
+from bt_mission.mission import rules
+
+_NUMBER_SCHEMA = WithJsonSchema({"type": ["number", "string"]})
+_TEXT_SCHEMA = WithJsonSchema({"type": "string"})
+_NODE_SCHEMA = WithJsonSchema({"$ref": "#/$defs/Node"})
+
+Child = Annotated[Any, _NODE_SCHEMA]
+Children = Annotated[list[Child], Field(min_length=1)]
+Times = Annotated[Any, PlainValidator(rules.TIMES.parse), _NUMBER_SCHEMA]
+Seconds = Annotated[Any, PlainValidator(rules.SECONDS.parse), _NUMBER_SCHEMA]
+Limit = Annotated[Any, PlainValidator(rules.LIMIT.parse), _NUMBER_SCHEMA]
+FixedLimit = Annotated[
+    float, PlainValidator(rules.LIMIT.parse_constant), WithJsonSchema({"type": "number"})
+]
+Condition = Annotated[Any, PlainValidator(rules.condition), _TEXT_SCHEMA]
+Message = Annotated[Any, PlainValidator(rules.message), _TEXT_SCHEMA]
+Variable = Annotated[str, PlainValidator(rules.variable), _TEXT_SCHEMA]
+ResultField = Annotated[str, PlainValidator(rules.result_field), _TEXT_SCHEMA]
+InputValue = Annotated[Any, PlainValidator(rules.plain), WithJsonSchema({})]
+GoalPart = Annotated[Any, PlainValidator(rules.goal_part), WithJsonSchema({})]
+Goal = dict[str, GoalPart]
+Line = Annotated[str, Field(min_length=1, max_length=200)]
+
+
+class Written(BaseModel):
+    """What all models of the mission file share: strict, frozen, no unknown keys."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+
+class MissionFile(Written):
+    """The whole file."""
+
+    mission: Line
+    description: str = ""
+    world: Line = ""
+    robot: Line = "waffle"
+    seed: Annotated[int, Field(ge=0, lt=2**63)] = 0
+    inputs: dict[Variable, InputValue] = {}
+    tree: Child
+
+
+class Node(Written):
+    """A node's modifiers that every kind takes."""
+
+    name: Line = ""
+
+
+class SequenceNode(Node):
+    """Children one after another, until one fails."""
+
+    sequence: Children
+    memory: bool = True
+
+
+class FallbackNode(Node):
+    """Children one after another, until one succeeds."""
+
+    fallback: Children
+    memory: bool = True
+
+
+class ParallelNode(Node):
+    """Children all at once."""
+
+    parallel: Children
+    succeed_when: Literal["all", "any"] = "all"
+
+
+class RepeatSettings(Written):
+    """How often."""
+
+    count: Times
+
+
+class RepeatNode(Node):
+    """A node, several times."""
+
+    repeat: RepeatSettings
+    do: Child
+
+
+class RetrySettings(Written):
+    """How often at most, and how long to pause between (s)."""
+
+    attempts: Times
+    pause: Seconds = 0.0
+
+
+class RetryNode(Node):
+    """A node, until it succeeds."""
+
+    retry: RetrySettings
+    do: Child
+
+
+class WaitNode(Node):
+    """Nothing, for some seconds."""
+
+    wait: Seconds
+
+
+class LogNode(Node):
+    """A line in the log."""
+
+    log: Message
+
+
+class GoalNode(Node):
+    """The modifiers of every action. Times are seconds of ROS time."""
+
+    timeout: Limit = None
+    cancel_when: Condition = None
+    on_cancel: Literal["success", "failure"] = "failure"
+    outputs: dict[ResultField, Variable] = {}
+    server_timeout: FixedLimit = 5.0
+    answer_timeout: FixedLimit = 2.0
+    silence_timeout: Limit = None
+    cancel_timeout: FixedLimit = 3.0
+
+
+class ActionSettings(Written):
+    """An action by its ROS name and type, and a goal for it."""
+
+    name: Annotated[str, PlainValidator(rules.action_name), _TEXT_SCHEMA]
+    type: Annotated[str, PlainValidator(rules.action_type), _TEXT_SCHEMA]
+    goal: Goal = {}
+
+
+class ActionNode(GoalNode):
+    """A goal for any action."""
+
+    action: ActionSettings
+
+
+SHORT_NAMES = {
+    "explore_forward": "bt_mission_interfaces/action/ExploreForward",
+    "turn": "bt_mission_interfaces/action/Turn",
+    "camera_sweep": "bt_mission_interfaces/action/CameraSweep",
+    "navigate_to_pose": "nav2_msgs/action/NavigateToPose",
+    "follow_waypoints": "nav2_msgs/action/FollowWaypoints",
+}
+"""Kinds that are actions of that name, with their types; the kind's value is the goal."""
+
+
+def _short_node(name: str) -> type[GoalNode]:
+    title = "".join(word.capitalize() for word in name.split("_")) + "Node"
+    fields: dict[str, Any] = {name: (Goal, ...)}
+    return create_model(title, __base__=GoalNode, __doc__=f"A goal for /{name}.", **fields)
+
+
+KINDS: dict[str, type[Node]] = {
+    "sequence": SequenceNode,
+    "fallback": FallbackNode,
+    "parallel": ParallelNode,
+    "repeat": RepeatNode,
+    "retry": RetryNode,
+    "wait": WaitNode,
+    "log": LogNode,
+    "action": ActionNode,
+    **{name: _short_node(name) for name in SHORT_NAMES},
+}
+"""Every kind of node, and the model of what stands in it."""

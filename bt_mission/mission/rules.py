@@ -1,0 +1,152 @@
+"""What each place of a mission file takes: the rules that models, loader and check share."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+from pydantic_core import PydanticCustomError
+
+from bt_mission.common.faults import describe
+from bt_mission.mission.expressions import RESERVED, Expression, Template, Text
+from bt_mission.mission.values import ExpressionError, Type
+
+VARIABLE = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+_ACTION_NAME = re.compile(r"[~/]?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
+_ACTION_TYPE = re.compile(r"[a-z][a-z0-9_]*/action/[A-Z][A-Za-z0-9]*")
+_FIELD = re.compile(r"[a-z][a-z0-9_]*(\.[a-z][a-z0-9_]*)*")
+
+
+Kind = TypeVar("Kind")
+
+
+@dataclass(frozen=True)
+class NumberRule:
+    """A number with a lower limit, said in words."""
+
+    words: str
+    least: float
+    itself: bool = True
+    whole: bool = False
+
+    @property
+    def type(self) -> Type:
+        """The type that an expression here must have."""
+        return "integer" if self.whole else "number"
+
+    def allows(self, value: object) -> bool:
+        """Return whether a computed value may stand here."""
+        kind = int if self.whole else (int, float)
+        if not isinstance(value, kind) or isinstance(value, bool):
+            return False
+        return value >= self.least if self.itself else value > self.least
+
+    def parse(self, value: Any) -> float | Expression:
+        """Return a constant, or the expression that a text holds."""
+        if isinstance(value, str):
+            return parsed(Expression, value)
+        if not self.allows(value):
+            raise refusal(f"expected {self.words}, got {describe(value)}")
+        number: float = value
+        return number
+
+    def parse_constant(self, value: Any) -> float:
+        """Return a constant; here no expression may stand."""
+        if not self.allows(value):
+            raise refusal(f"expected {self.words}, got {describe(value)}")
+        return float(value)
+
+
+TIMES = NumberRule("a whole number of at least 1", 1, whole=True)
+SECONDS = NumberRule("a number of seconds, at least 0", 0)
+LIMIT = NumberRule("a number of seconds above 0", 0, itself=False)
+
+
+def refusal(
+    message: str, hint: str | None = None, offset: int | None = None
+) -> PydanticCustomError:
+    """Return the error for pydantic that `located.validate` turns into a fault with this text."""
+    context: dict[str, Any] = {"message": message, "hint": hint, "offset": offset}
+    return PydanticCustomError("refused", "{message}", context)
+
+
+def parsed(kind: Callable[[str], Kind], text: str) -> Kind:
+    """Return an expression or template of a text, its error turned into a refusal."""
+    try:
+        return kind(text)
+    except ExpressionError as error:
+        raise refusal(error.message, error.hint, error.column - 1) from None
+
+
+def condition(value: Any) -> Expression:
+    """Return the expression of a condition."""
+    if not isinstance(value, str):
+        message = f"expected a condition such as 'current_image >= 5', got {describe(value)}"
+        raise refusal(message)
+    return parsed(Expression, value)
+
+
+def message(value: Any) -> Template:
+    """Return the template of a log message."""
+    if not isinstance(value, str):
+        raise refusal(f"expected a text, got {describe(value)}")
+    return parsed(Template, value)
+
+
+def goal_part(value: Any) -> Any:
+    """Return a field of a goal, each text in it ready to be read as its field wants it."""
+    match value:
+        case str():
+            return Text(value)
+        case dict():
+            return {key: goal_part(part) for key, part in value.items()}
+        case list():
+            return tuple(goal_part(part) for part in value)
+        case None:
+            raise refusal("expected a value, got nothing")
+    return value
+
+
+def result_field(name: str) -> str:
+    """Return the name of a result field, dotted for a nested one."""
+    if not _FIELD.fullmatch(name):
+        raise refusal(f"expected the name of a result field, got {describe(name)}")
+    return name
+
+
+def variable(name: Any) -> str:
+    """Return the name of a variable."""
+    if not isinstance(name, str) or not VARIABLE.fullmatch(name):
+        message = f"expected a name of letters, digits and '_', got {describe(name)}"
+        raise refusal(message)
+    if name in RESERVED:
+        raise refusal(f"'{name}' is a word of the expression language, so no variable")
+    return name
+
+
+def plain(value: Any) -> Any:
+    """Return the value of an input: a number, truth, a text, or a list of those."""
+    if isinstance(value, list):
+        for part in value:
+            plain(part)
+    elif value is None or isinstance(value, dict):
+        message = f"expected a number, true or false, a text or a list, got {describe(value)}"
+        raise refusal(message)
+    return value
+
+
+def action_name(value: Any) -> str:
+    """Return the name of an action."""
+    if not isinstance(value, str) or not _ACTION_NAME.fullmatch(value):
+        raise refusal(f"expected the name of an action such as /turn, got {describe(value)}")
+    return value
+
+
+def action_type(value: Any) -> str:
+    """Return the full name of an action's type."""
+    if not isinstance(value, str) or not _ACTION_TYPE.fullmatch(value):
+        message = f"expected a type such as nav2_msgs/action/Spin, got {describe(value)}"
+        raise refusal(message)
+    return value

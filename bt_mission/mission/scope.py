@@ -1,0 +1,213 @@
+"""Which names are known where, of what type, and what an expression does with them.
+
+Variables are the inputs, which never change, and the outputs of actions that stand earlier in
+the file. That an earlier action has really written its outputs, only the run can tell.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from bt_mission.common.faults import Fault, describe, did_you_mean, listed
+from bt_mission.common.located import Document
+from bt_mission.mission.expressions import (
+    Expression,
+    ExpressionError,
+    Name,
+    Plain,
+    Template,
+    Type,
+    Value,
+    names_in,
+)
+from bt_mission.mission.rules import LIMIT, SECONDS, TIMES, NumberRule
+from bt_mission.mission.steps import Action, Key, Log, Repeat, Retry, Step, Wait
+from bt_mission.mission.values import type_of
+
+OutputType = Callable[[Action, str], Type | None]
+"""The type of a result field of an action; None where it is not known."""
+
+FieldType = Callable[[str], Type | None]
+"""The type of a feedback field by its dotted name; raises KeyError where there is none."""
+
+
+@dataclass
+class Variables:
+    """The names known at one step. It changes as the file is walked: use it at once."""
+
+    inputs: Mapping[str, Plain]
+    types: dict[str, Type | None]
+    lines: Mapping[str, int]
+
+    def unknown(self, name: Name) -> tuple[str, str | None] | None:
+        """Return message and hint for a name that is not known here, or None."""
+        if name.name in self.types:
+            return None
+        if name.name in self.lines:
+            line = self.lines[name.name]
+            return f"'{name.name}' is only written later, in line {line}", None
+        message = f"nothing writes '{name.name}' (known here: {listed(self.types)})"
+        return message, did_you_mean(name.name, [*self.types, "true", "false"])
+
+    def fixed(self, value: Expression) -> bool:
+        """Return whether an expression has the same value in every run of this mission."""
+        return not value.draws and value.names <= self.inputs.keys()
+
+
+def walk(
+    tree: Step, inputs: Mapping[str, Plain], output_type: OutputType
+) -> Iterator[tuple[Step, Variables]]:
+    """Yield every step in the order of the file, with the variables that are known at it."""
+    steps = list(tree.walk())
+    lines: dict[str, int] = {}
+    for step in steps:
+        if isinstance(step, Action):
+            for variable in step.outputs.values():
+                lines.setdefault(variable, step.line)
+    known: dict[str, Type | None] = {name: type_of(value) for name, value in inputs.items()}
+    variables = Variables(inputs, known, lines)
+    for step in steps:
+        yield step, variables
+        if isinstance(step, Action):
+            for field, variable in step.outputs.items():
+                found = output_type(step, field)
+                same = known.get(variable, found) == found
+                known[variable] = found if same else None
+
+
+def values_of(step: Step) -> Iterator[tuple[tuple[Key, ...], Value, NumberRule]]:
+    """Yield the numbers of a step: path in the document, value, rule. Goals are left out."""
+    path = step.path
+    match step:
+        case Repeat():
+            yield (*path, "repeat", "count"), step.count, TIMES
+        case Retry():
+            yield (*path, "retry", "attempts"), step.attempts, TIMES
+            yield (*path, "retry", "pause"), step.pause, SECONDS
+        case Wait():
+            yield (*path, "wait"), step.seconds, SECONDS
+        case Action():
+            if step.timeout is not None:
+                yield (*path, "timeout"), step.timeout, LIMIT
+            if step.silence_timeout is not None:
+                yield (*path, "silence_timeout"), step.silence_timeout, LIMIT
+
+
+def step_faults(document: Document, step: Step, variables: Variables) -> Iterator[Fault]:
+    """Yield what is wrong with the names and types in a step, goals and conditions left out."""
+    for path, value, rule in values_of(step):
+        if isinstance(value, Expression):
+            yield from number_faults(document, path, value, variables, rule)
+    if isinstance(step, Log):
+        path = (*step.path, "log")
+        yield from template_faults(document, path, step.message, variables)
+
+
+def number_faults(
+    document: Document,
+    path: Sequence[Key],
+    value: Expression,
+    variables: Variables,
+    rule: NumberRule,
+) -> Iterator[Fault]:
+    """Yield what is wrong with an expression that must give a number."""
+    if not variables.fixed(value):
+        yield from expression_faults(document, path, value, variables, rule.type)
+        return
+    result, failed = evaluated(document, path, value, variables)
+    if failed:
+        yield failed
+    elif not rule.allows(result):
+        yield document.fault(path, f"expected {rule.words}, got {describe(result)}")
+
+
+def evaluated(
+    document: Document, path: Sequence[Key], value: Expression, variables: Variables
+) -> tuple[Any, Fault | None]:
+    """Return the value that a fixed expression always has, or the fault that it ends in."""
+    try:
+        return value.evaluate(variables.inputs, random.Random(0)), None
+    except ExpressionError as error:
+        return None, located(document, path, error)
+
+
+def expression_faults(
+    document: Document,
+    path: Sequence[Key],
+    value: Expression,
+    variables: Variables,
+    wanted: Type | None,
+    field_type: FieldType | None = None,
+    offset: int = 0,
+) -> Iterator[Fault]:
+    """Yield the names in an expression that are not known, or else the clash of types in it."""
+    faults = list(reference_faults(document, path, value.references, variables, field_type, offset))
+    yield from faults
+    if faults:
+        return
+
+    def type_at(name: Name) -> Type | None:
+        if field_type is not None and not name.variable:
+            try:
+                return field_type(name.name)
+            except KeyError:
+                pass
+        return variables.types.get(name.name)
+
+    try:
+        if wanted is None:
+            value.infer(type_at)
+        else:
+            value.root.expect(type_at, wanted)
+    except ExpressionError as error:
+        yield located(document, path, error, offset)
+
+
+def reference_faults(
+    document: Document,
+    path: Sequence[Key],
+    references: Iterable[Name],
+    variables: Variables,
+    field_type: FieldType | None = None,
+    offset: int = 0,
+) -> Iterator[Fault]:
+    """Yield a fault for every name that is neither a field nor a variable known here."""
+    for name in references:
+        if field_type is not None and not name.variable:
+            try:
+                field_type(name.name)
+            except KeyError:
+                pass
+            else:
+                continue
+        unknown = variables.unknown(name)
+        if unknown is not None:
+            yield document.fault(path, *unknown, offset=name.column - 1 + offset)
+
+
+def template_faults(
+    document: Document, path: Sequence[Key], value: Template, variables: Variables
+) -> Iterator[Fault]:
+    """Yield what is wrong with the names in a template."""
+    for offset, expression in value.expressions:
+        yield from expression_faults(document, path, expression, variables, None, offset=offset)
+
+
+def located(
+    document: Document, path: Sequence[Key], error: ExpressionError, offset: int = 0
+) -> Fault:
+    """Return an error in an expression as a fault at its place in the document."""
+    return document.fault(path, error.message, error.hint, offset=error.column - 1 + offset)
+
+
+def names_read(step: Step) -> frozenset[str]:
+    """Return every variable that a step may read."""
+    read = [names_in(value) for _, value, _ in values_of(step)]
+    if isinstance(step, Log):
+        read.append(step.message.names)
+    if isinstance(step, Action):
+        read += [names_in(step.goal), names_in(step.cancel_when)]
+    return frozenset().union(*read)
