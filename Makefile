@@ -1,0 +1,60 @@
+# The whole set-up is `make demo` or `make test`: both make the environment .venv on first use.
+SHELL := /bin/bash
+.SHELLFLAGS := -euo pipefail -c
+.DELETE_ON_ERROR:
+.DEFAULT_GOAL := help
+
+VENV ?= .venv
+MISSION ?= missions/explore.yaml
+# The newest of these that works is taken; `make demo PYTHON=python3.12` takes that one.
+PYTHONS := $(or $(PYTHON),python3.13 python3.12 python3.11 python3)
+
+# The environment brings its own ROS. A ROS that the calling shell has sourced, or the marks that
+# Python leaves in the environment of its children when it starts with other ROS wheels, must not
+# get in between.
+unexport AMENT_PREFIX_PATH CMAKE_PREFIX_PATH LD_LIBRARY_PATH PYTHONPATH PYTHONHOME \
+  _ROS_WHEELS_BOOTSTRAP_COMPLETE
+
+# Written last, so that it is newer than what it was made from exactly when the set-up went through.
+installed := $(VENV)/.installed
+bin := $(VENV)/bin
+
+.PHONY: help demo test lint types format doctor clean
+
+help: ## say what can be made
+	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+
+demo: $(installed) ## run the main job: explore.yaml on a simulated TurtleBot3
+	@$(bin)/bt-mission run $(MISSION)
+
+test: $(installed) ## run all tests
+	@$(bin)/pytest $(PYTEST_ARGS)
+
+lint: $(installed) ## check style and banned calls
+	@$(bin)/ruff check
+	@$(bin)/ruff format --check
+
+types: $(installed) ## check types
+	@$(bin)/mypy
+
+format: $(installed) ## put the sources in order
+	@$(bin)/ruff check --fix
+	@$(bin)/ruff format
+
+doctor: $(installed) ## say what this machine lacks
+	@$(bin)/bt-mission doctor
+
+clean: ## remove the environment and what the tools left behind
+	rm -rf $(VENV) build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	find bt_mission action_servers sim tests -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# An editable install: sources are live, so only its description and the compiled interfaces count.
+$(installed): pyproject.toml $(shell find interfaces -type f)
+	@if ! [ -x $(bin)/python ]; then \
+	  python=$$(bash tools/find-python $(PYTHONS)); \
+	  echo "Making $(VENV) with $$($$python --version)"; \
+	  $$python -m venv $(VENV); \
+	fi
+	@echo "Installing into $(VENV): about a minute, once"
+	@$(bin)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	@touch $@
