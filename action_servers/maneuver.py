@@ -34,7 +34,7 @@ class ErrorCode(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Twist2D:
-    """Velocity of the base: `linear` in m/s, forward positive; `angular` in rad/s, left positive."""
+    """Velocity of the base: `linear` in m/s (forward is positive), `angular` in rad/s (left is)."""
 
     linear: float = 0.0
     angular: float = 0.0

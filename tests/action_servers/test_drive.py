@@ -1,0 +1,67 @@
+"""Facts about the guard of every driving maneuver."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from action_servers.drive import Drive, ProgressWatch
+from action_servers.maneuver import ZERO, ErrorCode, Finished, Observation, Twist2D
+
+
+def test_a_base_that_obeys_is_never_blocked(fake, waffle):
+    """Not even at a tenth of its speed."""
+    base, drive = fake(waffle), Drive(waffle)
+    for _ in range(200):
+        assert drive.fault(base.observe()) is None
+        base.move(drive.command(base.observe(), Twist2D(0.02, 0.1)))
+    assert drive.distance == pytest.approx(0.2, abs=0.01)
+    assert drive.yaw == pytest.approx(1.0, abs=0.02)
+
+
+def test_each_axis_is_watched(fake, waffle):
+    """A base that drives but does not turn is blocked too."""
+    base, drive = fake(waffle), Drive(waffle)
+    for _ in range(100):
+        drive.fault(base.observe())
+        answer: Any = drive.command(base.observe(), Twist2D(0.1, 0.5))
+        if isinstance(answer, Finished):
+            break
+        base.move(Twist2D(0.1, 0.0))
+    assert answer.reason == "blocked: commanded 0.50 rad/s, no progress for 2 s"
+
+
+def test_a_base_that_rests_is_not_blocked():
+    """The two seconds count only while something is commanded."""
+    watch: Any = ProgressWatch("m/s")
+    assert watch.update(0.0, 0.0, 0.2) is None
+    assert watch.update(1.9, 0.0, 0.0) is None
+    assert watch.update(3.8, 0.0, 0.2) is None
+    assert watch.update(3.9, 0.0, 0.2).error_code == ErrorCode.BLOCKED
+
+
+def test_rests_until_odometry_says_that_it_stands(fake, waffle):
+    """Zero is commanded meanwhile."""
+    base, drive = fake(waffle), Drive(waffle)
+    base.linear = 0.2
+    steps = 0
+    while drive.rest(base.observe()) == ZERO:
+        base.move(ZERO)
+        steps += 1
+    assert steps == 4
+    assert base.linear == pytest.approx(0.0, abs=1e-9)
+
+
+def test_does_not_wait_for_ever_for_a_base_to_stand(waffle):
+    """Odometry without velocities ends the wait after a second."""
+    drive: Any = Drive(waffle)
+    assert drive.rest(Observation(5.0)) == ZERO
+    assert drive.rest(Observation(5.95)) == ZERO
+    assert drive.rest(Observation(6.0)) is None
+
+
+def test_the_delay_of_a_command_counts_the_age_of_odometry(waffle):
+    """One control step, and what has passed since the odometry."""
+    now = Observation(5.0, odom_stamp_s=4.98)
+    assert Drive(waffle).delay_s(now) == pytest.approx(0.07)
