@@ -1,0 +1,195 @@
+"""The MuJoCo model of a world with a robot in it.
+
+The robot stands on two driven wheels and on its casters; velocity servos turn the wheels, and
+only their contact with the floor moves the base. Solver settings are those at which commanded
+speeds are reached; what else was tried stands beside each.
+"""
+
+from __future__ import annotations
+
+import math
+
+import mujoco
+
+from bt_mission.common.robot import Camera, RobotModel
+from sim.colours import rgba
+from sim.names import (
+    ACCELEROMETER,
+    BASE,
+    CAMERA,
+    FLOOR_BIT,
+    GRIP,
+    LOOKS,
+    OBSTACLE_BIT,
+    OBSTACLES,
+    ROBOT,
+    SLIDE,
+    SOLIMP,
+    SOLREF,
+    STEP_NS,
+    TOUCH,
+    WHEELS,
+)
+from sim.scenery import add_world, yaw_quaternion
+from sim.world import World
+
+_ARMATURE = 0.01
+"""kg m^2, the motor's rotor seen through its gear (ROBOTIS's MuJoCo model of the TurtleBot3).
+
+Without it the wheel is so light against the base that friction turns soft and the base slides.
+"""
+
+_SERVO_GAIN = 1.0
+"""N m s: a wheel follows its command within about 11 ms. Twice as much turns 0.1 % too far."""
+
+
+def compile_model(world: World, robot: RobotModel) -> mujoco.MjModel:
+    """Return the compiled model; the robot stands at the spawn."""
+    spec = mujoco.MjSpec()
+    spec.modelname = world.name
+    spec.option.timestep = STEP_NS / 1e9
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    # Pyramidal with impratio 10 slips 0.1 mm in 2 m; elliptic 3 mm, at the same price.
+    spec.option.cone = mujoco.mjtCone.mjCONE_PYRAMIDAL
+    spec.option.impratio = 10.0
+    add_world(spec, world)
+    _add_robot(spec, world, robot)
+    return spec.compile()
+
+
+def _add_robot(spec: mujoco.MjSpec, world: World, robot: RobotModel) -> None:
+    spawn = world.spawn
+    base = spec.worldbody.add_body(
+        name=BASE,
+        pos=[spawn.x, spawn.y, robot.base_height],
+        quat=yaw_quaternion(math.radians(spawn.yaw)),
+        mass=robot.base_mass,
+        inertia=robot.base_inertia,
+        ipos=robot.base_centre_of_mass,
+        explicitinertial=True,
+    )
+    base.add_freejoint(name=BASE)
+    base.add_geom(
+        name="hull",
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        size=[edge / 2 for edge in robot.body.size],
+        pos=robot.body.centre,
+        contype=0,
+        conaffinity=FLOOR_BIT | OBSTACLE_BIT,
+        friction=SLIDE,
+        group=ROBOT,
+    )
+    for index, caster in enumerate(robot.casters):
+        base.add_geom(
+            name=f"caster {index}",
+            type=mujoco.mjtGeom.mjGEOM_SPHERE,
+            size=[robot.caster_radius, 0, 0],
+            pos=caster,
+            contype=0,
+            conaffinity=FLOOR_BIT,
+            # The pair would take the floor's friction, which costs up to half of the speed.
+            condim=1,
+            priority=1,
+            group=ROBOT,
+            solref=SOLREF,
+            solimp=SOLIMP,
+        )
+    for name, side in zip(WHEELS, (1, -1), strict=True):
+        _add_wheel(spec, base, robot, name, side)
+    _add_sensors(spec, base, robot)
+    if robot.camera is not None:
+        _add_camera(spec, base, robot.camera)
+    _add_looks(base, robot)
+
+
+def _add_wheel(
+    spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: RobotModel, name: str, side: int
+) -> None:
+    radius, width = robot.wheel_radius, robot.wheel_width
+    wheel = base.add_body(
+        name=name,
+        pos=[0, side * robot.wheel_y, radius - robot.base_height],
+        mass=robot.wheel_mass,
+        inertia=robot.wheel_inertia,
+        explicitinertial=True,
+    )
+    wheel.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 1, 0], armature=_ARMATURE)
+    wheel.add_geom(
+        name=name,
+        # Touches the floor in one point, so it turns on the spot without scrubbing: a cylinder
+        # of this width turned up to 1 % less or more than its wheels said.
+        type=mujoco.mjtGeom.mjGEOM_ELLIPSOID,
+        size=[radius, width / 2, radius],
+        contype=0,
+        conaffinity=FLOOR_BIT | OBSTACLE_BIT,
+        friction=GRIP,
+        group=ROBOT,
+        solref=SOLREF,
+        solimp=SOLIMP,
+    )
+    tyre = _add_look(wheel, mujoco.mjtGeom.mjGEOM_CYLINDER, [radius, width / 2, 0], [0, 0, 0])
+    tyre.quat = [math.sqrt(0.5), math.sqrt(0.5), 0, 0]
+    motor = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+    motor.set_to_velocity(kv=_SERVO_GAIN)
+
+
+def _add_sensors(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: RobotModel) -> None:
+    imu = robot.imu
+    base.add_site(name="imu", pos=[imu.x, imu.y, imu.z], group=5)
+    spec.add_sensor(
+        name=ACCELEROMETER,
+        type=mujoco.mjtSensor.mjSENS_ACCELEROMETER,
+        objtype=mujoco.mjtObj.mjOBJ_SITE,
+        objname="imu",
+    )
+    spec.add_sensor(
+        name=TOUCH,
+        type=mujoco.mjtSensor.mjSENS_CONTACT,
+        objtype=mujoco.mjtObj.mjOBJ_XBODY,  # the base with its wheels
+        objname=BASE,
+        reftype=mujoco.mjtObj.mjOBJ_BODY,
+        refname=OBSTACLES,
+        intprm=[1, 0, 1],  # the number of contacts alone, not reduced, in one slot
+    )
+
+
+def _add_camera(spec: mujoco.MjSpec, base: mujoco.MjsBody, camera: Camera) -> None:
+    aspect = camera.height / camera.width
+    mount = base.add_camera(
+        name=CAMERA,
+        pos=[camera.x, camera.y, camera.z],
+        fovy=math.degrees(2 * math.atan(math.tan(camera.hfov / 2) * aspect)),
+        resolution=[camera.width, camera.height],
+    )
+    mount.alt.xyaxes = [0, -1, 0, 0, 0, 1]  # right of the picture is -y, up is z: looks along x
+    spec.visual.global_.offwidth = camera.width
+    spec.visual.global_.offheight = camera.height
+
+
+def _add_looks(base: mujoco.MjsBody, robot: RobotModel) -> None:
+    """Add what people see of the body: plates, a core, the lidar, and a bar in front."""
+    box, cylinder = mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_CYLINDER
+    length, width, height = robot.body.size
+    x, y, z = robot.body.centre
+    plate = 0.004
+    for level in (-1, 0, 1):
+        at = [x, y, z + level * (height / 2 - plate)]
+        _add_look(base, box, [length / 2, width / 2, plate], at, "#3a3f44")
+    core = [length * 0.42, width * 0.36, height / 2 - 2 * plate]
+    _add_look(base, box, core, [x, y, z], "#5b6570")
+    lidar = [robot.lidar.x, robot.lidar.y, robot.lidar.z - 0.005]
+    _add_look(base, cylinder, [0.035, 0.02, 0], lidar)
+    bar = [robot.hull.front - 0.012, 0, z + height / 2]
+    _add_look(base, box, [0.006, width / 4, 0.006], bar, "orange")
+
+
+def _add_look(
+    body: mujoco.MjsBody,
+    kind: mujoco.mjtGeom,
+    size: list[float],
+    pos: list[float],
+    colour: str = "black",
+) -> mujoco.MjsGeom:
+    return body.add_geom(
+        type=kind, size=size, pos=pos, rgba=rgba(colour), contype=0, conaffinity=0, group=LOOKS
+    )

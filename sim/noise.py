@@ -1,0 +1,35 @@
+"""Seeded sensor noise, addressed by sensor and measurement.
+
+The noise of measurement `index` of a sensor depends on the seed, the sensor's name and the index
+alone: not on which other sensors exist, nor on which measurements were skipped.
+"""
+
+from __future__ import annotations
+
+import zlib
+
+import numpy as np
+import numpy.typing as npt
+
+_BLOCK = 64
+"""Measurements drawn at once: making a generator costs as much as a thousand of its numbers."""
+
+
+class Noise:
+    """Normal noise for one sensor: `size` independent values of standard deviation 1 each time."""
+
+    def __init__(self, seed: int, sensor: str, size: int) -> None:
+        self._key = (seed % 2**63, zlib.crc32(sensor.encode()))
+        self._size = size
+        self._block_index = -1
+        self._block: npt.NDArray[np.float64] = np.empty((0, size))
+
+    def at(self, index: int) -> npt.NDArray[np.float64]:
+        """Return the values of measurement `index` (from 0); not to be written to."""
+        block, row = divmod(index, _BLOCK)
+        if block != self._block_index:
+            generator = np.random.default_rng((*self._key, block))
+            self._block = generator.standard_normal((_BLOCK, self._size))
+            self._block_index = block
+        values: npt.NDArray[np.float64] = self._block[row]
+        return values

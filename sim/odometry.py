@@ -1,0 +1,55 @@
+"""Odometry: where the base is, reckoned from how far its wheels have turned."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from bt_mission.common.robot import RobotModel
+
+
+@dataclass
+class Odometry:
+    """Pose (m, m, rad) since the start, and velocity since the last reading (m/s, rad/s).
+
+    The start is (0, 0, 0). It drifts from the truth where a wheel slips and where the wheels
+    stand a little farther apart than the robot reckons.
+    """
+
+    robot: RobotModel
+    x: float = field(default=0.0, init=False)
+    y: float = field(default=0.0, init=False)
+    yaw: float = field(default=0.0, init=False)
+    linear: float = field(default=0.0, init=False)
+    angular: float = field(default=0.0, init=False)
+    _left: float = field(default=0.0, init=False)
+    _right: float = field(default=0.0, init=False)
+    _time_ns: int | None = field(default=None, init=False)
+
+    def read(self, left: float, right: float, time_ns: int) -> None:
+        """Take the wheels' angles (rad) at `time_ns`; taken twice at one time, it counts once."""
+        if self._time_ns is None:
+            self._left, self._right, self._time_ns = left, right, time_ns
+        if time_ns == self._time_ns:
+            return
+        radius = self.robot.wheel_radius
+        left_m, right_m = radius * (left - self._left), radius * (right - self._right)
+        ahead = (left_m + right_m) / 2
+        turned = (right_m - left_m) / self.robot.wheel_separation
+        # On an arc: the chord of a turn, in the direction of its middle.
+        chord = ahead * _sinc(turned / 2)
+        self.x += chord * math.cos(self.yaw + turned / 2)
+        self.y += chord * math.sin(self.yaw + turned / 2)
+        self.yaw = wrapped(self.yaw + turned)
+        elapsed_s = (time_ns - self._time_ns) / 1e9
+        self.linear, self.angular = ahead / elapsed_s, turned / elapsed_s
+        self._left, self._right, self._time_ns = left, right, time_ns
+
+
+def wrapped(angle: float) -> float:
+    """Return an angle (rad) in (-pi, pi]."""
+    return math.pi - (math.pi - angle) % math.tau
+
+
+def _sinc(angle: float) -> float:
+    return math.sin(angle) / angle if abs(angle) > 1e-9 else 1.0

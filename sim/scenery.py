@@ -1,0 +1,121 @@
+"""What stands in a world and what it looks like, as MuJoCo geoms."""
+
+from __future__ import annotations
+
+import math
+
+import mujoco
+
+from sim.colours import rgba
+from sim.names import (
+    FLOOR,
+    FLOOR_BIT,
+    MARKS,
+    OBSTACLE_BIT,
+    OBSTACLE_PREFIX,
+    OBSTACLES,
+    SLIDE,
+    SOLID,
+    SOLIMP,
+    SOLREF,
+)
+from sim.shapes import Obstacle
+from sim.world import World, Zone
+
+
+def add_world(spec: mujoco.MjSpec, world: World) -> None:
+    """Add floor, obstacles and zones, sky and light."""
+    _add_sky_and_light(spec)
+    _add_floor(spec, world.size)
+    _add_obstacles(spec, world.obstacles)
+    for zone in world.zones:
+        _add_mark(spec, zone)
+
+
+def yaw_quaternion(yaw: float) -> list[float]:
+    """Return a turn about z by `yaw` rad, as w, x, y, z."""
+    return [math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)]
+
+
+def _add_sky_and_light(spec: mujoco.MjSpec) -> None:
+    visual = spec.visual
+    visual.headlight.ambient = [0.45, 0.45, 0.45]
+    visual.headlight.diffuse = [0.25, 0.25, 0.25]
+    visual.headlight.specular = [0.0, 0.0, 0.0]
+    visual.map.znear = 0.002  # of the world's extent: a wall at the lens is still drawn
+    spec.add_texture(
+        name="sky",
+        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
+        rgb1=[0.72, 0.82, 0.92],
+        rgb2=[0.95, 0.97, 0.98],
+        width=128,
+        height=128,
+    )
+    spec.worldbody.add_light(
+        type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
+        pos=[0, 0, 4],
+        dir=[0.3, 0.45, -1],
+        diffuse=[0.55, 0.55, 0.55],
+        specular=[0, 0, 0],
+        castshadow=False,  # shadows cost ten times the rest of a picture
+    )
+
+
+def _add_floor(spec: mujoco.MjSpec, size: tuple[float, float]) -> None:
+    spec.add_texture(
+        name="tiles",
+        type=mujoco.mjtTexture.mjTEXTURE_2D,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_CHECKER,
+        rgb1=[0.66, 0.66, 0.64],
+        rgb2=[0.72, 0.72, 0.70],
+        width=128,
+        height=128,
+    )
+    tiles = spec.add_material(name="tiles", texrepeat=[1, 1], texuniform=True)
+    tiles.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "tiles"
+    length, width = size
+    spec.worldbody.add_geom(
+        name=FLOOR,
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        size=[length / 2, width / 2, 0.05],
+        material="tiles",
+        contype=FLOOR_BIT,
+        conaffinity=0,
+        group=SOLID,
+        solref=SOLREF,
+        solimp=SOLIMP,
+    )
+
+
+def _add_obstacles(spec: mujoco.MjSpec, obstacles: tuple[Obstacle, ...]) -> None:
+    """One static body holds them all, so that one sensor tells whether any is touched."""
+    body = spec.worldbody.add_body(name=OBSTACLES)
+    for obstacle in obstacles:
+        length, width, height = obstacle.size
+        cylinder = obstacle.kind == "cylinder"
+        body.add_geom(
+            name=OBSTACLE_PREFIX + obstacle.name,
+            type=mujoco.mjtGeom.mjGEOM_CYLINDER if cylinder else mujoco.mjtGeom.mjGEOM_BOX,
+            size=[length / 2, height / 2, 0] if cylinder else [length / 2, width / 2, height / 2],
+            pos=[obstacle.x, obstacle.y, height / 2],
+            quat=yaw_quaternion(obstacle.yaw),
+            rgba=obstacle.rgba,
+            contype=OBSTACLE_BIT,
+            conaffinity=0,
+            friction=SLIDE,
+            group=SOLID,
+        )
+
+
+def _add_mark(spec: mujoco.MjSpec, zone: Zone) -> None:
+    """Add a zone, a millimetre thick."""
+    spec.worldbody.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+        size=[zone.radius, 0.0005, 0],
+        pos=[zone.x, zone.y, 0.0005],
+        rgba=rgba(zone.colour),
+        contype=0,
+        conaffinity=0,
+        group=MARKS,
+    )

@@ -1,0 +1,202 @@
+"""Worlds: floor, walls, boxes, cylinders, zones and spawn, as a person writes them in YAML.
+
+Metres and degrees (as in missions), x to the right and y up on the map, heights from the floor.
+`load_world` reads `worlds/NAME.yaml`; `World.obstacles` is the same as plain shapes.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from bt_mission.common import data, located
+from sim import world_checks
+from sim.colours import Colour
+from sim.shapes import Obstacle
+
+FARTHEST = 100.0
+"""Metres. A map of 100 m x 100 m has four million cells of 0.05 m."""
+
+SHORTEST = 0.001
+"""Metres. Anything thinner or shorter is taken for a slip of the pen."""
+
+Coordinate = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST, allow_inf_nan=False)]
+Extent = Annotated[float, Field(ge=SHORTEST, le=FARTHEST, allow_inf_nan=False)]
+Degrees = Annotated[float, Field(ge=-360, le=360, allow_inf_nan=False)]
+Name = Annotated[str, Field(min_length=1, max_length=60)]
+Point = tuple[Coordinate, Coordinate]
+
+_STRICT = ConfigDict(frozen=True, extra="forbid")
+
+
+class Wall(BaseModel):
+    """A straight wall: between two points, or a centre with a length and a direction."""
+
+    model_config = _STRICT
+
+    name: Name | None = None
+    start: Point | None = Field(default=None, alias="from")
+    to: Point | None = None
+    centre: Point | None = None
+    length: Extent | None = None
+    yaw: Degrees = 0.0
+    thickness: Extent = 0.1
+    height: Extent = 0.5
+    colour: Colour = "white"
+
+    @model_validator(mode="after")
+    def _one_way_of_writing(self) -> Wall:
+        ends = self.start is not None and self.to is not None
+        middle = self.centre is not None and self.length is not None
+        mixed = {"start", "to"} & self.model_fields_set and {
+            "centre",
+            "length",
+            "yaw",
+        } & self.model_fields_set
+        if mixed or not (ends or middle):
+            raise ValueError(
+                "a wall is written with 'from' and 'to', or with 'centre', 'length'"
+                " and 'yaw' (degrees); not with a part or a mixture of these"
+            )
+        if ends and math.dist(self.start or (), self.to or ()) < SHORTEST:
+            raise ValueError(f"a wall from {_words(self.start)} to {_words(self.to)} has no length")
+        return self
+
+    def obstacle(self, name: str) -> Obstacle:
+        """Return the wall as a shape. Its length lies along its direction."""
+        if self.start is not None and self.to is not None:
+            (x0, y0), (x1, y1) = self.start, self.to
+            x, y, yaw = (x0 + x1) / 2, (y0 + y1) / 2, math.atan2(y1 - y0, x1 - x0)
+            length = math.dist(self.start, self.to)
+        else:
+            assert self.centre is not None
+            assert self.length is not None
+            (x, y), yaw, length = self.centre, math.radians(self.yaw), self.length
+        return Obstacle.box(
+            name, x, y, yaw=yaw, size=(length, self.thickness, self.height), colour=self.colour
+        )
+
+
+class Box(BaseModel):
+    """A box on the floor: centre, edges along its own x, y and z, and direction."""
+
+    model_config = _STRICT
+
+    name: Name | None = None
+    x: Coordinate
+    y: Coordinate
+    size: tuple[Extent, Extent, Extent]
+    yaw: Degrees = 0.0
+    colour: Colour = "brown"
+
+    def obstacle(self, name: str) -> Obstacle:
+        """Return the box as a shape."""
+        yaw = math.radians(self.yaw)
+        return Obstacle.box(name, self.x, self.y, yaw=yaw, size=self.size, colour=self.colour)
+
+
+class Cylinder(BaseModel):
+    """An upright cylinder on the floor."""
+
+    model_config = _STRICT
+
+    name: Name | None = None
+    x: Coordinate
+    y: Coordinate
+    radius: Extent
+    height: Extent = 0.5
+    colour: Colour = "grey"
+
+    def obstacle(self, name: str) -> Obstacle:
+        """Return the cylinder as a shape."""
+        return Obstacle.cylinder(
+            name, self.x, self.y, radius=self.radius, height=self.height, colour=self.colour
+        )
+
+
+class Zone(BaseModel):
+    """A round mark on the floor: seen by the camera and by people, in nobody's way."""
+
+    model_config = _STRICT
+
+    name: Name
+    x: Coordinate
+    y: Coordinate
+    radius: Extent = 0.4
+    colour: Colour = "yellow"
+
+
+class Spawn(BaseModel):
+    """Where `base_footprint` starts; `yaw` in degrees, counter-clockwise from x."""
+
+    model_config = _STRICT
+
+    x: Coordinate = 0.0
+    y: Coordinate = 0.0
+    yaw: Degrees = 0.0
+
+
+class World(BaseModel):
+    """A floor around the origin, what stands on it, and where the robot starts."""
+
+    model_config = _STRICT
+
+    name: Name
+    description: str = ""
+    size: tuple[Extent, Extent]
+    spawn: Spawn = Spawn()
+    walls: Annotated[tuple[Wall, ...], Field(max_length=2000)] = ()
+    boxes: Annotated[tuple[Box, ...], Field(max_length=2000)] = ()
+    cylinders: Annotated[tuple[Cylinder, ...], Field(max_length=2000)] = ()
+    zones: Annotated[tuple[Zone, ...], Field(max_length=200)] = ()
+
+    @cached_property
+    def obstacles(self) -> tuple[Obstacle, ...]:
+        """Everything that a robot can run into, in the order of the file, each with its name."""
+        return tuple(placed.obstacle for placed in self.placed)
+
+    @cached_property
+    def placed(self) -> tuple[Placed, ...]:
+        """The obstacles with their places in the file."""
+        sections: tuple[tuple[str, str, tuple[Wall | Box | Cylinder, ...]], ...] = (
+            ("walls", "wall", self.walls),
+            ("boxes", "box", self.boxes),
+            ("cylinders", "cylinder", self.cylinders),
+        )
+        return tuple(
+            Placed((section, index), thing.obstacle(thing.name or f"{one} {index + 1}"))
+            for section, one, things in sections
+            for index, thing in enumerate(things)
+        )
+
+
+@dataclass(frozen=True)
+class Placed:
+    """An obstacle, and the path of what was written for it: `("walls", 3)`."""
+
+    path: tuple[str, int]
+    obstacle: Obstacle
+
+
+def load_world(name_or_path: str | Path, near: str | Path | None = None) -> World:
+    """Return a world. Raises InputError with every fault and its place.
+
+    `near` is a file beside which a world of that name is looked for first, such as a mission.
+    """
+    document = located.read(data.find("worlds", name_or_path, near))
+    world = located.validate(document, World)
+    found = world_checks.problems(world)
+    if found:
+        raise located.InputError(
+            document.fault(problem.path, problem.message, problem.hint) for problem in found
+        )
+    return world
+
+
+def _words(point: Point | None) -> str:
+    return "nowhere" if point is None else f"[{point[0]:g}, {point[1]:g}]"
