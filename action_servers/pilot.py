@@ -1,0 +1,170 @@
+"""The pilot: the one owner of the base.
+
+It steps the maneuvers at the control rate and is alone in commanding velocities. At most one
+maneuver that drives runs at a time: a new one replaces it. Whatever way a driving maneuver ends,
+zero velocity is commanded before anybody hears of the end.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Literal, TypeAlias
+
+from action_servers.maneuver import (
+    ZERO,
+    ErrorCode,
+    Finished,
+    Maneuver,
+    Observation,
+    Twist2D,
+    Value,
+)
+
+Fields: TypeAlias = Mapping[str, Value]
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """How a goal ended, and the fields of its result."""
+
+    status: Literal["succeeded", "aborted", "canceled"]
+    error_code: int = 0
+    reason: str = ""
+    result: Fields | None = None
+    """None when the maneuver could not tell."""
+    cause: Exception | None = None
+    """What the maneuver raised, if it did."""
+
+
+class Run:
+    """One maneuver in the pilot's care; `on_end` is called exactly once."""
+
+    __slots__ = ("maneuver", "needs_base", "on_end", "on_feedback")
+
+    def __init__(
+        self,
+        maneuver: Maneuver,
+        on_feedback: Callable[[Fields], None],
+        on_end: Callable[[Outcome], None],
+    ) -> None:
+        self.maneuver = maneuver
+        self.needs_base = maneuver.needs_base
+        self.on_feedback = on_feedback
+        self.on_end = on_end
+
+
+class Pilot:
+    """Carries out maneuvers.
+
+    `observe` gives what is known of the robot, `command` sends a velocity to the base; commands
+    are kept within `max_linear` (m/s) and `max_angular` (rad/s).
+    """
+
+    def __init__(
+        self,
+        observe: Callable[[], Observation],
+        command: Callable[[Twist2D], None],
+        *,
+        max_linear: float,
+        max_angular: float,
+    ) -> None:
+        self._observe = observe
+        self._command = command
+        self._max_linear = max_linear
+        self._max_angular = max_angular
+        self._runs: list[Run] = []
+
+    @property
+    def idle(self) -> bool:
+        """Whether nothing runs."""
+        return not self._runs
+
+    def start(self, run: Run) -> None:
+        """Take a maneuver in; its first step is at the next control step.
+
+        If it drives, it replaces the one that does, whose goal is aborted.
+        """
+        if run.needs_base:
+            driving = [other for other in self._runs if other.needs_base]
+            self._end_all("replaced by a new goal", driving)
+        self._runs.append(run)
+
+    def cancel(self, run: Run) -> None:
+        """End a maneuver at once, on request; nothing happens if it has ended."""
+        self._end(run, Outcome("canceled"))
+
+    def stop(self, reason: str) -> None:
+        """End every maneuver, and command zero velocity even if there was none."""
+        self._end_all(reason, list(self._runs))
+        self._command(ZERO)
+
+    def step(self) -> None:
+        """Make one control step."""
+        if not self._runs:
+            return
+        runs = tuple(self._runs)
+        try:
+            now = self._observe()
+        except Exception as error:  # noqa: BLE001 - whatever a message holds, the base must stop
+            for run in runs:
+                self._fail(run, error)
+            return
+        for run in runs:
+            if run in self._runs:
+                self._step(run, now)
+
+    def _step(self, run: Run, now: Observation) -> None:
+        try:
+            answer = run.maneuver.step(now)
+            if not isinstance(answer, Finished):
+                if run.needs_base:
+                    self._command(self._within_limits(answer))
+                self._tell(run)
+                return
+        except Exception as error:  # noqa: BLE001 - a fault in one maneuver must not end the server
+            self._fail(run, error)
+            return
+        self._end(run, Outcome(answer.status, answer.error_code, answer.reason), tell=True)
+
+    def _tell(self, run: Run) -> None:
+        feedback = run.maneuver.feedback()
+        if feedback is not None:
+            run.on_feedback(feedback)
+
+    def _within_limits(self, twist: object) -> Twist2D:
+        if not isinstance(twist, Twist2D):
+            raise TypeError(f"a maneuver must answer with Twist2D or Finished, got {twist!r}")
+        if not (math.isfinite(twist.linear) and math.isfinite(twist.angular)):
+            raise ValueError(f"a maneuver commanded {twist.linear} m/s, {twist.angular} rad/s")
+        linear = min(max(twist.linear, -self._max_linear), self._max_linear)
+        angular = min(max(twist.angular, -self._max_angular), self._max_angular)
+        return Twist2D(linear, angular)
+
+    def _fail(self, run: Run, error: Exception) -> None:
+        self._end(run, _raised(error))
+
+    def _end_all(self, reason: str, runs: list[Run]) -> None:
+        for run in runs:
+            self._end(run, Outcome("aborted", ErrorCode.STOPPED, reason))
+
+    def _end(self, run: Run, outcome: Outcome, *, tell: bool = False) -> None:
+        if run not in self._runs:
+            return
+        self._runs.remove(run)
+        if run.needs_base:
+            self._command(ZERO)
+        try:
+            if tell:
+                self._tell(run)
+            outcome = replace(outcome, result=run.maneuver.result())
+        except Exception as error:  # noqa: BLE001 - the goal must end, with what is known
+            if outcome.status == "succeeded":
+                outcome = _raised(error)
+        run.on_end(outcome)
+
+
+def _raised(error: Exception) -> Outcome:
+    reason = f"{type(error).__name__}: {error}"
+    return Outcome("aborted", ErrorCode.UNKNOWN, reason, cause=error)
