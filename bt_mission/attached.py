@@ -1,0 +1,109 @@
+"""The executive alone, on the clock of the ROS graph it joins."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import ExitStack
+from typing import TYPE_CHECKING, Self
+
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.signals import SignalHandlerOptions
+
+from bt_mission.node import MissionNode
+
+if TYPE_CHECKING:
+    from rclpy.context import Context
+
+    from bt_mission.mission import Mission
+
+CLOCK_TOPIC = "/clock"
+WAIT_S = 0.1
+WAITS_FOR_CLOCK = 10
+"""How often, ``WAIT_S`` apart, to look for a publisher of ``/clock`` before the wall is taken."""
+
+
+class Attached:
+    """Runs one mission against action servers in other processes.
+
+    Time is the graph's: ``/clock`` where somebody publishes it, else the clock of this machine.
+
+    :param mission: what to carry out.
+    :param say: where ``log`` nodes speak to; None is the ROS log.
+    :raises BtMissionError: when the mission cannot be set up.
+    """
+
+    collisions: int | None = None
+    distance_travelled_m: float | None = None
+
+    def __init__(self, mission: Mission, *, say: Callable[[str], None] | None = None) -> None:
+        self.mission = mission
+        with ExitStack() as made:
+            context = rclpy.Context()
+            rclpy.init(context=context, signal_handler_options=SignalHandlerOptions.NO)
+            made.callback(context.shutdown)
+            self._executor = SingleThreadedExecutor(context=context)
+            made.callback(self._executor.shutdown)
+            self._follows_clock = self._find_clock(context)
+            self.node = MissionNode(
+                mission, context=context, use_sim_time=self._follows_clock, say=say
+            )
+            made.callback(self.node.destroy_node)
+            self._executor.add_node(self.node)
+            self._exit = made.pop_all()
+        self.executive = self.node.executive
+        self.trace = self.node.trace
+        self._silent_waits = 0
+        self._seen_ns = 0
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._exit.close()
+
+    @property
+    def is_done(self) -> bool:
+        """Has the mission ended, with every goal accounted for?"""
+        return self.executive.is_done
+
+    @property
+    def now_ns(self) -> int:
+        """ROS time, ns."""
+        return self.node.now_ns
+
+    @property
+    def start_ns(self) -> int:
+        """ROS time of the first tick, ns; before it, the present."""
+        return self.executive.started_ns or self.now_ns
+
+    def step(self) -> None:
+        """Serve what comes next, for at most a tenth of a second."""
+        try:
+            self._executor.spin_once(timeout_sec=WAIT_S)
+        except Exception as error:  # noqa: BLE001 - a callback may raise anything; goals come first
+            self.executive.fail(f"a callback failed: {type(error).__name__}: {error}")
+        if self._follows_clock:
+            self._watch_clock()
+
+    def _find_clock(self, context: Context) -> bool:
+        probe = rclpy.create_node("bt_mission_probe", context=context, enable_rosout=False)
+        self._executor.add_node(probe)
+        try:
+            for _ in range(WAITS_FOR_CLOCK):
+                if probe.count_publishers(CLOCK_TOPIC):
+                    return True
+                self._executor.spin_once(timeout_sec=WAIT_S)
+            return False
+        finally:
+            self._executor.remove_node(probe)
+            probe.destroy_node()
+
+    def _watch_clock(self) -> None:
+        """End the mission when the publisher of ``/clock`` has left and time stands still."""
+        now_ns = self.now_ns
+        stands = now_ns == self._seen_ns and not self.node.count_publishers(CLOCK_TOPIC)
+        self._silent_waits = self._silent_waits + 1 if stands else 0
+        self._seen_ns = now_ns
+        if self._silent_waits >= WAITS_FOR_CLOCK:
+            self.executive.abandon(f"{CLOCK_TOPIC} has gone: time stands still")

@@ -1,0 +1,29 @@
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+
+def add_mission_options(parser: argparse.ArgumentParser) -> None:
+    """The mission file and what may be overridden in it."""
+    parser.add_argument("file", type=Path, help="the mission, a YAML file")
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        type=_assignment,
+        help="give an input of the mission another value; may be repeated",
+    )
+    parser.add_argument("--seed", type=int, help="seed of everything random in the run")
+    parser.add_argument("--world", help="a world's name or file instead of the mission's")
+    parser.add_argument("--robot", help="a robot's name or file instead of the mission's")
+
+
+def _assignment(text: str) -> tuple[str, str]:
+    name, equals, value = text.partition("=")
+    if not equals or not name:
+        raise argparse.ArgumentTypeError(f"expected NAME=VALUE, got '{text}'")
+    return name, value

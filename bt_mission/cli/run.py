@@ -1,0 +1,96 @@
+"""``bt-mission run``: carry a mission out."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
+from bt_mission.cli.options import add_mission_options
+
+if TYPE_CHECKING:
+    from bt_mission.session import Session
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command to the command line."""
+    parser = commands.add_parser(
+        "run",
+        help="carry a mission out",
+        description="Checks a mission, then carries it out: in a simulation of its own as fast "
+        "as this machine can, or with --attach against the action servers of a running ROS "
+        "graph. Ctrl-C halts the mission, sees every goal ended and the robot stopped; a second "
+        "Ctrl-C leaves at once.",
+        epilog="exit codes: 0 success, 1 mission failed, 2 bad input, 130 interrupted",
+    )
+    add_mission_options(parser)
+    parser.add_argument(
+        "--speed",
+        type=_speed,
+        help="seconds of simulation per second, 1 for real time (default: as fast as it goes)",
+    )
+    parser.add_argument(
+        "--attach",
+        action="store_true",
+        help="run the executive alone, against servers in other processes",
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON object at the end")
+    parser.add_argument(
+        "--plain", action="store_true", help="plain lines, also when the output is a terminal"
+    )
+    parser.add_argument(
+        "--trace", type=Path, help="write what happened to this file, as JSON lines"
+    )
+    parser.add_argument(
+        "--images",
+        type=Path,
+        default=Path("images"),
+        help="where camera sweeps make their folders (default: images)",
+    )
+    parser.set_defaults(command=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the mission; gives the exit code."""
+    from bt_mission.cli.check import load_checked
+    from bt_mission.executive import MissionStatus
+    from bt_mission.session import drive
+    from bt_mission.terminal.views import view_for
+
+    mission = load_checked(options)
+    view = view_for(sys.stdout, plain=options.plain, quiet=options.json)
+    with _open_session(options, mission, view.say) as session:
+        report = drive(session, view, speed=options.speed, trace_file=options.trace)
+    if options.json:
+        print(json.dumps(report.as_dict()))
+    else:
+        print(report.as_text())
+    codes = {
+        MissionStatus.SUCCESS: SUCCESS,
+        MissionStatus.INTERRUPTED: INTERRUPTED,
+        MissionStatus.FAILURE: MISSION_FAILED,
+    }
+    return codes[MissionStatus(report.status)]
+
+
+def _open_session(options: argparse.Namespace, mission: Any, say: Any) -> Session:
+    if options.attach:
+        from bt_mission.attached import Attached
+
+        return Attached(mission, say=say)
+    from bt_mission.stage import Stage
+
+    return Stage(mission, image_folder=options.images, say=say)
+
+
+def _speed(text: str) -> float:
+    try:
+        speed = float(text)
+    except ValueError:
+        speed = 0.0
+    if not 0 < speed < float("inf"):
+        raise argparse.ArgumentTypeError(f"expected a number above 0, got '{text}'")
+    return speed

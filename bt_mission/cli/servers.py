@@ -1,0 +1,40 @@
+"""``bt-mission servers``: the action servers alone, as an ordinary ROS node."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command to the command line."""
+    parser = commands.add_parser(
+        "servers",
+        help="run the action servers alone, as a ROS node",
+        description="Offers /explore_forward, /turn, /camera_sweep, /navigate_to_pose and "
+        "/follow_waypoints for a robot, simulated or real, that it knows by its topics alone.",
+    )
+    parser.add_argument("--robot", default="waffle", help="a robot's name or file")
+    parser.add_argument("--namespace", default="", help="namespace of the robot's topics")
+    parser.add_argument(
+        "--images", type=Path, default=Path("images"), help="where pictures are written"
+    )
+    parser.add_argument(
+        "--wall-clock",
+        action="store_true",
+        help="keep to this machine's clock instead of /clock, as with a real robot",
+    )
+    parser.set_defaults(command=servers)
+
+
+def servers(options: argparse.Namespace) -> int:
+    """Serve until interrupted."""
+    from action_servers.node import main
+
+    return main(
+        robot=options.robot,
+        namespace=options.namespace,
+        image_folder=options.images,
+        use_sim_time=not options.wall_clock,
+    )

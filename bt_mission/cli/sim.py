@@ -1,0 +1,40 @@
+"""``bt-mission sim``: the simulated robot alone, as an ordinary ROS node."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command to the command line."""
+    parser = commands.add_parser(
+        "sim",
+        help="run the simulated robot alone, as a ROS node",
+        description="Simulates a TurtleBot3 in a world and speaks the robot's own topics "
+        "(cmd_vel, scan, odom, imu, tf, camera, ...) and /clock. Start `bt-mission servers` and "
+        "`bt-mission run FILE --attach` in other terminals.",
+    )
+    parser.add_argument("--world", default="empty_arena", help="a world's name or file")
+    parser.add_argument("--robot", default="waffle", help="a robot's name or file")
+    parser.add_argument("--seed", type=int, default=0, help="seed of the sensors' noise")
+    parser.add_argument(
+        "--speed", type=float, default=1.0, help="simulated seconds per second (default 1)"
+    )
+    parser.add_argument("--namespace", default="", help="namespace of the robot's topics")
+    parser.add_argument("--no-camera", action="store_true", help="never render images")
+    parser.set_defaults(command=sim)
+
+
+def sim(options: argparse.Namespace) -> int:
+    """Simulate until interrupted."""
+    from sim.node import main
+
+    return main(
+        world=options.world,
+        robot=options.robot,
+        seed=options.seed,
+        speed=options.speed,
+        namespace=options.namespace,
+        camera=not options.no_camera,
+    )

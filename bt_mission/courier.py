@@ -1,0 +1,77 @@
+"""The thin layer between a goal and rclpy's action client."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from rclpy.action import ActionClient
+from unique_identifier_msgs.msg import UUID
+
+from bt_mission.goals.goal import Event, Goal
+from bt_mission.ros_types import action_type, fill
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from rclpy.action.client import ClientGoalHandle
+    from rclpy.node import Node
+    from rclpy.task import Future
+
+
+class ActionCourier:
+    """Carries goals of one action to its server and brings back what it says.
+
+    :param node: owns the action client.
+    :param name: the action's name; resolved against the node's namespace.
+    :param type_name: such as ``bt_mission_interfaces/action/Turn``.
+    :raises BtMissionError: when the type is not installed.
+    """
+
+    def __init__(self, node: Node, name: str, type_name: str) -> None:
+        self._type = action_type(type_name)
+        self._client = ActionClient(node, self._type, name)
+        self.name = node.resolve_topic_name(name)
+        self._handles: dict[bytes, ClientGoalHandle] = {}
+
+    def is_ready(self) -> bool:
+        """Is a server in the graph, with all its services and topics matched?"""
+        return bool(self._client.server_is_ready())
+
+    def send(self, goal: Goal, request: Mapping[str, Any]) -> None:
+        """Send the goal with the UUID of its record."""
+        message = fill(self._type.Goal(), request)
+
+        def on_answer(future: Future) -> None:
+            handle = future.result()
+            if handle.accepted:
+                self._handles[goal.id] = handle
+            goal.on(Event.ACCEPTED if handle.accepted else Event.REJECTED)
+
+        self._client.send_goal_async(
+            message,
+            feedback_callback=lambda wrapped: goal.on_feedback(wrapped.feedback),
+            goal_uuid=UUID(uuid=list(goal.id)),
+        ).add_done_callback(on_answer)
+
+    def ask_result(self, goal: Goal) -> None:
+        """Ask for the result; it arrives when the server has ended the goal."""
+
+        def on_result(future: Future) -> None:
+            response = future.result()
+            self._handles.pop(goal.id, None)
+            goal.on_result(response.status, response.result)
+
+        self._handles[goal.id].get_result_async().add_done_callback(on_result)
+
+    def send_cancel(self, goal: Goal) -> None:
+        """Ask the server to cancel; an empty list in its answer is a refusal."""
+        handle = self._handles.get(goal.id)
+        if handle is None:
+            return  # the result is here already
+
+        def on_answer(future: Future) -> None:
+            ids = {bytes(info.goal_id.uuid) for info in future.result().goals_canceling}
+            if goal.id not in ids:
+                goal.on(Event.CANCEL_REFUSED)
+
+        handle.cancel_goal_async().add_done_callback(on_answer)

@@ -1,0 +1,230 @@
+"""Carries a mission out: ticks its tree, and ends it with every goal accounted for.
+
+The executive is driven by :meth:`Executive.tick`, called at the tick rate by a timer on the ROS
+clock. It goes through three stages: it ticks the tree until the root has a final status (or an
+exception, or an interruption halts it); it waits until the ledger has seen every goal to its
+confirmed end, which is bounded by the ledger's grace period; then it is done.
+"""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from bt_mission.common.errors import BtMissionError
+from bt_mission.goals.goal import Goal
+from bt_mission.trace import Trace
+from bt_mission.tree.action_leaf import ActionLeaf
+from bt_mission.tree.runtime import Runtime
+
+
+class MissionStatus(StrEnum):
+    """Where a mission stands; the last three are final."""
+
+    RUNNING = "running"
+    ENDING = "ending"
+    SUCCESS = "success"
+    FAILURE = "failure"
+    INTERRUPTED = "interrupted"
+
+
+FINAL = (MissionStatus.SUCCESS, MissionStatus.FAILURE, MissionStatus.INTERRUPTED)
+
+
+@dataclass(frozen=True)
+class Change:
+    """A node of the tree changed its status."""
+
+    time_ns: int
+    node: Behaviour
+    path: str
+    status: Status
+    message: str
+
+
+class Executive:
+    """Ticks one tree to its end.
+
+    :param root: the tree; its nodes' ``setup`` is called here.
+    :param runtime: time, ledger, variables and clients for the leaves.
+    :param trace: told of every change of status and every event of a goal.
+    :raises BtMissionError: when a node cannot be set up, such as an unknown action type.
+    """
+
+    def __init__(self, root: Behaviour, runtime: Runtime, trace: Trace) -> None:
+        self.root = root
+        self.status = MissionStatus.RUNNING
+        self.reason = ""
+        self.ticks = 0
+        self.started_ns = 0
+        self.listeners: list[Callable[[Change], None]] = []
+        self._runtime = runtime
+        self._trace = trace
+        self._verdict = MissionStatus.FAILURE
+        self._paths: dict[Behaviour, str] = {}
+        self._known: dict[Behaviour, Status] = {}
+        self._name_nodes(root, "0")
+        for node in root.iterate():
+            node.setup(runtime=runtime)
+
+    @property
+    def is_done(self) -> bool:
+        """Has the mission ended, with every goal accounted for?"""
+        return self.status in FINAL
+
+    @property
+    def goals_sent(self) -> int:
+        """How many goals were sent so far."""
+        return self._runtime.ledger.goals_sent
+
+    @property
+    def goals_left_behind(self) -> tuple[str, ...]:
+        """A line for each goal that nobody confirmed as ended; empty after a clean end."""
+        return self._runtime.ledger.describe_left_behind()
+
+    def tick(self) -> None:
+        """Tick the tree once, or see the last goals to their end."""
+        if self.is_done:
+            return
+        if self.status is MissionStatus.RUNNING:
+            if self.ticks == 0:
+                self.started_ns = self._runtime.now_ns
+            self.ticks += 1
+            self._tick_tree()
+        self._runtime.ledger.tend(self._runtime.now_ns)
+        if self.status is MissionStatus.ENDING and self._runtime.ledger.is_settled:
+            self._finish()
+
+    def interrupt(self, reason: str) -> None:
+        """Halt the tree and cancel every goal; later ticks see them to their end."""
+        if self.status is MissionStatus.RUNNING:
+            self._halt(MissionStatus.INTERRUPTED, reason)
+
+    def fail(self, reason: str) -> None:
+        """End the mission as failed for a reason from outside the tree."""
+        if self.status is MissionStatus.RUNNING:
+            self._halt(MissionStatus.FAILURE, reason)
+
+    def abandon(self, reason: str) -> None:
+        """End at once, without waiting for anybody; the goals left behind stand in the reason."""
+        if self.is_done:
+            return
+        if self.status is MissionStatus.RUNNING:
+            self._halt(MissionStatus.FAILURE, reason)
+        else:
+            self.reason = "; ".join(filter(None, (self.reason, reason)))
+        self._runtime.ledger.tend(self._runtime.now_ns)
+        self._finish()
+
+    def path_of(self, node: Behaviour) -> str:
+        """The place of a node in the tree, such as ``0.1.0``."""
+        return self._paths[node]
+
+    def record_goal(self, what: str, goal: Goal) -> None:
+        """Put an event of a goal into the trace (the ledger calls this)."""
+        self._trace.record(
+            self._runtime.now_ns,
+            f"goal {what}",
+            goal=goal.id.hex(),
+            action=goal.courier.name,
+            owner=goal.owner,
+            phase=str(goal.phase),
+            status=None if goal.status is None else int(goal.status),
+        )
+
+    # ---- inside --------------------------------------------------------------------------
+
+    def _name_nodes(self, node: Behaviour, path: str) -> None:
+        stack = [(node, path)]
+        while stack:
+            current, place = stack.pop()
+            self._paths[current] = place
+            self._known[current] = Status.INVALID
+            stack += [(child, f"{place}.{i}") for i, child in enumerate(current.children)]
+
+    def _tick_tree(self) -> None:
+        try:
+            for node in self.root.tick():
+                if node.status is not self._known[node]:
+                    self._note(node)
+        except BtMissionError as error:
+            self._halt(MissionStatus.FAILURE, str(error))
+        except Exception as error:  # noqa: BLE001 - a user's leaf may raise anything
+            self._halt(MissionStatus.FAILURE, _describe(error))
+        else:
+            if self.root.status is Status.SUCCESS:
+                self._end(MissionStatus.SUCCESS, "")
+            elif self.root.status is not Status.RUNNING:
+                self._end(MissionStatus.FAILURE, self._why_failed())
+
+    def _note(self, node: Behaviour) -> None:
+        self._known[node] = node.status
+        change = Change(
+            self._runtime.now_ns, node, self._paths[node], node.status, node.feedback_message
+        )
+        self._trace.record(
+            change.time_ns,
+            "status",
+            node=node.name,
+            path=change.path,
+            status=node.status.value,
+            message=change.message,
+        )
+        for listener in self.listeners:
+            listener(change)
+
+    def _halt(self, verdict: MissionStatus, reason: str) -> None:
+        """Stop every running node; a node that raises does not keep its siblings running."""
+        for node in self.root.iterate():
+            try:
+                if isinstance(node, ActionLeaf):
+                    node.terminate(Status.INVALID)  # also one whose own update raised
+                if node.status is Status.RUNNING:
+                    node.stop(Status.INVALID)
+            except Exception as error:  # noqa: BLE001 - the others must still be stopped
+                reason += f"; stopping '{node.name}' raised {_describe(error)}"
+        for node in self.root.iterate():
+            if node.status is not self._known[node]:
+                self._note(node)
+        self._end(verdict, reason)
+
+    def _end(self, verdict: MissionStatus, reason: str) -> None:
+        self.status, self._verdict, self.reason = MissionStatus.ENDING, verdict, reason
+
+    def _finish(self) -> None:
+        left = self.goals_left_behind
+        if left:
+            self.reason = "; ".join(filter(None, (self.reason, "left behind: " + ", ".join(left))))
+            if self._verdict is MissionStatus.SUCCESS:
+                self._verdict = MissionStatus.FAILURE
+        self.status = self._verdict
+        self._trace.record(
+            self._runtime.now_ns, "mission", status=str(self.status), reason=self.reason
+        )
+
+    def _why_failed(self) -> str:
+        failed = [
+            node
+            for node in self.root.iterate()
+            if node.status is Status.FAILURE and not node.children
+        ]
+        tip = self.root.tip()
+        culprit = tip if tip is not None and tip.status is Status.FAILURE else None
+        if culprit is None and failed:
+            culprit = failed[-1]
+        if culprit is None:
+            return f"'{self.root.name}' failed"
+        return f"'{culprit.name}' {culprit.feedback_message or 'failed'}"
+
+
+def _describe(error: BaseException) -> str:
+    """An exception in one line, with the place that raised it."""
+    frames = traceback.extract_tb(error.__traceback__)
+    place = f" ({Path(frames[-1].filename).name}:{frames[-1].lineno})" if frames else ""
+    return f"{type(error).__name__}: {error}{place}"

@@ -1,0 +1,235 @@
+"""One goal as its leaf sees it: wait for the server, send, watch the limits, decide the outcome.
+
+An attempt is made when a leaf starts and is never used again, so nothing that arrives late can
+reach the leaf's next goal. :meth:`Attempt.poll` is called at every tick and looks, in this order,
+at the result, the condition on feedback, and the limits: a result that arrives with the deadline
+wins.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+from bt_mission.goals.goal import Courier, Event, Goal, GoalStatus, Phase
+from bt_mission.goals.ledger import Ledger
+from bt_mission.goals.outcome import Ending, Outcome
+
+NS = 1_000_000_000
+SERVER_CHECK_NS = NS // 4
+"""How often a working goal's server is looked for in the graph."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Limits of one attempt, in seconds of ROS time; None is no limit.
+
+    :param server: wait for the server (and for an earlier goal there to end).
+    :param answer: from the request to accepted or rejected.
+    :param goal: from acceptance to the result.
+    :param silence: between two feedback messages.
+    :param cancel: from a cancel request to the confirmed end.
+    """
+
+    server: float = 5.0
+    answer: float = 2.0
+    goal: float | None = None
+    silence: float | None = None
+    cancel: float = 3.0
+
+
+class Cause(StrEnum):
+    """Why an attempt asked for its own goal to be cancelled."""
+
+    CONDITION = "condition"
+    TIMEOUT = "timeout"
+    SILENCE = "silence"
+
+
+_CANCELED = {
+    Cause.CONDITION: Outcome.CANCELED_BY_CONDITION,
+    Cause.TIMEOUT: Outcome.CANCELED_BY_TIMEOUT,
+    Cause.SILENCE: Outcome.SILENT,
+}
+
+
+class Attempt:
+    """The whole life of one goal, from the first wait for a server to one outcome.
+
+    :param courier: the server.
+    :param ledger: keeps the goal beyond this attempt's end.
+    :param owner: the leaf's name.
+    :param request: the goal, in the courier's form.
+    :param limits: see :class:`Limits`.
+    :param condition: looks at each feedback; a text that says what was met cancels the goal.
+    :param now_ns: ROS time.
+    """
+
+    def __init__(
+        self,
+        courier: Courier,
+        ledger: Ledger,
+        owner: str,
+        request: Any,
+        limits: Limits,
+        condition: Callable[[Any], str | None] | None,
+        now_ns: int,
+    ) -> None:
+        self._courier = courier
+        self._ledger = ledger
+        self._owner = owner
+        self._request = request
+        self._limits = limits
+        self._condition = condition
+        self._since_ns = now_ns
+        self._heard_ns = now_ns
+        self._accepted_ns: int | None = None
+        self._cancel_ns = 0
+        self._cause: Cause | None = None
+        self._cause_text = ""
+        self._next_server_check_ns = now_ns
+        self.goal: Goal | None = None
+        self.ending: Ending | None = None
+
+    @property
+    def feedback(self) -> Any:
+        """The newest feedback of this goal, or None."""
+        return self.goal.feedback if self.goal else None
+
+    @property
+    def stage(self) -> str:
+        """What is being waited for, for people."""
+        if self.ending:
+            return str(self.ending.outcome)
+        if self.goal is None:
+            return "waiting for the server"
+        if self.goal.phase is Phase.SENT:
+            return "waiting for an answer"
+        return "canceling" if self._cause else "active"
+
+    def poll(self, now_ns: int) -> Ending | None:
+        """Move on; gives the ending once there is one."""
+        if self.ending is None:
+            self.ending = self._advance(now_ns)
+        return self.ending
+
+    def halt(self, now_ns: int) -> None:
+        """End now: the ledger sees the goal to its end, without blocking."""
+        if self.ending is not None:
+            return
+        self.ending = Ending(Outcome.CANCELED_BY_HALT, "halted by the tree")
+        if self.goal is not None:
+            self._ledger.hand_over(self.goal, now_ns)
+
+    # ---- one step per stage ---------------------------------------------------------------
+
+    def _advance(self, now_ns: int) -> Ending | None:
+        if self.goal is None:
+            return self._wait_for_server(now_ns)
+        if self.goal.phase is Phase.ENDED:
+            return self._read_end(self.goal)
+        if self.goal.phase is Phase.SENT:
+            return self._wait_for_answer(self.goal, now_ns)
+        if self._accepted_ns is None:
+            self._accepted_ns = self._heard_ns = now_ns
+        if self._server_is_gone(now_ns):
+            self.goal.on(Event.GIVEN_UP)
+            return Ending(Outcome.SERVER_LOST, f"{self._courier.name} has gone from the graph")
+        if self._cause is None:
+            self._check_feedback(self.goal, now_ns)
+        if self._cause is None:
+            self._check_limits(now_ns)
+        return self._wait_for_cancel(self.goal, now_ns) if self._cause else None
+
+    def _wait_for_server(self, now_ns: int) -> Ending | None:
+        busy = self._ledger.has_orphan_at(self._courier)
+        if not busy and self._courier.is_ready():
+            self.goal = self._ledger.send(self._courier, self._owner, self._request)
+            self._since_ns = now_ns
+            return None
+        if now_ns - self._since_ns < self._limits.server * NS:
+            return None
+        what = "an earlier goal there has not ended" if busy else "no server"
+        return Ending(
+            Outcome.NO_SERVER, f"{self._courier.name}: {what} after {self._limits.server:g} s"
+        )
+
+    def _wait_for_answer(self, goal: Goal, now_ns: int) -> Ending | None:
+        if now_ns - self._since_ns < self._limits.answer * NS:
+            return None
+        self._ledger.hand_over(goal, now_ns)
+        return Ending(
+            Outcome.NO_ANSWER,
+            f"{self._courier.name} did not answer the goal within {self._limits.answer:g} s",
+        )
+
+    def _server_is_gone(self, now_ns: int) -> bool:
+        if now_ns < self._next_server_check_ns:
+            return False
+        self._next_server_check_ns = now_ns + SERVER_CHECK_NS
+        return not self._courier.is_ready()
+
+    def _check_feedback(self, goal: Goal, now_ns: int) -> None:
+        if goal.unread:
+            self._heard_ns = now_ns
+        while goal.unread:
+            feedback = goal.unread.popleft()
+            met = self._condition(feedback) if self._condition else None
+            if met:
+                self._cancel(Cause.CONDITION, met, now_ns)
+                return
+
+    def _check_limits(self, now_ns: int) -> None:
+        limits, accepted_ns = self._limits, self._accepted_ns
+        if (
+            limits.goal is not None
+            and accepted_ns is not None
+            and now_ns - accepted_ns >= limits.goal * NS
+        ):
+            self._cancel(Cause.TIMEOUT, f"not done within {limits.goal:g} s", now_ns)
+        elif limits.silence is not None and now_ns - self._heard_ns >= limits.silence * NS:
+            self._cancel(Cause.SILENCE, f"no feedback for {limits.silence:g} s", now_ns)
+
+    def _cancel(self, cause: Cause, text: str, now_ns: int) -> None:
+        assert self.goal is not None
+        self._cause, self._cause_text, self._cancel_ns = cause, text, now_ns
+        self.goal.on(Event.UNWANTED)
+
+    def _wait_for_cancel(self, goal: Goal, now_ns: int) -> Ending | None:
+        why = f"{self._cause_text}, but {self._courier.name}"
+        if goal.cancel_refused:
+            self._ledger.hand_over(goal, now_ns)
+            return Ending(Outcome.CANCEL_REFUSED, f"{why} refused to cancel")
+        if now_ns - self._cancel_ns < self._limits.cancel * NS:
+            return None
+        self._ledger.hand_over(goal, now_ns)
+        return Ending(
+            Outcome.UNCONFIRMED, f"{why} did not confirm the cancel in {self._limits.cancel:g} s"
+        )
+
+    def _read_end(self, goal: Goal) -> Ending:
+        name = self._courier.name
+        if not goal.accepted:
+            return Ending(Outcome.REJECTED, f"{name} rejected the goal; its log says why")
+        if goal.status is GoalStatus.SUCCEEDED:
+            return Ending(Outcome.SUCCEEDED, "succeeded", goal.result)
+        if goal.status is GoalStatus.CANCELED:
+            if self._cause is None:
+                return Ending(
+                    Outcome.CANCELED_FROM_OUTSIDE, f"{name}: somebody else cancelled", goal.result
+                )
+            return Ending(_CANCELED[self._cause], self._cause_text, goal.result)
+        if goal.status is GoalStatus.ABORTED:
+            return Ending(Outcome.ABORTED, f"{name} aborted{_say_error(goal.result)}", goal.result)
+        return Ending(Outcome.SERVER_LOST, f"{name} no longer knows the goal (restarted?)")
+
+
+def _say_error(result: Any) -> str:
+    """The server's own code and message, where its result has Nav2's fields for them."""
+    code = getattr(result, "error_code", None)
+    message = getattr(result, "error_msg", "")
+    if not code and not message:
+        return ""
+    return f": {message} (code {code})" if message else f" with code {code}"

@@ -1,0 +1,170 @@
+"""One goal as its server sees it: a state machine whose table is written once.
+
+The machine knows nothing of leaves, limits or ROS. It is told what happened (:class:`Event`) and
+answers with what to do (:class:`Command`). A pair that is not in the table changes nothing: late
+and stale messages are noted by the ledger and otherwise without effect.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import IntEnum, StrEnum
+from types import MappingProxyType
+from typing import Any, Protocol
+
+UNREAD_FEEDBACK = 1_000
+"""Feedback kept between two ticks; beyond it the oldest is dropped."""
+
+
+class Phase(StrEnum):
+    """Where a goal stands between its request and its confirmed end."""
+
+    SENT = "sent"
+    RECALLED = "recalled"
+    """No longer wanted before the server answered: cancelled as soon as it is accepted."""
+    ACTIVE = "active"
+    CANCELING = "canceling"
+    LOST = "lost"
+    """Given up: nothing confirms that it ended. Whatever is still heard of it is acted upon."""
+    ENDED = "ended"
+
+
+class Event(StrEnum):
+    """What can happen to a goal."""
+
+    ACCEPTED = "accepted"
+    REJECTED = "rejected"
+    UNWANTED = "unwanted"
+    CANCEL_REFUSED = "cancel refused"
+    RESULT = "result"
+    GIVEN_UP = "given up"
+
+
+class Command(StrEnum):
+    """What to do about an event."""
+
+    ASK_RESULT = "ask for the result"
+    SEND_CANCEL = "send a cancel request"
+
+
+class GoalStatus(IntEnum):
+    """Final states, with the numbers of ``action_msgs/msg/GoalStatus``."""
+
+    UNKNOWN = 0
+    SUCCEEDED = 4
+    CANCELED = 5
+    ABORTED = 6
+
+
+TRANSITIONS: Mapping[tuple[Phase, Event], tuple[Phase, tuple[Command, ...]]] = MappingProxyType(
+    {
+        (Phase.SENT, Event.ACCEPTED): (Phase.ACTIVE, (Command.ASK_RESULT,)),
+        (Phase.SENT, Event.REJECTED): (Phase.ENDED, ()),
+        (Phase.SENT, Event.UNWANTED): (Phase.RECALLED, ()),
+        (Phase.SENT, Event.GIVEN_UP): (Phase.LOST, ()),
+        (Phase.RECALLED, Event.ACCEPTED): (
+            Phase.CANCELING,
+            (Command.ASK_RESULT, Command.SEND_CANCEL),
+        ),
+        (Phase.RECALLED, Event.REJECTED): (Phase.ENDED, ()),
+        (Phase.RECALLED, Event.GIVEN_UP): (Phase.LOST, ()),
+        (Phase.ACTIVE, Event.UNWANTED): (Phase.CANCELING, (Command.SEND_CANCEL,)),
+        (Phase.ACTIVE, Event.RESULT): (Phase.ENDED, ()),
+        (Phase.ACTIVE, Event.GIVEN_UP): (Phase.LOST, ()),
+        (Phase.CANCELING, Event.CANCEL_REFUSED): (Phase.ACTIVE, ()),
+        (Phase.CANCELING, Event.RESULT): (Phase.ENDED, ()),
+        (Phase.CANCELING, Event.GIVEN_UP): (Phase.LOST, ()),
+        (Phase.LOST, Event.ACCEPTED): (
+            Phase.CANCELING,
+            (Command.ASK_RESULT, Command.SEND_CANCEL),
+        ),
+        (Phase.LOST, Event.REJECTED): (Phase.ENDED, ()),
+        (Phase.LOST, Event.RESULT): (Phase.ENDED, ()),
+    }
+)
+
+
+class Courier(Protocol):
+    """Carries a goal's requests to its server, as rclpy's action client does."""
+
+    name: str
+    """The resolved name of the action."""
+
+    def is_ready(self) -> bool:
+        """Is a server there and matched?"""
+
+    def send(self, goal: Goal, request: Any) -> None:
+        """Send the goal; what comes back goes into ``goal``'s methods."""
+
+    def ask_result(self, goal: Goal) -> None:
+        """Ask for the result of an accepted goal."""
+
+    def send_cancel(self, goal: Goal) -> None:
+        """Ask the server to cancel an accepted goal."""
+
+
+@dataclass(eq=False)
+class Goal:
+    """The record of one goal, from the request to the confirmed end.
+
+    :param id: the goal's UUID, 16 bytes.
+    :param courier: carries its requests.
+    :param owner: who sent it, for people.
+    """
+
+    id: bytes
+    courier: Courier
+    owner: str
+    phase: Phase = Phase.SENT
+    accepted: bool = False
+    cancel_refused: bool = False
+    status: GoalStatus | None = None
+    result: Any = None
+    feedback: Any = None
+    unread: deque[Any] = field(default_factory=lambda: deque(maxlen=UNREAD_FEEDBACK))
+    orphaned_ns: int | None = None
+    history: list[Event] = field(default_factory=list)
+
+    @property
+    def is_live(self) -> bool:
+        """May the server still be working on it, as far as is known?"""
+        return self.phase not in (Phase.ENDED, Phase.LOST)
+
+    @property
+    def short_id(self) -> str:
+        """The first eight digits of the UUID, for people."""
+        return self.id.hex()[:8]
+
+    def on(self, event: Event) -> None:
+        """Take in an event, by the table; do what it commands."""
+        self.history.append(event)
+        if (self.phase, event) not in TRANSITIONS:
+            return
+        self.phase, commands = TRANSITIONS[self.phase, event]
+        if event is Event.ACCEPTED:
+            self.accepted = True
+        elif event is Event.CANCEL_REFUSED:
+            self.cancel_refused = True
+        elif event is Event.UNWANTED:
+            self.cancel_refused = False
+        for command in commands:
+            if command is Command.ASK_RESULT:
+                self.courier.ask_result(self)
+            else:
+                self.courier.send_cancel(self)
+
+    def on_result(self, status: int, result: Any) -> None:
+        """Take in the result; a status that is no final one counts as unknown."""
+        if (self.phase, Event.RESULT) in TRANSITIONS:
+            known = status in GoalStatus._value2member_map_
+            self.status = GoalStatus(status) if known else GoalStatus.UNKNOWN
+            self.result = result
+        self.on(Event.RESULT)
+
+    def on_feedback(self, feedback: Any) -> None:
+        """Take in feedback; before acceptance and after the end it is stale and dropped."""
+        if self.phase in (Phase.ACTIVE, Phase.CANCELING):
+            self.feedback = feedback
+            self.unread.append(feedback)

@@ -1,0 +1,105 @@
+"""Every goal sent, by UUID, until its server confirms a terminal status.
+
+A leaf that is halted, interrupted or timed out hands its goal over here; the ledger sees it to
+the end without blocking a tick. A mission ends with "0 goals left behind", or names those that
+are.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from typing import Any
+
+from bt_mission.goals.goal import Courier, Event, Goal, Phase
+
+RETRY_NS = 1_000_000_000
+"""A refused cancel of an orphaned goal is asked again after this time."""
+
+
+def _tell_nobody(what: str, goal: Goal) -> None:
+    """Take an event and do nothing with it."""
+
+
+class Ledger:
+    """Holds goals to their confirmed end.
+
+    :param seed: goal UUIDs are made from it, so that a run repeats.
+    :param grace_ns: how long an orphaned goal may take to end before it counts as left behind.
+    :param on_event: told of every goal that is sent, handed over, given up or ended.
+    """
+
+    def __init__(
+        self,
+        seed: int,
+        grace_ns: int,
+        on_event: Callable[[str, Goal], None] = _tell_nobody,
+    ) -> None:
+        self._seed = seed
+        self._grace_ns = grace_ns
+        self._on_event = on_event
+        self._open: dict[bytes, Goal] = {}
+        self._retry_ns: dict[bytes, int] = {}
+        self.goals_sent = 0
+
+    @property
+    def open_goals(self) -> tuple[Goal, ...]:
+        """Goals not confirmed as ended, in the order sent."""
+        return tuple(self._open.values())
+
+    @property
+    def is_settled(self) -> bool:
+        """Is no goal alive, as far as can still be found out?"""
+        return not any(goal.is_live for goal in self._open.values())
+
+    def send(self, courier: Courier, owner: str, request: Any) -> Goal:
+        """Send ``request`` as a new goal and keep it until it ends."""
+        self.goals_sent += 1
+        digest = bytearray(hashlib.sha256(f"{self._seed}/{self.goals_sent}".encode()).digest()[:16])
+        digest[6] = digest[6] & 0x0F | 0x80  # RFC 9562: version 8, made by the application
+        digest[8] = digest[8] & 0x3F | 0x80  # RFC 9562: variant
+        goal = Goal(bytes(digest), courier, owner)
+        self._open[goal.id] = goal
+        self._on_event("sent", goal)
+        courier.send(goal, request)
+        return goal
+
+    def hand_over(self, goal: Goal, now_ns: int) -> None:
+        """Take care of a goal that nobody wants any more, until it has ended."""
+        if not goal.is_live or goal.orphaned_ns is not None:
+            return
+        goal.orphaned_ns = now_ns
+        self._retry_ns[goal.id] = now_ns + RETRY_NS
+        self._on_event("handed over", goal)
+        goal.on(Event.UNWANTED)
+
+    def has_orphan_at(self, courier: Courier) -> bool:
+        """Does a goal that nobody wants still live at this server?"""
+        return any(
+            goal.courier is courier and goal.is_live and goal.orphaned_ns is not None
+            for goal in self._open.values()
+        )
+
+    def tend(self, now_ns: int) -> None:
+        """Close what has ended, ask again where a cancel was refused, give up after the grace."""
+        for goal in tuple(self._open.values()):
+            if goal.phase is Phase.ENDED:
+                del self._open[goal.id]
+                self._retry_ns.pop(goal.id, None)
+                self._on_event("ended", goal)
+            elif goal.orphaned_ns is None or not goal.is_live:
+                continue
+            elif now_ns >= goal.orphaned_ns + self._grace_ns:
+                goal.on(Event.GIVEN_UP)
+                self._on_event("given up", goal)
+            elif goal.phase is Phase.ACTIVE and now_ns >= self._retry_ns[goal.id]:
+                self._retry_ns[goal.id] = now_ns + RETRY_NS
+                goal.on(Event.UNWANTED)
+
+    def describe_left_behind(self) -> tuple[str, ...]:
+        """One line for each goal whose end nobody confirmed."""
+        return tuple(
+            f"{goal.courier.name} goal {goal.short_id} of '{goal.owner}' ({goal.phase})"
+            for goal in self._open.values()
+            if goal.phase is not Phase.ENDED
+        )

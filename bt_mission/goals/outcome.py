@@ -1,0 +1,39 @@
+"""The closed list of ways in which an attempt at a goal ends."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+
+class Outcome(StrEnum):
+    """How an attempt ended, as the leaf that made it sees it."""
+
+    SUCCEEDED = "succeeded"
+    ABORTED = "aborted"
+    REJECTED = "rejected"
+    CANCELED_BY_CONDITION = "canceled by condition"
+    CANCELED_BY_TIMEOUT = "canceled by timeout"
+    CANCELED_BY_HALT = "canceled by halt"
+    CANCELED_FROM_OUTSIDE = "canceled from outside"
+    NO_SERVER = "server not available"
+    NO_ANSWER = "no answer to the goal"
+    SILENT = "feedback silent for too long"
+    SERVER_LOST = "server lost"
+    CANCEL_REFUSED = "cancel refused"
+    UNCONFIRMED = "unconfirmed"
+
+
+@dataclass(frozen=True)
+class Ending:
+    """An outcome with what goes with it.
+
+    :param outcome: which of the closed list.
+    :param reason: one line for people, naming the server, the limit or the condition.
+    :param result: the result's fields, where the server sent one (also when canceled or aborted).
+    """
+
+    outcome: Outcome
+    reason: str
+    result: Any = None

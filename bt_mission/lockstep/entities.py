@@ -1,0 +1,129 @@
+"""What the nodes of an executor can be woken by, and which of it is ready."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from rclpy.clock_type import ClockType
+from rclpy.event_handler import EventHandler
+from rclpy.exceptions import InvalidHandle
+from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
+
+from bt_mission.common.errors import BtMissionError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from rclpy.context import Context
+    from rclpy.node import Node
+    from rclpy.timer import Timer
+
+COUNTS = (
+    "num_subscriptions",
+    "num_guard_conditions",
+    "num_timers",
+    "num_clients",
+    "num_services",
+    "num_events",
+)
+
+
+class Entities:
+    """A snapshot of the entities of some nodes, with a wait set that is kept between waits.
+
+    :param nodes: in the order in which they are to be served.
+    :param context: the rclpy context of the nodes.
+    :raises BtMissionError: for a timer that is not on a ROS clock.
+    """
+
+    def __init__(self, nodes: Sequence[Node], context: Context) -> None:
+        self.subscriptions = [e for node in nodes for e in node.subscriptions]
+        self.services = [e for node in nodes for e in node.services]
+        self.clients = [e for node in nodes for e in node.clients]
+        self.guards = [e for node in nodes for e in node.guards]
+        # Events tell of discovery, which runs on its own thread: they have no virtual time.
+        self.waitables = [
+            e for node in nodes for e in node.waitables if not isinstance(e, EventHandler)
+        ]
+        self.timers: list[Timer] = [e for node in nodes for e in node.timers]
+        for timer in self.timers:
+            if timer.clock.clock_type != ClockType.ROS_TIME:
+                raise BtMissionError(
+                    f"a timer on a {timer.clock.clock_type.name} clock cannot run in virtual "
+                    "time; create it with the clock of its node"
+                )
+        sizes = self._sizes()
+        self._is_empty = not any(sizes)
+        with context.handle:
+            self._wait_set = _rclpy.WaitSet(*sizes, context.handle)
+
+    def _sizes(self) -> list[int]:
+        sizes = [
+            len(self.subscriptions),
+            len(self.guards),
+            0,
+            len(self.clients),
+            len(self.services),
+            0,
+        ]
+        for waitable in self.waitables:
+            numbers = waitable.get_num_entities()
+            sizes = [
+                size + getattr(numbers, name) for size, name in zip(sizes, COUNTS, strict=True)
+            ]
+        return sizes
+
+    def ready(self) -> list[Any]:
+        """The entities that have something to serve now, in the order of their creation."""
+        if self._is_empty:
+            return []
+        wait_set = self._wait_set
+        wait_set.clear_entities()
+        for subscription in self.subscriptions:
+            wait_set.add_subscription(subscription.handle)
+        for guard in self.guards:
+            wait_set.add_guard_condition(guard.handle)
+        for client in self.clients:
+            wait_set.add_client(client.handle)
+        for service in self.services:
+            wait_set.add_service(service.handle)
+        for waitable in self.waitables:
+            waitable.add_to_wait_set(wait_set)
+        wait_set.wait(0)
+
+        found: list[Any] = []
+        for kind, entities in (
+            ("subscription", self.subscriptions),
+            ("service", self.services),
+            ("client", self.clients),
+            ("guard_condition", self.guards),
+        ):
+            if entities:
+                pointers = wait_set.get_ready_entities(kind)
+                if pointers:
+                    found += [e for e in entities if e.handle.pointer in pointers]
+        found += [waitable for waitable in self.waitables if waitable.is_ready(wait_set)]
+        return found
+
+    def ns_until_next_timer(self) -> int | None:
+        """Nanoseconds until the next timer is due, or None when none is set."""
+        waits = [wait for wait in map(_ns_until_due, self.timers) if wait is not None]
+        return min(waits, default=None)
+
+
+def _ns_until_due(timer: Timer) -> int | None:
+    handle = timer.handle
+    try:
+        with handle:
+            return None if handle.is_timer_canceled() else handle.time_until_next_call()
+    except InvalidHandle:
+        return None  # destroyed since the snapshot
+
+
+def describe(entity: Any) -> str:
+    """An entity's kind and name, for people."""
+    for attribute in ("topic_name", "srv_name", "_action_name"):
+        name = getattr(entity, attribute, None)
+        if name:
+            return f"{type(entity).__name__} {name}"
+    return type(entity).__name__

@@ -1,0 +1,88 @@
+"""The executive as a ROS node: time, action clients and the tick timer of one mission."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from bt_mission.courier import ActionCourier
+from bt_mission.executive import Executive
+from bt_mission.goals.goal import Goal
+from bt_mission.goals.ledger import Ledger
+from bt_mission.trace import Trace
+from bt_mission.tree.build import build_tree
+from bt_mission.tree.runtime import Scope
+
+if TYPE_CHECKING:
+    from rclpy.context import Context
+
+    from bt_mission.mission import Mission
+
+TICK_RATE_HZ = 20.0
+CANCEL_GRACE_NS = 3_000_000_000
+"""How long a mission waits for goals that it no longer wants (the default cancel limit)."""
+
+
+class MissionNode(Node):
+    """Runs one mission; it is the runtime of the mission's leaves.
+
+    :param mission: what to carry out.
+    :param context: the rclpy context; None is the default one.
+    :param lean: no parameter services, log topic or type description, as on the stage.
+    :param use_sim_time: follow ``/clock``.
+    :param say: where ``log`` nodes speak to; None is the ROS log.
+    :raises BtMissionError: when the mission cannot be set up, such as an unknown action type.
+    """
+
+    def __init__(
+        self,
+        mission: Mission,
+        *,
+        context: Context | None = None,
+        lean: bool = False,
+        use_sim_time: bool = False,
+        say: Callable[[str], None] | None = None,
+    ) -> None:
+        overrides = [Parameter("use_sim_time", value=use_sim_time)]
+        if lean:
+            overrides.append(Parameter("start_type_description_service", value=False))
+        super().__init__(
+            "bt_mission",
+            context=context,
+            enable_rosout=not lean,
+            start_parameter_services=not lean,
+            parameter_overrides=overrides,
+        )
+        self._say = say or self._log_line
+        self._couriers: dict[tuple[str, str], ActionCourier] = {}
+        self.scope = Scope(dict(mission.inputs), mission.seed)
+        self.trace = Trace()
+        self.ledger = Ledger(mission.seed, CANCEL_GRACE_NS, self._on_goal)
+        self.executive = Executive(build_tree(mission, self.scope), self, self.trace)
+        self.create_timer(1 / TICK_RATE_HZ, self.executive.tick)
+
+    @property
+    def now_ns(self) -> int:
+        """ROS time, ns."""
+        return int(self.get_clock().now().nanoseconds)
+
+    def courier(self, action: str, type_name: str) -> ActionCourier:
+        """The client of an action; one for each name and type."""
+        key = (action, type_name)
+        if key not in self._couriers:
+            self._couriers[key] = ActionCourier(self, action, type_name)
+        return self._couriers[key]
+
+    def log(self, text: str) -> None:
+        """Say a line of the mission's to the people who watch, and to the trace."""
+        self.trace.record(self.now_ns, "log", text=text)
+        self._say(text)
+
+    def _on_goal(self, what: str, goal: Goal) -> None:
+        self.executive.record_goal(what, goal)
+
+    def _log_line(self, text: str) -> None:
+        self.get_logger().info(text)

@@ -1,0 +1,149 @@
+"""One run of a mission from start to report, on the stage or attached."""
+
+from __future__ import annotations
+
+import signal
+from contextlib import AbstractContextManager, ExitStack
+from pathlib import Path
+from types import FrameType
+from typing import Protocol, Self
+
+from bt_mission.common.errors import BtMissionError
+from bt_mission.executive import Change, Executive
+from bt_mission.mission import Mission
+from bt_mission.pacing import Pacer, Stopwatch
+from bt_mission.report import Report
+from bt_mission.trace import Trace
+
+
+class Session(Protocol):
+    """A mission with what carries it out: :class:`bt_mission.stage.Stage`, for one."""
+
+    mission: Mission
+    executive: Executive
+    trace: Trace
+
+    def __enter__(self) -> Self: ...
+    def __exit__(self, *_: object) -> None: ...
+    def step(self) -> None:
+        """Move on a little."""
+
+    @property
+    def is_done(self) -> bool:
+        """Has the mission ended, with every goal accounted for?"""
+
+    @property
+    def start_ns(self) -> int:
+        """ROS time of the start, ns."""
+
+    @property
+    def now_ns(self) -> int:
+        """ROS time, ns."""
+
+    @property
+    def collisions(self) -> int | None:
+        """Contacts of the robot, where they are known."""
+
+    @property
+    def distance_travelled_m(self) -> float | None:
+        """True length of the robot's path, where it is known."""
+
+
+class View(AbstractContextManager["View"], Protocol):
+    """What people see while a mission runs."""
+
+    def open(self, session: Session, wall: Stopwatch, /) -> None:
+        """Begin to show a session."""
+
+    def on_change(self, change: Change) -> None:
+        """A node changed its status."""
+
+    def refresh(self) -> None:
+        """Called between steps."""
+
+    def say(self, text: str) -> None:
+        """The mission says something."""
+
+
+class Interrupts:
+    """Ctrl-C and SIGTERM as wishes that are looked at between steps."""
+
+    def __init__(self) -> None:
+        self.count = 0
+        self.name = ""
+        self._before: dict[signal.Signals, object] = {}
+
+    def __enter__(self) -> Self:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            self._before[number] = signal.signal(number, self._take)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for number, handler in self._before.items():
+            signal.signal(number, handler)  # type: ignore[arg-type]  # what signal() gave us
+
+    def _take(self, number: int, _: FrameType | None) -> None:
+        self.count += 1
+        self.name = "Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name
+
+
+def drive(
+    session: Session, view: View, *, speed: float | None = None, trace_file: Path | None = None
+) -> Report:
+    """Step a session to its end, paced and shown; gives the report.
+
+    The first Ctrl-C or SIGTERM halts the tree and waits until every goal has ended; the second
+    leaves at once, and the report's reason names the goals left behind.
+
+    :raises BtMissionError: when ``trace_file`` cannot be written.
+    """
+    wall = Stopwatch()
+    with ExitStack() as stack:
+        if trace_file is not None:
+            stack.enter_context(session.trace.written_to(trace_file))
+        interrupts = stack.enter_context(Interrupts())
+        view.open(session, wall)
+        stack.enter_context(view)
+        session.executive.listeners.append(view.on_change)
+        pacer = Pacer(speed, session.start_ns)
+        while not session.is_done:
+            if interrupts.count == 1:
+                session.executive.interrupt(f"interrupted by {interrupts.name}")
+            elif interrupts.count > 1:
+                session.executive.abandon(f"left at once after a second {interrupts.name}")
+                break
+            _step(session)
+            pacer.hold(session.now_ns)
+            view.refresh()
+    return summarise(session, wall.elapsed_s)
+
+
+def _step(session: Session) -> None:
+    try:
+        session.step()
+    except BtMissionError as error:
+        session.executive.abandon(str(error))
+
+
+def summarise(session: Session, wall_s: float) -> Report:
+    """The report of a session that has ended."""
+    executive, mission = session.executive, session.mission
+    virtual_s = (session.now_ns - session.start_ns) / 1e9
+    distance = session.distance_travelled_m
+    return Report(
+        mission=mission.name,
+        status=str(executive.status),
+        reason=executive.reason,
+        world=mission.world,
+        robot=mission.robot,
+        seed=mission.seed,
+        virtual_s=round(virtual_s, 6),
+        wall_s=round(wall_s, 3),
+        real_time_factor=round(virtual_s / wall_s, 1) if wall_s > 0 else 0.0,
+        ticks=executive.ticks,
+        goals_sent=executive.goals_sent,
+        goals_left_behind=len(executive.goals_left_behind),
+        collisions=session.collisions,
+        distance_travelled_m=None if distance is None else round(distance, 6),
+        trace_sha256=session.trace.sha256,
+    )

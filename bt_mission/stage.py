@@ -1,0 +1,142 @@
+"""The stage: world, servers and executive in one process on one virtual clock.
+
+This is the one module that puts the three together. Everything between them goes through real
+rclpy and DDS, as between processes; only time is ours.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Self
+
+import rclpy
+from rclpy.context import Context
+
+from action_servers.node import ServersNode
+from bt_mission.common.errors import BtMissionError
+from bt_mission.common.robot import load_robot
+from bt_mission.lockstep import LockstepExecutor, self_test
+from bt_mission.node import MissionNode
+from sim.node import SimNode
+from sim.world import load_world
+
+if TYPE_CHECKING:
+    from bt_mission.mission import Mission
+
+START_NS = 1_000_000_000
+DEFAULT_WORLD = "empty_arena"
+
+
+class StageError(BtMissionError):
+    """The stage cannot go on."""
+
+
+class Stage:
+    """A world with a robot, its action servers, and the executive of one mission.
+
+    Use it as a context manager; :meth:`step` until :attr:`is_done`. Everything that is random
+    comes from the mission's seed.
+
+    :param mission: what to carry out; it names world, robot and seed.
+    :param image_folder: where a camera sweep makes its folders.
+    :param say: where ``log`` nodes speak to; None is the ROS log.
+    :raises BtMissionError: for a world, robot or action type that is not there, and where this
+        machine cannot keep virtual time.
+    """
+
+    def __init__(
+        self,
+        mission: Mission,
+        *,
+        image_folder: Path,
+        say: Callable[[str], None] | None = None,
+    ) -> None:
+        self.mission = mission
+        self._exit = ExitStack()
+        world = load_world(mission.world or DEFAULT_WORLD)
+        robot = load_robot(mission.robot)
+        self_test()
+        with ExitStack() as made:
+            context = Context()
+            rclpy.init(context=context)
+            made.callback(context.shutdown)
+            self.sim = SimNode(
+                world, robot, seed=mission.seed, start_ns=START_NS, lean=True, context=context
+            )
+            made.callback(self.sim.destroy_node)
+            self.servers = ServersNode(robot, image_folder=image_folder, lean=True, context=context)
+            made.callback(self.servers.destroy_node)
+            self.node = MissionNode(mission, context=context, lean=True, say=say)
+            made.callback(self.node.destroy_node)
+            self.clock = LockstepExecutor(start_ns=START_NS, world=self.sim, context=context)
+            made.callback(self.clock.shutdown)
+            for node in (self.sim, self.servers, self.node):
+                self.clock.add_node(node)
+            self._exit = made.pop_all()
+        self.executive = self.node.executive
+        self.trace = self.node.trace
+        self._ticks = 0
+        self.trace.record(
+            START_NS,
+            "start",
+            mission=mission.name,
+            world=world.name,
+            robot=robot.name,
+            seed=mission.seed,
+        )
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._exit.close()
+
+    @property
+    def is_done(self) -> bool:
+        """Has the mission ended, with every goal accounted for?"""
+        return self.executive.is_done
+
+    @property
+    def now_ns(self) -> int:
+        """The present instant of virtual time, ns; runs start at one second."""
+        return self.clock.now_ns
+
+    @property
+    def start_ns(self) -> int:
+        """Virtual time of the start, ns."""
+        return START_NS
+
+    @property
+    def collisions(self) -> int:
+        """How often the robot has touched something other than the floor."""
+        return self.sim.simulation.collisions
+
+    @property
+    def distance_travelled_m(self) -> float:
+        """The true length of the robot's path, m."""
+        return self.sim.simulation.distance_travelled
+
+    def step(self) -> None:
+        """Jump to the next instant at which anything is due, and serve it.
+
+        An exception in a callback of a node ends the mission as failed with the cause; a second
+        one, while the goals are seen to their end, is raised as :class:`StageError`.
+        """
+        try:
+            self.clock.step()
+        except Exception as error:
+            failing = f"{type(error).__name__}: {error}"
+            if self.executive.status != "running":
+                raise StageError(f"the stage broke while the mission ended: {failing}") from error
+            self.executive.fail(f"a callback failed: {failing}")
+        if self.executive.ticks != self._ticks or self.is_done:
+            self._ticks = self.executive.ticks
+            x, y, yaw = self.sim.simulation.pose
+            self.trace.record(
+                self.now_ns, "pose", x=x, y=y, yaw=yaw, collisions=self.sim.simulation.collisions
+            )
+            if not math.isfinite(x + y + yaw):
+                raise StageError("the simulation became unstable: the robot's pose is not finite")

@@ -1,0 +1,8 @@
+"""Missions as py_trees trees; no ROS is needed to build, draw or check one.
+
+- ``runtime``: what leaves are given when the mission starts (time, ledger, variables)
+- ``action_leaf``: a leaf that sees one goal of an action through
+- ``leaves``: the other leaves
+- ``decorators``: repeat and retry, whose counts are known only when they start
+- ``build``: steps of the mission language to behaviours
+"""

@@ -1,0 +1,150 @@
+"""The leaf that sees one goal of an action through."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from bt_mission.goals.attempt import Attempt, Limits
+from bt_mission.goals.goal import Courier
+from bt_mission.goals.outcome import Ending, Outcome
+from bt_mission.tree.runtime import Runtime, read_field, scalars
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Everything an attempt needs that is known only when the leaf starts.
+
+    :param goal: fields of the goal.
+    :param limits: see :class:`bt_mission.goals.attempt.Limits`.
+    :param condition: looks at a feedback message; a text that says what was met cancels the goal.
+    :param target: the feedback field that the condition waits for, and its bound, where the
+        condition is as simple as that.
+    """
+
+    goal: Mapping[str, Any]
+    limits: Limits
+    condition: Callable[[Any], str | None] | None = None
+    target: tuple[str, float] | None = None
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a running goal has come towards something that ends it."""
+
+    label: str
+    value: float
+    limit: float
+
+
+class ActionLeaf(Behaviour):
+    """Sends one goal each time it starts, and turns the goal's outcome into a status.
+
+    Succeeds when the goal does, or when it is cancelled by its condition and ``on_cancel`` is
+    success. Outputs are written whenever the server sent a result, also a cancelled or aborted
+    one.
+
+    :param action: name of the action, such as ``/turn``.
+    :param type_name: its type, such as ``bt_mission_interfaces/action/Turn``.
+    :param plan: called at each start.
+    :param on_cancel: status when the condition cancels the goal.
+    :param outputs: result field to variable.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        action: str,
+        type_name: str,
+        plan: Callable[[], Plan],
+        on_cancel: Status,
+        outputs: Mapping[str, str],
+    ) -> None:
+        super().__init__(name)
+        self.action = action
+        self.type_name = type_name
+        self._plan = plan
+        self._on_cancel = on_cancel
+        self._outputs = outputs
+        self.attempt: Attempt | None = None
+        self._target: tuple[str, float] | None = None
+        self._limits = Limits()
+        self._started_ns = 0
+        self._runtime: Runtime
+        self._courier: Courier
+
+    def setup(self, **kwargs: Any) -> None:
+        """Take the runtime and make the client of the action."""
+        self._runtime = kwargs["runtime"]
+        self._courier = self._runtime.courier(self.action, self.type_name)
+
+    def initialise(self) -> None:
+        """Open an attempt of its own for this goal."""
+        plan = self._plan()
+        self._target, self._limits = plan.target, plan.limits
+        self._started_ns = self._runtime.now_ns
+        self.attempt = Attempt(
+            self._courier,
+            self._runtime.ledger,
+            self.name,
+            plan.goal,
+            plan.limits,
+            plan.condition,
+            self._started_ns,
+        )
+
+    def update(self) -> Status:
+        """Poll the attempt; write outputs and say why when it has ended."""
+        assert self.attempt is not None
+        ending = self.attempt.poll(self._runtime.now_ns)
+        if ending is None:
+            self.feedback_message = self._doing(self.attempt)
+            return Status.RUNNING
+        self.feedback_message = _say(ending)
+        if ending.result is not None:
+            for field, variable in self._outputs.items():
+                self._runtime.scope.values[variable] = read_field(ending.result, field)
+        if ending.outcome is Outcome.SUCCEEDED:
+            return Status.SUCCESS
+        if ending.outcome is Outcome.CANCELED_BY_CONDITION:
+            return self._on_cancel
+        return Status.FAILURE
+
+    def terminate(self, new_status: Status) -> None:
+        """Hand a goal still under way to the ledger when the tree halts this leaf."""
+        if new_status == Status.INVALID and self.attempt and self.attempt.ending is None:
+            self.attempt.halt(self._runtime.now_ns)
+            self.feedback_message = "halted"
+
+    @property
+    def progress(self) -> Progress | None:
+        """Towards the bound of the condition, else towards the timeout; None without either."""
+        if self.status is not Status.RUNNING or self.attempt is None:
+            return None
+        feedback = self.attempt.feedback
+        if self._target and feedback is not None:
+            label, limit = self._target
+            return Progress(label, float(read_field(feedback, label)), limit)
+        if self._limits.goal is not None:
+            elapsed_s = (self._runtime.now_ns - self._started_ns) / 1e9
+            return Progress("s", elapsed_s, self._limits.goal)
+        return None
+
+    def _doing(self, attempt: Attempt) -> str:
+        values = scalars(attempt.feedback)
+        if not values or attempt.stage != "active":
+            return attempt.stage
+        return ", ".join(
+            f"{name} {value:.2f}" if isinstance(value, float) else f"{name} {value}"
+            for name, value in values.items()
+        )
+
+
+def _say(ending: Ending) -> str:
+    if ending.outcome is Outcome.SUCCEEDED:
+        return ""
+    return f"{ending.outcome}: {ending.reason}"

@@ -1,0 +1,204 @@
+"""Steps of the mission language to py_trees behaviours."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+import py_trees
+from py_trees.behaviour import Behaviour
+from py_trees.common import ParallelPolicy, Status
+
+from bt_mission.goals.attempt import Limits
+from bt_mission.mission import steps
+from bt_mission.mission.expressions import Expression, ExpressionError, Value, resolve
+from bt_mission.mission.nodes import Comparison, Constant, Name
+from bt_mission.mission.nodes import Scope as Evaluation
+from bt_mission.mission.values import show
+from bt_mission.tree import decorators, leaves
+from bt_mission.tree.action_leaf import ActionLeaf, Plan
+from bt_mission.tree.runtime import MissionFailure, Scope, read_field
+
+
+def build_tree(mission: steps.Mission, scope: Scope) -> Behaviour:
+    """The tree of a mission; its leaves read and write ``scope``.
+
+    Nothing of ROS is needed to build it. Give each node its ``setup(runtime=...)`` before the
+    first tick.
+    """
+    return _Builder(mission.file, scope).build(mission.tree, "0")
+
+
+class _Builder:
+    def __init__(self, file: str, scope: Scope) -> None:
+        self._file = file
+        self._scope = scope
+
+    def build(self, step: steps.Step, path: str) -> Behaviour:
+        match step:
+            case steps.Composite():
+                children = [
+                    self.build(child, f"{path}.{i}") for i, child in enumerate(step.children)
+                ]
+                return _composite(step, children)
+            case steps.Repeat():
+                child = self.build(step.child, f"{path}.0")
+                return decorators.Repeat(_name(step), child, self._whole(step, path, step.count))
+            case steps.Retry():
+                return decorators.Retry(
+                    _name(step),
+                    self.build(step.child, f"{path}.0"),
+                    self._whole(step, path, step.attempts),
+                    self._seconds(step, path, step.pause),
+                )
+            case steps.Wait():
+                return leaves.Wait(_name(step), self._seconds(step, path, step.seconds))
+            case steps.Log():
+                return leaves.Log(_name(step), lambda: str(self._resolve(step, path, step.message)))
+            case steps.Action():
+                return self._action(step, path)
+        raise TypeError(f"no behaviour is known for a step of kind '{step.kind}'")
+
+    def _action(self, step: steps.Action, path: str) -> ActionLeaf:
+        def plan() -> Plan:
+            return Plan(
+                goal=self._resolve(step, path, step.goal),
+                limits=Limits(
+                    server=step.server_timeout,
+                    answer=step.answer_timeout,
+                    goal=self._limit(step, path, step.timeout),
+                    silence=self._limit(step, path, step.silence_timeout),
+                    cancel=step.cancel_timeout,
+                ),
+                condition=None
+                if step.cancel_when is None
+                else self._condition(step, path, step.cancel_when),
+                target=self._target(step, path),
+            )
+
+        return ActionLeaf(
+            _name(step),
+            step.action,
+            step.type,
+            plan,
+            Status.SUCCESS if step.on_cancel == "success" else Status.FAILURE,
+            step.outputs,
+        )
+
+    # ---- values, when a step is entered ---------------------------------------------------
+
+    def _resolve(self, step: steps.Step, path: str, value: Any) -> Any:
+        try:
+            return resolve(value, self._scope.values, self._scope.random(path))
+        except ExpressionError as error:
+            raise self._failure(step, str(error)) from error
+
+    def _failure(self, step: steps.Step, message: str) -> MissionFailure:
+        return MissionFailure(
+            f"{self._file}:{step.line}:{step.column}: '{_name(step)}' cannot start: {message}"
+        )
+
+    def _number(self, step: steps.Step, path: str, value: Value) -> float:
+        number = self._resolve(step, path, value)
+        if isinstance(number, bool) or not isinstance(number, int | float):
+            raise self._failure(step, f"expected a number, got {show(number)}")
+        return number
+
+    def _seconds(self, step: steps.Step, path: str, value: Value) -> Callable[[], float]:
+        def seconds() -> float:
+            number = self._number(step, path, value)
+            if not 0 <= number < float("inf"):
+                raise self._failure(step, f"expected seconds from 0 up, got {show(number)}")
+            return float(number)
+
+        return seconds
+
+    def _whole(self, step: steps.Step, path: str, value: Value) -> Callable[[], int]:
+        def whole() -> int:
+            number = self._number(step, path, value)
+            if not float(number).is_integer():
+                raise self._failure(step, f"expected a whole number, got {show(number)}")
+            return int(number)
+
+        return whole
+
+    def _limit(self, step: steps.Step, path: str, value: Value | None) -> float | None:
+        if value is None:
+            return None
+        number = self._number(step, path, value)
+        if not number > 0:
+            raise self._failure(step, f"expected a limit above 0 s, got {show(number)}")
+        return float(number)
+
+    def _target(self, step: steps.Action, path: str) -> tuple[str, float] | None:
+        """The field and the bound of a condition such as ``current_image >= 5``."""
+        match step.cancel_when and step.cancel_when.root:
+            case Comparison(first=Name(variable=False) as name, rest=((sign, _, bound),)) if (
+                sign in (">", ">=") and name.name not in self._scope.values
+            ):
+                nodes = Evaluation(self._scope.values, {}, self._scope.random(f"{path}/target"))
+                limit = bound.evaluate(nodes) if isinstance(bound, Constant | Name) else None
+                if isinstance(limit, int | float):
+                    return name.name, float(limit)
+        return None
+
+    def _condition(
+        self, step: steps.Action, path: str, expression: Expression
+    ) -> Callable[[Any], str | None]:
+        """Says what was met, with the values of the feedback it names."""
+        random = self._scope.random(f"{path}/cancel_when")
+        shown = [name.name for name in expression.references if not name.variable]
+
+        def met(feedback: Any) -> str | None:
+            fields = FeedbackFields(feedback)
+            try:
+                if not expression.evaluate(self._scope.values, random, fields):
+                    return None
+            except ExpressionError as error:
+                raise self._failure(step, f"cancel_when: {error}") from error
+            values = ", ".join(f"{n} = {show(fields[n])}" for n in shown if n in fields)
+            return f"{expression.text}" + (f" ({values})" if values else "")
+
+        return met
+
+
+class FeedbackFields(Mapping[str, Any]):
+    """The fields of a feedback message by dotted name."""
+
+    def __init__(self, message: Any) -> None:
+        self._message = message
+
+    def __getitem__(self, dotted: str) -> Any:
+        try:
+            return read_field(self._message, dotted)
+        except AttributeError:
+            raise KeyError(dotted) from None
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._message.get_fields_and_field_types())
+
+    def __len__(self) -> int:
+        return len(self._message.get_fields_and_field_types())
+
+
+def _name(step: steps.Step) -> str:
+    if step.name:
+        return step.name
+    return step.action.strip("/") if isinstance(step, steps.Action) else step.kind
+
+
+def _composite(step: steps.Composite, children: list[Behaviour]) -> Behaviour:
+    match step:
+        case steps.Sequence():
+            return py_trees.composites.Sequence(_name(step), step.memory, children)
+        case steps.Fallback():
+            return py_trees.composites.Selector(_name(step), step.memory, children)
+        case steps.Parallel():
+            # Children that have succeeded are not ticked again while others still run.
+            policy = (
+                ParallelPolicy.SuccessOnAll(synchronise=True)
+                if step.succeed_when == "all"
+                else ParallelPolicy.SuccessOnOne()
+            )
+            return py_trees.composites.Parallel(_name(step), policy, children)
+    raise TypeError(f"no behaviour is known for a step of kind '{step.kind}'")

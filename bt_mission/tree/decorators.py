@@ -1,0 +1,103 @@
+"""Repeat and retry, as py_trees' own, with counts and pauses known only when they start."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import py_trees
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from bt_mission.tree.runtime import MissionFailure, Runtime
+
+NS = 1_000_000_000
+
+
+class Repeat(py_trees.decorators.Repeat):
+    """Succeeds after its child has succeeded ``count`` times; fails as soon as the child fails.
+
+    A count of 0 succeeds at once without ticking the child.
+    """
+
+    def __init__(self, name: str, child: Behaviour, count: Callable[[], int]) -> None:
+        super().__init__(name=name, child=child, num_success=0)
+        self._count = count
+
+    def initialise(self) -> None:
+        """Read the count."""
+        super().initialise()
+        self.num_success = self._count()
+        if self.num_success < 0:
+            raise MissionFailure(f"'{self.name}': a count of {self.num_success} is below 0")
+
+    def tick(self) -> Iterator[Behaviour]:
+        """Tick the child, unless there is nothing to repeat."""
+        if self.status != Status.RUNNING:
+            self.initialise()
+            if self.num_success == 0:
+                self.feedback_message = "0 of 0"
+                self.stop(Status.SUCCESS)
+                yield self
+                return
+            self.status = Status.RUNNING  # so that the count is not read a second time
+        yield from super().tick()
+
+    def update(self) -> Status:
+        """Count a success; say which round this is."""
+        status = super().update()
+        current = min(self.success + 1, self.num_success)
+        self.feedback_message = f"{current} of {self.num_success}"
+        return status
+
+
+class Retry(py_trees.decorators.Retry):
+    """Tries its child up to ``attempts`` times, with a pause of ROS time after a failure."""
+
+    def __init__(
+        self,
+        name: str,
+        child: Behaviour,
+        attempts: Callable[[], int],
+        pause_s: Callable[[], float],
+    ) -> None:
+        super().__init__(name=name, child=child, num_failures=1)
+        self._attempts = attempts
+        self._pause_s = pause_s
+        self._resume_ns: int | None = None
+        self._runtime: Runtime
+
+    def setup(self, **kwargs: Any) -> None:
+        """Take the runtime."""
+        self._runtime = kwargs["runtime"]
+
+    def initialise(self) -> None:
+        """Read the number of attempts."""
+        super().initialise()
+        self._resume_ns = None
+        self.num_failures = self._attempts()
+        if self.num_failures < 1:
+            raise MissionFailure(
+                f"'{self.name}': {self.num_failures} attempts; at least 1 is needed"
+            )
+
+    def tick(self) -> Iterator[Behaviour]:
+        """Tick the child, unless a pause after a failure is on."""
+        if self.status == Status.RUNNING and self._resume_ns is not None:
+            if self._runtime.now_ns < self._resume_ns:
+                yield self
+                return
+            self._resume_ns = None
+        yield from super().tick()
+
+    def update(self) -> Status:
+        """Count a failure, and pause after it if another attempt is left."""
+        failures = self.failures
+        status = super().update()
+        self.feedback_message = f"attempt {min(self.failures + 1, self.num_failures)}"
+        self.feedback_message += f" of {self.num_failures}"
+        if status == Status.RUNNING and self.failures > failures:
+            pause_s = self._pause_s()
+            self._resume_ns = self._runtime.now_ns + round(pause_s * NS)
+            self.feedback_message += f", after a pause of {pause_s:g} s"
+        return status

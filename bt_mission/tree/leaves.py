@@ -1,0 +1,56 @@
+"""Leaves that speak to no server."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from bt_mission.tree.runtime import Runtime
+
+NS = 1_000_000_000
+
+
+class Wait(Behaviour):
+    """Runs for a time of the ROS clock, then succeeds."""
+
+    def __init__(self, name: str, seconds: Callable[[], float]) -> None:
+        super().__init__(name)
+        self._seconds = seconds
+        self._until_ns = 0
+        self._runtime: Runtime
+
+    def setup(self, **kwargs: Any) -> None:
+        """Take the runtime."""
+        self._runtime = kwargs["runtime"]
+
+    def initialise(self) -> None:
+        """Fix the end."""
+        self._until_ns = self._runtime.now_ns + round(self._seconds() * NS)
+
+    def update(self) -> Status:
+        """Look at the ROS clock."""
+        left_s = (self._until_ns - self._runtime.now_ns) / NS
+        self.feedback_message = f"{max(left_s, 0):.1f} s left"
+        return Status.SUCCESS if left_s <= 0 else Status.RUNNING
+
+
+class Log(Behaviour):
+    """Says a line to the people who watch, and succeeds."""
+
+    def __init__(self, name: str, text: Callable[[], str]) -> None:
+        super().__init__(name)
+        self._text = text
+        self._runtime: Runtime
+
+    def setup(self, **kwargs: Any) -> None:
+        """Take the runtime."""
+        self._runtime = kwargs["runtime"]
+
+    def update(self) -> Status:
+        """Say it."""
+        self.feedback_message = self._text()
+        self._runtime.log(self.feedback_message)
+        return Status.SUCCESS

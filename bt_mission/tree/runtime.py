@@ -1,0 +1,74 @@
+"""What the leaves of a tree are given when a mission starts."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+from bt_mission.common.errors import BtMissionError
+from bt_mission.goals.goal import Courier
+from bt_mission.goals.ledger import Ledger
+
+
+class MissionFailure(BtMissionError):  # noqa: N818 - it is the mission that fails, not our code
+    """A fault of the mission itself that shows only while it runs; it ends the mission."""
+
+
+@dataclass
+class Scope:
+    """A mission's variables, and its seeded random generators.
+
+    :param values: inputs, and the outputs written so far.
+    :param seed: the mission's seed; each node draws from a generator of its own.
+    """
+
+    values: dict[str, Any]
+    seed: int
+    _generators: dict[str, random.Random] = field(default_factory=dict)
+
+    def random(self, path: str) -> random.Random:
+        """The generator of the node at ``path``, the same in every run of one seed."""
+        if path not in self._generators:
+            self._generators[path] = random.Random(f"{self.seed}/{path}")
+        return self._generators[path]
+
+
+class Runtime(Protocol):
+    """Handed to every node's ``setup`` as ``runtime``."""
+
+    ledger: Ledger
+    scope: Scope
+
+    @property
+    def now_ns(self) -> int:
+        """ROS time, ns."""
+
+    def courier(self, action: str, type_name: str) -> Courier:
+        """The client of an action; one for each name and type.
+
+        :raises BtMissionError: for a type that is not installed.
+        """
+
+    def log(self, text: str) -> None:
+        """Say something to the people who watch the mission."""
+
+
+def read_field(message: Any, dotted: str) -> Any:
+    """A field of a message by its dotted name; arrays come as lists."""
+    value = message
+    for name in dotted.split("."):
+        value = getattr(value, name)
+    return value.tolist() if hasattr(value, "tolist") else value
+
+
+def scalars(message: Any) -> Mapping[str, float | int | bool | str]:
+    """The top-level fields of a message that are plain values, by name."""
+    if message is None:
+        return {}
+    return {
+        name: value
+        for name in message.get_fields_and_field_types()
+        if isinstance(value := getattr(message, name), bool | int | float | str)
+    }

@@ -1,0 +1,304 @@
+"""An attempt turns what a server does, and when, into one outcome of the closed list."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from bt_mission.goals.attempt import Attempt, Limits
+from bt_mission.goals.goal import Phase
+from bt_mission.goals.ledger import Ledger
+from bt_mission.goals.outcome import Outcome
+
+S = 1_000_000_000
+TICK = S // 20
+
+
+class Story:
+    """An attempt, its ledger and a clock that a test moves."""
+
+    def __init__(self, server: Any, condition: Any = None, **limits: float) -> None:
+        self.now = S
+        self.ledger = Ledger(seed=1, grace_ns=3 * S)
+        self.attempt = Attempt(
+            server, self.ledger, "turn left", {"angle": 90}, Limits(**limits), condition, self.now
+        )
+
+    def tick(self, seconds: float = 0.05) -> Outcome | None:
+        self.now += round(seconds * S)
+        ending = self.attempt.poll(self.now)
+        self.ledger.tend(self.now)
+        return ending.outcome if ending else None
+
+    @property
+    def reason(self) -> str:
+        assert self.attempt.ending is not None
+        return self.attempt.ending.reason
+
+
+@pytest.fixture
+def story(server: Any) -> Story:
+    """An attempt with the default limits."""
+    return Story(server)
+
+
+def accepted(story: Story, server: Any) -> None:
+    """Bring a story to where its goal is active."""
+    story.tick()
+    server.accept()
+    story.tick()
+
+
+def test_success(story: Story, server: Any) -> None:
+    """Sent, accepted, succeeded: the result comes with the ending and the ledger is empty."""
+    accepted(story, server)
+    assert server.requests == [{"angle": 90}]
+    server.succeed("turned")
+    assert story.tick() is Outcome.SUCCEEDED
+    assert story.attempt.ending is not None
+    assert story.attempt.ending.result == "turned"
+    assert story.ledger.open_goals == ()
+
+
+def test_rejected(story: Story, server: Any) -> None:
+    """A rejection names the server and where the reason stands."""
+    story.tick()
+    server.reject()
+    assert story.tick() is Outcome.REJECTED
+    assert story.reason == "/turn rejected the goal; its log says why"
+
+
+def test_aborted_with_the_servers_own_words(story: Story, server: Any) -> None:
+    """Code and message of the server's result stand in the reason: its status is read."""
+    accepted(story, server)
+    server.abort(SimpleNamespace(error_code=906, error_msg="blocked"))
+    assert story.tick() is Outcome.ABORTED
+    assert story.reason == "/turn aborted: blocked (code 906)"
+
+
+def test_no_server(story: Story, server: Any) -> None:
+    """Without a server the attempt ends after the server limit, to the tick."""
+    server.ready = False
+    assert story.tick(4.999999999) is None
+    assert story.tick(0.000000001) is Outcome.NO_SERVER
+    assert story.reason == "/turn: no server after 5 s"
+    assert server.goals == []
+
+
+def test_a_server_that_comes_late_still_gets_the_goal(story: Story, server: Any) -> None:
+    """The wait ends when the server appears."""
+    server.ready = False
+    story.tick(3)
+    server.ready = True
+    story.tick()
+    assert len(server.goals) == 1
+
+
+def test_no_answer_is_an_outcome_and_a_late_acceptance_is_cancelled(
+    story: Story, server: Any
+) -> None:
+    """After the answer limit the leaf gives up; accepted later, the goal is cancelled at once."""
+    story.tick()
+    assert story.tick(1.999999999) is None
+    assert story.tick(0.000000001) is Outcome.NO_ANSWER
+    server.accept()
+    assert server.cancels == [server.goal]
+    server.cancel()
+    story.tick()
+    assert story.ledger.open_goals == ()
+
+
+def test_a_goal_accepted_after_the_ledger_gave_up_is_cancelled_too(
+    story: Story, server: Any
+) -> None:
+    """Even a goal that counts as left behind does not drive the robot when it comes alive."""
+    story.tick()
+    story.tick(2)
+    story.tick(3)
+    assert server.goal.phase is Phase.LOST
+    assert len(story.ledger.describe_left_behind()) == 1
+    server.accept()
+    assert server.cancels == [server.goal]
+    server.cancel()
+    story.tick()
+    assert story.ledger.describe_left_behind() == ()
+
+
+def test_timeout(server: Any) -> None:
+    """The goal limit counts from acceptance; the leaf stays until the cancel is confirmed."""
+    story = Story(server, goal=30)
+    accepted(story, server)
+    assert story.tick(29.999999999) is None
+    assert server.cancels == []
+    assert story.tick(0.000000001) is None
+    assert server.cancels == [server.goal]
+    server.cancel("partial")
+    assert story.tick() is Outcome.CANCELED_BY_TIMEOUT
+    assert story.reason == "not done within 30 s"
+    assert story.attempt.ending is not None
+    assert story.attempt.ending.result == "partial"
+
+
+def test_a_result_that_arrives_with_the_deadline_wins(server: Any) -> None:
+    """Result first, then the condition, then the limits."""
+    story = Story(server, goal=30)
+    accepted(story, server)
+    server.succeed()
+    assert story.tick(30) is Outcome.SUCCEEDED
+    assert server.cancels == []
+
+
+def test_condition_on_feedback(server: Any) -> None:
+    """The first feedback that meets the condition cancels, though a later one does not meet it."""
+    story = Story(server, condition=lambda f: "over 2 m" if f > 2 else None)
+    accepted(story, server)
+    server.feed(1.9)
+    story.tick()
+    assert server.cancels == []
+    server.feed(2.1)
+    server.feed(0.0)
+    story.tick()
+    assert server.cancels == [server.goal]
+    server.feed(2.2)
+    story.tick()
+    assert len(server.cancels) == 1
+    server.cancel()
+    assert story.tick() is Outcome.CANCELED_BY_CONDITION
+    assert story.reason == "over 2 m"
+
+
+def test_success_in_the_race_with_a_cancel_is_success(server: Any) -> None:
+    """A server may finish while the cancel is on its way; its status is what counts."""
+    story = Story(server, condition=lambda f: "met")
+    accepted(story, server)
+    server.feed(1)
+    story.tick()
+    server.refuse_cancel()
+    server.succeed()
+    assert story.tick() is Outcome.SUCCEEDED
+
+
+def test_cancel_refused(server: Any) -> None:
+    """A refused cancel is an outcome; the ledger asks again and the goal is not forgotten."""
+    story = Story(server, condition=lambda f: "met")
+    accepted(story, server)
+    server.feed(1)
+    story.tick()
+    server.refuse_cancel()
+    assert story.tick() is Outcome.CANCEL_REFUSED
+    assert story.reason == "met, but /turn refused to cancel"
+    assert len(server.cancels) == 2
+    server.cancel()
+    story.tick()
+    assert story.ledger.open_goals == ()
+
+
+def test_unconfirmed(server: Any) -> None:
+    """A server that never confirms the cancel ends as unconfirmed, and is named at the end."""
+    story = Story(server, goal=1, cancel=3)
+    accepted(story, server)
+    story.tick(1)
+    assert story.tick(2.999999999) is None
+    assert story.tick(0.000000001) is Outcome.UNCONFIRMED
+    story.tick(3)
+    (line,) = story.ledger.describe_left_behind()
+    assert line == f"/turn goal {server.goal.short_id} of 'turn left' (lost)"
+
+
+def test_silence(server: Any) -> None:
+    """Feedback that stops is noticed; each feedback starts the wait anew."""
+    story = Story(server, silence=2)
+    accepted(story, server)
+    story.tick(1.9)
+    server.feed(1)
+    story.tick(0.05)
+    assert story.tick(1.999999999) is None
+    assert server.cancels == []
+    story.tick(0.000000001)
+    server.cancel()
+    assert story.tick() is Outcome.SILENT
+
+
+def test_server_lost(story: Story, server: Any) -> None:
+    """A server that leaves the graph is noticed within a quarter of a second."""
+    accepted(story, server)
+    server.ready = False
+    assert story.tick(0.25) is Outcome.SERVER_LOST
+
+
+def test_a_server_that_forgot_the_goal_is_lost(story: Story, server: Any) -> None:
+    """A restarted server answers with status unknown: no success, and no wait for ever."""
+    accepted(story, server)
+    server.goal.on_result(0, None)
+    assert story.tick() is Outcome.SERVER_LOST
+
+
+def test_canceled_from_outside(story: Story, server: Any) -> None:
+    """Somebody else's cancel is told apart from our own."""
+    accepted(story, server)
+    server.cancel()
+    assert story.tick() is Outcome.CANCELED_FROM_OUTSIDE
+
+
+def test_halt_while_waiting_for_the_answer(story: Story, server: Any) -> None:
+    """A halt before acceptance is remembered: the goal is cancelled when it is accepted."""
+    story.tick()
+    story.attempt.halt(story.now)
+    assert story.attempt.ending is not None
+    assert story.attempt.ending.outcome is Outcome.CANCELED_BY_HALT
+    assert server.cancels == []
+    server.accept()
+    assert server.cancels == [server.goal]
+
+
+def test_halt_while_active_cancels_at_once(story: Story, server: Any) -> None:
+    """The cancel request goes out within the halt itself, and the ledger sees the end."""
+    accepted(story, server)
+    story.attempt.halt(story.now)
+    assert server.cancels == [server.goal]
+    assert not story.ledger.is_settled
+    server.cancel()
+    story.ledger.tend(story.now)
+    assert story.ledger.is_settled
+
+
+def test_halt_after_the_end_changes_nothing(story: Story, server: Any) -> None:
+    """One ending, and only one."""
+    accepted(story, server)
+    server.succeed()
+    story.tick()
+    story.attempt.halt(story.now)
+    assert story.attempt.ending is not None
+    assert story.attempt.ending.outcome is Outcome.SUCCEEDED
+
+
+def test_a_late_result_does_not_reach_the_next_attempt(server: Any) -> None:
+    """The old goal's result lands in the old goal; the next waits until the server is free."""
+    first = Story(server)
+    accepted(first, server)
+    old = server.goal
+    first.attempt.halt(first.now)
+    second = Attempt(server, first.ledger, "again", {}, Limits(), None, first.now)
+    assert second.poll(first.now + TICK) is None
+    assert len(server.goals) == 1, "not sent while the old goal lives"
+    old.on_result(5, "old result")
+    first.ledger.tend(first.now + TICK)
+    assert second.poll(first.now + 2 * TICK) is None
+    assert len(server.goals) == 2
+    assert second.feedback is None
+    assert second.poll(first.now + 3 * TICK) is None
+
+
+def test_an_earlier_goal_that_never_ends_is_the_reason_given(server: Any) -> None:
+    """Waiting behind an old goal is bounded by the server limit and said in words."""
+    ledger = Ledger(seed=1, grace_ns=60 * S)
+    old = ledger.send(server, "old", {})
+    server.accept()
+    ledger.hand_over(old, S)
+    attempt = Attempt(server, ledger, "new", {}, Limits(), None, S)
+    ending = attempt.poll(6 * S)
+    assert ending is not None
+    assert ending.outcome is Outcome.NO_SERVER
+    assert ending.reason == "/turn: an earlier goal there has not ended after 5 s"

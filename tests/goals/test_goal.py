@@ -1,0 +1,107 @@
+"""A goal's state machine does what its table says, and nothing else."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any
+
+import pytest
+
+from bt_mission.goals.goal import TRANSITIONS, Command, Event, Goal, Phase
+
+
+class Requests:
+    """A courier that writes down what it is asked to carry."""
+
+    name = "/turn"
+
+    def __init__(self) -> None:
+        self.asked: list[str] = []
+
+    def is_ready(self) -> bool:
+        return True
+
+    def send(self, goal: Goal, request: Any) -> None:
+        self.asked.append("send")
+
+    def ask_result(self, goal: Goal) -> None:
+        self.asked.append("result")
+
+    def send_cancel(self, goal: Goal) -> None:
+        self.asked.append("cancel")
+
+
+def goal_in(phase: Phase) -> tuple[Goal, Requests]:
+    """A goal in a phase, and what its courier is asked."""
+    requests = Requests()
+    return Goal(bytes(16), requests, "turn left", phase=phase), requests
+
+
+@pytest.mark.parametrize(("phase", "event"), list(itertools.product(Phase, Event)))
+def test_each_event_in_each_phase_follows_the_table(phase: Phase, event: Event) -> None:
+    """A pair in the table changes phase and sends its requests; any other changes nothing."""
+    goal, requests = goal_in(phase)
+    goal.on(event)
+    expected_phase, commands = TRANSITIONS.get((phase, event), (phase, ()))
+    assert goal.phase is expected_phase
+    words = {Command.ASK_RESULT: "result", Command.SEND_CANCEL: "cancel"}
+    assert requests.asked == [words[command] for command in commands]
+
+
+def test_an_ended_goal_stays_ended_in_every_order_of_arrival() -> None:
+    """In every order of up to five events: what ended stays ended, and asks for nothing more."""
+    for events in itertools.product(Event, repeat=5):
+        goal, requests = goal_in(Phase.SENT)
+        ended_with: list[str] | None = None
+        for event in events:
+            goal.on(event)
+            if ended_with is not None:
+                assert goal.phase is Phase.ENDED, events
+                assert requests.asked == ended_with, events
+            elif goal.phase is Phase.ENDED:
+                ended_with = list(requests.asked)
+        if Event.ACCEPTED not in events:
+            assert requests.asked == [], events
+        if "cancel" in requests.asked:
+            assert requests.asked.index("result") < requests.asked.index("cancel")
+
+
+def test_a_goal_halted_before_its_answer_is_cancelled_on_acceptance() -> None:
+    """The halt is remembered; the acceptance asks for the result and cancels."""
+    goal, requests = goal_in(Phase.SENT)
+    goal.on(Event.UNWANTED)
+    assert requests.asked == []
+    goal.on(Event.ACCEPTED)
+    assert goal.phase is Phase.CANCELING
+    assert requests.asked == ["result", "cancel"]
+
+
+def test_a_goal_given_up_is_cancelled_if_it_is_accepted_after_all() -> None:
+    """An answer after the deadline does not leave a robot driving."""
+    goal, requests = goal_in(Phase.LOST)
+    goal.on(Event.ACCEPTED)
+    assert goal.phase is Phase.CANCELING
+    assert "cancel" in requests.asked
+
+
+def test_a_result_with_an_unknown_status_counts_as_unknown() -> None:
+    """A server that answers with a status that is no final one does not count as success."""
+    goal, _ = goal_in(Phase.ACTIVE)
+    goal.on_result(2, "half")
+    assert goal.status == 0
+    assert goal.phase is Phase.ENDED
+
+
+def test_feedback_before_acceptance_is_stale() -> None:
+    """Feedback that overtakes the acceptance is dropped; afterwards it is kept in order."""
+    goal, _ = goal_in(Phase.SENT)
+    goal.on_feedback("early")
+    assert goal.feedback is None
+    goal.on(Event.ACCEPTED)
+    goal.on_feedback(1)
+    goal.on_feedback(2)
+    assert goal.feedback == 2
+    assert list(goal.unread) == [1, 2]
+    goal.on_result(4, "done")
+    goal.on_feedback("late")
+    assert goal.feedback == 2

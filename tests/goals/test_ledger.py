@@ -1,0 +1,74 @@
+"""The ledger holds every goal until its server confirms the end."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bt_mission.goals.goal import Phase
+from bt_mission.goals.ledger import Ledger
+
+S = 1_000_000_000
+
+
+def test_goal_ids_come_from_the_seed(server: Any) -> None:
+    """The same seed gives the same UUIDs in the same order; another seed gives others."""
+    ids = [
+        [ledger.send(server, "leaf", {}).id for _ in range(3)]
+        for ledger in (Ledger(7, 3 * S), Ledger(7, 3 * S), Ledger(8, 3 * S))
+    ]
+    assert ids[0] == ids[1]
+    assert not set(ids[0]) & set(ids[2])
+    assert len(set(ids[0])) == 3
+    assert {goal_id[6] >> 4 for goal_id in ids[0]} == {8}, "UUID version of RFC 9562"
+
+
+def test_a_refused_cancel_is_asked_again_each_second(server: Any) -> None:
+    """An orphan whose server refuses is not forgotten within the grace period."""
+    ledger = Ledger(1, 10 * S)
+    goal = ledger.send(server, "leaf", {})
+    server.accept()
+    ledger.hand_over(goal, 0)
+    for second in range(1, 4):
+        server.refuse_cancel()
+        ledger.tend(second * S - 1)
+        assert len(server.cancels) == second
+        ledger.tend(second * S)
+        assert len(server.cancels) == second + 1
+
+
+def test_handing_over_twice_is_the_same_as_once(server: Any) -> None:
+    """One cancel request goes out."""
+    ledger = Ledger(1, 3 * S)
+    goal = ledger.send(server, "leaf", {})
+    server.accept()
+    ledger.hand_over(goal, 0)
+    ledger.hand_over(goal, S)
+    assert len(server.cancels) == 1
+    assert goal.orphaned_ns == 0
+
+
+def test_a_goal_given_up_is_named_until_its_end_is_heard_after_all(server: Any) -> None:
+    """The list of goals left behind tells the server, the goal and whose it was."""
+    ledger = Ledger(1, 3 * S)
+    goal = ledger.send(server, "look around", {})
+    server.accept()
+    ledger.hand_over(goal, 0)
+    ledger.tend(3 * S)
+    assert goal.phase is Phase.LOST
+    assert ledger.is_settled
+    assert ledger.describe_left_behind() == (f"/turn goal {goal.short_id} of 'look around' (lost)",)
+    server.cancel()
+    ledger.tend(4 * S)
+    assert ledger.describe_left_behind() == ()
+
+
+def test_every_step_is_told(server: Any) -> None:
+    """Sent, handed over, ended: for the trace and the report."""
+    told: list[str] = []
+    ledger = Ledger(1, 3 * S, lambda what, goal: told.append(what))
+    goal = ledger.send(server, "leaf", {})
+    server.accept()
+    ledger.hand_over(goal, 0)
+    server.cancel()
+    ledger.tend(0)
+    assert told == ["sent", "handed over", "ended"]
