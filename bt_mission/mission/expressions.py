@@ -141,26 +141,38 @@ class Text:
             except ExpressionError as error:
                 object.__setattr__(self, reading, error)
 
+    def evaluate(self, names: Mapping[str, Plain], rng: random.Random) -> Late:
+        """Return the value of either reading, or the error that it ends in.
+
+        No text draws random numbers in both readings: one with `${...}` is no expression.
+        """
+        return Late(
+            _tried(self.template, names, rng),
+            _tried(self.expression, names, rng),
+        )
+
 
 @dataclass(frozen=True)
 class Late:
-    """A `Text` with the variables it will be evaluated with, once its field is known."""
+    """A `Text` evaluated in both readings; the type of its field takes one of them.
 
-    source: Text
-    names: Mapping[str, Plain]
-    rng: random.Random
+    What a reading ended in is kept as its error, and raised if that one is taken.
+    """
+
+    text: str | ExpressionError
+    value: Plain | ExpressionError
 
     def as_text(self) -> str:
         """Return the value for a text field. Raises ExpressionError."""
-        if isinstance(self.source.template, ExpressionError):
-            raise self.source.template
-        return self.source.template.evaluate(self.names, self.rng)
+        if isinstance(self.text, ExpressionError):
+            raise self.text
+        return self.text
 
     def as_value(self) -> Plain:
         """Return the value for any other field. Raises ExpressionError."""
-        if isinstance(self.source.expression, ExpressionError):
-            raise self.source.expression
-        return self.source.expression.evaluate(self.names, self.rng)
+        if isinstance(self.value, ExpressionError):
+            raise self.value
+        return self.value
 
 
 Value = (
@@ -178,12 +190,25 @@ def resolve(value: Any, names: Mapping[str, Plain], rng: random.Random) -> Any:
         case Expression() | Template():
             return value.evaluate(names, rng)
         case Text():
-            return Late(value, names, rng)
+            return value.evaluate(names, rng)
         case Mapping():
             return {key: resolve(part, names, rng) for key, part in value.items()}
         case list() | tuple():
             return [resolve(part, names, rng) for part in value]
     return value
+
+
+def _tried(
+    reading: Template | Expression | ExpressionError,
+    names: Mapping[str, Plain],
+    rng: random.Random,
+) -> Any:
+    if isinstance(reading, ExpressionError):
+        return reading
+    try:
+        return reading.evaluate(names, rng)
+    except ExpressionError as error:
+        return error
 
 
 def names_in(value: Any) -> frozenset[str]:

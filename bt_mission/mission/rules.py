@@ -46,7 +46,7 @@ class NumberRule:
     def parse(self, value: Any) -> float | Expression:
         """Return a constant, or the expression that a text holds."""
         if isinstance(value, str):
-            return parsed(Expression, value)
+            return parsed(Expression, value, self.words)
         if not self.allows(value):
             raise refusal(f"expected {self.words}, got {describe(value)}")
         number: float = value
@@ -72,12 +72,16 @@ def refusal(
     return PydanticCustomError("refused", "{message}", context)
 
 
-def parsed(kind: Callable[[str], Kind], text: str) -> Kind:
-    """Return an expression or template of a text, its error turned into a refusal."""
+def parsed(kind: Callable[[str], Kind], text: str, words: str = "") -> Kind:
+    """Return an expression or template of a text, its error turned into a refusal.
+
+    `words` say what else could stand there.
+    """
     try:
         return kind(text)
     except ExpressionError as error:
-        raise refusal(error.message, error.hint, error.column - 1) from None
+        message = f"expected {words} or an expression: {error.message}" if words else error.message
+        raise refusal(message, error.hint, error.column - 1) from None
 
 
 def condition(value: Any) -> Expression:

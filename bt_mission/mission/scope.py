@@ -9,9 +9,8 @@ from __future__ import annotations
 import random
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
-from bt_mission.common.faults import Fault, describe, did_you_mean, listed
+from bt_mission.common.faults import Fault, describe, did_you_mean, listed, quoted
 from bt_mission.common.located import Document
 from bt_mission.mission.expressions import (
     Expression,
@@ -48,13 +47,13 @@ class Variables:
             return None
         if name.name in self.lines:
             line = self.lines[name.name]
-            return f"'{name.name}' is only written later, in line {line}", None
-        message = f"nothing writes '{name.name}' (known here: {listed(self.types)})"
+            return f"'{name.shown}' is only written later, in line {line}", None
+        message = f"nothing writes '{name.shown}' (known here: {listed(self.types)})"
         return message, did_you_mean(name.name, [*self.types, "true", "false"])
 
-    def fixed(self, value: Expression) -> bool:
-        """Return whether an expression has the same value in every run of this mission."""
-        return not value.draws and value.names <= self.inputs.keys()
+    def fixes(self, names: frozenset[str]) -> bool:
+        """Return whether these names have the same values in every run of this mission."""
+        return names <= self.inputs.keys()
 
 
 def walk(
@@ -114,24 +113,18 @@ def number_faults(
     rule: NumberRule,
 ) -> Iterator[Fault]:
     """Yield what is wrong with an expression that must give a number."""
-    if not variables.fixed(value):
-        yield from expression_faults(document, path, value, variables, rule.type)
+    if value.draws or not variables.fixes(value.names):
+        yield from expression_faults(
+            document, path, value, variables, rule.type, expected=rule.words
+        )
         return
-    result, failed = evaluated(document, path, value, variables)
-    if failed:
-        yield failed
-    elif not rule.allows(result):
-        yield document.fault(path, f"expected {rule.words}, got {describe(result)}")
-
-
-def evaluated(
-    document: Document, path: Sequence[Key], value: Expression, variables: Variables
-) -> tuple[Any, Fault | None]:
-    """Return the value that a fixed expression always has, or the fault that it ends in."""
     try:
-        return value.evaluate(variables.inputs, random.Random(0)), None
+        result = value.evaluate(variables.inputs, random.Random(0))
     except ExpressionError as error:
-        return None, located(document, path, error)
+        yield located(document, path, error)
+        return
+    if not rule.allows(result):
+        yield document.fault(path, f"expected {rule.words}, got {describe(result)}")
 
 
 def expression_faults(
@@ -142,8 +135,19 @@ def expression_faults(
     wanted: Type | None,
     field_type: FieldType | None = None,
     offset: int = 0,
+    expected: str | None = None,
 ) -> Iterator[Fault]:
-    """Yield the names in an expression that are not known, or else the clash of types in it."""
+    """Yield the names in an expression that are not known, or else the clash of types in it.
+
+    `expected` says in words what stands here; one loose word is measured by it.
+    """
+    root = value.root
+    if expected and isinstance(root, Name) and not root.variable:
+        unknown = variables.unknown(root)
+        if unknown is not None:
+            message = f"expected {expected}, got {quoted(root.name)}, and {unknown[0]}"
+            yield document.fault(path, message, unknown[1], offset=offset)
+            return
     faults = list(reference_faults(document, path, value.references, variables, field_type, offset))
     yield from faults
     if faults:

@@ -1,0 +1,103 @@
+"""Goals against the fields of their action: constants, expressions and templates."""
+
+from __future__ import annotations
+
+import random
+from dataclasses import dataclass, field
+from typing import Any
+
+from bt_mission.common.faults import Fault
+from bt_mission.common.located import Document
+from bt_mission.mission.expressions import Expression, Late, Template, Text
+from bt_mission.mission.review import goal_path
+from bt_mission.mission.scope import Variables, expression_faults, located, template_faults
+from bt_mission.mission.shapes import (
+    POSE_STAMPED,
+    ListOf,
+    Message,
+    Path,
+    Problem,
+    Scalar,
+    Shape,
+    Unknowable,
+    conform,
+)
+from bt_mission.mission.steps import Action
+from bt_mission.mission.values import WORDS, ExpressionError, Type
+
+
+def goal_faults(
+    document: Document, step: Action, goal: Message, variables: Variables
+) -> list[Fault]:
+    """Return everything in an action's goal that does not fit its type."""
+    reader = _GoalReader(document, goal_path(document, step), variables)
+    conform(goal, step.goal, reader.read, reader.report)
+    return reader.faults
+
+
+@dataclass
+class _GoalReader:
+    """Reads texts as their fields want them, and notes what is wrong."""
+
+    document: Document
+    at: Path
+    variables: Variables
+    faults: list[Fault] = field(default_factory=list)
+
+    def report(self, problem: Problem) -> None:
+        path = (*self.at, *problem.path)
+        fault = self.document.fault(path, problem.message, problem.hint, key=problem.at_key)
+        self.faults.append(fault)
+
+    def read(self, path: Path, shape: Shape, text: Text | Late) -> Any:
+        """Return the value that a text has in every run. Raises Unknowable where it varies."""
+        assert isinstance(text, Text), "a loaded goal holds nothing that is resolved"
+        if isinstance(shape, Scalar) and shape.type == "text":
+            return self.as_template((*self.at, *path), text.template)
+        return self.as_expression((*self.at, *path), text.expression, shape)
+
+    def as_template(self, path: Path, template: Template | ExpressionError) -> Any:
+        if isinstance(template, ExpressionError):
+            self.faults.append(located(self.document, path, template))
+            raise Unknowable
+        faults = list(template_faults(self.document, path, template, self.variables))
+        self.faults += faults
+        if faults or template.draws or not self.variables.fixes(template.names):
+            raise Unknowable
+        return self.value(path, template)
+
+    def as_expression(
+        self, path: Path, expression: Expression | ExpressionError, shape: Shape
+    ) -> Any:
+        words, wanted = _wanted(shape)
+        if isinstance(expression, ExpressionError):
+            message = f"expected {words} or an expression: {expression.message}"
+            offset = expression.column - 1
+            fault = self.document.fault(path, message, expression.hint, offset=offset)
+            self.faults.append(fault)
+            raise Unknowable
+        if expression.draws or not self.variables.fixes(expression.names):
+            self.faults += expression_faults(
+                self.document, path, expression, self.variables, wanted, expected=words
+            )
+            raise Unknowable
+        return self.value(path, expression)
+
+    def value(self, path: Path, text: Expression | Template) -> Any:
+        try:
+            return text.evaluate(self.variables.inputs, random.Random(0))
+        except ExpressionError as error:
+            self.faults.append(located(self.document, path, error))
+            raise Unknowable from None
+
+
+def _wanted(shape: Shape) -> tuple[str, Type | None]:
+    """Return in words what a field takes, and the type an expression for it must have."""
+    match shape:
+        case Scalar():
+            return f"{WORDS[shape.type]} ({shape.name})", shape.type
+        case ListOf():
+            return f"a list ({shape.name})", "list"
+    if shape.name == POSE_STAMPED:
+        return "a pose [x m, y m, yaw deg]", "list"
+    return f"a mapping ({shape.name})", None
