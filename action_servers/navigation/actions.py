@@ -1,0 +1,94 @@
+"""From goals in Nav2's messages to maneuvers.
+
+Feedback and results need no translation here: the maneuvers answer with Nav2's field names.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from geometry_msgs.msg import PoseStamped
+from nav2_msgs.action import FollowWaypoints as FollowWaypointsAction
+from nav2_msgs.action import NavigateToPose as NavigateToPoseAction
+
+from action_servers.freshness import stale
+from action_servers.maneuver import Observation, Pose2D, Refusal
+from action_servers.navigation.geometry import composed, relative
+from action_servers.navigation.navigate import NavigateToPose
+from action_servers.navigation.senses import missing
+from action_servers.navigation.waypoints import FollowWaypoints
+from bt_mission.common.robot import RobotModel
+
+_FRAMES = ("map", "odom")
+_UNIT_TOLERANCE = 0.01
+
+
+def plan_navigate_to_pose(
+    goal: NavigateToPoseAction.Goal, now: Observation, robot: RobotModel
+) -> NavigateToPose | Refusal:
+    """Check a goal of NavigateToPose; a pose in `odom` is moved to the map as of now."""
+    if goal.behavior_tree:
+        return Refusal(
+            f"behavior_tree must be empty, got '{goal.behavior_tree}': "
+            "this server is no tree; run it on a Nav2 robot"
+        )
+    unready = _unready(now)
+    if unready is not None:
+        return Refusal(unready)
+    pose = _on_map(goal.pose, "pose", now)
+    return pose if isinstance(pose, Refusal) else NavigateToPose(pose, robot)
+
+
+def plan_follow_waypoints(
+    goal: FollowWaypointsAction.Goal, now: Observation, robot: RobotModel
+) -> FollowWaypoints | Refusal:
+    """Check a goal of FollowWaypoints. An empty list is accepted and then aborted, as by Nav2."""
+    unready = _unready(now)
+    if unready is not None:
+        return Refusal(unready)
+    poses = _all_on_map(goal.poses, now)
+    if isinstance(poses, Refusal):
+        return poses
+    if poses and goal.goal_index >= len(poses):
+        return Refusal(f"goal_index must be from 0 to {len(poses) - 1}, got {goal.goal_index}")
+    return FollowWaypoints(poses, robot, loops=goal.number_of_loops, first=goal.goal_index)
+
+
+def _unready(now: Observation) -> str | None:
+    old = stale(now)
+    return missing(now) or (None if old is None else old.reason)
+
+
+def _all_on_map(poses: Sequence[PoseStamped], now: Observation) -> list[Pose2D] | Refusal:
+    found: list[Pose2D] = []
+    for index, stamped in enumerate(poses):
+        pose = _on_map(stamped, f"poses[{index}]", now)
+        if isinstance(pose, Refusal):
+            return pose
+        found.append(pose)
+    return found
+
+
+def _on_map(stamped: PoseStamped, name: str, now: Observation) -> Pose2D | Refusal:
+    position, turn = stamped.pose.position, stamped.pose.orientation
+    parts = (position.x, position.y, position.z, turn.x, turn.y, turn.z, turn.w)
+    if not all(math.isfinite(part) for part in parts):
+        return Refusal(f"{name} must hold finite numbers, got {', '.join(map(str, parts))}")
+    norm = math.hypot(turn.x, turn.y, turn.z, turn.w)
+    if abs(norm - 1.0) > _UNIT_TOLERANCE:
+        return Refusal(f"{name}.pose.orientation must have length 1, got {norm:g}")
+    frame = stamped.header.frame_id
+    if frame not in ("", *_FRAMES):
+        return Refusal(f"{name}.header.frame_id must be one of {', '.join(_FRAMES)}, got '{frame}'")
+    pose = Pose2D(position.x, position.y, _yaw(turn.x, turn.y, turn.z, turn.w))
+    if frame != "odom":
+        return pose
+    if now.map_pose is None or now.odom is None:
+        return Refusal(f"{name} is given in odom, whose place on the map is not known yet")
+    return composed(now.map_pose, relative(now.odom, pose))
+
+
+def _yaw(x: float, y: float, z: float, w: float) -> float:
+    """Return the heading of a quaternion, radians; what tilts the robot is left out."""
+    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))

@@ -1,0 +1,186 @@
+"""The maneuver behind NavigateToPose: plan, follow, look, wait, plan again."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+from action_servers.maneuver import SUCCEEDED, ZERO, Finished, Observation, Pose2D, Twist2D, Value
+from action_servers.navigation.codes import Code
+from action_servers.navigation.cost import MARGIN_M
+from action_servers.navigation.escape import Escape, way_out
+from action_servers.navigation.follower import Follower
+from action_servers.navigation.geometry import distance
+from action_servers.navigation.guard import footprint, held_back
+from action_servers.navigation.limits import Ramp, limits
+from action_servers.navigation.planner import GOAL_TOLERANCE_M, NoPath, at, plan, road_map
+from action_servers.navigation.progress import Progress
+from action_servers.navigation.senses import Senses
+from action_servers.navigation.surroundings import Surroundings
+from bt_mission.common.robot import RobotModel
+
+WAIT_S = 1.0
+"""How long the robot waits for what is in its way to leave, before it plans around it, s."""
+
+RECOVER_AFTER_S = 5.0
+"""How long it gets nowhere before it forgets what it saw, looks again and plans afresh, s."""
+
+PATIENCE_S = 10.0
+"""How long it gets nowhere before it gives up, s (that of Nav2's progress checker)."""
+
+_LOOK_AHEAD_M = 2.5
+_STOP_BEFORE_M = 0.05
+_OFF_PATH_M = 0.3
+
+
+class NavigateToPose:
+    """Drives to a pose on the map, and stands still whenever it does not see or know enough."""
+
+    needs_base = True
+
+    def __init__(
+        self, goal: Pose2D, robot: RobotModel, surroundings: Surroundings | None = None
+    ) -> None:
+        """Make a maneuver to `goal`, in the map frame; `surroundings` may be those of the last."""
+        self._goal = goal
+        self._step_s = 1.0 / robot.control_rate
+        self._around = surroundings or Surroundings(robot)
+        self._body = footprint(robot)
+        self._limits = limits(robot)
+        self._ramp = Ramp(self._limits)
+        self._progress = Progress()
+        self._senses: Senses | None = None
+        self._follower: Follower | None = None
+        self._escape: Escape | None = None
+        self._plan_at_s: float | None = None
+        self._no_path: NoPath | None = None
+        self._no_path_s = 0.0
+        self._recovered = False
+        self._recoveries = 0
+        self._start_s = 0.0
+        self._time_s = 0.0
+        self._pose: Pose2D | None = None
+
+    def step(self, now: Observation) -> Twist2D | Finished:
+        """Return the twist for this control step, or how the goal ends."""
+        if self._senses is None:
+            self._senses = Senses(now.time_s)
+            self._start_s = now.time_s
+        self._time_s = now.time_s
+        self._around.observe(now)
+        sound = self._senses.check(now, self._around.seen_s, driving=self._follower is not None)
+        if isinstance(sound, Finished):
+            return sound
+        if not sound or now.map_pose is None:
+            return self._ramp.stop()
+        self._pose = now.map_pose
+        ended = self._mind_the_time(now.map_pose) or self._find_path(now.map_pose)
+        return ended or self._drive(now.map_pose)
+
+    def feedback(self) -> Mapping[str, Value] | None:
+        """Return the fields of Nav2's feedback: metres, seconds, poses in the map frame."""
+        if self._pose is None:
+            return None
+        left = 0.0 if self._follower is None else self._follower.remaining
+        seconds = 0.0 if self._follower is None else self._follower.seconds_left(self._pose)
+        return {
+            "current_pose": self._pose,
+            "navigation_time": self._time_s - self._start_s,
+            "estimated_time_remaining": seconds,
+            "number_of_recoveries": self._recoveries,
+            "distance_remaining": left,
+        }
+
+    def result(self) -> Mapping[str, Value]:
+        """Return nothing: Nav2's result has no fields of its own."""
+        return {}
+
+    def _mind_the_time(self, pose: Pose2D) -> Finished | None:
+        """Recover once and then give up when the robot gets nowhere."""
+        if self._no_path is None:
+            idle_s = self._progress.standing_s(pose, self._time_s)
+        else:
+            self._progress.restart()
+            idle_s = self._time_s - self._no_path_s
+        if idle_s >= PATIENCE_S:
+            return self._given_up(pose, idle_s)
+        if idle_s < self._step_s:
+            self._recovered = False
+        elif idle_s >= RECOVER_AFTER_S and not self._recovered:
+            self._recovered = True
+            self._recoveries += 1
+            self._around.forget()
+            self._follower = self._escape = None
+            # The next scans show again what is really there.
+            self._plan_at_s = self._time_s + WAIT_S
+        return None
+
+    def _given_up(self, pose: Pose2D, idle_s: float) -> Finished:
+        if self._no_path is not None:
+            reason = f"{self._no_path.reason}; none has opened for {idle_s:.1f} s"
+            return Finished("aborted", self._no_path.code, reason)
+        reason = f"the robot has not got away from {at((pose.x, pose.y))} for {idle_s:.1f} s"
+        return Finished("aborted", Code.FAILED_TO_MAKE_PROGRESS, reason)
+
+    def _find_path(self, pose: Pose2D) -> Finished | None:
+        """Plan when there is no path, it was left, or it has been blocked for long."""
+        if self._follower is not None and self._follower.off_path > _OFF_PATH_M:
+            self._follower = None
+        if self._plan_at_s is None:
+            if self._follower is not None:
+                return None
+        elif self._time_s < self._plan_at_s:
+            return None
+        return self._plan(pose)
+
+    def _plan(self, pose: Pose2D) -> Finished | None:
+        start, goal = (pose.x, pose.y), (self._goal.x, self._goal.y)
+        path = plan(self._around.roads, start, goal)
+        if isinstance(path, NoPath):
+            if self._no_path is None:
+                hopeless = plan(road_map(self._around.mapped, self._around.cost), start, goal)
+                if isinstance(hopeless, NoPath) and hopeless.code is not Code.START_OCCUPIED:
+                    return Finished("aborted", hopeless.code, hopeless.reason)
+                self._no_path_s = self._time_s
+            self._no_path = path
+            self._plan_at_s = self._time_s + WAIT_S
+            return None
+        if self._plan_at_s is not None and self._follower is not None:
+            self._recoveries += 1
+        self._no_path = self._plan_at_s = None
+        survey, cost = self._around.survey, self._around.cost
+        self._follower = Follower(path, self._goal.yaw, self._limits, cost, survey)
+        if survey.clearance_of(*start) < cost.radius - 1.5 * MARGIN_M:
+            way = way_out(pose, self._around.near(pose), self._body, survey, cost.radius)
+            self._escape = None if way is None else Escape(way, self._limits)
+        return None
+
+    def _drive(self, pose: Pose2D) -> Twist2D | Finished:
+        wanted, blocked = self._wanted(pose)
+        if wanted is None:
+            return SUCCEEDED
+        allowed = held_back(wanted, self._around.near(pose), self._body, self._limits)
+        if blocked or (allowed == ZERO and wanted != ZERO):
+            if self._plan_at_s is None:
+                self._plan_at_s = self._time_s + WAIT_S
+        elif self._follower is not None:
+            self._plan_at_s = self._no_path = None
+        return self._ramp.toward(allowed, self._step_s)
+
+    def _wanted(self, pose: Pose2D) -> tuple[Twist2D | None, bool]:
+        """Return the twist that leads on, None at the goal, and whether the path is blocked."""
+        if self._escape is not None:
+            out = self._escape.steer(pose)
+            if out is not None:
+                return out, False
+            self._escape = self._follower = None
+        if self._follower is None:
+            return ZERO, False
+        survey = self._around.survey
+        ahead = self._follower.blocked_in(survey)
+        limit = self._limits.approach(ahead - _STOP_BEFORE_M) if ahead < math.inf else math.inf
+        wanted = self._follower.steer(pose, survey, self._ramp.twist.linear, limit)
+        if wanted is None and distance(pose, self._goal) > 2 * GOAL_TOLERANCE_M:
+            self._follower = None
+            return ZERO, False
+        return wanted, ahead < _LOOK_AHEAD_M

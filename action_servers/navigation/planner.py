@@ -1,0 +1,171 @@
+"""Shortest paths over the cells of a survey, by the Dijkstra search of SciPy's sparse graphs."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TypeAlias, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+from scipy import sparse
+from scipy.sparse import csgraph
+
+from action_servers.navigation.codes import Code
+from action_servers.navigation.cost import MARGIN_M, CostModel
+from action_servers.navigation.grid import Floats, Survey
+from action_servers.navigation.path import Path, smooth, straighten
+
+Point: TypeAlias = tuple[float, float]
+_Number = TypeVar("_Number", np.int32, np.float64)
+
+GOAL_TOLERANCE_M = 0.10
+"""How far beside the goal a path may end when the robot does not fit at the goal itself."""
+
+START_REACH_M = 0.50
+"""How far from the robot a path may begin when the robot stands closer than it should."""
+
+_INSIDE_M = 0.05
+"""Nearer than this to an occupied square, the middle of the axle cannot be: the pose is wrong."""
+
+_NEIGHBOURS = ((0, 1), (1, 0), (1, 1), (1, -1))
+_UNIT_M = 1e-5
+"""Edges are weighed in whole units of 0.01 mm: sums are exact, so rounding decides no tie."""
+
+
+@dataclass(frozen=True, slots=True)
+class NoPath:
+    """Why there is no path: a code of Nav2's planner, and the reason in words."""
+
+    code: Code
+    reason: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RoadMap:
+    """The cells a robot may stand on, and the price of going from one to the next.
+
+    `node[row, column]` numbers them, -1 for the others; `centres[node]` is where they are, metres;
+    `edges` is symmetric.
+    """
+
+    survey: Survey
+    cost: CostModel
+    node: npt.NDArray[np.int32]
+    centres: Floats
+    edges: sparse.csr_array
+
+    def free_near(self, point: Point, reach: float) -> list[int]:
+        """Return the nodes within `reach` metres of a point, nearest first."""
+        gaps = np.hypot(*(self.centres - point).T)
+        near = np.flatnonzero(gaps <= reach)
+        return [int(node) for node in near[np.argsort(gaps[near], kind="stable")]]
+
+
+def road_map(survey: Survey, cost: CostModel) -> RoadMap:
+    """Link every cell that is known and has the clearance of the cost model to its neighbours."""
+    clearance = survey.centre_clearance
+    free = (clearance >= cost.radius) & survey.known
+    node = np.full(free.shape, -1, dtype=np.int32)
+    count = int(free.sum())
+    node[free] = np.arange(count, dtype=np.int32)
+    price = cost.price(clearance) * (0.5 * survey.resolution / _UNIT_M)
+    sources, targets, weights = [], [], []
+    for down, right in _NEIGHBOURS:
+        here, there = _shifted(node, down, right)
+        price_here, price_there = _shifted(price, down, right)
+        linked = (here >= 0) & (there >= 0)
+        sources.append(here[linked])
+        targets.append(there[linked])
+        step = math.hypot(down, right)
+        weights.append(np.rint((price_here[linked] + price_there[linked]) * step))
+    source, target = np.concatenate(sources), np.concatenate(targets)
+    weight = np.concatenate(weights)
+    edges = sparse.csr_array(
+        (
+            np.concatenate((weight, weight)),
+            (np.concatenate((source, target)), np.concatenate((target, source))),
+        ),
+        shape=(count, count),
+    )
+    return RoadMap(survey, cost, node, survey.centres(*np.nonzero(free)), edges)
+
+
+def plan(roads: RoadMap, start: Point, goal: Point) -> Path | NoPath:
+    """Find the cheapest path between two points in metres, straightened and smoothed.
+
+    A robot that stands too close to an obstacle is led to the nearest free cell first. The path
+    ends at the goal if the robot can turn there, else at the nearest free cell within
+    GOAL_TOLERANCE_M of it.
+    """
+    survey = roads.survey
+    if not survey.contains(*start):
+        return NoPath(Code.START_OUTSIDE_MAP, f"the robot, at {at(start)}, is outside the map")
+    if not survey.contains(*goal):
+        return NoPath(Code.GOAL_OUTSIDE_MAP, f"the goal {at(goal)} is outside the map")
+    nearby = roads.free_near(goal, GOAL_TOLERANCE_M)
+    if not nearby:
+        return NoPath(
+            Code.GOAL_OCCUPIED, f"the robot does not fit at the goal {_room(roads, goal)}"
+        )
+    # Searched from the goal, because a robot in a tight place has several cells to begin at.
+    price, towards = csgraph.dijkstra(roads.edges, indices=nearby[0], return_predecessors=True)
+    departures = _departures(roads, start)
+    if not departures:
+        return NoPath(Code.START_OCCUPIED, f"the robot is stuck at {_room(roads, start)}")
+    node = next((node for node in departures if np.isfinite(price[node])), None)
+    if node is None:
+        return NoPath(
+            Code.NO_VALID_PATH,
+            f"no path from {at(start)} to {at(goal)} keeps {roads.cost.radius:.2f} m "
+            "from every obstacle",
+        )
+    nodes = [node]
+    while nodes[-1] != nearby[0]:
+        nodes.append(int(towards[nodes[-1]]))
+    turns_at_goal = survey.clearance_of(*goal) >= roads.cost.radius - MARGIN_M
+    ends = [goal] if turns_at_goal else [roads.centres[nearby[0]]]
+    points = np.concatenate(([start], roads.centres[nodes], ends))
+    return smooth(straighten(points, survey, roads.cost), survey, roads.cost)
+
+
+def _departures(roads: RoadMap, start: Point) -> list[int]:
+    clearance = roads.survey.clearance_of(*start)
+    row, column = roads.survey.cell(*start)
+    if roads.node[row, column] >= 0:
+        return [int(roads.node[row, column])]
+    if clearance < _INSIDE_M:
+        return []
+    return [
+        node
+        for node in roads.free_near(start, START_REACH_M)
+        if _leads_out(roads.survey, start, roads.centres[node], clearance)
+    ]
+
+
+def _leads_out(survey: Survey, start: Point, end: Floats, clearance: float) -> bool:
+    line = np.linspace(start, end, max(2, int(START_REACH_M / _INSIDE_M)))
+    return bool(np.all(survey.clearance_at(line) >= clearance - _INSIDE_M / 2))
+
+
+def at(point: Point) -> str:
+    """Write a point for a message."""
+    return f"({point[0]:.2f}, {point[1]:.2f})"
+
+
+def _room(roads: RoadMap, point: Point) -> str:
+    row, column = roads.survey.cell(*point)
+    if not roads.survey.known[row, column]:
+        return f"{at(point)}: the map does not know that place"
+    room = roads.survey.clearance_of(*point)
+    return f"{at(point)}: {room:.2f} m to the nearest obstacle, it needs {roads.cost.radius:.2f} m"
+
+
+def _shifted(
+    field: npt.NDArray[_Number], down: int, right: int
+) -> tuple[npt.NDArray[_Number], npt.NDArray[_Number]]:
+    """Return two views of a field, whose equal places are a cell and its neighbour."""
+    rows, columns = field.shape
+    here = field[: rows - down, max(0, -right) : columns - max(0, right)]
+    there = field[down:, max(0, right) : columns + min(0, right)]
+    return here, there

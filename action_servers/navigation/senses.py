@@ -1,0 +1,65 @@
+"""Whether the robot still sees and knows where it is."""
+
+from __future__ import annotations
+
+from action_servers.maneuver import Finished, Observation
+from action_servers.navigation.codes import Code
+
+BLIND_AFTER_S = 0.5
+"""Age of a scan or pose at which the robot stops: five scans of a Waffle, ten poses."""
+
+GIVE_UP_AFTER_S = 3.0
+"""Age of a scan or pose at which the goal is given up."""
+
+
+def missing(now: Observation) -> str | None:
+    """Return what navigation needs and has not got yet, or None."""
+    if now.grid is None:
+        return "no map has arrived yet; is something publishing the topic map?"
+    if now.grid.cells.size == 0:
+        return "the map has no cells"
+    if now.map_pose is None:
+        return "the robot's place on the map is not known yet; is something publishing map to odom?"
+    if now.scan is None:
+        return "no scan has arrived yet; is the robot running?"
+    return None
+
+
+class Senses:
+    """Watches the age of pose and scan, from the first step of a goal on."""
+
+    def __init__(self, start_s: float) -> None:
+        self._pose_s = start_s
+        self._scan_s = start_s
+
+    def check(self, now: Observation, seen_s: float | None, *, driving: bool) -> Finished | bool:
+        """Return True when all is well, False to stand still, or how the goal ends.
+
+        `seen_s` is the stamp of the newest scan that found its place on the map. `driving` tells
+        which of the codes for a lost pose fits: the controller's or the planner's.
+        """
+        pose_ok = now.map_pose is not None and _recent(now.odom_stamp_s, now.time_s)
+        scan_ok = seen_s is not None and _recent(seen_s, now.time_s)
+        if pose_ok:
+            self._pose_s = now.time_s
+        if scan_ok:
+            self._scan_s = now.time_s
+        lost_s = now.time_s - self._pose_s
+        if lost_s > GIVE_UP_AFTER_S:
+            code = Code.TF_ERROR_WHILE_DRIVING if driving else Code.TF_ERROR_WHILE_PLANNING
+            return Finished("aborted", code, _text("pose of the robot on the map", lost_s))
+        blind_s = now.time_s - self._scan_s
+        if blind_s > GIVE_UP_AFTER_S:
+            return Finished("aborted", Code.CONTROLLER_TIMED_OUT, _text("scan", blind_s))
+        return pose_ok and scan_ok
+
+
+def _recent(stamp_s: float, time_s: float) -> bool:
+    return abs(time_s - stamp_s) <= BLIND_AFTER_S
+
+
+def _text(what: str, seconds: float) -> str:
+    return (
+        f"no {what} with a stamp less than {BLIND_AFTER_S:g} s from now for {seconds:.1f} s; "
+        "is the robot running, and do the clocks agree?"
+    )

@@ -1,0 +1,135 @@
+"""What a navigating robot knows of the world: the map, what it has seen, and where it was when."""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+
+from action_servers.clearance import obstacle_points
+from action_servers.maneuver import Grid, Observation, Pose2D, Scan
+from action_servers.navigation.cost import CostModel, cost_model
+from action_servers.navigation.geometry import between, composed, into_frame, out_of_frame
+from action_servers.navigation.grid import Floats, Survey, survey
+from action_servers.navigation.obstacles import ObstacleLayer
+from action_servers.navigation.planner import RoadMap, road_map
+from bt_mission.common.robot import RobotModel
+
+_HISTORY_S = 1.0
+_GUESS_S = 0.15
+_NEAR_M = 1.2
+
+
+class Surroundings:
+    """The map with what the lidar adds, kept up to date by `observe`.
+
+    A scan is placed by the pose that the robot had at the scan's stamp: a robot that turns at
+    1 rad/s would otherwise smear a wall 2 m away over 0.2 m between two scans.
+    """
+
+    def __init__(self, robot: RobotModel) -> None:
+        self._lidar = robot.lidar
+        self._mount = Pose2D(robot.lidar.x, robot.lidar.y, 0.0)
+        self.cost: CostModel = cost_model(robot.turning_radius)
+        self._poses: deque[tuple[float, Pose2D]] = deque()
+        self._grid: Grid | None = None
+        self._scan: Scan | None = None
+        self._mapped: Survey | None = None
+        self._layer: ObstacleLayer | None = None
+        self._survey: Survey | None = None
+        self._roads: RoadMap | None = None
+        self._near_in_map: Floats = np.empty((0, 2))
+
+    def observe(self, now: Observation) -> None:
+        """Take in a new map, pose and scan."""
+        if now.grid is not None and now.grid is not self._grid:
+            if self._grid is None or _differ(self._grid, now.grid):
+                mapped = survey(now.grid)
+                # A map that grows or moves under the robot does not remove what was seen.
+                self._layer = self._layer.over(mapped) if self._layer else ObstacleLayer(mapped)
+                self._mapped, self._survey = mapped, mapped.with_obstacles(self._layer.marks)
+            self._grid = now.grid
+        if now.map_pose is not None:
+            self._remember(now.odom_stamp_s, now.map_pose)
+        if now.scan is not None and now.scan is not self._scan:
+            self._look(now.scan)
+
+    @property
+    def ready(self) -> bool:
+        """Whether there is a map, and a scan that could be placed on it."""
+        return self._survey is not None and self._scan is not None
+
+    @property
+    def seen_s(self) -> float | None:
+        """Stamp of the newest scan that could be placed on the map, s."""
+        return None if self._scan is None else self._scan.stamp_s
+
+    @property
+    def mapped(self) -> Survey:
+        """The map alone."""
+        assert self._mapped is not None
+        return self._mapped
+
+    @property
+    def survey(self) -> Survey:
+        """The map with what was seen; a new object whenever any cell changed."""
+        assert self._survey is not None
+        return self._survey
+
+    @property
+    def roads(self) -> RoadMap:
+        """The road map of `survey`, made when first asked for."""
+        if self._roads is None or self._roads.survey is not self.survey:
+            self._roads = road_map(self.survey, self.cost)
+        return self._roads
+
+    def near(self, pose: Pose2D) -> Floats:
+        """Return what the newest scan hit within about a metre, seen from a pose, `n x 2` m."""
+        return into_frame(pose, self._near_in_map)
+
+    def forget(self) -> None:
+        """Drop what was seen, and start again from the map."""
+        self._layer = ObstacleLayer(self.mapped)
+        self._survey = self._mapped
+
+    def _remember(self, stamp_s: float, pose: Pose2D) -> None:
+        poses = self._poses
+        # Older than the last means that the clock was set back; as old, that only the correction of
+        # the map frame is new.
+        while poses and poses[-1][0] >= stamp_s:
+            poses.pop()
+        poses.append((stamp_s, pose))
+        while poses[0][0] < stamp_s - _HISTORY_S:
+            poses.popleft()
+
+    def _look(self, scan: Scan) -> None:
+        pose = self._pose_at(scan.stamp_s)
+        if pose is None or self._layer is None:
+            return
+        self._scan = scan
+        hits = obstacle_points(scan, self._lidar).T
+        in_map = out_of_frame(pose, hits)
+        self._near_in_map = in_map[np.hypot(hits[:, 0], hits[:, 1]) < _NEAR_M]
+        if self._layer.update(scan, in_map, composed(pose, self._mount)):
+            self._survey = self.mapped.with_obstacles(self._layer.marks)
+
+    def _pose_at(self, stamp_s: float) -> Pose2D | None:
+        """Return the pose at a time, or None when it was too long ago or is yet to come."""
+        poses = self._poses
+        if not poses or stamp_s < poses[0][0] - _GUESS_S or stamp_s > poses[-1][0] + _GUESS_S:
+            return None
+        later = next((index for index, (at, _) in enumerate(poses) if at >= stamp_s), None)
+        if later is None:
+            return poses[-1][1]
+        if later == 0:
+            return poses[0][1]
+        (before_s, before), (after_s, after) = poses[later - 1], poses[later]
+        return between(before, after, (stamp_s - before_s) / (after_s - before_s))
+
+
+def _differ(old: Grid, new: Grid) -> bool:
+    return (
+        (old.resolution, old.origin_x, old.origin_y) != (new.resolution, new.origin_x, new.origin_y)
+        or old.cells.shape != new.cells.shape
+        or not np.array_equal(old.cells, new.cells)
+    )

@@ -1,0 +1,93 @@
+"""The maneuver behind FollowWaypoints: one pose after another, some rounds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from action_servers.maneuver import SUCCEEDED, ZERO, Finished, Observation, Pose2D, Twist2D, Value
+from action_servers.navigation.codes import Code
+from action_servers.navigation.navigate import NavigateToPose
+from action_servers.navigation.surroundings import Surroundings
+from bt_mission.common.robot import RobotModel
+
+_SIGN_OF_LIFE_S = 1.0
+
+
+class FollowWaypoints:
+    """Drives to poses in turn; each ends with a stop, turned to its yaw."""
+
+    needs_base = True
+
+    def __init__(
+        self,
+        poses: Sequence[Pose2D],
+        robot: RobotModel,
+        *,
+        loops: int = 0,
+        first: int = 0,
+        stop_on_failure: bool = True,
+    ) -> None:
+        """Make a maneuver through `poses` in the map frame, beginning at the index `first`.
+
+        `loops` is the number of rounds after the first one; these begin at index 0, as in Nav2.
+        `stop_on_failure`, Nav2's default, ends the goal at the first pose that is not reached.
+        """
+        self._poses = tuple(poses)
+        self._robot = robot
+        self._around = Surroundings(robot)
+        self._loops_left = loops
+        self._index = first
+        self._stop_on_failure = stop_on_failure
+        self._leg: NavigateToPose | None = None
+        self._missed: list[Mapping[str, Value]] = []
+        self._time_s = 0.0
+        self._told: tuple[int, float] | None = None
+
+    def step(self, now: Observation) -> Twist2D | Finished:
+        """Return the twist for this control step, or how the goal ends."""
+        self._time_s = now.time_s
+        if not self._poses:
+            return Finished("aborted", Code.WAYPOINTS_UNKNOWN, "the list of poses is empty")
+        if self._leg is None:
+            self._leg = NavigateToPose(self._poses[self._index], self._robot, self._around)
+        answer = self._leg.step(now)
+        if not isinstance(answer, Finished):
+            return answer
+        if answer.status == "aborted":
+            missed: dict[str, Value] = {
+                "index": self._index,
+                "goal": self._poses[self._index],
+                "error_code": answer.error_code,
+            }
+            self._missed.append(missed)
+            if self._stop_on_failure:
+                place = f"waypoint {self._index} (of 0 to {len(self._poses) - 1})"
+                reason = f"{place} was not reached, code {answer.error_code}: {answer.reason}"
+                return Finished("aborted", Code.WAYPOINTS_UNKNOWN, reason)
+        return SUCCEEDED if self._last_leg() else ZERO
+
+    def feedback(self) -> Mapping[str, Value] | None:
+        """Return the index of the pose driven to: when it changes, and once a second."""
+        if not self._poses:
+            return None
+        told = self._told
+        if told and told[0] == self._index and self._time_s - told[1] < _SIGN_OF_LIFE_S - 1e-6:
+            return None
+        self._told = (self._index, self._time_s)
+        return {"current_waypoint": self._index}
+
+    def result(self) -> Mapping[str, Value]:
+        """Return the poses that were not reached, each with the code that says why."""
+        return {"missed_waypoints": list(self._missed)}
+
+    def _last_leg(self) -> bool:
+        """Go on to the next pose or round; tell whether there is none."""
+        self._leg = None
+        if self._index + 1 < len(self._poses):
+            self._index += 1
+            return False
+        if self._loops_left == 0:
+            return True
+        self._loops_left -= 1
+        self._index = 0
+        return False
