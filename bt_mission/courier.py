@@ -37,9 +37,15 @@ class ActionCourier:
         """Is a server in the graph, with all its services and topics matched?"""
         return bool(self._client.server_is_ready())
 
-    def send(self, goal: Goal, request: Mapping[str, Any]) -> None:
+    def prepare(self, fields: Mapping[str, Any]) -> Any:
+        """A goal message with these fields.
+
+        :raises BtMissionError: when a value does not fit its field.
+        """
+        return fill(self._type.Goal(), fields)
+
+    def send(self, goal: Goal, request: Any) -> None:
         """Send the goal with the UUID of its record."""
-        message = fill(self._type.Goal(), request)
 
         def on_answer(future: Future) -> None:
             handle = future.result()
@@ -48,7 +54,7 @@ class ActionCourier:
             goal.on(Event.ACCEPTED if handle.accepted else Event.REJECTED)
 
         self._client.send_goal_async(
-            message,
+            request,
             feedback_callback=lambda wrapped: goal.on_feedback(wrapped.feedback),
             goal_uuid=UUID(uuid=list(goal.id)),
         ).add_done_callback(on_answer)

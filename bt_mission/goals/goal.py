@@ -95,8 +95,14 @@ class Courier(Protocol):
     def is_ready(self) -> bool:
         """Is a server there and matched?"""
 
+    def prepare(self, fields: Mapping[str, Any]) -> Any:
+        """A goal request with these fields.
+
+        :raises BtMissionError: when they do not fit the action's type.
+        """
+
     def send(self, goal: Goal, request: Any) -> None:
-        """Send the goal; what comes back goes into ``goal``'s methods."""
+        """Send a prepared request; what comes back goes into ``goal``'s methods."""
 
     def ask_result(self, goal: Goal) -> None:
         """Ask for the result of an accepted goal."""

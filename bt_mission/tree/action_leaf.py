@@ -9,10 +9,11 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from bt_mission.common.errors import BtMissionError
 from bt_mission.goals.attempt import Attempt, Limits
 from bt_mission.goals.goal import Courier
 from bt_mission.goals.outcome import Ending, Outcome
-from bt_mission.tree.runtime import Runtime, read_field, scalars
+from bt_mission.tree.runtime import MissionFailure, Runtime, read_field, scalars
 
 
 @dataclass(frozen=True)
@@ -53,6 +54,7 @@ class ActionLeaf(Behaviour):
     :param plan: called at each start.
     :param on_cancel: status when the condition cancels the goal.
     :param outputs: result field to variable.
+    :param place: ``file:line:column`` of the step.
     """
 
     def __init__(
@@ -63,6 +65,7 @@ class ActionLeaf(Behaviour):
         plan: Callable[[], Plan],
         on_cancel: Status,
         outputs: Mapping[str, str],
+        place: str,
     ) -> None:
         super().__init__(name)
         self.action = action
@@ -70,6 +73,7 @@ class ActionLeaf(Behaviour):
         self._plan = plan
         self._on_cancel = on_cancel
         self._outputs = outputs
+        self._place = place
         self.attempt: Attempt | None = None
         self._target: tuple[str, float] | None = None
         self._limits = Limits()
@@ -83,15 +87,22 @@ class ActionLeaf(Behaviour):
         self._courier = self._runtime.courier(self.action, self.type_name)
 
     def initialise(self) -> None:
-        """Open an attempt of its own for this goal."""
+        """Open an attempt of its own for this goal.
+
+        :raises MissionFailure: when the goal's values do not fit its type.
+        """
         plan = self._plan()
+        try:
+            request = self._courier.prepare(plan.goal)
+        except BtMissionError as error:
+            raise MissionFailure(f"{self._place}: '{self.name}' cannot start: {error}") from error
         self._target, self._limits = plan.target, plan.limits
         self._started_ns = self._runtime.now_ns
         self.attempt = Attempt(
             self._courier,
             self._runtime.ledger,
             self.name,
-            plan.goal,
+            request,
             plan.limits,
             plan.condition,
             self._started_ns,

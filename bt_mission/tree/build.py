@@ -83,6 +83,7 @@ class _Builder:
             plan,
             Status.SUCCESS if step.on_cancel == "success" else Status.FAILURE,
             step.outputs,
+            self._place(step),
         )
 
     # ---- values, when a step is entered ---------------------------------------------------
@@ -94,9 +95,10 @@ class _Builder:
             raise self._failure(step, str(error)) from error
 
     def _failure(self, step: steps.Step, message: str) -> MissionFailure:
-        return MissionFailure(
-            f"{self._file}:{step.line}:{step.column}: '{_name(step)}' cannot start: {message}"
-        )
+        return MissionFailure(f"{self._place(step)}: '{_name(step)}' cannot start: {message}")
+
+    def _place(self, step: steps.Step) -> str:
+        return f"{self._file}:{step.line}:{step.column}"
 
     def _number(self, step: steps.Step, path: str, value: Value) -> float:
         number = self._resolve(step, path, value)

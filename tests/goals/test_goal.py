@@ -21,6 +21,9 @@ class Requests:
     def is_ready(self) -> bool:
         return True
 
+    def prepare(self, fields: Any) -> Any:
+        return fields
+
     def send(self, goal: Goal, request: Any) -> None:
         self.asked.append("send")
 
