@@ -20,26 +20,31 @@ from bt_mission.common.faults import did_you_mean, quoted
 from bt_mission.mission.expressions import ExpressionError, Late, Text
 from bt_mission.mission.shapes import (
     LARGEST_FLOAT32,
+    ActionShapes,
     ListOf,
     Message,
     Problem,
     Scalar,
     Shape,
     Unknowable,
+    UnknownType,
     conform,
 )
 
+__all__ = [
+    "FillError",
+    "UnknownType",
+    "action_shapes",
+    "action_type",
+    "fields",
+    "fill",
+    "installed_actions",
+    "read",
+    "shape_of",
+]
+
 _INDEX = Path("share", "ament_index", "resource_index", "rosidl_interfaces")
 _TEXT_BY_NAME = {"octet": "byte", "boolean": "bool", "float": "float32", "double": "float64"}
-
-
-class UnknownType(BtMissionError):  # noqa: N818 - what it is says more than that it is an error
-    """A ROS type that is not installed here."""
-
-    def __init__(self, message: str, hint: str | None = None) -> None:
-        super().__init__(f"{message}; {hint}" if hint else message)
-        self.message = message
-        self.hint = hint
 
 
 class FillError(BtMissionError):
@@ -99,6 +104,12 @@ def shape_of(message_class: Any) -> Message:
     if name and part in ("Goal", "Result", "Feedback"):
         return Message(f"the {part.lower()} of {package}/action/{name}", fields)
     return Message(f"{package}/{message_class.__name__}", fields)
+
+
+def action_shapes(name: str) -> ActionShapes:
+    """Return what the messages of an action type hold. Raises UnknownType."""
+    found = action_type(name)
+    return ActionShapes(shape_of(found.Goal), shape_of(found.Result), shape_of(found.Feedback))
 
 
 def fields(message_class: Any) -> dict[str, str]:

@@ -17,6 +17,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 from bt_mission.common.faults import did_you_mean, listed, quoted
 from bt_mission.mission.functions import FUNCTIONS
@@ -63,6 +64,7 @@ class Token:
     column: int
 
 
+@lru_cache(maxsize=4096)
 def parse(text: str) -> tuple[Node, tuple[Name, ...], bool]:
     """Return an expression's parts, the names in it, and whether it draws random numbers.
 

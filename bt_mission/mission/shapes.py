@@ -58,6 +58,24 @@ class Message:
 Shape = Scalar | ListOf | Message
 
 
+@dataclass(frozen=True)
+class ActionShapes:
+    """What the three messages of an action hold."""
+
+    goal: Message
+    result: Message
+    feedback: Message
+
+
+class UnknownType(BtMissionError):  # noqa: N818 - what it is says more than that it is an error
+    """A ROS type that is not installed here."""
+
+    def __init__(self, message: str, hint: str | None = None) -> None:
+        super().__init__(f"{message}; {hint}" if hint else message)
+        self.message = message
+        self.hint = hint
+
+
 class UnknownField(BtMissionError):  # noqa: N818 - what it is says more than that it is an error
     """A field that a message does not have."""
 
