@@ -143,7 +143,7 @@ class Pilot:
         return Twist2D(linear, angular)
 
     def _fail(self, run: Run, error: Exception) -> None:
-        self._end(run, _raised(error))
+        self._end(run, raised(error))
 
     def _end_all(self, reason: str, runs: list[Run]) -> None:
         for run in runs:
@@ -161,10 +161,11 @@ class Pilot:
             outcome = replace(outcome, result=run.maneuver.result())
         except Exception as error:  # noqa: BLE001 - the goal must end, with what is known
             if outcome.status == "succeeded":
-                outcome = _raised(error)
+                outcome = raised(error)
         run.on_end(outcome)
 
 
-def _raised(error: Exception) -> Outcome:
+def raised(error: Exception) -> Outcome:
+    """Return how a goal ends whose maneuver raised."""
     reason = f"{type(error).__name__}: {error}"
     return Outcome("aborted", ErrorCode.UNKNOWN, reason, cause=error)

@@ -1,0 +1,173 @@
+"""The one adapter between a ROS action and a maneuver.
+
+A goal is checked before it is accepted, and its maneuver is in the pilot's care from the moment of
+acceptance, so that a cancel finds it however early it comes. Execution only waits for the end.
+"""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Callable
+from contextlib import AbstractContextManager, ExitStack, nullcontext
+from dataclasses import dataclass
+from typing import Any
+
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.action.server import ServerGoalHandle
+from rclpy.node import Node
+from rclpy.task import Future
+
+from action_servers.maneuver import Maneuver, Observation, Refusal
+from action_servers.messages import fill
+from action_servers.pilot import Fields, Outcome, Pilot, Run, raised
+
+SHOWN_CHARACTERS = 300
+
+
+def _nothing(_maneuver: Maneuver, _goal_id: str) -> AbstractContextManager[None]:
+    return nullcontext()
+
+
+@dataclass(frozen=True, slots=True)
+class Action:
+    """An action that the servers offer.
+
+    `plan` checks a goal message against what is known of the robot, and gives the maneuver that
+    carries it out, or why it is refused. `during` is entered when a goal is accepted, with its
+    maneuver and its id (32 hexadecimal digits), and left at its end.
+    """
+
+    name: str
+    type: Any
+    plan: Callable[[Any, Observation], Maneuver | Refusal]
+    observe: Callable[[], Observation]
+    during: Callable[[Any, str], AbstractContextManager[None]] = _nothing
+
+
+class ActionAdapter:
+    """Offers one action on a node, carried out by a pilot.
+
+    The result's `error_code` and `error_msg` are filled from the way the maneuver ended. A goal
+    whose maneuver raises is aborted with the cause.
+    """
+
+    def __init__(self, node: Node, pilot: Pilot, action: Action) -> None:
+        self._clock = node.get_clock()
+        self._log = node.get_logger().get_child(action.name)
+        self._pilot = pilot
+        self._action = action
+        self._planned: Maneuver | None = None
+        self._running: dict[bytes, tuple[Run, Future]] = {}
+        self._closed: str | None = None
+        self._server = ActionServer(
+            node,
+            action.type,
+            action.name,
+            execute_callback=self._execute,
+            goal_callback=self._check,
+            handle_accepted_callback=self._begin,
+            cancel_callback=self._cancel,
+        )
+
+    @property
+    def open_goals(self) -> int:
+        """Number of goals that were accepted and whose results are not out yet."""
+        return len(self._running)
+
+    def close(self, reason: str) -> None:
+        """Refuse every goal from now on."""
+        self._closed = reason
+
+    def destroy(self) -> None:
+        """Withdraw the action; its goals are to be ended before."""
+        self._server.destroy()
+
+    def _check(self, goal: Any) -> GoalResponse:
+        planned = Refusal(self._closed) if self._closed else self._plan(goal)
+        if isinstance(planned, Refusal):
+            self._log.warning(f"goal rejected: {planned.reason}")
+            return GoalResponse.REJECT
+        self._planned = planned
+        return GoalResponse.ACCEPT
+
+    def _plan(self, goal: Any) -> Maneuver | Refusal:
+        try:
+            return self._action.plan(goal, self._action.observe())
+        except Exception as error:  # noqa: BLE001 - no goal, whatever it holds, may end the server
+            self._log.error("".join(traceback.format_exception(error)))
+            return Refusal(f"{type(error).__name__}: {error}")
+
+    def _begin(self, handle: ServerGoalHandle) -> None:
+        maneuver, self._planned = self._planned, None
+        assert maneuver is not None  # rclpy comes from _check straight to here
+        ended = Future()
+        meanwhile = ExitStack()
+        meanwhile.enter_context(self._action.during(maneuver, _key(handle).hex()))
+
+        def on_end(outcome: Outcome) -> None:
+            meanwhile.close()
+            ended.set_result(outcome)
+
+        def on_feedback(fields: Fields) -> None:
+            handle.publish_feedback(self._filled(self._action.type.Feedback(), fields))
+
+        self._log.info(f"goal accepted: {shown(handle.request)}")
+        run = Run(maneuver, on_feedback, on_end)
+        self._running[_key(handle)] = (run, ended)
+        self._pilot.start(run)
+        handle.execute()
+
+    def _cancel(self, handle: ServerGoalHandle) -> CancelResponse:
+        # Never refused: rclpy skips the goal after one whose cancel is refused, and a goal that
+        # has just ended may still say how after a cancel.
+        found = self._running.get(_key(handle))
+        if found is not None:
+            self._pilot.cancel(found[0])
+        return CancelResponse.ACCEPT
+
+    async def _execute(self, handle: ServerGoalHandle) -> Any:
+        _, ended = self._running[_key(handle)]
+        outcome: Outcome = await ended
+        del self._running[_key(handle)]
+        result, outcome = self._result(outcome)
+        self._report(outcome)
+        if outcome.status == "succeeded":
+            handle.succeed()
+        elif outcome.status == "canceled":
+            handle.canceled()
+        else:
+            handle.abort()
+        return result
+
+    def _result(self, outcome: Outcome) -> tuple[Any, Outcome]:
+        result = self._action.type.Result()
+        try:
+            self._filled(result, outcome.result or {})
+        except Exception as error:  # noqa: BLE001 - a result that cannot be sent ends no server
+            result = self._action.type.Result()
+            outcome = raised(error)
+        result.error_code = int(outcome.error_code)
+        result.error_msg = outcome.reason
+        return result, outcome
+
+    def _filled(self, message: Any, fields: Fields) -> Any:
+        return fill(message, fields, self._clock.now().to_msg())
+
+    def _report(self, outcome: Outcome) -> None:
+        if outcome.cause is not None:
+            self._log.error("".join(traceback.format_exception(outcome.cause)))
+        if outcome.status == "aborted":
+            self._log.warning(f"goal aborted, code {int(outcome.error_code)}: {outcome.reason}")
+        else:
+            self._log.info(f"goal {outcome.status}")
+
+
+def shown(message: Any) -> str:
+    """Return the fields of a goal in one line of reasonable length."""
+    fields = message.get_fields_and_field_types()
+    text = ", ".join(f"{name}={getattr(message, name)}" for name in fields)
+    return text if len(text) <= SHOWN_CHARACTERS else f"{text[:SHOWN_CHARACTERS]}..."
+
+
+def _key(handle: ServerGoalHandle) -> bytes:
+    return bytes(handle.goal_id.uuid)

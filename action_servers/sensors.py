@@ -1,0 +1,170 @@
+"""What the servers hear of the robot: a few topics, each translated only when it is looked at.
+
+Messages are kept as they come, serialized: most are never looked at, and unpacking an odometry
+message costs ten times as much as receiving it.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any, Generic, TypeVar
+
+from nav_msgs.msg import OccupancyGrid
+from nav_msgs.msg import Odometry as OdometryMessage
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.serialization import deserialize_message
+from rclpy.subscription import Subscription
+from sensor_msgs.msg import Image as ImageMessage
+from sensor_msgs.msg import LaserScan
+from tf2_msgs.msg import TFMessage
+
+from action_servers.maneuver import Image, Observation, Pose2D
+from action_servers.messages import (
+    MAP_FRAME,
+    grid_of,
+    image_of,
+    odometry_of,
+    scan_of,
+    seconds,
+    transform_of,
+)
+from action_servers.navigation.geometry import composed
+
+T = TypeVar("T")
+
+CAMERA_TOPIC = "camera/image_raw"
+
+# Best effort matches every publisher, also drivers that send sensor data best effort, and of a
+# stream only the newest message is of use.
+NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+TRANSFORMS = QoSProfile(depth=100)
+
+
+class Latest(Generic[T]):
+    """The newest message of a topic, translated when it is first asked for."""
+
+    def __init__(self, message_type: type, translate: Callable[[Any], T | None]) -> None:
+        self._message_type = message_type
+        self._translate = translate
+        self._data: bytes | None = None
+        self._value: T | None = None
+
+    def take(self, data: bytes) -> None:
+        """Keep a serialized message."""
+        self._data = data
+
+    def clear(self) -> None:
+        """Forget everything."""
+        self._data = self._value = None
+
+    def value(self) -> T | None:
+        """Return the newest message, translated; the same object until there is a newer one.
+
+        Raises ValueError for a message that cannot be translated.
+        """
+        if self._data is not None:
+            data, self._data, self._value = self._data, None, None
+            self._value = self._translate(deserialize_message(data, self._message_type))
+        return self._value
+
+
+class CameraStream:
+    """The camera's pictures, while somebody wants them: a simulator renders only then."""
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._latest = Latest(ImageMessage, image_of)
+        self._subscription: Subscription | None = None
+
+    def on(self) -> None:
+        """Listen to the camera, if not yet."""
+        if self._subscription is None:
+            self._subscription = self._node.create_subscription(
+                ImageMessage, CAMERA_TOPIC, self._latest.take, NEWEST, raw=True
+            )
+
+    def off(self) -> None:
+        """Listen no more, and forget the last picture."""
+        if self._subscription is not None:
+            self._node.destroy_subscription(self._subscription)
+            self._subscription = None
+            self._latest.clear()
+
+    def value(self) -> Image | None:
+        """Return the newest picture since the camera is on."""
+        return self._latest.value()
+
+
+class Sensors:
+    """Subscriptions of a node, and the observation that they add up to."""
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._clock = node.get_clock()
+        self._scan = Latest(LaserScan, scan_of)
+        self._odometry = Latest(OdometryMessage, odometry_of)
+        self._grid = Latest(OccupancyGrid, grid_of)
+        self._transforms: deque[bytes] = deque(maxlen=100)
+        self._map_to_odom: Pose2D | None = None
+        self._map_users = 0
+        self.camera = CameraStream(node)
+        self._listen(LaserScan, "scan", self._scan.take, NEWEST)
+        self._listen(OdometryMessage, "odom", self._odometry.take, NEWEST)
+        self._listen(TFMessage, "tf", self._take_transforms, TRANSFORMS)
+        self._listen(OccupancyGrid, "map", self._grid.take, LATCHED)
+
+    def _listen(
+        self, message_type: type, topic: str, take: Callable[[bytes], None], qos: QoSProfile
+    ) -> None:
+        self._node.create_subscription(message_type, topic, take, qos, raw=True)
+
+    @contextmanager
+    def localization(self) -> Iterator[None]:
+        """Meanwhile, observations hold map and pose on the map."""
+        self._map_users += 1
+        try:
+            yield
+        finally:
+            self._map_users -= 1
+
+    def observe(self, *, on_map: bool = False) -> Observation:
+        """Return what is known now; `on_map` adds the map and the pose on it."""
+        odometry = self._odometry.value()
+        on_map = on_map or self._map_users > 0
+        return Observation(
+            time_s=seconds(self._clock.now().nanoseconds),
+            odom=odometry.pose if odometry else None,
+            odom_stamp_s=odometry.stamp_s if odometry else 0.0,
+            velocity=odometry.velocity if odometry else None,
+            scan=self._scan.value(),
+            map_pose=self._pose_on_map() if on_map else None,
+            grid=self._grid.value() if on_map else None,
+            image=self.camera.value(),
+        )
+
+    def _take_transforms(self, data: bytes) -> None:
+        self._transforms.append(data)
+
+    def _pose_on_map(self) -> Pose2D | None:
+        odometry = self._odometry.value()
+        if odometry is None:
+            return None
+        # The newest that places the odometry frame counts; other transforms lie in between.
+        while self._transforms:
+            message = deserialize_message(self._transforms.pop(), TFMessage)
+            found = _map_to(odometry.frame, message.transforms)
+            if found is not None:
+                self._map_to_odom = found
+                self._transforms.clear()
+        return self._map_to_odom and composed(self._map_to_odom, odometry.pose)
+
+
+def _map_to(frame: str, transforms: list[Any]) -> Pose2D | None:
+    for transform in reversed(transforms):
+        if transform.header.frame_id == MAP_FRAME and transform.child_frame_id == frame:
+            return transform_of(transform.transform)
+    return None
