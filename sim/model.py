@@ -155,13 +155,13 @@ def _add_sensors(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: RobotModel) -
 
 def _add_camera(spec: mujoco.MjSpec, base: mujoco.MjsBody, camera: Camera) -> None:
     aspect = camera.height / camera.width
-    mount = base.add_camera(
+    base.add_camera(
         name=CAMERA,
         pos=[camera.x, camera.y, camera.z],
+        quat=[0.5, 0.5, -0.5, -0.5],  # right of the picture is -y, up is z: it looks along x
         fovy=math.degrees(2 * math.atan(math.tan(camera.hfov / 2) * aspect)),
         resolution=[camera.width, camera.height],
     )
-    mount.alt.xyaxes = [0, -1, 0, 0, 0, 1]  # right of the picture is -y, up is z: looks along x
     spec.visual.global_.offwidth = camera.width
     spec.visual.global_.offheight = camera.height
 

@@ -39,8 +39,8 @@ def yaw_quaternion(yaw: float) -> list[float]:
 
 def _add_sky_and_light(spec: mujoco.MjSpec) -> None:
     visual = spec.visual
-    visual.headlight.ambient = [0.45, 0.45, 0.45]
-    visual.headlight.diffuse = [0.25, 0.25, 0.25]
+    visual.headlight.ambient = [0.5, 0.5, 0.5]
+    visual.headlight.diffuse = [0.15, 0.15, 0.15]
     visual.headlight.specular = [0.0, 0.0, 0.0]
     visual.map.znear = 0.002  # of the world's extent: a wall at the lens is still drawn
     spec.add_texture(
@@ -56,7 +56,7 @@ def _add_sky_and_light(spec: mujoco.MjSpec) -> None:
         type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
         pos=[0, 0, 4],
         dir=[0.3, 0.45, -1],
-        diffuse=[0.55, 0.55, 0.55],
+        diffuse=[0.4, 0.4, 0.4],
         specular=[0, 0, 0],
         castshadow=False,  # shadows cost ten times the rest of a picture
     )
@@ -67,8 +67,8 @@ def _add_floor(spec: mujoco.MjSpec, size: tuple[float, float]) -> None:
         name="tiles",
         type=mujoco.mjtTexture.mjTEXTURE_2D,
         builtin=mujoco.mjtBuiltin.mjBUILTIN_CHECKER,
-        rgb1=[0.66, 0.66, 0.64],
-        rgb2=[0.72, 0.72, 0.70],
+        rgb1=[0.52, 0.55, 0.58],
+        rgb2=[0.59, 0.62, 0.65],
         width=128,
         height=128,
     )
