@@ -94,3 +94,8 @@ class ScriptedServer:
 def server() -> ScriptedServer:
     """A server at ``/turn`` that the test plays."""
     return ScriptedServer()
+
+
+# The same sources give the same verdict: no examples at random, no limit on the wall clock.
+settings.register_profile("bt_mission", derandomize=True, deadline=None)
+settings.load_profile("bt_mission")

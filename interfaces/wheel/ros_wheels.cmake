@@ -19,18 +19,6 @@ macro(use_ros_wheels)
   set(ENV{AMENT_PREFIX_PATH} "${ros_wheels_prefix}")
 endmacro()
 
-# Sets `result` to the first of the colon-separated `prefixes` that holds the ROS package `name`, or to "".
-function(find_ros_package name prefixes result)
-  string(REPLACE ":" ";" prefixes "${prefixes}")
-  set(${result} "" PARENT_SCOPE)
-  foreach(prefix IN LISTS prefixes)
-    if(EXISTS "${prefix}/share/${name}/package.xml")
-      set(${result} "${prefix}" PARENT_SCOPE)
-      return()
-    endif()
-  endforeach()
-endfunction()
-
 # The wheels export a Python include folder of the machine they were built on; CMake refuses to use
 # an imported target with an include folder that does not exist.
 function(drop_absent_include_folders)
