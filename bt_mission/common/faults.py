@@ -59,6 +59,11 @@ class InputError(BtMissionError):
         return "\n".join(shown)
 
 
+def in_order(faults: Iterable[Fault]) -> tuple[Fault, ...]:
+    """Return faults in the order of the file, each once."""
+    return tuple(sorted(dict.fromkeys(faults), key=lambda fault: (fault.line, fault.column)))
+
+
 def did_you_mean(name: str, valid: Iterable[str]) -> str | None:
     """Return "did you mean 'x'?" for the nearest valid name, or None where none is near."""
     near = difflib.get_close_matches(name[:100], list(valid), n=1, cutoff=0.6)
@@ -86,7 +91,7 @@ def describe(value: object) -> str:
         case str():
             return f"text {quoted(value)}"
         case list() | tuple():
-            return f"a list of {len(value)}"
+            return f"a list of {len(value)}" if value else "an empty list"
         case dict():
             return (
                 f"a mapping with {listed((str(key) for key in value), 6)}"

@@ -69,14 +69,12 @@ def model_faults(
     document: Document, error: pydantic.ValidationError, model: Any, path: Sequence[Key] = ()
 ) -> list[Fault]:
     """Return a pydantic error as faults, in the order of the file, one for each place."""
-    found: dict[tuple[int, int], Fault] = {}
+    found: dict[tuple[int, int, str], Fault] = {}
     for detail in error.errors(include_url=False):
         fault = _fault(document, detail, model, path)
-        known = found.get((fault.line, fault.column))
-        if known is None:
-            found[fault.line, fault.column] = fault
-        elif known.message != fault.message and known.message.startswith("expected"):
-            found[fault.line, fault.column] = _merged(known, fault)
+        is_type = fault.message.startswith("expected")
+        what = (fault.line, fault.column, "" if is_type else fault.message)
+        found[what] = _merged(found[what], fault) if what in found else fault
     return sorted(found.values(), key=lambda fault: (fault.line, fault.column))
 
 

@@ -6,13 +6,18 @@ every output with the result. Where ROS is not installed a warning says that thi
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
 
 from bt_mission.common import data
-from bt_mission.common.faults import Fault, did_you_mean, listed, quoted
-from bt_mission.common.located import Document
+from bt_mission.common.faults import Fault, InputError, did_you_mean, in_order, listed, quoted
+from bt_mission.common.located import Document, read
 from bt_mission.mission.check_types import type_faults
+from bt_mission.mission.expressions import Plain
+from bt_mission.mission.load import draft
 from bt_mission.mission.models import SHORT_NAMES
+from bt_mission.mission.review import warnings
 from bt_mission.mission.steps import Action, Mission, Parallel, Step
 
 MOVES_THE_BASE = frozenset(SHORT_NAMES.values())
@@ -25,17 +30,45 @@ def check(mission: Mission) -> tuple[Fault, ...]:
     """
     document = mission.document
     assert document is not None, "a mission to check comes from a file or a text"
+    return in_order(_faults(document, mission, frozenset()))
+
+
+def examine(
+    path: str | Path,
+    set: Mapping[str, Plain] | None = None,  # noqa: A002 - the option is called --set
+    seed: int | None = None,
+    world: str | None = None,
+    robot: str | None = None,
+) -> tuple[Mission | None, tuple[Fault, ...]]:
+    """Load and check a mission file; return it with all warnings, or None with all faults.
+
+    What `load` refuses is checked as far as it goes, so that nothing hides behind something
+    else. Nothing is raised.
+    """
+    try:
+        found = draft(read(path), set, seed, world, robot)
+    except InputError as error:
+        return None, error.faults
+    if found.mission is None:
+        return None, found.faults
+    faults = [*found.faults, *_faults(found.document, found.mission, found.lost)]
+    if any(fault.severity == "error" for fault in faults):
+        return None, in_order(faults)
+    noted = tuple(warnings(found.document, found.mission))
+    return replace(found.mission, warnings=noted), in_order([*noted, *faults])
+
+
+def _faults(document: Document, mission: Mission, lost: frozenset[str]) -> list[Fault]:
     faults = [*_place_faults(document, mission), *_base_faults(document, mission)]
     try:
         from bt_mission import ros_types  # noqa: PLC0415 - the rest works without ROS
     except ImportError as error:
         message = f"ROS 2 is not there ({error}), so types and fields were not checked"
-        faults.append(
-            Fault(message, mission.file, hint="try 'bt-mission doctor'", severity="warning")
-        )
+        hint = "try 'bt-mission doctor'"
+        faults.append(Fault(message, mission.file, hint=hint, severity="warning"))
     else:
-        faults += type_faults(document, mission, ros_types.action_shapes)
-    return tuple(sorted(faults, key=lambda fault: (fault.line, fault.column)))
+        faults += type_faults(document, mission, ros_types.action_shapes, lost)
+    return faults
 
 
 def _place_faults(document: Document, mission: Mission) -> Iterator[Fault]:

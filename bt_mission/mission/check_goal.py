@@ -23,7 +23,7 @@ from bt_mission.mission.shapes import (
     conform,
 )
 from bt_mission.mission.steps import Action
-from bt_mission.mission.values import WORDS, ExpressionError, Type
+from bt_mission.mission.values import WORDS, ExpressionError, LooseText, Type
 
 
 def goal_faults(
@@ -71,7 +71,9 @@ class _GoalReader:
     ) -> Any:
         words, wanted = _wanted(shape)
         if isinstance(expression, ExpressionError):
-            message = f"expected {words} or an expression: {expression.message}"
+            message = expression.message
+            if isinstance(expression, LooseText):
+                message = f"expected {words} or an expression: {message}"
             offset = expression.column - 1
             fault = self.document.fault(path, message, expression.hint, offset=offset)
             self.faults.append(fault)

@@ -25,10 +25,18 @@ FindShapes = Callable[[str], ActionShapes]
 """Gives the shapes of an action type by its full name. Raises UnknownType."""
 
 
-def type_faults(document: Document, mission: Mission, find: FindShapes) -> Iterator[Fault]:
-    """Yield everything in a mission that does not fit the types of its actions."""
+def type_faults(
+    document: Document,
+    mission: Mission,
+    find: FindShapes,
+    lost: frozenset[str] = frozenset(),
+) -> Iterator[Fault]:
+    """Yield everything in a mission that does not fit the types of its actions.
+
+    `lost` are outputs of nodes that could not be read.
+    """
     checker = _Checker(document, find)
-    for step, variables in walk(mission.tree, mission.inputs, checker.output_type):
+    for step, variables in walk(mission.tree, mission.inputs, checker.output_type, lost):
         yield from step_faults(document, step, variables)
         if isinstance(step, Action):
             yield from checker.action_faults(step, variables)

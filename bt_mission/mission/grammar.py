@@ -32,7 +32,7 @@ from bt_mission.mission.nodes import (
     Node,
     Not,
 )
-from bt_mission.mission.values import MAX_MAGNITUDE, ExpressionError, Plain
+from bt_mission.mission.values import MAX_MAGNITUDE, ExpressionError, LooseText, Plain
 
 MAX_LENGTH = 1_000
 """Characters of an expression."""
@@ -141,7 +141,7 @@ class _Parser:
         token = self.next
         if token.kind != "end":
             message = f"expected an operator or the end, got {quoted(token.text)}"
-            raise ExpressionError(message, token.column)
+            raise LooseText(message, token.column)
 
     def either(self) -> Node:
         self.deeper()

@@ -12,9 +12,14 @@ from bt_mission.mission.scope import Variables, names_read, reference_faults, st
 from bt_mission.mission.steps import Action, Key, Mission
 
 
-def scope_faults(document: Document, mission: Mission) -> Iterator[Fault]:
-    """Yield the names that are not known where they stand, and clashes of types."""
-    for step, variables in walk(mission.tree, mission.inputs, lambda _action, _field: None):
+def scope_faults(
+    document: Document, mission: Mission, lost: frozenset[str] = frozenset()
+) -> Iterator[Fault]:
+    """Yield the names that are not known where they stand, and clashes of types.
+
+    `lost` are outputs of nodes that could not be read.
+    """
+    for step, variables in walk(mission.tree, mission.inputs, lambda _action, _field: None, lost):
         yield from step_faults(document, step, variables)
         if isinstance(step, Action):
             yield from _action_faults(document, step, variables)

@@ -11,7 +11,7 @@ from pydantic_core import PydanticCustomError
 
 from bt_mission.common.faults import describe
 from bt_mission.mission.expressions import RESERVED, Expression, Template, Text
-from bt_mission.mission.values import ExpressionError, Type
+from bt_mission.mission.values import ExpressionError, LooseText, Type
 
 VARIABLE = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _ACTION_NAME = re.compile(r"[~/]?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
@@ -60,8 +60,8 @@ class NumberRule:
 
 
 TIMES = NumberRule("a whole number of at least 1", 1, whole=True)
-SECONDS = NumberRule("a number of seconds, at least 0", 0)
-LIMIT = NumberRule("a number of seconds above 0", 0, itself=False)
+SECONDS = NumberRule("seconds, 0 or more", 0)
+LIMIT = NumberRule("seconds above 0", 0, itself=False)
 
 
 def refusal(
@@ -80,7 +80,8 @@ def parsed(kind: Callable[[str], Kind], text: str, words: str = "") -> Kind:
     try:
         return kind(text)
     except ExpressionError as error:
-        message = f"expected {words} or an expression: {error.message}" if words else error.message
+        loose = words and isinstance(error, LooseText)
+        message = f"expected {words} or an expression: {error.message}" if loose else error.message
         raise refusal(message, error.hint, error.column - 1) from None
 
 

@@ -42,14 +42,13 @@ class Variables:
     lines: Mapping[str, int]
 
     def unknown(self, name: Name) -> tuple[str, str | None] | None:
-        """Return message and hint for a name that is not known here, or None."""
+        """Return what is wrong with a name that is not known here, and a hint, or None."""
         if name.name in self.types:
             return None
         if name.name in self.lines:
-            line = self.lines[name.name]
-            return f"'{name.shown}' is only written later, in line {line}", None
-        message = f"nothing writes '{name.shown}' (known here: {listed(self.types)})"
-        return message, did_you_mean(name.name, [*self.types, "true", "false"])
+            return f"is only written later, in line {self.lines[name.name]}", None
+        why = f"is written by nothing (known here: {listed(self.types)})"
+        return why, did_you_mean(name.name, [*self.types, "true", "false"])
 
     def fixes(self, names: frozenset[str]) -> bool:
         """Return whether these names have the same values in every run of this mission."""
@@ -57,16 +56,23 @@ class Variables:
 
 
 def walk(
-    tree: Step, inputs: Mapping[str, Plain], output_type: OutputType
+    tree: Step,
+    inputs: Mapping[str, Plain],
+    output_type: OutputType,
+    lost: frozenset[str] = frozenset(),
 ) -> Iterator[tuple[Step, Variables]]:
-    """Yield every step in the order of the file, with the variables that are known at it."""
+    """Yield every step in the order of the file, with the variables that are known at it.
+
+    `lost` are names that are known everywhere, because their writer could not be read.
+    """
     steps = list(tree.walk())
     lines: dict[str, int] = {}
     for step in steps:
         if isinstance(step, Action):
             for variable in step.outputs.values():
                 lines.setdefault(variable, step.line)
-    known: dict[str, Type | None] = {name: type_of(value) for name, value in inputs.items()}
+    known: dict[str, Type | None] = dict.fromkeys(sorted(lost))
+    known |= {name: type_of(value) for name, value in inputs.items()}
     variables = Variables(inputs, known, lines)
     for step in steps:
         yield step, variables
@@ -145,7 +151,7 @@ def expression_faults(
     if expected and isinstance(root, Name) and not root.variable:
         unknown = variables.unknown(root)
         if unknown is not None:
-            message = f"expected {expected}, got {quoted(root.name)}, and {unknown[0]}"
+            message = f"expected {expected}, got {quoted(root.name)}, which {unknown[0]}"
             yield document.fault(path, message, unknown[1], offset=offset)
             return
     faults = list(reference_faults(document, path, value.references, variables, field_type, offset))
@@ -189,7 +195,8 @@ def reference_faults(
                 continue
         unknown = variables.unknown(name)
         if unknown is not None:
-            yield document.fault(path, *unknown, offset=name.column - 1 + offset)
+            message = f"'{name.shown}' {unknown[0]}"
+            yield document.fault(path, message, unknown[1], offset=name.column - 1 + offset)
 
 
 def template_faults(

@@ -41,6 +41,10 @@ class ExpressionError(BtMissionError):
         return f"{self.message}{hint} (column {self.column})"
 
 
+class LooseText(ExpressionError):  # noqa: N818 - what it is says more than that it is an error
+    """A text that goes on where an expression ends: words, rather than a formula."""
+
+
 def type_of(value: object) -> Type | None:
     """Return the type of a value, or None for what the language has no type for."""
     match value:

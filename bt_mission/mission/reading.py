@@ -1,0 +1,186 @@
+"""From the nodes of a mission file to steps, one by one, so that no fault hides another.
+
+A node with a fault is kept without its faulty parts where that leaves a node, so that what is
+below and behind it is looked at too; such a draft is never run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any, TypeVar
+
+import pydantic
+
+from bt_mission.common.faults import Fault, describe, did_you_mean, listed, quoted
+from bt_mission.common.located import Document, model_faults
+from bt_mission.mission import models, steps
+from bt_mission.mission.models import KINDS, SHORT_NAMES
+from bt_mission.mission.steps import Key, Step
+
+NODE = "a node such as 'wait: 2.0'"
+
+WrittenModel = TypeVar("WrittenModel", bound=models.Written)
+
+
+@dataclass
+class Reader:
+    """Reads nodes and collects the faults of all.
+
+    `lost` are the outputs of nodes with faults: they have a writer, though none that is kept.
+    """
+
+    document: Document
+    faults: list[Fault] = field(default_factory=list)
+    lost: set[str] = field(default_factory=set)
+
+    def fault(
+        self, path: tuple[Key, ...], message: str, hint: str | None = None, *, key: bool = False
+    ) -> None:
+        """Note a fault at a value or at its key."""
+        self.faults.append(self.document.fault(path, message, hint, key=key))
+
+    def written(
+        self, model: type[WrittenModel], path: tuple[Key, ...], data: Any
+    ) -> WrittenModel | None:
+        """Return a mapping as a model; its faulty parts are noted and left out."""
+        try:
+            return model.model_validate(data)
+        except pydantic.ValidationError as error:
+            self.faults += model_faults(self.document, error, model, path)
+            for detail in error.errors(include_url=False):
+                data = _without(data, detail["loc"])
+        try:
+            return model.model_validate(data)
+        except pydantic.ValidationError:
+            return None
+
+    def node(self, data: Any, path: tuple[Key, ...]) -> Step | None:
+        """Return a node and all below it as steps, or None where nothing of it can be kept."""
+        before = len(self.faults)
+        kind = self.kind(data, path)
+        step = None if kind is None else self.step(kind, data, path)
+        if len(self.faults) > before and isinstance(data, dict):
+            lost = data.get("outputs")
+            self.lost.update(
+                name
+                for name in (lost.values() if isinstance(lost, dict) else ())
+                if isinstance(name, str)
+            )
+        return step
+
+    def step(self, kind: str, data: dict[str, Any], path: tuple[Key, ...]) -> Step | None:
+        """Return a node of a known kind as a step."""
+        model = KINDS[kind]
+        known = [name for name in model.model_fields if name != kind]
+        for key in data:
+            if key not in model.model_fields:
+                message = f"no modifier {quoted(key)} for {kind} (it takes: {listed(known)})"
+                self.fault((*path, key), message, did_you_mean(key, known), key=True)
+        fields = {key: data[key] for key in data if key in model.model_fields}
+        written = self.written(model, path, fields)
+        below = [self.node(part, place) for place, part in _children(data, path)]
+        kept = [step for step in below if step is not None]
+        line, column = self.document.position(path)
+        common: dict[str, Any] = {
+            "name": getattr(written, "name", "") or None,
+            "line": line,
+            "column": column,
+            "path": path,
+        }
+        if written is not None and len(kept) == len(below):
+            return _step(kind, written, kept, common)
+        return steps.Sequence(children=tuple(kept), **common) if kept else None
+
+    def kind(self, data: Any, path: tuple[Key, ...]) -> str | None:
+        """Return the one kind that a node has; note what is wrong where it has not one."""
+        if not isinstance(data, dict):
+            is_kind = isinstance(data, str) and data in KINDS
+            hint = f"write '{data}: ...'" if is_kind else None
+            self.fault(path, f"expected {NODE}, got {describe(data)}", hint)
+            return None
+        kinds: list[str] = [key for key in data if key in KINDS]
+        if len(kinds) == 1:
+            return kinds[0]
+        if kinds:
+            message = f"two kinds in one node: {quoted(kinds[0])} and {quoted(kinds[1])}"
+            hint = "make each an item of its own, with '- ' before it"
+            self.fault((*path, kinds[1]), message, hint, key=True)
+        elif not data:
+            self.fault(path, f"expected {NODE}, got an empty mapping")
+        else:
+            key = next((key for key in data if key not in _MODIFIERS), next(iter(data)))
+            message = f"no kind of node is called {quoted(key)} (kinds: {listed(KINDS)})"
+            self.fault((*path, key), message, did_you_mean(key, KINDS), key=True)
+        return None
+
+
+def _without(data: Any, loc: tuple[Key, ...]) -> Any:
+    """Return data without the part at a location, the rest shared."""
+    if not loc or not isinstance(data, dict) or loc[0] not in data:
+        return data
+    key = str(loc[0])
+    inner = data[key]
+    deeper = len(loc) > 1 and isinstance(inner, dict) and loc[1] in inner
+    rest = {name: part for name, part in data.items() if name != key}
+    return {**rest, key: _without(inner, loc[1:])} if deeper else rest
+
+
+_MODIFIERS = frozenset(name for model in KINDS.values() for name in model.model_fields) - {*KINDS}
+
+
+def _children(data: dict[str, Any], path: tuple[Key, ...]) -> Iterator[tuple[tuple[Key, ...], Any]]:
+    """Yield the nodes directly inside a node, each with its path."""
+    for key in ("sequence", "fallback", "parallel"):
+        if isinstance(data.get(key), list):
+            for index, part in enumerate(data[key]):
+                yield (*path, key, index), part
+    if "do" in data and ("repeat" in data or "retry" in data):
+        yield (*path, "do"), data["do"]
+
+
+def _step(kind: str, written: Any, below: list[Step], common: dict[str, Any]) -> Step:
+    if kind in SHORT_NAMES:
+        return _action(f"/{kind}", SHORT_NAMES[kind], getattr(written, kind), written, common)
+    return _BUILD[kind](written, below, common)
+
+
+def _repeat(written: models.RepeatNode, below: list[Step], common: dict[str, Any]) -> Step:
+    return steps.Repeat(child=below[0], count=written.repeat.count, **common)
+
+
+def _retry(written: models.RetryNode, below: list[Step], common: dict[str, Any]) -> Step:
+    settings = written.retry
+    return steps.Retry(child=below[0], attempts=settings.attempts, pause=settings.pause, **common)
+
+
+def _parallel(written: models.ParallelNode, below: list[Step], common: dict[str, Any]) -> Step:
+    return steps.Parallel(children=tuple(below), succeed_when=written.succeed_when, **common)
+
+
+def _action(
+    name: str, type_name: str, goal: Mapping[str, Any], written: Any, common: dict[str, Any]
+) -> Step:
+    modifiers = {key: getattr(written, key) for key in _GOAL_MODIFIERS}
+    return steps.Action(action=name, type=type_name, goal=goal, **modifiers, **common)
+
+
+_GOAL_MODIFIERS = tuple(models.GoalNode.model_fields.keys() - models.Node.model_fields.keys())
+
+
+_BUILD: dict[str, Callable[[Any, list[Step], dict[str, Any]], Step]] = {
+    "sequence": lambda written, below, common: steps.Sequence(
+        children=tuple(below), memory=written.memory, **common
+    ),
+    "fallback": lambda written, below, common: steps.Fallback(
+        children=tuple(below), memory=written.memory, **common
+    ),
+    "parallel": _parallel,
+    "repeat": _repeat,
+    "retry": _retry,
+    "wait": lambda written, _below, common: steps.Wait(seconds=written.wait, **common),
+    "log": lambda written, _below, common: steps.Log(message=written.log, **common),
+    "action": lambda written, _below, common: _action(
+        written.action.name, written.action.type, written.action.goal, written, common
+    ),
+}
