@@ -85,4 +85,4 @@ class MissionNode(Node):
         self.executive.record_goal(what, goal)
 
     def _log_line(self, text: str) -> None:
-        self.get_logger().info(text)
+        self.get_logger().info(text)  # type: ignore[no-untyped-call]

@@ -84,7 +84,7 @@ class LiveTree:
         progress = node.progress if isinstance(node, ActionLeaf) else None
         if progress is not None:
             row.append(f"  {self._bar(progress)}", style="cyan")
-        if node.feedback_message and node.status is not Status.INVALID:
+        if node.feedback_message and (node.status is not Status.INVALID or _was_halted(node)):
             row.append(f"  {node.feedback_message}", style="dim")
         return row
 
@@ -93,6 +93,10 @@ class LiveTree:
         full = round(BAR_WIDTH * min(max(share, 0.0), 1.0))
         drawn = self._bars[0] * full + self._bars[1] * (BAR_WIDTH - full)
         return f"{drawn} {progress.value:.4g} of {progress.limit:.4g}"
+
+
+def _was_halted(node: Behaviour) -> bool:
+    return isinstance(node, ActionLeaf) and node.was_halted
 
 
 def _window(rows: list[tuple[Status, Text]], room: int) -> list[Text]:

@@ -132,6 +132,12 @@ class ActionLeaf(Behaviour):
             self.feedback_message = "halted"
 
     @property
+    def was_halted(self) -> bool:
+        """Was its last goal halted by the tree before it ended?"""
+        ending = self.attempt.ending if self.attempt else None
+        return ending is not None and ending.outcome is Outcome.CANCELED_BY_HALT
+
+    @property
     def progress(self) -> Progress | None:
         """Towards the bound of the condition, else towards the timeout; None without either."""
         if self.status is not Status.RUNNING or self.attempt is None:

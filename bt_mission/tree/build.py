@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 import py_trees
@@ -23,10 +24,13 @@ from bt_mission.tree.runtime import MissionFailure, Scope, read_field
 def build_tree(mission: steps.Mission, scope: Scope) -> Behaviour:
     """The tree of a mission; its leaves read and write ``scope``.
 
-    Nothing of ROS is needed to build it. Give each node its ``setup(runtime=...)`` before the
-    first tick.
+    A root with children takes the mission's name where it has none. Nothing of ROS is needed to
+    build it. Give each node its ``setup(runtime=...)`` before the first tick.
     """
-    return _Builder(mission.file, scope).build(mission.tree, "0")
+    root = mission.tree
+    if root.name is None and root.steps:
+        root = replace(root, name=mission.name)
+    return _Builder(mission.file, scope).build(root, "0")
 
 
 class _Builder:

@@ -67,6 +67,10 @@ class Play:
         return walk(self.root)
 
     @property
+    def status(self) -> str:
+        return str(self.executive.status)
+
+    @property
     def turn(self) -> Any:
         return self.servers["/turn"]
 
