@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import settings
 
 from bt_mission.goals.goal import Event, Goal
 
@@ -14,25 +15,26 @@ from bt_mission.goals.goal import Event, Goal
 _DOMAINS = 101
 
 
-def _domain_id(environ: dict[str, str], pid: int, parent: int) -> int:
-    """A DDS domain id of this process alone: a base of the session, plus the xdist worker's number.
+def _domain_id(environ: Mapping[str, str]) -> int:
+    """A DDS domain id for this process alone: a base of the session, plus the xdist worker's number.
 
-    The base is ROS_DOMAIN_ID where it is set, and else the id of the session's first process, so
-    that two sessions on one machine are likely to be apart.
+    The base is the id of the session's first process, so that two sessions on one machine are
+    likely to be apart, unless ROS_DOMAIN_ID is set, as it is for the workers by that process.
     """
-    worker = environ.get("PYTEST_XDIST_WORKER", "")
-    number = int(worker.removeprefix("gw")) if worker else 0
-    base = int(environ.get("BT_MISSION_TEST_DOMAIN") or environ.get("ROS_DOMAIN_ID") or 0)
-    if not base:
-        base = parent if worker else pid
-    return 1 + (base + number) % _DOMAINS
+    base = int(environ.get("ROS_DOMAIN_ID") or os.getpid())
+    worker = environ.get("PYTEST_XDIST_WORKER", "gw0")
+    return 1 + (base + int(worker.removeprefix("gw"))) % _DOMAINS
 
 
 # Before any test module imports rclpy. Within a process DDS works with discovery off; a test with
 # processes of its own hands them ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST.
-os.environ["ROS_DOMAIN_ID"] = str(_domain_id(dict(os.environ), os.getpid(), os.getppid()))
+os.environ["ROS_DOMAIN_ID"] = str(_domain_id(os.environ))
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "OFF"
 os.environ["ROS_LOG_DIR"] = str(Path(tempfile.gettempdir()) / "bt_mission_test_logs")
+
+# The same sources give the same verdict: no examples at random, no limit on the wall clock.
+settings.register_profile("bt_mission", derandomize=True, deadline=None)
+settings.load_profile("bt_mission")
 
 
 class ScriptedServer:
@@ -94,8 +96,3 @@ class ScriptedServer:
 def server() -> ScriptedServer:
     """A server at ``/turn`` that the test plays."""
     return ScriptedServer()
-
-
-# The same sources give the same verdict: no examples at random, no limit on the wall clock.
-settings.register_profile("bt_mission", derandomize=True, deadline=None)
-settings.load_profile("bt_mission")
