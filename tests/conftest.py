@@ -16,7 +16,7 @@ _DOMAINS = 101
 
 
 def _domain_id(environ: Mapping[str, str]) -> int:
-    """A DDS domain id for this process alone: a base of the session, plus the xdist worker's number.
+    """A DDS domain id for this process alone: the session's base, plus the xdist worker's number.
 
     The base is the id of the session's first process, so that two sessions on one machine are
     likely to be apart, unless ROS_DOMAIN_ID is set, as it is for the workers by that process.
