@@ -99,7 +99,7 @@ def describe(value: object) -> str:
                 else "an empty mapping"
             )
         case _:
-            return f"a {type(value).__name__}"
+            return f"a value of type {type(value).__name__}"
 
 
 def quoted(text: str, most: int = 60) -> str:

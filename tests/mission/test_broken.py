@@ -28,4 +28,4 @@ def test_a_broken_mission_gets_its_located_message(name, monkeypatch):
 def test_there_are_at_least_twenty():
     """The issue asks for twenty broken missions; every message stands beside its mission."""
     assert len(NAMES) >= 20
-    assert NAMES == sorted(path.stem for path in BROKEN.glob("*.txt"))
+    assert sorted(path.stem for path in BROKEN.glob("*.txt")) == NAMES
