@@ -111,6 +111,14 @@ class Survey:
         high = field(row + 1, column) * (1 - right) + field(row + 1, column + 1) * right
         return float(low * (1 - up) + high * up)
 
+    def known_at(self, points: Floats) -> Bools:
+        """Tell which of `n x 2` points lie in cells that are known; none outside the grid."""
+        rows, columns = self.cells(points)
+        height, width = self.shape
+        inside = (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
+        rows, columns = np.where(inside, rows, 0), np.where(inside, columns, 0)
+        return inside & self.known[rows, columns]
+
     def with_obstacles(self, marks: Bools) -> Survey:
         """Return a survey with more occupied cells, given as a mask of `rows x columns`."""
         if not marks.any():

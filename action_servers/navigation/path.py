@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -71,41 +73,44 @@ def path_through(points: Floats) -> Path:
 def straighten(points: Floats, survey: Survey, cost: CostModel) -> Floats:
     """Replace stretches of a path by straight lines where that costs no more.
 
-    A line must keep the cost model's radius everywhere, unless the stretch did not either: the
-    first points of a robot that leaves a tight place.
+    A line must keep the cost model's radius everywhere and stay on known ground, unless it is a
+    stretch of the path itself: the first one of a robot that leaves a tight place.
     """
     corners = _corners(points)
-    cheapest = _prices(corners, survey, cost)
-    total = np.concatenate(([0.0], np.cumsum(cheapest)))
+    total = np.concatenate(([0.0], np.cumsum(_prices(corners, survey, cost))))
     kept = [0]
     last = len(corners) - 1
     while kept[-1] < last:
         start = kept[-1]
-        lines = _line_prices(corners[start], corners[start + 1 :], survey, cost)
-        stretches = total[start + 1 :] - total[start]
-        # The first is the stretch itself: it stays, whatever it costs.
-        better = np.flatnonzero(lines[1:] <= stretches[1:] * (1 + 1e-9))
-        kept.append(start + 1 + (int(better[-1]) + 1 if better.size else 0))
+        lines = _line_prices(corners[start], corners[start + 2 :], survey, cost)
+        stretches = total[start + 2 :] - total[start]
+        better = np.flatnonzero(lines <= stretches * (1 + 1e-9))
+        kept.append(start + 2 + int(better[-1]) if better.size else start + 1)
     return corners[kept]
 
 
 def smooth(points: Floats, survey: Survey, cost: CostModel) -> Path:
-    """Space points evenly and round their corners as far as the radius allows; the ends stay."""
-    rough = path_through(points)
-    count = max(2, int(np.ceil(rough.length / SPACING_M)) + 1)
-    at = np.linspace(0.0, rough.length, count)
-    even = np.column_stack(
-        [np.interp(at, rough.travelled, rough.points[:, axis]) for axis in (0, 1)]
-    )
+    """Space points evenly and round their corners where there is room; the ends stay."""
+    even = _spaced(points)
     allowed = np.minimum(survey.clearance_at(even), cost.radius)
+    known = survey.known_at(even)
     rounding = _ROUNDING_M / SPACING_M
     while rounding > 0.5:
         rounded = _blur(even, rounding)
-        # Points move sideways by less than their spacing, so each is held to its own old clearance.
-        if np.all(survey.clearance_at(rounded) >= allowed - 1e-9):
+        # Points move sideways by less than their spacing, so each is held to its own old place.
+        room = np.all(survey.clearance_at(rounded) >= allowed - 1e-9)
+        if room and np.all(survey.known_at(rounded) | ~known):
             return path_through(rounded)
         rounding /= 2
     return path_through(even)
+
+
+def _spaced(points: Floats) -> Floats:
+    stretches = [points[:1]]
+    for start, end in itertools.pairwise(points):
+        count = max(1, math.ceil(math.dist(start, end) / SPACING_M - 1e-9))
+        stretches.append(np.linspace(start, end, count + 1)[1:])
+    return np.concatenate(stretches)
 
 
 def _blur(points: Floats, sigma: float) -> Floats:
@@ -138,10 +143,14 @@ def _prices(points: Floats, survey: Survey, cost: CostModel) -> Floats:
 
 
 def _line_prices(start: Floats, ends: Floats, survey: Survey, cost: CostModel) -> Floats:
+    if not len(ends):
+        return np.empty(0)
     samples, lengths = _samples(start, ends)
-    clearance = survey.clearance_at(samples.reshape(-1, 2)).reshape(samples.shape[:2])
+    points = samples.reshape(-1, 2)
+    clearance = survey.clearance_at(points).reshape(samples.shape[:2])
     prices = cost.price(clearance).mean(axis=1) * lengths
-    return np.where(clearance.min(axis=1) >= cost.radius, prices, np.inf)
+    allowed = (clearance >= cost.radius) & survey.known_at(points).reshape(clearance.shape)
+    return np.where(allowed.all(axis=1), prices, np.inf)
 
 
 def _samples(start: Floats, ends: Floats) -> tuple[Floats, Floats]:

@@ -40,7 +40,7 @@ class FollowWaypoints:
         self._stop_on_failure = stop_on_failure
         self._leg: NavigateToPose | None = None
         self._missed: list[Mapping[str, Value]] = []
-        self._time_s = 0.0
+        self._time_s: float | None = None
         self._told: tuple[int, float] | None = None
 
     def step(self, now: Observation) -> Twist2D | Finished:
@@ -68,7 +68,7 @@ class FollowWaypoints:
 
     def feedback(self) -> Mapping[str, Value] | None:
         """Return the index of the pose driven to: when it changes, and once a second."""
-        if not self._poses:
+        if not self._poses or self._time_s is None:
             return None
         told = self._told
         if told and told[0] == self._index and self._time_s - told[1] < _SIGN_OF_LIFE_S - 1e-6:
