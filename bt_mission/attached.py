@@ -11,6 +11,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 
 from bt_mission.node import MissionNode
+from bt_mission.pacing import Stopwatch
 
 if TYPE_CHECKING:
     from rclpy.context import Context
@@ -19,8 +20,9 @@ if TYPE_CHECKING:
 
 CLOCK_TOPIC = "/clock"
 WAIT_S = 0.1
-WAITS_FOR_CLOCK = 10
-"""How often, ``WAIT_S`` apart, to look for a publisher of ``/clock`` before the wall is taken."""
+CLOCK_WAIT_S = 2.0
+"""Wall time to look for a publisher of ``/clock`` before this machine's clock is taken; and to
+see time stand still without a publisher before it counts as gone."""
 
 
 class Attached:
@@ -53,7 +55,7 @@ class Attached:
             self._exit = made.pop_all()
         self.executive = self.node.executive
         self.trace = self.node.trace
-        self._silent_waits = 0
+        self._since_last_time = Stopwatch()
         self._seen_ns = 0
 
     def __enter__(self) -> Self:
@@ -90,11 +92,12 @@ class Attached:
         probe = rclpy.create_node("bt_mission_probe", context=context, enable_rosout=False)
         self._executor.add_node(probe)
         try:
-            for _ in range(WAITS_FOR_CLOCK):
-                if probe.count_publishers(CLOCK_TOPIC):
-                    return True
+            watch = Stopwatch()
+            while not probe.count_publishers(CLOCK_TOPIC):
+                if watch.elapsed_s > CLOCK_WAIT_S:
+                    return False
                 self._executor.spin_once(timeout_sec=WAIT_S)
-            return False
+            return True
         finally:
             self._executor.remove_node(probe)
             probe.destroy_node()
@@ -102,8 +105,10 @@ class Attached:
     def _watch_clock(self) -> None:
         """End the mission when the publisher of ``/clock`` has left and time stands still."""
         now_ns = self.now_ns
-        stands = now_ns == self._seen_ns and not self.node.count_publishers(CLOCK_TOPIC)
-        self._silent_waits = self._silent_waits + 1 if stands else 0
-        self._seen_ns = now_ns
-        if self._silent_waits >= WAITS_FOR_CLOCK:
+        if now_ns != self._seen_ns:
+            self._seen_ns = now_ns
+            self._since_last_time = Stopwatch()
+        elif self._since_last_time.elapsed_s > CLOCK_WAIT_S and not self.node.count_publishers(
+            CLOCK_TOPIC
+        ):
             self.executive.abandon(f"{CLOCK_TOPIC} has gone: time stands still")

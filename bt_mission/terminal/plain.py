@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TextIO
 
 from py_trees.common import Status
@@ -14,10 +15,10 @@ class PlainLines:
     """Writes a line whenever a leaf starts or ends.
 
     :param stream: where to write.
-    :param start_ns: ROS time of the start; lines show seconds since then.
+    :param start_ns: gives the ROS time of the start; lines show seconds since then.
     """
 
-    def __init__(self, stream: TextIO, start_ns: int) -> None:
+    def __init__(self, stream: TextIO, start_ns: Callable[[], int]) -> None:
         self._stream = stream
         self._start_ns = start_ns
         self._glyphs = glyphs_for(stream.encoding)
@@ -34,6 +35,6 @@ class PlainLines:
         self._line(time_ns, text, "")
 
     def _line(self, time_ns: int, what: str, words: str) -> None:
-        seconds = (time_ns - self._start_ns) / 1e9
+        seconds = (time_ns - self._start_ns()) / 1e9
         rest = f"  {words}" if words else ""
         print(f"{seconds:9.2f} s  {what}{rest}", file=self._stream, flush=True)

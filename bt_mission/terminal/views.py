@@ -58,7 +58,7 @@ class Plain(Quiet):
     def open(self, session: Session, _wall: Stopwatch, /) -> None:
         """Say what is run."""
         self._session = session
-        self._lines = PlainLines(self._stream, session.start_ns)
+        self._lines = PlainLines(self._stream, lambda: session.start_ns)
         print(_title(session), file=self._stream, flush=True)
 
     def on_change(self, change: Change) -> None:
