@@ -34,6 +34,7 @@ class MissionNode(Node):
     :param lean: no parameter services, log topic or type description, as on the stage.
     :param use_sim_time: follow ``/clock``.
     :param say: where ``log`` nodes speak to; None is the ROS log.
+    :param trace: where to record what happens; None makes a new one.
     :raises BtMissionError: when the mission cannot be set up, such as an unknown action type.
     """
 
@@ -45,6 +46,7 @@ class MissionNode(Node):
         lean: bool = False,
         use_sim_time: bool = False,
         say: Callable[[str], None] | None = None,
+        trace: Trace | None = None,
     ) -> None:
         overrides = [Parameter("use_sim_time", value=use_sim_time)]
         if lean:
@@ -59,7 +61,7 @@ class MissionNode(Node):
         self._say = say or self._log_line
         self._couriers: dict[tuple[str, str], ActionCourier] = {}
         self.scope = Scope(dict(mission.inputs), mission.seed)
-        self.trace = Trace()
+        self.trace = trace or Trace()
         self.ledger = Ledger(mission.seed, CANCEL_GRACE_NS, self._on_goal)
         self.executive = Executive(build_tree(mission, self.scope), self, self.trace)
         self.create_timer(1 / TICK_RATE_HZ, self.executive.tick)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from contextlib import ExitStack
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
@@ -20,6 +21,7 @@ from bt_mission.common.errors import BtMissionError
 from bt_mission.common.robot import load_robot
 from bt_mission.lockstep import LockstepExecutor, self_test
 from bt_mission.node import MissionNode
+from bt_mission.trace import Trace
 from sim.node import SimNode
 from sim.world import load_world
 
@@ -34,6 +36,12 @@ class StageError(BtMissionError):
     """The stage cannot go on."""
 
 
+def free_folder(parent: Path) -> Path:
+    """The first of ``run_001``, ``run_002``, ... that is not there yet; it is not made."""
+    parent = parent.expanduser().resolve()
+    return next(path for n in count(1) if not (path := parent / f"run_{n:03d}").exists())
+
+
 class Stage:
     """A world with a robot, its action servers, and the executive of one mission.
 
@@ -41,7 +49,7 @@ class Stage:
     comes from the mission's seed.
 
     :param mission: what to carry out; it names world, robot and seed.
-    :param image_folder: where a camera sweep makes its folders.
+    :param image_folder: where this run makes a folder of its own for pictures, if it takes any.
     :param say: where ``log`` nodes speak to; None is the ROS log.
     :raises BtMissionError: for a world, robot or action type that is not there, and where this
         machine cannot keep virtual time.
@@ -59,6 +67,7 @@ class Stage:
         world = load_world(mission.world or DEFAULT_WORLD)
         robot = load_robot(mission.robot)
         self_test()
+        images = free_folder(image_folder)
         with ExitStack() as made:
             context = Context()
             rclpy.init(context=context)
@@ -67,9 +76,10 @@ class Stage:
                 world, robot, seed=mission.seed, start_ns=START_NS, lean=True, context=context
             )
             made.callback(self.sim.destroy_node)
-            self.servers = ServersNode(robot, image_folder=image_folder, lean=True, context=context)
+            self.servers = ServersNode(robot, image_folder=images, lean=True, context=context)
             made.callback(self.servers.destroy_node)
-            self.node = MissionNode(mission, context=context, lean=True, say=say)
+            trace = Trace(hide={str(images): "<images>"})
+            self.node = MissionNode(mission, context=context, lean=True, say=say, trace=trace)
             made.callback(self.node.destroy_node)
             self.clock = LockstepExecutor(start_ns=START_NS, world=self.sim, context=context)
             made.callback(self.clock.shutdown)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -27,9 +27,12 @@ class Trace:
     """Hashes events as they happen, keeps the newest, and tells listeners.
 
     :param keep: how many of the newest events to keep.
+    :param hide: texts that differ from machine to machine, such as a folder's path, each with
+        what is written in their place.
     """
 
-    def __init__(self, keep: int = KEPT_EVENTS) -> None:
+    def __init__(self, keep: int = KEPT_EVENTS, hide: Mapping[str, str] | None = None) -> None:
+        self._hide = {json.dumps(text)[1:-1]: shown for text, shown in (hide or {}).items()}
         self._hash = hashlib.sha256()
         self.newest: deque[str] = deque(maxlen=keep)
         self.listeners: list[Callable[[str], None]] = []
@@ -65,6 +68,8 @@ class Trace:
             raise BtMissionError(f"{path}: cannot write the trace: {error.strerror}") from error
 
     def _add(self, line: str) -> None:
+        for text, shown in self._hide.items():
+            line = line.replace(text, shown)
         self._hash.update(line.encode() + b"\n")
         self.newest.append(line)
         for listener in self.listeners:

@@ -28,13 +28,6 @@ class PlainLines:
         if change.node.children or change.status is Status.INVALID:
             return
         words = "" if change.status is Status.RUNNING else change.message
-        self._line(change.time_ns, f"{self._glyphs[change.status]} {change.node.name}", words)
-
-    def say(self, time_ns: int, text: str) -> None:
-        """Show what a mission says."""
-        self._line(time_ns, text, "")
-
-    def _line(self, time_ns: int, what: str, words: str) -> None:
-        seconds = (time_ns - self._start_ns()) / 1e9
-        rest = f"  {words}" if words else ""
-        print(f"{seconds:9.2f} s  {what}{rest}", file=self._stream, flush=True)
+        seconds = (change.time_ns - self._start_ns()) / 1e9
+        line = f"{seconds:9.2f} s  {self._glyphs[change.status]} {change.node.name}  {words}"
+        print(line.rstrip(), file=self._stream, flush=True)
