@@ -56,5 +56,5 @@ $(installed): pyproject.toml $(shell find interfaces -type f)
 	  $$python -m venv $(VENV); \
 	fi
 	@echo "Installing into $(VENV): about a minute, once"
-	@$(bin)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	@$(bin)/python -m pip install -qq --disable-pip-version-check --editable '.[dev]'
 	@touch $@
