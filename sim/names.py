@@ -20,8 +20,8 @@ SOLID, MARKS, LOOKS, ROBOT = 0, 1, 2, 3
 # Bits of contype and conaffinity: the robot touches floor and obstacles, these not each other.
 FLOOR_BIT, OBSTACLE_BIT = 1, 2
 
-# Stiffer than MuJoCo's defaults (0.02; 0.9, 0.95), with which the wheels sink in by 0.6 mm and
-# roll 0.8 % less than their radius says.
+# Stiffer than MuJoCo's defaults (0.02; 0.9, 0.95): a wheel rolls on the radius that is left of it
+# where it sinks in, and odometry goes wrong by as much.
 SOLREF = (0.01, 1.0)
 SOLIMP = (0.95, 0.99, 0.001, 0.5, 2.0)
 
