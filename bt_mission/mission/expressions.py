@@ -117,7 +117,7 @@ class Template:
     def evaluate(self, names: Mapping[str, Plain], rng: random.Random) -> str:
         """Return the text with its holes filled. Raises ExpressionError."""
         return "".join(
-            part if isinstance(part, str) else show(part[1].evaluate(names, rng))
+            part if isinstance(part, str) else show(_in_hole(part, names, rng))
             for part in self.parts
         )
 
@@ -250,6 +250,14 @@ def _parts(text: str) -> list[str | tuple[int, Expression]]:
             at = close.end()
     parts.append(text[at:])
     return [part for part in parts if part != ""]
+
+
+def _in_hole(hole: tuple[int, Expression], names: Mapping[str, Plain], rng: random.Random) -> Plain:
+    offset, expression = hole
+    try:
+        return expression.evaluate(names, rng)
+    except ExpressionError as error:
+        raise ExpressionError(error.message, error.column + offset, error.hint) from None
 
 
 def _inner(text: str, offset: int) -> Expression:

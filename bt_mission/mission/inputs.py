@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
+from typing import Any
 
 from bt_mission.common.faults import Fault, InputError, describe, did_you_mean, listed, quoted
 from bt_mission.common.located import read_text
@@ -28,7 +30,7 @@ def overridden(
             continue
         wanted = type_of(inputs[name])
         taken = _read(value) if isinstance(value, str) and wanted != "text" else value
-        if taken is not None and _same(type_of(taken), wanted):
+        if _is_plain(taken) and _same(type_of(taken), wanted):
             values[name] = taken
             continue
         message = f"input {quoted(name)} expects {_words(wanted)}, got {describe(value)}"
@@ -36,13 +38,19 @@ def overridden(
     return values, faults
 
 
-def _read(text: str) -> Plain | None:
+def _read(text: str) -> Any:
     """Return what a text means in YAML; the text itself where it means nothing there."""
     try:
-        value: Plain = read_text(text).data
+        return read_text(text).data
     except InputError:
         return text
-    return value
+
+
+def _is_plain(value: Any) -> bool:
+    """Return whether a value may be one of an input, as `rules.plain` has it in a file."""
+    if isinstance(value, list):
+        return all(_is_plain(part) for part in value)
+    return isinstance(value, str) or (isinstance(value, int | float) and math.isfinite(value))
 
 
 def _same(found: Type | None, wanted: Type | None) -> bool:

@@ -15,7 +15,7 @@ from bt_mission.mission import rules
 
 _NUMBER_SCHEMA = WithJsonSchema({"type": ["number", "string"]})
 _TEXT_SCHEMA = WithJsonSchema({"type": "string"})
-_NODE_SCHEMA = WithJsonSchema({"$ref": "#/$defs/Node"})
+_NODE_SCHEMA = WithJsonSchema({"type": "object", "title": "node"})
 
 Child = Annotated[Any, _NODE_SCHEMA]
 Children = Annotated[list[Child], Field(min_length=1)]

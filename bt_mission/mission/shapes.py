@@ -199,7 +199,9 @@ def _list(shape: ListOf, value: Any, read: Reader, report: Report, path: Path) -
     if shape.size is not None and len(value) != shape.size:
         report(Problem(path, f"expected {shape.size} items ({shape.name}), got {len(value)}"))
     elif shape.most is not None and len(value) > shape.most:
-        report(Problem(path, f"expected at most {shape.most} items, got {len(value)}"))
+        report(
+            Problem(path, f"expected at most {shape.most} items ({shape.name}), got {len(value)}")
+        )
     return [
         conform(shape.item, part, read, report, (*path, index)) for index, part in enumerate(value)
     ]

@@ -15,8 +15,8 @@ from bt_mission.common.faults import InputError
         (
             "a: b: c",
             (
-                "1:5: error: a ':' where no key can stand; check the indentation, or quote the text "
-                "that holds it"
+                "1:5: error: a ':' where no key can stand; check the indentation, or quote the "
+                "text that holds it"
             ),
         ),
         ("key: @x", "1:6: error: a value cannot start with '@'; put it in quotes"),

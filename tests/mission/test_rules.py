@@ -1,0 +1,56 @@
+"""The rules for numbers, shared by models, loader and executive."""
+
+import pytest
+from pydantic_core import PydanticCustomError
+
+from bt_mission.mission.expressions import Expression
+from bt_mission.mission.rules import LIMIT, SECONDS, TIMES
+
+
+@pytest.mark.parametrize(
+    ("rule", "good", "bad"),
+    [
+        (TIMES, [1, 7], [0, -1, 1.0, True, "1", None]),
+        (SECONDS, [0, 0.0, 2.5], [-0.1, False, "1", None, float("nan")]),
+        (LIMIT, [0.001, 5], [0, -1, True, None, float("nan")]),
+    ],
+)
+def test_a_rule_allows_what_it_says(rule, good, bad):
+    """No truth values, no texts, no nan."""
+    assert all(rule.allows(value) for value in good)
+    assert not any(rule.allows(value) for value in bad)
+
+
+def test_a_text_is_an_expression():
+    """Its value is measured when it is known."""
+    assert LIMIT.parse("2 * x") == Expression("2 * x")
+
+
+@pytest.mark.parametrize(
+    ("text", "message", "offset"),
+    [
+        (
+            "ten seconds",
+            (
+                "expected seconds above 0 or an expression: expected an operator or the end, "
+                "got 'seconds'"
+            ),
+            4,
+        ),
+        ("2 * (3", "expected ')' for the '(' in column 5", 6),
+    ],
+)
+def test_words_are_told_from_formulas(text, message, offset):
+    """Loose words hear what else could stand there; a broken formula only what breaks it."""
+    with pytest.raises(PydanticCustomError) as caught:
+        LIMIT.parse(text)
+    context = caught.value.context
+    assert context is not None
+    assert (context["message"], context["offset"]) == (message, offset)
+
+
+def test_where_no_expression_may_stand():
+    """A text is refused as any other value."""
+    with pytest.raises(PydanticCustomError, match="expected seconds above 0, got text '2'"):
+        LIMIT.parse_constant("2")
+    assert LIMIT.parse_constant(2) == 2.0
