@@ -69,11 +69,6 @@ class ActionAdapter:
             cancel_callback=self._cancel,
         )
 
-    @property
-    def open_goals(self) -> int:
-        """Number of goals that were accepted and whose results are not out yet."""
-        return len(self._running)
-
     def close(self, reason: str) -> None:
         """Refuse every goal from now on."""
         self._closed = reason

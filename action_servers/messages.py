@@ -33,7 +33,7 @@ class Odometry:
 
 def seconds(nanoseconds: int) -> float:
     """Return a time in seconds; equal times give equal floats, whatever message they come from."""
-    return nanoseconds * 1e-9
+    return nanoseconds / 1e9
 
 
 def stamp_of(header: Any) -> float:

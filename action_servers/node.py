@@ -38,8 +38,8 @@ NODE_NAME = "bt_mission_servers"
 BASE_FRAME = "base_footprint"
 DEFAULT_TURN_VELOCITY = "default_turn_velocity"
 
-LAST_CALLBACKS = 200
-"""Callbacks that are served at most after the servers were told to stop."""
+LAST_CALLBACKS = 100
+"""Callbacks that are served after the servers were told to stop: a result takes three."""
 
 LAST_WORDS_S = 0.5
 """Seconds to wait until the robot has confirmed the last command; it stops by itself then."""
@@ -97,11 +97,6 @@ class ServersNode(Node):
         )
         self._adapters = [ActionAdapter(self, self._pilot, action) for action in self._actions()]
         self._control_timer = self.create_timer(1.0 / robot.control_rate, self._pilot.step)
-
-    @property
-    def open_goals(self) -> int:
-        """Number of goals that were accepted and whose results are not out yet."""
-        return sum(adapter.open_goals for adapter in self._adapters)
 
     def stop(self, reason: str) -> None:
         """Command zero velocity, end every goal as aborted with `reason`, and accept no more.
@@ -237,8 +232,6 @@ def _serve(node: ServersNode) -> None:
         _log(node).info(f"{interrupts.received}: stopping the robot and ending all goals")
         node.stop(f"the action servers were stopped by {interrupts.received}")
         for _ in range(LAST_CALLBACKS):
-            if node.open_goals == 0:
-                break
             executor.spin_once(timeout_sec=0.0)
         node.wait_until_stopped(LAST_WORDS_S)
     executor.shutdown()

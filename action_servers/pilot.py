@@ -119,9 +119,11 @@ class Pilot:
         try:
             answer = run.maneuver.step(now)
             if not isinstance(answer, Finished):
-                if run.needs_base:
-                    self._command(self._within_limits(answer))
+                twist = self._within_limits(answer)
                 self._tell(run)
+                # Last, so that whatever raises above is followed by zero and nothing else.
+                if run.needs_base:
+                    self._command(twist)
                 return
         except Exception as error:  # noqa: BLE001 - a fault in one maneuver must not end the server
             self._fail(run, error)

@@ -125,14 +125,14 @@ def test_zero_is_commanded_before_the_end_is_told(bench, finished):
     assert maneuver.steps == 2
 
 
-def test_feedback_follows_the_command_of_its_step(bench):
-    """And is left out when the maneuver has nothing new."""
+def test_feedback_is_given_with_its_step(bench):
+    """And left out when the maneuver has nothing new."""
     maneuver = Scripted()
     bench.start(maneuver)
     maneuver.told = {"angle": 3.0}
     bench.pilot.step()
     bench.pilot.step()
-    assert bench.events == [FORWARD, ("goal", "feedback", {"angle": 3.0}), FORWARD]
+    assert bench.events == [("goal", "feedback", {"angle": 3.0}), FORWARD, FORWARD]
 
 
 def test_cancel_commands_zero_at_once(bench):
@@ -206,13 +206,14 @@ def test_a_maneuver_that_raises_is_aborted_with_the_cause(bench, where):
     maneuver = Scripted(FORWARD, error if where == "step" else SUCCEEDED)
     bench.start(maneuver)
     bench.pilot.step()
+    bench.events.clear()
     if where == "feedback":
         maneuver.told = error
     elif where == "result":
         maneuver.outcome = error
     bench.pilot.step()
 
-    stop, (_, outcome) = bench.events[-2:]
+    stop, (_, outcome) = bench.events
     assert stop == ZERO
     assert (outcome.status, outcome.error_code) == ("aborted", ErrorCode.UNKNOWN)
     assert outcome.reason == "ZeroDivisionError: float division by zero"
