@@ -1,10 +1,40 @@
 """Simulations and worlds that several tests of the simulator use."""
 
-import pytest
+from typing import Any
 
-from bt_mission.common.robot import load_robot
+import pytest
+import rclpy
+from bt_mission_interfaces.msg import Collision
+from geometry_msgs.msg import TwistStamped
+from nav_msgs.msg import OccupancyGrid, Odometry
+from rclpy.context import Context
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import CameraInfo, Image, Imu, JointState, LaserScan
+from tf2_msgs.msg import TFMessage
+
+from bt_mission.common.robot import RobotModel, load_robot
+from bt_mission.lockstep import LockstepExecutor
+from sim.node import SimNode
 from sim.simulation import Simulation
 from sim.world import World
+
+TOPICS = {
+    "clock": Clock,
+    "map": OccupancyGrid,
+    "tf_static": TFMessage,
+    "collisions": Collision,
+    "joint_states": JointState,
+    "odom": Odometry,
+    "tf": TFMessage,
+    "ground_truth/odom": Odometry,
+    "imu": Imu,
+    "scan": LaserScan,
+    "camera/image_raw": Image,
+    "camera/camera_info": CameraInfo,
+}
+LATCHED = {"map", "tf_static"}
 
 CONTROL_NS = 50_000_000
 """The period at which a controller commands, 20 Hz."""
@@ -48,3 +78,73 @@ def drive():
             simulation.read_odometry()
 
     return drive
+
+
+class Stage:
+    """A simulated robot and a node that listens to some topics and commands, on one clock."""
+
+    def __init__(self, world: World, robot: RobotModel, *topics: str, **options: Any) -> None:
+        self.context = Context()
+        rclpy.init(context=self.context)
+        options = {"seed": 1, "lean": True} | options
+        self.sim = SimNode(world, robot, context=self.context, **options)
+        self.ear = Node("ear", context=self.context, namespace=options.get("namespace"))
+        self.heard: list[tuple[str, Any]] = []
+        for topic in topics:
+            self.listen(topic)
+        self.commands = self.ear.create_publisher(TwistStamped, "cmd_vel", 10)
+        self.clock = LockstepExecutor(world=self.sim, context=self.context)
+        for node in (self.sim, self.ear):
+            self.clock.add_node(node)
+
+    def listen(self, topic: str) -> None:
+        """Keep what comes on a topic from now on."""
+        qos = QoSProfile(
+            depth=100,
+            reliability=ReliabilityPolicy.BEST_EFFORT
+            if topic == "scan"
+            else ReliabilityPolicy.RELIABLE,
+            durability=DurabilityPolicy.TRANSIENT_LOCAL
+            if topic in LATCHED
+            else DurabilityPolicy.VOLATILE,
+        )
+        self.ear.create_subscription(
+            TOPICS[topic], topic, lambda message: self.heard.append((topic, message)), qos
+        )
+
+    def run(self, time_ns: int) -> None:
+        """Serve everything due up to a time."""
+        while self.clock.next_due_ns() <= time_ns:
+            self.clock.step()
+
+    def command(self, linear: float, angular: float = 0.0) -> None:
+        """Publish a velocity, and see it delivered."""
+        message = TwistStamped()
+        message.twist.linear.x, message.twist.angular.z = linear, angular
+        self.commands.publish(message)
+        self.clock.run_until_quiet()
+
+    def messages(self, topic: str) -> list[Any]:
+        """What has come on a topic."""
+        return [message for heard, message in self.heard if heard == topic]
+
+    def close(self) -> None:
+        """Take it all down."""
+        if self.context.ok():
+            for node in (self.ear, self.sim):
+                node.destroy_node()
+            self.context.shutdown()
+
+
+@pytest.fixture
+def make_stage(waffle):
+    """Makes stages with a Waffle, and takes them down."""
+    made: list[Stage] = []
+
+    def make(world: World, *topics: str, **options: Any) -> Stage:
+        made.append(Stage(world, waffle, *topics, **options))
+        return made[-1]
+
+    yield make
+    for one in made:
+        one.close()
