@@ -51,10 +51,12 @@ def test_arenas_are_as_wide_as_published(name, inside):
 
 
 @pytest.mark.parametrize("name", SHIPPED)
-def test_every_obstacle_is_high_enough_for_the_lidar(name):
-    """The Waffle's lidar looks at 0.132 m; what is lower would be run over unseen."""
-    lidar = load_robot("waffle").lidar
-    assert min(o.height for o in load_world(name).obstacles) > lidar.z + 0.010 + 0.02
+@pytest.mark.parametrize("robot", ["waffle", "burger"])
+def test_every_obstacle_is_high_enough_for_the_lidar(name, robot):
+    """A Waffle's looks at 0.132 m, a Burger's at 0.182 m; what is lower is run over unseen."""
+    model = load_robot(robot)
+    height = model.base_height + model.lidar.z
+    assert min(obstacle.height for obstacle in load_world(name).obstacles) > height + 0.02
 
 
 def test_stage_4_adds_seven_walls_and_two_cylinders_to_stage_1():
