@@ -14,15 +14,16 @@ from bt_mission.node import MissionNode
 from bt_mission.pacing import Stopwatch
 
 if TYPE_CHECKING:
-    from rclpy.context import Context
+    from rclpy.node import Node
 
     from bt_mission.mission import Mission
 
 CLOCK_TOPIC = "/clock"
 WAIT_S = 0.1
-CLOCK_WAIT_S = 2.0
+CLOCK_WAIT_S = 4.0
 """Wall time to look for a publisher of ``/clock`` before this machine's clock is taken; and to
-see time stand still without a publisher before it counts as gone."""
+see time stand still without a publisher before it counts as gone. Fast DDS announces a
+participant anew every 3 s, so discovery may take that long."""
 
 
 class Attached:
@@ -31,6 +32,7 @@ class Attached:
     Time is the graph's: ``/clock`` where somebody publishes it, else the clock of this machine.
 
     :param mission: what to carry out.
+    :param wall_clock: keep to this machine's clock, without looking for ``/clock``.
     :param say: where ``log`` nodes speak to; None is the ROS log.
     :raises BtMissionError: when the mission cannot be set up.
     """
@@ -38,7 +40,13 @@ class Attached:
     collisions: int | None = None
     distance_travelled_m: float | None = None
 
-    def __init__(self, mission: Mission, *, say: Callable[[str], None] | None = None) -> None:
+    def __init__(
+        self,
+        mission: Mission,
+        *,
+        wall_clock: bool = False,
+        say: Callable[[str], None] | None = None,
+    ) -> None:
         self.mission = mission
         with ExitStack() as made:
             context = rclpy.Context()
@@ -46,11 +54,14 @@ class Attached:
             made.callback(context.shutdown)
             self._executor = SingleThreadedExecutor(context=context)
             made.callback(self._executor.shutdown)
-            self._follows_clock = self._find_clock(context)
+            probe = rclpy.create_node("bt_mission_probe", context=context, enable_rosout=False)
+            self._follows_clock = not wall_clock and self._find_clock(probe)
             self.node = MissionNode(
                 mission, context=context, use_sim_time=self._follows_clock, say=say
             )
             made.callback(self.node.destroy_node)
+            # Not earlier: with its last node a context leaves the graph, and all it has found.
+            probe.destroy_node()
             self._executor.add_node(self.node)
             self._exit = made.pop_all()
         self.executive = self.node.executive
@@ -88,19 +99,15 @@ class Attached:
         if self._follows_clock:
             self._watch_clock()
 
-    def _find_clock(self, context: Context) -> bool:
-        probe = rclpy.create_node("bt_mission_probe", context=context, enable_rosout=False)
+    def _find_clock(self, probe: Node) -> bool:
+        watch = Stopwatch()
         self._executor.add_node(probe)
-        try:
-            watch = Stopwatch()
-            while not probe.count_publishers(CLOCK_TOPIC):
-                if watch.elapsed_s > CLOCK_WAIT_S:
-                    return False
-                self._executor.spin_once(timeout_sec=WAIT_S)
-            return True
-        finally:
-            self._executor.remove_node(probe)
-            probe.destroy_node()
+        while not (found := probe.count_publishers(CLOCK_TOPIC) > 0):
+            if watch.elapsed_s > CLOCK_WAIT_S:
+                break
+            self._executor.spin_once(timeout_sec=WAIT_S)
+        self._executor.remove_node(probe)
+        return found
 
     def _watch_clock(self) -> None:
         """End the mission when the publisher of ``/clock`` has left and time stands still."""

@@ -59,6 +59,7 @@ def check_file(options: argparse.Namespace) -> int:
         count = len(error.faults)
         print(f"{count} error{'s' if count > 1 else ''}", file=sys.stderr)
         return BAD_INPUT
-    steps = sum(1 for _ in mission.tree.walk())
-    print(f"{options.file}: mission '{mission.name}' is sound ({steps} nodes)")
+    count = sum(1 for _ in mission.tree.walk())
+    nodes = "1 node" if count == 1 else f"{count} nodes"
+    print(f"{options.file}: mission '{mission.name}' is sound ({nodes})")
     return SUCCESS

@@ -37,6 +37,11 @@ def add_parser(commands: Any) -> None:
         action="store_true",
         help="run the executive alone, against servers in other processes",
     )
+    parser.add_argument(
+        "--wall-clock",
+        action="store_true",
+        help="with --attach: keep to this machine's clock, without looking for /clock first",
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON object at the end")
     parser.add_argument(
         "--plain", action="store_true", help="plain lines, also when the output is a terminal"
@@ -80,7 +85,7 @@ def _open_session(options: argparse.Namespace, mission: Any, say: Any) -> Sessio
     if options.attach:
         from bt_mission.attached import Attached
 
-        return Attached(mission, say=say)
+        return Attached(mission, wall_clock=options.wall_clock, say=say)
     from bt_mission.stage import Stage
 
     return Stage(mission, image_folder=options.images, say=say)

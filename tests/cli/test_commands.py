@@ -1,0 +1,165 @@
+"""The command line says what is wrong, where, and ends with the right exit code."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bt_mission.cli import main
+
+WAIT = "mission: short\ntree: {wait: 0.5}\n"
+
+
+@pytest.fixture
+def mission(tmp_path: Path) -> Any:
+    """Write a mission file: ``mission(text)`` gives its path."""
+
+    def write(text: str) -> str:
+        path = tmp_path / "mission.yaml"
+        path.write_text(text, encoding="utf-8")
+        return str(path)
+
+    return write
+
+
+def test_a_successful_run_exits_with_0_and_says_what_it_came_to(
+    mission: Any, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Plain lines, since the output is no terminal; the last lines are the summary."""
+    assert main(["run", mission(WAIT)]) == 0
+    out, err = capsys.readouterr()
+    lines = out.splitlines()
+    assert lines[0] == "short (waffle, seed 0)"
+    assert lines[1:4] == [
+        "     0.05 s  ▶ wait",
+        "     0.55 s  ✓ wait  0.0 s left",
+        "short: success",
+    ]
+    assert lines[-1] == "  0 goals sent, 0 left behind, 0.00 m driven, 0 collisions"
+    assert err == ""
+
+
+def test_json_is_one_object_with_every_field(
+    mission: Any, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Nothing else goes to standard output."""
+    assert main(["run", mission(WAIT), "--json", "--seed", "4"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    expected = {
+        "mission": "short",
+        "status": "success",
+        "reason": "",
+        "seed": 4,
+        "virtual_s": 0.55,
+        "ticks": 11,
+        "goals_sent": 0,
+        "goals_left_behind": 0,
+        "collisions": 0,
+    }
+    assert expected.items() <= report.items()
+    assert {"wall_s", "real_time_factor", "distance_travelled_m"} <= report.keys()
+    assert len(report["trace_sha256"]) == 64
+
+
+def test_a_failed_mission_exits_with_1(mission: Any, capsys: pytest.CaptureFixture[str]) -> None:
+    """A goal that the server rejects, for one; its reason stands in the server's log."""
+    text = "mission: m\ntree:\n  turn: {angle: 90, angular_velocity: 99}\n  timeout: 9\n"
+    assert main(["run", mission(text)]) == 1
+    assert "m: failure: 'turn' rejected" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("command", ["check", "run"])
+def test_bad_input_exits_with_2_and_points_at_it(
+    mission: Any, capsys: pytest.CaptureFixture[str], command: str
+) -> None:
+    """File, line, column, the line, a caret, a hint; nothing has moved."""
+    path = mission("mission: m\ntree:\n  turn: {angel: 90}\n  timeout: 9\n")
+    assert main([command, path]) == 2
+    err = capsys.readouterr().err
+    assert f"{path}:3:10: error:" in err
+    assert "    turn: {angel: 90}" in err
+    assert "did you mean 'angle'?" in err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--world", "atlantis"], "atlantis"),
+        (["--robot", "hexapod"], "hexapod"),
+        (["--set", "speed=1"], "speed"),
+    ],
+)
+def test_bad_overrides_exit_with_2_and_are_named(
+    mission: Any, capsys: pytest.CaptureFixture[str], arguments: list[str], words: str
+) -> None:
+    """Options are checked as the file is."""
+    assert main(["run", mission(WAIT), *arguments]) == 2
+    assert words in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["run", "x.yaml", "--set", "no-equals"],
+        ["run", "x.yaml", "--speed", "0"],
+        ["run", "x.yaml", "--speed", "nan"],
+        ["run", "x.yaml", "--seed", "many"],
+        ["run"],
+        ["fly"],
+        [],
+    ],
+)
+def test_wrong_options_exit_with_2(arguments: list[str]) -> None:
+    """As argparse has it; the message says what was expected."""
+    with pytest.raises(SystemExit) as exit_:
+        main(arguments)
+    assert exit_.value.code == 2
+
+
+def test_a_missing_file_is_bad_input(capsys: pytest.CaptureFixture[str]) -> None:
+    """With the name of the file, and no traceback."""
+    assert main(["check", "no/such/mission.yaml"]) == 2
+    assert "no/such/mission.yaml" in capsys.readouterr().err
+
+
+def test_check_says_that_a_mission_is_sound(
+    mission: Any, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """And how large it is."""
+    path = mission(WAIT)
+    assert main(["check", path]) == 0
+    assert capsys.readouterr().out == f"{path}: mission 'short' is sound (1 node)\n"
+
+
+def test_the_trace_can_be_written_to_a_file(
+    mission: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """One JSON object a line, from the version of the format to the end of the mission."""
+    trace = tmp_path / "trace.jsonl"
+    assert main(["run", mission(WAIT), "--trace", str(trace)]) == 0
+    events = [json.loads(line) for line in trace.read_text(encoding="utf-8").splitlines()]
+    assert events[0] == {"trace_version": 1}
+    assert events[1]["event"] == "start"
+    assert [e["status"] for e in events if e.get("event") == "mission"] == ["success"]
+    capsys.readouterr()
+
+
+def test_a_trace_that_cannot_be_written_is_bad_input(
+    mission: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Before the mission starts, with the path and the reason."""
+    assert main(["run", mission(WAIT), "--trace", str(tmp_path)]) == 2
+    assert "cannot write the trace: Is a directory" in capsys.readouterr().err
+
+
+def test_help_teaches(capsys: pytest.CaptureFixture[str]) -> None:
+    """Examples and exit codes stand in it."""
+    with pytest.raises(SystemExit) as exit_:
+        main(["--help"])
+    assert exit_.value.code == 0
+    out = capsys.readouterr().out
+    assert "bt-mission run missions/explore.yaml" in out
+    assert "130 interrupted" in out

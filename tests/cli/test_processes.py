@@ -1,0 +1,115 @@
+"""Real processes: Ctrl-C, SIGTERM, and sim, servers and executive apart from each other."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytestmark = pytest.mark.process
+
+# A goal is refused while the servers have not found the sensors yet: hence the attempts.
+DRIVE = """\
+mission: drive
+world: empty_arena
+tree:
+  retry: {attempts: 20, pause: 1}
+  do:
+    explore_forward: {fwd_velocity: 0.1, stopping_distance: 0.3}
+    name: drive
+    timeout: 100
+"""
+
+
+@contextmanager
+def started(*arguments: str, **environment: str) -> Iterator[subprocess.Popen[str]]:
+    """Run ``bt-mission`` as a process; it is killed if the test leaves it running."""
+    process = subprocess.Popen(
+        [sys.executable, "-u", "-m", "bt_mission", *arguments],
+        env=os.environ | environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+    try:
+        yield process
+    finally:
+        if process.poll() is None:
+            process.kill()
+        process.wait()
+        if process.stdout:
+            process.stdout.close()
+
+
+def read_until(process: subprocess.Popen[str], words: str) -> str:
+    """Read lines until one has these words; gives all of them."""
+    assert process.stdout is not None
+    seen = ""
+    for line in process.stdout:
+        seen += line
+        if words in line:
+            return seen
+    raise AssertionError(f"'{words}' was never said in:\n{seen}")
+
+
+@pytest.fixture
+def drive(tmp_path: Path) -> str:
+    """A mission that drives for a while."""
+    path = tmp_path / "drive.yaml"
+    path.write_text(DRIVE, encoding="utf-8")
+    return str(path)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_the_mission_with_no_goal_left_behind(
+    drive: str, number: signal.Signals
+) -> None:
+    """Exit code 130, and the summary says so; no traceback."""
+    with started("run", drive, "--speed", "1") as process:
+        read_until(process, "drive")
+        read_until(process, "▶ drive")
+        process.send_signal(number)
+        rest, _ = process.communicate(timeout=30)
+    name = "Ctrl-C" if number == signal.SIGINT else "SIGTERM"
+    assert f"drive: interrupted: interrupted by {name}" in rest
+    assert "0 left behind" in rest
+    assert "Traceback" not in rest
+    assert process.returncode == 130
+
+
+def test_a_closed_pipe_is_no_traceback(drive: str) -> None:
+    """``bt-mission run ... | head -1``."""
+    with started("run", drive, "--speed", "20") as process:
+        assert process.stdout is not None
+        process.stdout.readline()
+        process.stdout.close()
+        assert process.wait(timeout=60) == 130
+
+
+def test_sim_servers_and_executive_as_three_processes(drive: str, tmp_path: Path) -> None:
+    """The executive attaches to the graph, follows /clock, and succeeds."""
+    local = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+    with ExitStack() as stack:
+        sim = stack.enter_context(
+            started("sim", "--world", "empty_arena", "--speed", "5", "--no-camera", **local)
+        )
+        servers = stack.enter_context(started("servers", "--images", str(tmp_path), **local))
+        read_until(sim, "empty_arena")
+        run = stack.enter_context(started("run", drive, "--attach", "--json", **local))
+        out, _ = run.communicate(timeout=100)
+        report: dict[str, Any] = json.loads(out.splitlines()[-1])
+        assert (report["status"], report["goals_left_behind"]) == ("success", 0), out
+        assert report["collisions"] is None, "only a simulation of its own knows them"
+        assert report["real_time_factor"] > 1.5, "it follows the clock of the simulation"
+        for process in (servers, sim):
+            process.send_signal(signal.SIGINT)
+            rest, _ = process.communicate(timeout=30)
+            assert "Traceback" not in rest
