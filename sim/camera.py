@@ -6,6 +6,8 @@ driver, no device) raises an exception and leaves the process alive.
 
 from __future__ import annotations
 
+import os
+
 import mujoco
 import numpy as np
 import numpy.typing as npt
@@ -29,6 +31,9 @@ class Camera:
 
     def __init__(self, model: mujoco.MjModel, spec: CameraSpec) -> None:
         self._model = model
+        # Mesa's software renderer hands even a small picture round to a thread for every core: on
+        # a busy machine waiting for them costs more than the picture.
+        os.environ.setdefault("LP_NUM_THREADS", "1")
         try:
             # Loads the system's libEGL: only when a picture is wanted.
             from mujoco.egl import GLContext  # noqa: PLC0415
