@@ -51,6 +51,10 @@ class FillError(BtMissionError):
     """Values that do not fit into a message: each with the dotted name of its field."""
 
 
+MAX_NAME = 255
+"""Characters of a type's name; longer ones are no names of files either."""
+
+
 @cache
 def action_type(name: str) -> Any:
     """Return the class of an action, "nav2_msgs/action/Spin". Raises UnknownType."""
@@ -58,7 +62,7 @@ def action_type(name: str) -> Any:
     folder, _, short = rest.partition("/")
     if folder != "action" or not package.isidentifier() or not short.isidentifier():
         raise UnknownType(f"expected a type such as nav2_msgs/action/Spin, got {quoted(name)}")
-    if name not in _actions_of(package):
+    if len(name) > MAX_NAME or name not in _actions_of(package):
         message = f"the action type {name} is not installed"
         raise UnknownType(message, did_you_mean(name, installed_actions()))
     try:

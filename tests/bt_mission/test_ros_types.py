@@ -44,6 +44,7 @@ def test_every_short_name_has_an_installed_type():
         ),
         ("no_such_package/action/X", "the action type no_such_package/action/X is not installed"),
         ("antigravity/action/X", "the action type antigravity/action/X is not installed"),
+        ("x" * 5000 + "/action/X", "the action type xxxxx"),
         ("../../etc/action/X", "expected a type such as nav2_msgs/action/Spin, got "),
         ("std_msgs/msg/String", "expected a type such as nav2_msgs/action/Spin, got "),
         ("", "expected a type such as nav2_msgs/action/Spin, got ''"),
