@@ -97,7 +97,6 @@ class ActionAdapter:
         assert maneuver is not None  # rclpy comes from _check straight to here
         ended = Future()
         meanwhile = ExitStack()
-        meanwhile.enter_context(self._action.during(maneuver, _key(handle).hex()))
 
         def on_end(outcome: Outcome) -> None:
             meanwhile.close()
@@ -110,6 +109,10 @@ class ActionAdapter:
         run = Run(maneuver, on_feedback, on_end)
         self._running[_key(handle)] = (run, ended)
         self._pilot.start(run)
+        try:
+            meanwhile.enter_context(self._action.during(maneuver, _key(handle).hex()))
+        except Exception as error:  # noqa: BLE001 - the goal was accepted, so it ends with the cause
+            self._pilot.fail(run, error)
         handle.execute()
 
     def _cancel(self, handle: ServerGoalHandle) -> CancelResponse:

@@ -32,6 +32,10 @@ ARRIVED_WITHIN = 0.003
 """Metres before the stopping distance at which the robot has arrived."""
 
 
+GONE_BEYOND = 0.05
+"""Metres beyond the stopping distance at which an obstacle that was there has left."""
+
+
 class Goal(Protocol):
     """The goal fields of `bt_mission_interfaces/action/ExploreForward`."""
 
@@ -94,7 +98,12 @@ class ExploreForward:
         remaining = self._gap() - self._stopping_distance
         self._arrived = self._arrived or remaining <= ARRIVED_WITHIN
         if self._arrived:
-            return self._drive.rest(now) or SUCCEEDED
+            rest = self._drive.rest(now)
+            if rest is not None:
+                return rest
+            if remaining <= GONE_BEYOND:
+                return SUCCEEDED
+            self._arrived = False  # what it stopped for has left
         within_braking = speed_to_stop_in(
             remaining, deceleration=self._deceleration, delay_s=self._drive.delay_s(now)
         )

@@ -95,6 +95,10 @@ class Pilot:
         """End a maneuver at once, on request; nothing happens if it has ended."""
         self._end(run, Outcome("canceled"))
 
+    def fail(self, run: Run, error: Exception) -> None:
+        """End a maneuver at once, because of an exception; nothing happens if it has ended."""
+        self._end(run, raised(error))
+
     def stop(self, reason: str) -> None:
         """End every maneuver, and command zero velocity even if there was none."""
         self._end_all(reason, list(self._runs))
@@ -109,7 +113,7 @@ class Pilot:
             now = self._observe()
         except Exception as error:  # noqa: BLE001 - whatever a message holds, the base must stop
             for run in runs:
-                self._fail(run, error)
+                self.fail(run, error)
             return
         for run in runs:
             if run in self._runs:
@@ -126,7 +130,7 @@ class Pilot:
                     self._command(twist)
                 return
         except Exception as error:  # noqa: BLE001 - a fault in one maneuver must not end the server
-            self._fail(run, error)
+            self.fail(run, error)
             return
         self._end(run, Outcome(answer.status, answer.error_code, answer.reason), tell=True)
 
@@ -143,9 +147,6 @@ class Pilot:
         linear = min(max(twist.linear, -self._max_linear), self._max_linear)
         angular = min(max(twist.angular, -self._max_angular), self._max_angular)
         return Twist2D(linear, angular)
-
-    def _fail(self, run: Run, error: Exception) -> None:
-        self._end(run, raised(error))
 
     def _end_all(self, reason: str, runs: list[Run]) -> None:
         for run in runs:

@@ -251,3 +251,14 @@ def test_refuses_stale_sensors(fake, waffle):
     assert plan(goal(), base.observe(), waffle) == Refusal(
         "the last odometry is stamped 2.00 s in the future; do the clocks agree?"
     )
+
+
+def test_drives_on_when_what_it_stopped_for_has_left(fake, waffle):
+    """Somebody walks through: the goal ends at the next obstacle, not where nothing is."""
+    base = fake(waffle, wall_ahead(waffle, 0.8))
+    explore: Any = ExploreForward(0.2, 0.5, waffle)
+    while base.twists[-1:] != [Twist2D()]:
+        base.move(explore.step(base.observe()))
+    base.walls = np.array(wall_ahead(waffle, 1.6))
+    assert base.run(explore) == Finished("succeeded")
+    assert 1.6 - base.x == pytest.approx(0.5, abs=0.005)
