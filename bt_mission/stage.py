@@ -64,8 +64,8 @@ class Stage:
     ) -> None:
         self.mission = mission
         self._exit = ExitStack()
-        world = load_world(mission.world or DEFAULT_WORLD)
-        robot = load_robot(mission.robot)
+        world = load_world(mission.world or DEFAULT_WORLD, near=mission.file)
+        robot = load_robot(mission.robot, near=mission.file)
         self_test()
         images = free_folder(image_folder)
         with ExitStack() as made:

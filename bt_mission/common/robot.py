@@ -155,9 +155,12 @@ class RobotModel(BaseModel):
         return self
 
 
-def load_robot(name_or_path: str | Path) -> RobotModel:
-    """Return the model of a robot. Raises InputError with every fault and its place."""
-    document = located.read(data.find("robots", name_or_path))
+def load_robot(name_or_path: str | Path, near: str | Path | None = None) -> RobotModel:
+    """Return the model of a robot. Raises InputError with every fault and its place.
+
+    `near` is a file beside which a robot of that name is looked for first, such as a mission.
+    """
+    document = located.read(data.find("robots", name_or_path, near))
     return located.validate(document, RobotModel)
 
 

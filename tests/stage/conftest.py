@@ -71,13 +71,17 @@ class Run:
 
 @pytest.fixture
 def on_stage(tmp_path: Path) -> Iterator[Callable[..., Run]]:
-    """Put a mission on a stage: ``on_stage("explore", seed=3)`` or ``on_stage(text=...)``."""
+    """Put a mission on a stage: ``on_stage("explore", seed=3)`` or ``on_stage(text=...)``.
+
+    Two stages of one process would hear each other, so the one before is closed.
+    """
     with ExitStack() as stages:
 
         def start(name: str = "", *, text: str = "", **overrides: Any) -> Run:
             mission: Mission = (
                 load_text(text, **overrides) if text else load(find("missions", name), **overrides)
             )
+            stages.close()
             said: list[str] = []
             stage = stages.enter_context(Stage(mission, image_folder=tmp_path, say=said.append))
             run = Run(stage, [], said)
