@@ -24,7 +24,7 @@ from sensor_msgs.msg import Image, LaserScan
 from tf2_msgs.msg import TFMessage
 from unique_identifier_msgs.msg import UUID
 
-from action_servers.maneuver import Twist2D
+from action_servers.maneuver import ZERO, Twist2D
 from action_servers.node import ServersNode
 from bt_mission.common.robot import load_robot
 from bt_mission.lockstep import LockstepExecutor
@@ -276,6 +276,17 @@ class Bench:
         """The commands that reached the robot."""
         return [event for event in self.events if isinstance(event, Twist2D)]
 
+    @property
+    def moved(self) -> bool:
+        """Whether the robot was ever told to move."""
+        return any(command != ZERO for command in self.commands)
+
+    @property
+    def before_the_last_end(self) -> Any:
+        """What arrived just before the last end of a goal."""
+        ends = [index for index, event in enumerate(self.events) if isinstance(event, tuple)]
+        return self.events[ends[-1] - 1]
+
 
 @pytest.fixture
 def bench(fake, tmp_path):
@@ -299,6 +310,12 @@ def silent_bench(fake, tmp_path):
 @pytest.fixture(params=list(TYPES))
 def name(request):
     """Every action that we serve."""
+    return request.param
+
+
+@pytest.fixture(params=list(TYPES))
+def newer(request):
+    """Every action that we serve, once more."""
     return request.param
 
 

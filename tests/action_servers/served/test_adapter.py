@@ -1,4 +1,4 @@
-"""Facts about the adapter that do not depend on the action; the others are in test_contract."""
+"""Facts about the adapter that do not depend on the action; the others are in test_contract_*."""
 
 from __future__ import annotations
 
