@@ -8,9 +8,8 @@ from typing import Any
 import pytest
 from bt_mission_interfaces.action import Turn
 from rclpy.action import ActionClient, ActionServer, CancelResponse
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.task import Future
-from std_msgs.msg import Int64, String
+from std_msgs.msg import Int64
 from std_srvs.srv import Trigger
 
 S = 1_000_000_000
@@ -43,17 +42,6 @@ def test_a_chain_of_messages_ends_within_its_instant(rig: Any) -> None:
     timer = node.create_timer(0.5, begin)
     rig.executor.step()
     assert ended == [S + 500 * MS]
-
-
-def test_latched_messages_reach_a_late_subscription(rig: Any) -> None:
-    """Transient-local delivery is synchronous too."""
-    node = rig.node("a")
-    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-    node.create_publisher(String, "map", latched).publish(String(data="walls"))
-    got: list[str] = []
-    node.create_subscription(String, "map", hear(lambda m: got.append(m.data)), latched)
-    rig.executor.run_until_quiet()
-    assert got == ["walls"]
 
 
 def test_a_service_call_is_answered_within_the_instant(rig: Any) -> None:
