@@ -14,7 +14,7 @@ from typing import Any
 
 import yaml  # type: ignore[import-untyped]
 
-from bt_mission.common.faults import Fault, InputError, quoted
+from bt_mission.common.faults import MOST_FAULTS, Fault, InputError, quoted
 from bt_mission.common.yaml_words import translate
 
 MAX_DEPTH = 200
@@ -119,6 +119,8 @@ class _Reader:
         self.lines = split_lines(self.text)
 
     def note(self, message: str, line: int, column: int) -> None:
+        if len(self.faults) >= MOST_FAULTS:
+            raise InputError(self.faults)
         source = self.lines[line - 1] if 0 < line <= len(self.lines) else ""
         self.faults.append(Fault(message, self.file, line, column, source))
 

@@ -6,6 +6,7 @@ import difflib
 import unicodedata
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import islice
 from typing import Literal
 
 from bt_mission.common.errors import BtMissionError
@@ -17,6 +18,13 @@ SHOWN_WIDTH = 100
 
 SHOWN_FAULTS = 50
 """Faults an InputError prints; the rest is counted."""
+
+
+MOST_FAULTS = 200
+"""After so many faults no more are looked for."""
+
+LIKENED_NAMES = 500
+"""Names that a mistaken one is compared with; comparing takes some 20 us each."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +74,8 @@ def in_order(faults: Iterable[Fault]) -> tuple[Fault, ...]:
 
 def did_you_mean(name: str, valid: Iterable[str]) -> str | None:
     """Return "did you mean 'x'?" for the nearest valid name, or None where none is near."""
-    near = difflib.get_close_matches(name[:100], list(valid), n=1, cutoff=0.6)
+    known = list(islice(valid, LIKENED_NAMES))
+    near = difflib.get_close_matches(name[:100], known, n=1, cutoff=0.6)
     return f"did you mean '{near[0]}'?" if near else None
 
 

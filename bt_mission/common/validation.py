@@ -9,7 +9,15 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar, Union, get_a
 
 import pydantic
 
-from bt_mission.common.faults import Fault, InputError, describe, did_you_mean, listed, quoted
+from bt_mission.common.faults import (
+    MOST_FAULTS,
+    Fault,
+    InputError,
+    describe,
+    did_you_mean,
+    listed,
+    quoted,
+)
 
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
@@ -70,7 +78,7 @@ def model_faults(
 ) -> list[Fault]:
     """Return a pydantic error as faults, in the order of the file, one for each place."""
     found: dict[tuple[int, int, str], Fault] = {}
-    for detail in error.errors(include_url=False):
+    for detail in error.errors(include_url=False)[:MOST_FAULTS]:
         fault = _fault(document, detail, model, path)
         is_type = fault.message.startswith("expected")
         what = (fault.line, fault.column, "" if is_type else fault.message)

@@ -8,10 +8,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 
 from bt_mission.common import data
-from bt_mission.common.faults import Fault, InputError, did_you_mean, in_order, listed, quoted
+from bt_mission.common.faults import (
+    MOST_FAULTS,
+    Fault,
+    InputError,
+    did_you_mean,
+    in_order,
+    listed,
+    quoted,
+)
 from bt_mission.common.located import Document, read
 from bt_mission.mission.check_types import type_faults
 from bt_mission.mission.expressions import Plain
@@ -67,7 +76,8 @@ def _faults(document: Document, mission: Mission, lost: frozenset[str]) -> list[
         hint = "try 'bt-mission doctor'"
         faults.append(Fault(message, mission.file, hint=hint, severity="warning"))
     else:
-        faults += type_faults(document, mission, ros_types.action_shapes, lost)
+        found = type_faults(document, mission, ros_types.action_shapes, lost)
+        faults += islice(found, MOST_FAULTS)
     return faults
 
 

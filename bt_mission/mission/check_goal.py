@@ -6,7 +6,7 @@ import random
 from dataclasses import dataclass, field
 from typing import Any
 
-from bt_mission.common.faults import Fault
+from bt_mission.common.faults import MOST_FAULTS, Fault
 from bt_mission.common.located import Document
 from bt_mission.mission.expressions import Expression, Late, Template, Text
 from bt_mission.mission.review import goal_path
@@ -45,6 +45,8 @@ class _GoalReader:
     faults: list[Fault] = field(default_factory=list)
 
     def report(self, problem: Problem) -> None:
+        if len(self.faults) >= MOST_FAULTS:
+            return
         path = (*self.at, *problem.path)
         fault = self.document.fault(path, problem.message, problem.hint, key=problem.at_key)
         self.faults.append(fault)
@@ -52,6 +54,8 @@ class _GoalReader:
     def read(self, path: Path, shape: Shape, text: Text | Late) -> Any:
         """Return the value that a text has in every run. Raises Unknowable where it varies."""
         assert isinstance(text, Text), "a loaded goal holds nothing that is resolved"
+        if len(self.faults) >= MOST_FAULTS:
+            raise Unknowable
         if isinstance(shape, Scalar) and shape.type == "text":
             return self.as_template((*self.at, *path), text.template)
         return self.as_expression((*self.at, *path), text.expression, shape)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 from bt_mission.common.compose import Place
-from bt_mission.common.faults import Fault, InputError, in_order
+from bt_mission.common.faults import MOST_FAULTS, Fault, InputError, in_order
 from bt_mission.common.located import Document, read
 from bt_mission.common.located import read_text as read_yaml
 from bt_mission.mission.expressions import Plain
@@ -92,7 +93,7 @@ def draft(
     )
     lost = frozenset(reader.lost)
     reader.faults += faults
-    reader.faults += scope_faults(document, mission, lost)
+    reader.faults += islice(scope_faults(document, mission, lost), MOST_FAULTS)
     return Draft(document, mission, in_order(reader.faults), lost)
 
 

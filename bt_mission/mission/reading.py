@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 
 import pydantic
 
-from bt_mission.common.faults import Fault, describe, did_you_mean, listed, quoted
+from bt_mission.common.faults import MOST_FAULTS, Fault, describe, did_you_mean, listed, quoted
 from bt_mission.common.located import Document, model_faults
 from bt_mission.mission import models, steps
 from bt_mission.mission.models import KINDS, SHORT_NAMES
@@ -48,7 +48,7 @@ class Reader:
             return model.model_validate(data)
         except pydantic.ValidationError as error:
             self.faults += model_faults(self.document, error, model, path)
-            for detail in error.errors(include_url=False):
+            for detail in error.errors(include_url=False)[:MOST_FAULTS]:
                 data = _without(data, detail["loc"])
         try:
             return model.model_validate(data)
@@ -58,6 +58,8 @@ class Reader:
     def node(self, data: Any, path: tuple[Key, ...]) -> Step | None:
         """Return a node and all below it as steps, or None where nothing of it can be kept."""
         before = len(self.faults)
+        if before >= MOST_FAULTS:
+            return None
         kind = self.kind(data, path)
         step = None if kind is None else self.step(kind, data, path)
         if len(self.faults) > before and isinstance(data, dict):
@@ -74,7 +76,7 @@ class Reader:
         model = KINDS[kind]
         known = [name for name in model.model_fields if name != kind]
         for key in data:
-            if key not in model.model_fields:
+            if key not in model.model_fields and len(self.faults) < MOST_FAULTS:
                 message = f"no modifier {quoted(key)} for {kind} (it takes: {listed(known)})"
                 self.fault((*path, key), message, did_you_mean(key, known), key=True)
         fields = {key: data[key] for key in data if key in model.model_fields}

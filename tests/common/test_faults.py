@@ -4,6 +4,7 @@ import pytest
 
 from bt_mission.common.errors import BtMissionError
 from bt_mission.common.faults import (
+    LIKENED_NAMES,
     SHOWN_FAULTS,
     SHOWN_WIDTH,
     Fault,
@@ -109,3 +110,10 @@ def test_quoted_text_stays_on_one_short_line():
     """Line breaks and length of what a user wrote do not break a message."""
     assert quoted("a\nb") == "'a b'"
     assert quoted("x" * 100) == "'" + "x" * 57 + "...'"
+
+
+def test_a_name_is_compared_with_some_hundreds_only():
+    """Twenty thousand comparisons for each of two hundred faults would take a minute."""
+    names = [f"other{i}" for i in range(LIKENED_NAMES)]
+    assert did_you_mean("turn", [*names, "turm"]) is None
+    assert did_you_mean("turn", ["turm", *names]) == "did you mean 'turm'?"

@@ -4,7 +4,7 @@ import dataclasses
 
 import pytest
 
-from bt_mission.common.faults import InputError
+from bt_mission.common.faults import MOST_FAULTS, InputError
 from bt_mission.mission import Expression, Template, load, load_text
 from bt_mission.mission.expressions import Text
 from bt_mission.mission.steps import (
@@ -198,6 +198,8 @@ def test_outputs_of_a_node_with_a_fault_still_have_a_writer():
     assert found[2][1].startswith("'$c' is written by nothing (known here: a, b)")
 
 
-def test_many_faults_are_found_in_one_pass():
-    """A thousand broken nodes are a thousand faults."""
-    assert len(messages("mission: m\ntree:\n  sequence:\n" + "    - wait: -1\n" * 1000)) == 1000
+def test_after_many_faults_no_more_are_looked_for():
+    """A file of a thousand broken nodes is refused as quickly as one of two hundred."""
+    text = "mission: m\ntree:\n  sequence:\n" + "    - wait: -1\n" * 1000
+    assert len(messages(text)) == MOST_FAULTS
+    assert len(messages(text.replace("-1", "$x"))) == MOST_FAULTS
