@@ -27,7 +27,7 @@ PACKAGES = (
     "scipy",
     "pillow",
     "pydantic",
-    "ruamel.yaml",
+    "pyyaml",
     "rich",
 )
 RMW = "RMW_IMPLEMENTATION"

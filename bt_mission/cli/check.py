@@ -28,23 +28,19 @@ def load_checked(options: argparse.Namespace) -> Any:
     :raises InputError: with every fault.
     """
     from bt_mission.common.located import InputError
-    from bt_mission.mission import load
-    from bt_mission.mission.check import check
+    from bt_mission.mission.check import examine
 
-    mission = load(
+    mission, faults = examine(
         options.file,
         set=dict(options.set),
         seed=options.seed,
         world=options.world,
         robot=options.robot,
     )
-    faults = (*mission.warnings, *check(mission))
-    errors = tuple(fault for fault in faults if fault.severity == "error")
-    for fault in faults:
-        if fault.severity == "warning":
-            print(fault, file=sys.stderr)
-    if errors:
-        raise InputError(errors)
+    if mission is None:
+        raise InputError(faults)
+    for warning in faults:
+        print(warning, file=sys.stderr)
     return mission
 
 

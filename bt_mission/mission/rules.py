@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -39,7 +40,7 @@ class NumberRule:
     def allows(self, value: object) -> bool:
         """Return whether a computed value may stand here."""
         kind = int if self.whole else (int, float)
-        if not isinstance(value, kind) or isinstance(value, bool):
+        if not isinstance(value, kind) or isinstance(value, bool) or not math.isfinite(value):
             return False
         return value >= self.least if self.itself else value > self.least
 

@@ -15,6 +15,7 @@ from bt_mission.mission import steps
 from bt_mission.mission.expressions import Expression, ExpressionError, Value, resolve
 from bt_mission.mission.nodes import Comparison, Constant, Name
 from bt_mission.mission.nodes import Scope as Evaluation
+from bt_mission.mission.rules import LIMIT, SECONDS, TIMES, NumberRule
 from bt_mission.mission.values import show
 from bt_mission.tree import decorators, leaves
 from bt_mission.tree.action_leaf import ActionLeaf, Plan
@@ -47,12 +48,12 @@ class _Builder:
                 return _composite(step, children)
             case steps.Repeat():
                 child = self.build(step.child, f"{path}.0")
-                return decorators.Repeat(_name(step), child, self._whole(step, path, step.count))
+                return decorators.Repeat(_name(step), child, self._times(step, path, step.count))
             case steps.Retry():
                 return decorators.Retry(
                     _name(step),
                     self.build(step.child, f"{path}.0"),
-                    self._whole(step, path, step.attempts),
+                    self._times(step, path, step.attempts),
                     self._seconds(step, path, step.pause),
                 )
             case steps.Wait():
@@ -104,37 +105,20 @@ class _Builder:
     def _place(self, step: steps.Step) -> str:
         return f"{self._file}:{step.line}:{step.column}"
 
-    def _number(self, step: steps.Step, path: str, value: Value) -> float:
+    def _number(self, step: steps.Step, path: str, value: Value, rule: NumberRule) -> float:
         number = self._resolve(step, path, value)
-        if isinstance(number, bool) or not isinstance(number, int | float):
-            raise self._failure(step, f"expected a number, got {show(number)}")
-        return number
+        if not rule.allows(number):
+            raise self._failure(step, f"expected {rule.words}, got {show(number)}")
+        return float(number)
 
     def _seconds(self, step: steps.Step, path: str, value: Value) -> Callable[[], float]:
-        def seconds() -> float:
-            number = self._number(step, path, value)
-            if not 0 <= number < float("inf"):
-                raise self._failure(step, f"expected seconds from 0 up, got {show(number)}")
-            return float(number)
+        return lambda: self._number(step, path, value, SECONDS)
 
-        return seconds
-
-    def _whole(self, step: steps.Step, path: str, value: Value) -> Callable[[], int]:
-        def whole() -> int:
-            number = self._number(step, path, value)
-            if not float(number).is_integer():
-                raise self._failure(step, f"expected a whole number, got {show(number)}")
-            return int(number)
-
-        return whole
+    def _times(self, step: steps.Step, path: str, value: Value) -> Callable[[], int]:
+        return lambda: int(self._number(step, path, value, TIMES))
 
     def _limit(self, step: steps.Step, path: str, value: Value | None) -> float | None:
-        if value is None:
-            return None
-        number = self._number(step, path, value)
-        if not number > 0:
-            raise self._failure(step, f"expected a limit above 0 s, got {show(number)}")
-        return float(number)
+        return None if value is None else self._number(step, path, value, LIMIT)
 
     def _target(self, step: steps.Action, path: str) -> tuple[str, float] | None:
         """The field and the bound of a condition such as ``current_image >= 5``."""

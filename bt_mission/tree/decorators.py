@@ -9,39 +9,22 @@ import py_trees
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from bt_mission.tree.runtime import MissionFailure, Runtime
+from bt_mission.tree.runtime import Runtime
 
 NS = 1_000_000_000
 
 
 class Repeat(py_trees.decorators.Repeat):
-    """Succeeds after its child has succeeded ``count`` times; fails as soon as the child fails.
-
-    A count of 0 succeeds at once without ticking the child.
-    """
+    """Succeeds after its child has succeeded ``count`` times; fails as soon as the child fails."""
 
     def __init__(self, name: str, child: Behaviour, count: Callable[[], int]) -> None:
-        super().__init__(name=name, child=child, num_success=0)
+        super().__init__(name=name, child=child, num_success=1)
         self._count = count
 
     def initialise(self) -> None:
         """Read the count."""
         super().initialise()
         self.num_success = self._count()
-        if self.num_success < 0:
-            raise MissionFailure(f"'{self.name}': a count of {self.num_success} is below 0")
-
-    def tick(self) -> Iterator[Behaviour]:
-        """Tick the child, unless there is nothing to repeat."""
-        if self.status != Status.RUNNING:
-            self.initialise()
-            if self.num_success == 0:
-                self.feedback_message = "0 of 0"
-                self.stop(Status.SUCCESS)
-                yield self
-                return
-            self.status = Status.RUNNING  # so that the count is not read a second time
-        yield from super().tick()
 
     def update(self) -> Status:
         """Count a success; say which round this is."""
@@ -76,10 +59,6 @@ class Retry(py_trees.decorators.Retry):
         super().initialise()
         self._resume_ns = None
         self.num_failures = self._attempts()
-        if self.num_failures < 1:
-            raise MissionFailure(
-                f"'{self.name}': {self.num_failures} attempts; at least 1 is needed"
-            )
 
     def tick(self) -> Iterator[Behaviour]:
         """Tick the child, unless a pause after a failure is on."""
