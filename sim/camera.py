@@ -45,9 +45,9 @@ class Camera:
         # FatalError, by what is missing; none of them shall stop a run that could do without.
         except Exception as error:
             raise NoCameraError(
-                "no camera images: EGL cannot be used on this machine"
+                "EGL cannot be used on this machine"
                 f" ({type(error).__name__}: {_first_line(error)});"
-                " install it with: apt-get install libegl1 libgl1-mesa-dri"
+                " install it with: apt-get install libegl1 libgl1-mesa-dri libopengl0"
             ) from error
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, self._context)
         self._rect = mujoco.MjrRect(0, 0, spec.width, spec.height)

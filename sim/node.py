@@ -39,6 +39,7 @@ from sim.camera import Camera, NoCameraError
 from sim.names import STEP_NS
 from sim.occupancy import OccupancyMap, rasterise
 from sim.pacing import FASTEST, SLOWEST, Pacer, check_speed
+from sim.raycast import RaycastCamera
 from sim.schedule import Schedule
 from sim.simulation import Simulation
 from sim.world import World, load_world
@@ -88,8 +89,7 @@ class SimNode(Node):
         self._time = Clock()
         self._stamp = self._time.clock  # shared by all messages
         self._time_out = self.create_publisher(Clock, "clock", RELIABLE)
-        self._camera: Camera | None = None
-        self.camera_works = True
+        self._camera: Camera | RaycastCamera | None = None
         self._make_map(rasterise(world))
         self._make_collisions()
         self._make_base(robot)
@@ -239,17 +239,19 @@ class SimNode(Node):
         def publish(_: int) -> None:
             if _wanted(infos):
                 infos.publish(info)
-            if self.camera_works and _wanted(images):
-                try:
-                    self._camera = self._camera or Camera(simulation.model, spec)
-                except NoCameraError as error:
-                    self.camera_works = False
-                    _log(self).warning(str(error))
-                    return
+            if _wanted(images):
+                self._camera = self._camera or self._open_camera(spec)
                 self._camera.draw(simulation.data, pixels)
                 images.publish(message)
 
         self._schedule.every(spec.rate, "camera.rate", publish)
+
+    def _open_camera(self, spec: CameraSpec) -> Camera | RaycastCamera:
+        try:
+            return Camera(self.simulation.model, spec)
+        except NoCameraError as error:
+            _log(self).warning(f"{error}; until then pictures are drawn ray by ray, more slowly")
+            return RaycastCamera(self.simulation.model, spec)
 
     def destroy_node(self) -> None:
         """Give back the renderer with the node."""

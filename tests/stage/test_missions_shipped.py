@@ -15,7 +15,6 @@ from sim.world import load_world
 CONTROL_STEP_S = 0.05
 
 
-@pytest.mark.egl
 @pytest.mark.parametrize("name", names("missions"))
 def test_each_mission_succeeds_without_collision_and_leaves_no_goal_behind(
     on_stage: Any, name: str
@@ -28,7 +27,6 @@ def test_each_mission_succeeds_without_collision_and_leaves_no_goal_behind(
     assert run.stage.collisions == 0
 
 
-@pytest.mark.egl
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_no_leg_of_explore_is_longer_than_two_metres_and_the_way_to_stop(
     on_stage: Any, seed: int
@@ -49,7 +47,6 @@ def test_no_leg_of_explore_is_longer_than_two_metres_and_the_way_to_stop(
     assert any(leg > 1.95 for leg in legs), "no leg was long enough to be cut"
 
 
-@pytest.mark.egl
 def test_explore_takes_five_pictures(on_stage: Any) -> None:
     """The sweep of eight is cancelled after the fifth picture, and those five stay on disk."""
     run = on_stage("explore")
@@ -73,7 +70,6 @@ def test_patrol_visits_the_four_zones(on_stage: Any) -> None:
     assert [name for _, name in sorted(visits)] == ["A", "B", "C", "D"]
 
 
-@pytest.mark.egl
 def test_sweep_writes_its_pictures(on_stage: Any, tmp_path: Any) -> None:
     """Six PNG files that can be opened, that differ, in one folder of their own."""
     run = on_stage("sweep")

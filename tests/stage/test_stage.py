@@ -51,7 +51,6 @@ def test_a_run_repeats_and_another_seed_differs(on_stage: Any) -> None:
 
 
 @pytest.mark.process
-@pytest.mark.egl
 def test_two_processes_give_the_same_trace(tmp_path: Any) -> None:
     """Also with another hash seed of Python, another environment and another folder."""
     outputs = []
