@@ -175,7 +175,7 @@ def types() -> Finding:
 
 def rendering() -> Finding:
     """Off-screen rendering, which only the camera needs."""
-    remedy = "the camera draws more slowly without it: apt install libegl1 libgl1-mesa-dri libopengl0"
+    remedy = "the camera is slower without it: apt install libegl1 libgl1-mesa-dri libopengl0"
     return probe("render").or_else("warning", remedy)
 
 

@@ -7,7 +7,7 @@ import sys
 from typing import Any
 
 from bt_mission.cli.exits import BAD_INPUT, SUCCESS
-from bt_mission.cli.options import add_mission_options
+from bt_mission.cli.options import add_mission_options, mission_file
 
 
 def add_parser(commands: Any) -> None:
@@ -31,7 +31,7 @@ def load_checked(options: argparse.Namespace) -> Any:
     from bt_mission.mission.check import examine
 
     mission, faults = examine(
-        options.file,
+        mission_file(options),
         set=dict(options.set),
         seed=options.seed,
         world=options.world,
@@ -57,5 +57,5 @@ def check_file(options: argparse.Namespace) -> int:
         return BAD_INPUT
     count = sum(1 for _ in mission.tree.walk())
     nodes = "1 node" if count == 1 else f"{count} nodes"
-    print(f"{options.file}: mission '{mission.name}' is sound ({nodes})")
+    print(f"{mission.file}: mission '{mission.name}' is sound ({nodes})")
     return SUCCESS

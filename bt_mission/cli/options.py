@@ -5,10 +5,14 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from bt_mission.common.data import find
+
 
 def add_mission_options(parser: argparse.ArgumentParser) -> None:
     """The mission file and what may be overridden in it."""
-    parser.add_argument("file", type=Path, help="the mission, a YAML file")
+    parser.add_argument(
+        "file", type=Path, help="the mission: a YAML file, or the name of a shipped one"
+    )
     parser.add_argument(
         "--set",
         action="append",
@@ -20,6 +24,16 @@ def add_mission_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seed", type=int, help="seed of everything random in the run")
     parser.add_argument("--world", help="a world's name or file instead of the mission's")
     parser.add_argument("--robot", help="a robot's name or file instead of the mission's")
+
+
+def mission_file(options: argparse.Namespace) -> Path:
+    """The file that the options name, by its path or by the name of a shipped mission.
+
+    :raises InputError: for a name that is no mission's.
+    """
+    path: Path = options.file
+    is_name = not path.suffix and len(path.parts) == 1 and not path.exists()
+    return find("missions", path) if is_name else path
 
 
 def _assignment(text: str) -> tuple[str, str]:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
+from bt_mission.cli.middleware import refuse_absent_middleware
 from bt_mission.cli.options import add_mission_options
 
 if TYPE_CHECKING:
@@ -65,6 +66,7 @@ def run(options: argparse.Namespace) -> int:
     from bt_mission.session import drive
     from bt_mission.terminal.views import view_for
 
+    refuse_absent_middleware()
     mission = load_checked(options)
     view = view_for(sys.stdout, plain=options.plain, quiet=options.json)
     with _open_session(options, mission, view.say) as session:

@@ -6,6 +6,8 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from bt_mission.cli.middleware import refuse_absent_middleware
+
 
 def add_parser(commands: Any) -> None:
     """Add the command to the command line."""
@@ -30,6 +32,7 @@ def add_parser(commands: Any) -> None:
 
 def servers(options: argparse.Namespace) -> int:
     """Serve until interrupted."""
+    refuse_absent_middleware()
     from action_servers.node import main
 
     return main(

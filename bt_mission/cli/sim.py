@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
+from bt_mission.cli.middleware import refuse_absent_middleware
+
 
 def add_parser(commands: Any) -> None:
     """Add the command to the command line."""
@@ -28,6 +30,7 @@ def add_parser(commands: Any) -> None:
 
 def sim(options: argparse.Namespace) -> int:
     """Simulate until interrupted."""
+    refuse_absent_middleware()
     from sim.node import main
 
     return main(

@@ -125,6 +125,28 @@ def test_a_missing_file_is_bad_input(capsys: pytest.CaptureFixture[str]) -> None
     assert "no/such/mission.yaml" in capsys.readouterr().err
 
 
+def test_a_shipped_mission_is_found_by_its_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """From any folder; an unknown name is answered with those that are known."""
+    monkeypatch.chdir(tmp_path)
+    assert main(["check", "square"]) == 0
+    assert "mission 'square' is sound" in capsys.readouterr().out
+    assert main(["check", "squares"]) == 2
+    err = capsys.readouterr().err
+    assert "no such mission (known: explore" in err
+    assert "did you mean 'square'?" in err
+
+
+def test_a_middleware_that_is_absent_is_named(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Rclpy would end the process while it is imported."""
+    monkeypatch.setenv("RMW_IMPLEMENTATION", "rmw_pigeon_cpp")
+    assert main(["run", "square"]) == 2
+    assert "RMW_IMPLEMENTATION=rmw_pigeon_cpp cannot be loaded" in capsys.readouterr().err
+
+
 def test_check_says_that_a_mission_is_sound(
     mission: Any, capsys: pytest.CaptureFixture[str]
 ) -> None:
