@@ -30,6 +30,8 @@ class ErrorCode(IntEnum):
     NO_IMAGE = 904
     STORAGE = 905
     BLOCKED = 906
+    MOTORS_OFF = 907
+    NO_MAP = 908
 
 
 @dataclass(frozen=True, slots=True)

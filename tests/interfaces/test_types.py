@@ -6,15 +6,36 @@ from pathlib import Path
 import nav2_msgs
 import pytest
 import rclpy
-from bt_mission_interfaces.action import CameraSweep, ExploreForward, Turn
-from bt_mission_interfaces.msg import Collision
-from nav2_msgs.action import FollowWaypoints, NavigateToPose
+from bt_mission_interfaces.action import (
+    CameraSweep,
+    ExploreForward,
+    ExploreFrontiers,
+    FindColour,
+    Move,
+    RecordDistance,
+    TakePictures,
+    Turn,
+)
+from bt_mission_interfaces.msg import Collision, Coverage
+from example_interfaces.action import Fibonacci
+from example_interfaces.srv import AddTwoInts
+from nav2_msgs.action import (
+    BackUp,
+    DriveOnHeading,
+    FollowWaypoints,
+    NavigateToPose,
+    Spin,
+    Wait,
+)
 from nav2_msgs.msg import MissedWaypoint
 from rclpy.context import Context
 from rclpy.type_support import check_for_type_support
 from tf2_msgs.msg import TFMessage
 
 from action_servers.maneuver import ErrorCode
+
+ELAPSED = "builtin_interfaces/Duration total_elapsed_time, uint16 error_code, string error_msg"
+STRAIGHT = "geometry_msgs/Point target, float speed, builtin_interfaces/Duration time_allowance"
 
 FIELDS = [
     (ExploreForward.Goal, "float fwd_velocity, float stopping_distance"),
@@ -35,6 +56,34 @@ FIELDS = [
         "string image_path, sequence<string> image_paths, uint16 error_code, string error_msg",
     ),
     (CameraSweep.Feedback, "int32 current_image, float current_angle"),
+    (Move.Goal, "int32 secs, float linear_velocity, float angular_velocity"),
+    (Move.Result, "string status, uint16 error_code, string error_msg"),
+    (Move.Feedback, "string feedback"),
+    (RecordDistance.Goal, "int32 seconds"),
+    (
+        RecordDistance.Result,
+        "boolean status, double total_dist, uint16 error_code, string error_msg",
+    ),
+    (RecordDistance.Feedback, "double current_dist"),
+    (TakePictures.Goal, "int32 nseconds"),
+    (
+        TakePictures.Result,
+        ("sequence<sensor_msgs/CompressedImage> all_pictures, uint16 error_code, string error_msg"),
+    ),
+    (TakePictures.Feedback, "sensor_msgs/CompressedImage last_image"),
+    (FindColour.Goal, "string colour, float min_share"),
+    (FindColour.Result, "float angle, float share, uint16 error_code, string error_msg"),
+    (FindColour.Feedback, "float angle, float share"),
+    (ExploreFrontiers.Goal, "float max_duration, float min_frontier"),
+    (
+        ExploreFrontiers.Result,
+        "int32 frontiers_visited, float area_mapped, uint16 error_code, string error_msg",
+    ),
+    (ExploreFrontiers.Feedback, "int32 frontiers_left, float area_mapped"),
+    (
+        Coverage,
+        "std_msgs/Header header, float area, float fraction, int32 zones_visited, int32 zones",
+    ),
     (
         Collision,
         "std_msgs/Header header, string obstacle, geometry_msgs/Point point, double force",
@@ -60,6 +109,23 @@ FIELDS = [
     ),
     (FollowWaypoints.Feedback, "uint32 current_waypoint"),
     (MissedWaypoint, "uint32 index, geometry_msgs/PoseStamped goal, uint16 error_code"),
+    (Spin.Goal, "float target_yaw, builtin_interfaces/Duration time_allowance"),
+    (Spin.Result, ELAPSED),
+    (Spin.Feedback, "float angular_distance_traveled"),
+    (BackUp.Goal, STRAIGHT),
+    (BackUp.Result, ELAPSED),
+    (BackUp.Feedback, "float distance_traveled"),
+    (DriveOnHeading.Goal, STRAIGHT),
+    (DriveOnHeading.Result, ELAPSED),
+    (DriveOnHeading.Feedback, "float distance_traveled"),
+    (Wait.Goal, "builtin_interfaces/Duration time"),
+    (Wait.Result, ELAPSED),
+    (Wait.Feedback, "builtin_interfaces/Duration time_left"),
+    (Fibonacci.Goal, "int32 order"),
+    (Fibonacci.Result, "sequence<int32> sequence"),
+    (Fibonacci.Feedback, "sequence<int32> sequence"),
+    (AddTwoInts.Request, "int64 a, int64 b"),
+    (AddTwoInts.Response, "int64 sum"),
     (TFMessage, "sequence<geometry_msgs/TransformStamped> transforms"),
 ]
 
@@ -73,17 +139,61 @@ def test_fields_are_exactly_these(message, fields):
     assert ", ".join(f"{kind} {name}" for name, kind in found) == fields
 
 
+DRIVING = {"NO_SCAN", "NO_ODOMETRY", "BLOCKED", "MOTORS_OFF"}
+
+
 @pytest.mark.parametrize(
     ("action", "own"),
-    [(ExploreForward, set()), (Turn, set()), (CameraSweep, {"NO_IMAGE", "STORAGE"})],
+    [
+        (ExploreForward, DRIVING),
+        (Turn, DRIVING),
+        (CameraSweep, DRIVING | {"NO_IMAGE", "STORAGE"}),
+        (Move, DRIVING),
+        (ExploreFrontiers, DRIVING | {"NO_MAP"}),
+        (RecordDistance, {"NO_ODOMETRY"}),
+        (TakePictures, {"NO_IMAGE"}),
+        (FindColour, {"NO_IMAGE"}),
+    ],
 )
 def test_one_error_code_means_the_same_in_every_action(action, own):
-    """The codes of the maneuvers; those that drive share all, from 900 up, apart from Nav2's."""
+    """The codes of the maneuvers, from 900 up, apart from Nav2's; those that drive share theirs."""
     shared = {code.name: int(code) for code in ErrorCode}
     codes = {name: getattr(action.Result, name) for name in shared if hasattr(action.Result, name)}
     assert codes.items() <= shared.items()
-    assert codes.keys() == shared.keys() - ({"NO_IMAGE", "STORAGE"} - own)
+    assert codes.keys() == {"NONE", "UNKNOWN", "STOPPED"} | own
     assert sorted(shared.values())[:2] == [0, 900]
+
+
+@pytest.mark.parametrize(
+    ("action", "codes"),
+    [
+        (Spin, {"UNKNOWN": 700, "TIMEOUT": 701, "TF_ERROR": 702, "COLLISION_AHEAD": 703}),
+        (
+            BackUp,
+            {
+                "UNKNOWN": 710,
+                "TIMEOUT": 711,
+                "TF_ERROR": 712,
+                "INVALID_INPUT": 713,
+                "COLLISION_AHEAD": 714,
+            },
+        ),
+        (
+            DriveOnHeading,
+            {
+                "UNKNOWN": 720,
+                "TIMEOUT": 721,
+                "TF_ERROR": 722,
+                "COLLISION_AHEAD": 723,
+                "INVALID_INPUT": 724,
+            },
+        ),
+    ],
+)
+def test_recoveries_have_the_codes_of_nav2(action, codes):
+    """A client written for Nav2 reads why a recovery ended; 713 and 714 are no misprint."""
+    assert {name: getattr(action.Result, name) for name in codes} == codes
+    assert action.Result.NONE == 0
 
 
 def test_follow_waypoints_has_the_codes_of_nav2():
@@ -94,7 +204,24 @@ def test_follow_waypoints_has_the_codes_of_nav2():
 
 
 @pytest.mark.parametrize(
-    "action", [ExploreForward, Turn, CameraSweep, NavigateToPose, FollowWaypoints]
+    "action",
+    [
+        ExploreForward,
+        Turn,
+        CameraSweep,
+        Move,
+        RecordDistance,
+        TakePictures,
+        FindColour,
+        ExploreFrontiers,
+        NavigateToPose,
+        FollowWaypoints,
+        Spin,
+        BackUp,
+        DriveOnHeading,
+        Wait,
+        Fibonacci,
+    ],
 )
 def test_every_action_has_type_support(action):
     """The C libraries behind each action load: goals can be served and sent."""
