@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from action_servers.maneuver import Grid, Image, Pose2D, Scan, Twist2D, Value
+from bt_mission.common.robot import Lidar
 
 MAP_FRAME = "map"
 
@@ -41,8 +42,11 @@ def stamp_of(header: Any) -> float:
     return seconds(header.stamp.sec * 1_000_000_000 + header.stamp.nanosec)
 
 
-def scan_of(message: Any) -> Scan | None:
-    """Translate a `sensor_msgs/LaserScan`; None when it has no rays, or angles that are none."""
+def scan_of(message: Any, lidar: Lidar | None = None) -> Scan | None:
+    """Translate a `sensor_msgs/LaserScan`; None when it has no rays, or angles that are none.
+
+    The limits are the narrower ones of the message and of the robot's lidar, if it is given.
+    """
     ranges = np.asarray(message.ranges, dtype=np.float32)
     if not ranges.size or not math.isfinite(message.angle_min + message.angle_increment):
         return None
@@ -50,8 +54,8 @@ def scan_of(message: Any) -> Scan | None:
         stamp_s=stamp_of(message.header),
         angle_min=message.angle_min,
         angle_increment=message.angle_increment,
-        range_min=message.range_min,
-        range_max=message.range_max,
+        range_min=max(message.range_min, lidar.min_range) if lidar else message.range_min,
+        range_max=min(message.range_max, lidar.max_range) if lidar else message.range_max,
         ranges=ranges,
     )
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -10,10 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import rclpy
 from bt_mission_interfaces.action import CameraSweep, ExploreForward, Turn
-from geometry_msgs.msg import TwistStamped
 from nav2_msgs.action import FollowWaypoints, NavigateToPose
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
-from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.logging import LoggingSeverity
 from rclpy.node import Node
@@ -23,11 +21,15 @@ from rclpy.signals import SignalHandlerOptions
 from action_servers import camera_sweep, explore_forward, turn
 from action_servers.adapter import Action, ActionAdapter
 from action_servers.interrupts import Interrupts
-from action_servers.maneuver import Observation, Refusal, Twist2D
+from action_servers.maneuver import Observation, Refusal
 from action_servers.messages import seconds
 from action_servers.navigation.actions import plan_follow_waypoints, plan_navigate_to_pose
 from action_servers.pilot import Pilot
-from action_servers.sensors import CAMERA_TOPIC, Sensors
+from action_servers.real_base import Base
+from action_servers.real_file import read_parameters
+from action_servers.real_listeners import Choice
+from action_servers.real_parameters import declare_wiring, made_with, overrides
+from action_servers.sensors import Sensors
 from action_servers.storage import ImageFolder
 from bt_mission.common.robot import RobotModel, load_robot
 
@@ -35,7 +37,6 @@ if TYPE_CHECKING:
     from rclpy.context import Context
 
 NODE_NAME = "bt_mission_servers"
-BASE_FRAME = "base_footprint"
 DEFAULT_TURN_VELOCITY = "default_turn_velocity"
 
 LAST_CALLBACKS = 100
@@ -57,6 +58,10 @@ class ServersNode(Node):
         log, as on the stage.
     :param context: the rclpy context; None is the default one.
     :param use_sim_time: follow `/clock`.
+    :param command_type: the type of `cmd_vel`; "auto" is what the robot listens for, and goals
+        that drive are refused while it would not hear.
+    :param parameters: values of parameters by name, instead of their defaults.
+    :raises rclpy.exceptions.ParameterException: for a parameter out of its range.
     """
 
     def __init__(
@@ -68,6 +73,8 @@ class ServersNode(Node):
         context: Context | None = None,
         namespace: str | None = None,
         use_sim_time: bool = False,
+        command_type: Choice = "stamped",
+        parameters: Mapping[str, Any] | None = None,
     ) -> None:
         super().__init__(
             NODE_NAME,
@@ -78,24 +85,27 @@ class ServersNode(Node):
             parameter_overrides=[
                 Parameter("use_sim_time", value=use_sim_time),
                 Parameter("start_type_description_service", value=not lean),
+                *overrides(parameters or {}),
             ],
         )
         if lean:
             _log(self).set_level(LoggingSeverity.WARN)
+        robot, wiring = declare_wiring(self, robot, command_type)
         self._robot = robot
         self._image_folder = image_folder
         self._declare_parameters()
-        self._sensors = Sensors(self)
-        self._twist = TwistStamped()
-        self._twist.header.frame_id = BASE_FRAME
-        self._cmd_vel = self.create_publisher(TwistStamped, "cmd_vel", 10)
+        self._sensors = Sensors(self, wiring, robot.lidar)
+        self._base = Base(self, wiring, self._lose_base)
         self._pilot = Pilot(
             self._sensors.observe,
-            self._command,
+            self._base.command,
             max_linear=robot.max_linear_velocity,
             max_angular=robot.max_angular_velocity,
         )
-        self._adapters = [ActionAdapter(self, self._pilot, action) for action in self._actions()]
+        self._adapters = [
+            ActionAdapter(self, self._pilot, self._base.guarded(action))
+            for action in self._actions()
+        ]
         self._control_timer = self.create_timer(1.0 / robot.control_rate, self._pilot.step)
 
     def stop(self, reason: str) -> None:
@@ -109,7 +119,7 @@ class ServersNode(Node):
 
     def wait_until_stopped(self, timeout_s: float) -> None:
         """Block until every subscriber of `cmd_vel` has acknowledged the last command."""
-        self._cmd_vel.wait_for_all_acked(Duration(nanoseconds=round(timeout_s * 1e9)))
+        self._base.wait_until_stopped(timeout_s)
 
     def destroy_node(self) -> None:
         """Stop the robot, then leave the graph."""
@@ -119,13 +129,9 @@ class ServersNode(Node):
         self._adapters.clear()
         Node.destroy_node(self)
 
-    def _command(self, twist: Twist2D) -> None:
-        if not self.context.ok():
-            return  # whoever shut the context down has taken the publisher away
-        self._twist.header.stamp = self.get_clock().now().to_msg()
-        self._twist.twist.linear.x = twist.linear
-        self._twist.twist.angular.z = twist.angular
-        self._cmd_vel.publish(self._twist)
+    def _lose_base(self, reason: str) -> None:
+        if not self._pilot.idle:
+            self._pilot.stop(reason)
 
     def _actions(self) -> tuple[Action, ...]:
         robot, observe = self._robot, self._sensors.observe
@@ -158,9 +164,9 @@ class ServersNode(Node):
     def _plan_sweep(self, goal: Any, now: Observation) -> camera_sweep.CameraSweep | Refusal:
         store = ImageFolder(self._image_folder)
         planned = camera_sweep.plan(goal, now, self._robot, self._sensors.camera, store)
-        if isinstance(planned, Refusal) or self.count_publishers(CAMERA_TOPIC) > 0:
+        if isinstance(planned, Refusal) or self._sensors.camera.is_sent:
             return planned
-        return Refusal(f"nobody publishes {self.resolve_topic_name(CAMERA_TOPIC)}")
+        return Refusal(f"nobody publishes {self._sensors.camera.topic}")
 
     @contextmanager
     def _sweeping(self, sweep: camera_sweep.CameraSweep, goal_id: str) -> Iterator[None]:
@@ -201,18 +207,35 @@ def _log(node: Node) -> Any:
     return node.get_logger()
 
 
-def main(*, robot: str, image_folder: Path, namespace: str = "", use_sim_time: bool = False) -> int:
+def main(
+    *,
+    robot: str,
+    image_folder: Path,
+    namespace: str = "",
+    use_sim_time: bool = False,
+    command_type: Choice = "stamped",
+    parameters: Path | None = None,
+) -> int:
     """Serve until SIGINT or SIGTERM, then stop the robot and end every goal.
 
-    `robot` is a name or a path. Returns the exit code 0; raises BtMissionError for a robot that
-    cannot be used, before any node is made. A second signal leaves at once.
+    `robot` is a name or a path, `parameters` a ROS parameter file. Returns the exit code 0; raises
+    BtMissionError for a robot or a file that cannot be used. A second signal leaves at once.
     """
     model = load_robot(robot)
+    file = None if parameters is None else read_parameters(parameters, NODE_NAME)
     # rclpy's own handlers would take the publisher away before the robot is stopped.
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     try:
-        node = ServersNode(
-            model, image_folder=image_folder, namespace=namespace, use_sim_time=use_sim_time
+        node = made_with(
+            file,
+            lambda values: ServersNode(
+                model,
+                image_folder=image_folder,
+                namespace=namespace,
+                use_sim_time=use_sim_time,
+                command_type=command_type,
+                parameters=values,
+            ),
         )
         try:
             _serve(node)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from typing import Any, Generic, TypeVar
 
 from nav_msgs.msg import OccupancyGrid
@@ -23,7 +24,6 @@ from tf2_msgs.msg import TFMessage
 
 from action_servers.maneuver import Image, Observation, Pose2D
 from action_servers.messages import (
-    MAP_FRAME,
     grid_of,
     image_of,
     odometry_of,
@@ -32,10 +32,10 @@ from action_servers.messages import (
     transform_of,
 )
 from action_servers.navigation.geometry import composed
+from action_servers.real_settings import Wiring
+from bt_mission.common.robot import Lidar
 
 T = TypeVar("T")
-
-CAMERA_TOPIC = "camera/image_raw"
 
 # Best effort matches every publisher, also drivers that send sensor data best effort, and of a
 # stream only the newest message is of use.
@@ -75,16 +75,23 @@ class Latest(Generic[T]):
 class CameraStream:
     """The camera's pictures, while somebody wants them: a simulator renders only then."""
 
-    def __init__(self, node: Node) -> None:
+    def __init__(self, node: Node, topic: str) -> None:
+        self.topic = node.resolve_topic_name(topic)
+        """Full name of the topic."""
         self._node = node
         self._latest = Latest(ImageMessage, image_of)
         self._subscription: Subscription | None = None
+
+    @property
+    def is_sent(self) -> bool:
+        """Whether anybody publishes pictures."""
+        return self._node.count_publishers(self.topic) > 0
 
     def on(self) -> None:
         """Listen to the camera, if not yet."""
         if self._subscription is None:
             self._subscription = self._node.create_subscription(
-                ImageMessage, CAMERA_TOPIC, self._latest.take, NEWEST, raw=True
+                ImageMessage, self.topic, self._latest.take, NEWEST, raw=True
             )
 
     def off(self) -> None:
@@ -100,22 +107,28 @@ class CameraStream:
 
 
 class Sensors:
-    """Subscriptions of a node, and the observation that they add up to."""
+    """Subscriptions of a node, and the observation that they add up to.
 
-    def __init__(self, node: Node) -> None:
+    The limits of a scan are the narrower ones of message and `lidar`: the driver of the LDS-02
+    says 0 to 100 m.
+    """
+
+    def __init__(self, node: Node, wiring: Wiring, lidar: Lidar) -> None:
         self._node = node
         self._clock = node.get_clock()
-        self._scan = Latest(LaserScan, scan_of)
+        self._map_frame = wiring.map_frame
+        self._scan = Latest(LaserScan, partial(scan_of, lidar=lidar))
         self._odometry = Latest(OdometryMessage, odometry_of)
         self._grid = Latest(OccupancyGrid, grid_of)
         self._transforms: deque[bytes] = deque(maxlen=100)
         self._map_to_odom: Pose2D | None = None
         self._map_users = 0
-        self.camera = CameraStream(node)
-        self._listen(LaserScan, "scan", self._scan.take, NEWEST)
-        self._listen(OdometryMessage, "odom", self._odometry.take, NEWEST)
-        self._listen(TFMessage, "tf", self._take_transforms, TRANSFORMS)
-        self._listen(OccupancyGrid, "map", self._grid.take, LATCHED)
+        self.camera = CameraStream(node, wiring.topics.camera)
+        topics = wiring.topics
+        self._listen(LaserScan, topics.scan, self._scan.take, NEWEST)
+        self._listen(OdometryMessage, topics.odom, self._odometry.take, NEWEST)
+        self._listen(TFMessage, topics.tf, self._take_transforms, TRANSFORMS)
+        self._listen(OccupancyGrid, topics.map, self._grid.take, LATCHED)
 
     def _listen(
         self, message_type: type, topic: str, take: Callable[[bytes], None], qos: QoSProfile
@@ -156,15 +169,15 @@ class Sensors:
         # The newest that places the odometry frame counts; other transforms lie in between.
         while self._transforms:
             message = deserialize_message(self._transforms.pop(), TFMessage)
-            found = _map_to(odometry.frame, message.transforms)
+            found = _transform(self._map_frame, odometry.frame, message.transforms)
             if found is not None:
                 self._map_to_odom = found
                 self._transforms.clear()
         return self._map_to_odom and composed(self._map_to_odom, odometry.pose)
 
 
-def _map_to(frame: str, transforms: list[Any]) -> Pose2D | None:
+def _transform(parent: str, child: str, transforms: list[Any]) -> Pose2D | None:
     for transform in reversed(transforms):
-        if transform.header.frame_id == MAP_FRAME and transform.child_frame_id == frame:
+        if transform.header.frame_id == parent and transform.child_frame_id == child:
             return transform_of(transform.transform)
     return None

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from bt_mission.cli.middleware import refuse_absent_middleware
+from bt_mission.common.data import find
 
 
 def add_parser(commands: Any) -> None:
@@ -27,6 +28,16 @@ def add_parser(commands: Any) -> None:
         action="store_true",
         help="keep to this machine's clock instead of /clock, as with a real robot",
     )
+    parser.add_argument(
+        "--real",
+        action="store_true",
+        help="serve a real robot: this machine's clock, and commands of the type it listens for",
+    )
+    parser.add_argument(
+        "--params",
+        metavar="FILE",
+        help="values of parameters: a ROS parameter file, or the name of a shipped one",
+    )
     parser.set_defaults(command=servers)
 
 
@@ -39,5 +50,7 @@ def servers(options: argparse.Namespace) -> int:
         robot=options.robot,
         namespace=options.namespace,
         image_folder=options.images,
-        use_sim_time=not options.wall_clock,
+        use_sim_time=not (options.wall_clock or options.real),
+        command_type="auto" if options.real else "stamped",
+        parameters=find("parameters", options.params) if options.params else None,
     )

@@ -1,4 +1,4 @@
-"""Where missions, worlds and robots are found: the user's own first, then the shipped ones."""
+"""Where missions, worlds, robots and parameters are found: the user's first, then the shipped."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from typing import Literal
 
 from bt_mission.common.faults import Fault, InputError, did_you_mean, listed
 
-Kind = Literal["missions", "worlds", "robots"]
+Kind = Literal["missions", "worlds", "robots", "parameters"]
 
 SUFFIXES = (".yaml", ".yml")
 _SOURCE = Path(__file__).resolve().parent.parent.parent
 
 
 def find(kind: Kind, name_or_path: str | Path, near: str | Path | None = None) -> Path:
-    """Return the file of a mission, world or robot.
+    """Return the file of a mission, world or robot, or of parameters.
 
     Looked for, in this order: the path as it is; next to `near` (a file or a folder);
     `./KIND/NAME.yaml`; the source checkout; `PREFIX/share/bt_mission/KIND`.
@@ -26,7 +26,7 @@ def find(kind: Kind, name_or_path: str | Path, near: str | Path | None = None) -
         return found
     wanted = str(name_or_path)
     known = names(kind)
-    what = kind.removesuffix("s")
+    what = "parameter file" if kind == "parameters" else kind.removesuffix("s")
     message = f"no such {what} (known: {listed(known)})"
     raise InputError([Fault(message, wanted, hint=did_you_mean(Path(wanted).stem, known))])
 

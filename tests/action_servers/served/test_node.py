@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 import rclpy
 from bt_mission_interfaces.action import CameraSweep
+from geometry_msgs.msg import TwistStamped
 from PIL import Image as Picture
 from rclpy.action import ActionClient
 from rclpy.executors import SingleThreadedExecutor
@@ -112,7 +113,7 @@ def test_commands_carry_the_time_of_the_control_step(bench, goal):
     """And the frame of the base."""
     stamps: list[Any] = []
     bench.robot.create_subscription(
-        type(bench.servers._twist), "cmd_vel", lambda message: stamps.append(message.header), 10
+        TwistStamped, "cmd_vel", lambda message: stamps.append(message.header), 10
     )
     bench.send("turn", goal("turn", angle=90.0))
     bench.steps(3)

@@ -139,6 +139,6 @@ def test_a_robot_in_a_namespace(fake, tmp_path, waffle):
     )
     topics = {subscription.topic_name for subscription in node.subscriptions}
     assert topics == {f"/robot_7/{name}" for name in ("scan", "odom", "tf", "map")}
-    assert node._cmd_vel.topic_name == "/robot_7/cmd_vel"
+    assert node.count_publishers("/robot_7/cmd_vel") == 1
     node.destroy_node()
     context.shutdown()

@@ -1,0 +1,59 @@
+"""Which type of command the robot listens for: pure decisions over what the ROS graph shows.
+
+A TurtleBot3 on Jazzy takes `geometry_msgs/TwistStamped` by default and `geometry_msgs/Twist` with
+`enable_stamped_cmd_vel: false`. DDS never delivers one to a reader of the other, and says nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Literal, TypeAlias
+
+STAMPED = "geometry_msgs/msg/TwistStamped"
+PLAIN = "geometry_msgs/msg/Twist"
+COMMAND_TYPES = (STAMPED, PLAIN)
+
+Choice: TypeAlias = Literal["auto", "stamped", "plain"]
+CHOICES: tuple[Choice, ...] = ("auto", "stamped", "plain")
+_CHOSEN = {"stamped": STAMPED, "plain": PLAIN}
+
+
+class Listeners:
+    """The type of command to send, decided once; then everything else is a fault.
+
+    :param topic: full name of the topic, for the messages.
+    :param choice: "auto" takes what the robot listens for; "stamped" and "plain" are settled.
+    """
+
+    def __init__(self, topic: str, choice: Choice = "auto") -> None:
+        self._topic = topic
+        self.type: str | None = _CHOSEN.get(choice)
+        """Full name of the command's type; None until it is known."""
+
+    def look(self, types: Iterable[str]) -> str | None:
+        """Take in the type of each subscription; return why the robot would not hear, or None."""
+        found = sorted(set(types))
+        wanted = [name for name in found if name in COMMAND_TYPES]
+        if not found:
+            return f"nobody listens on {self._topic}; is the robot's bringup running?"
+        if len(wanted) != len(found):
+            strange = ", ".join(name for name in found if name not in COMMAND_TYPES)
+            return f"{self._topic} must be TwistStamped or Twist, but {strange} is listened for"
+        if len(wanted) > 1:
+            return (
+                f"both {_short(STAMPED)} and {_short(PLAIN)} are listened for on {self._topic}, "
+                "so one of the two would not hear; give all of them the same type "
+                "(enable_stamped_cmd_vel of the robot's bringup)"
+            )
+        if self.type is None:
+            self.type = wanted[0]
+        if self.type != wanted[0]:
+            return (
+                f"{_short(wanted[0])} is listened for on {self._topic}, but {_short(self.type)} "
+                "is sent; set the robot's enable_stamped_cmd_vel back, or start the servers anew"
+            )
+        return None
+
+
+def _short(type_name: str) -> str:
+    return type_name.rpartition("/")[2]
