@@ -52,9 +52,9 @@ def limits(robot: RobotModel) -> Limits:
 class Ramp:
     """Brings one twist to another no faster than the robot accelerates."""
 
-    def __init__(self, limits: Limits) -> None:
+    def __init__(self, limits: Limits, twist: Twist2D = ZERO) -> None:
         self._limits = limits
-        self.twist = ZERO
+        self.twist = twist
 
     def toward(self, wanted: Twist2D, seconds: float) -> Twist2D:
         """Return the twist to command for the next control step, `seconds` after the last."""

@@ -39,15 +39,22 @@ class NavigateToPose:
     needs_base = True
 
     def __init__(
-        self, goal: Pose2D, robot: RobotModel, surroundings: Surroundings | None = None
+        self,
+        goal: Pose2D,
+        robot: RobotModel,
+        surroundings: Surroundings | None = None,
+        twist: Twist2D = ZERO,
     ) -> None:
-        """Make a maneuver to `goal`, in the map frame; `surroundings` may be those of the last."""
+        """Make a maneuver to `goal`, in the map frame.
+
+        `surroundings` may be those of the last, and `twist` what it commanded, to drive on from.
+        """
         self._goal = goal
         self._step_s = 1.0 / robot.control_rate
         self._around = surroundings or Surroundings(robot)
         self._body = footprint(robot)
         self._limits = limits(robot)
-        self._ramp = Ramp(self._limits)
+        self._ramp = Ramp(self._limits, twist)
         self._progress = Progress()
         self._senses: Senses | None = None
         self._follower: Follower | None = None

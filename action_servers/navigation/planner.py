@@ -29,7 +29,7 @@ _INSIDE_M = 0.05
 """Nearer than this to an occupied square, the middle of the axle cannot be: the pose is wrong."""
 
 _NEIGHBOURS = ((0, 1), (1, 0), (1, 1), (1, -1))
-_UNIT_M = 1e-5
+PRICE_UNIT_M = 1e-5
 """Edges are weighed in whole units of 0.01 mm: sums are exact, so rounding decides no tie."""
 
 
@@ -69,7 +69,7 @@ def road_map(survey: Survey, cost: CostModel) -> RoadMap:
     node = np.full(free.shape, -1, dtype=np.int32)
     count = int(free.sum())
     node[free] = np.arange(count, dtype=np.int32)
-    price = cost.price(clearance) * (0.5 * survey.resolution / _UNIT_M)
+    price = cost.price(clearance) * (0.5 * survey.resolution / PRICE_UNIT_M)
     sources, targets, weights = [], [], []
     for down, right in _NEIGHBOURS:
         here, there = _shifted(node, down, right)
@@ -110,10 +110,10 @@ def plan(roads: RoadMap, start: Point, goal: Point) -> Path | NoPath:
         )
     # Searched from the goal, because a robot in a tight place has several cells to begin at.
     price, towards = csgraph.dijkstra(roads.edges, indices=nearby[0], return_predecessors=True)
-    departures = _departures(roads, start)
-    if not departures:
+    starts = departures(roads, start)
+    if not starts:
         return NoPath(Code.START_OCCUPIED, f"the robot is stuck at {_room(roads, start)}")
-    node = next((node for node in departures if np.isfinite(price[node])), None)
+    node = next((node for node in starts if np.isfinite(price[node])), None)
     if node is None:
         return NoPath(
             Code.NO_VALID_PATH,
@@ -129,7 +129,11 @@ def plan(roads: RoadMap, start: Point, goal: Point) -> Path | NoPath:
     return smooth(straighten(points, survey, roads.cost), survey, roads.cost)
 
 
-def _departures(roads: RoadMap, start: Point) -> list[int]:
+def departures(roads: RoadMap, start: Point) -> list[int]:
+    """Return the nodes at which a way from a point can begin, the nearest first.
+
+    A robot that stands closer to an obstacle than it should has only those that lead away from it.
+    """
     clearance = roads.survey.clearance_of(*start)
     row, column = roads.survey.cell(*start)
     if roads.node[row, column] >= 0:

@@ -2,36 +2,32 @@
 
 from __future__ import annotations
 
-from collections import deque
-
 import numpy as np
 
 from action_servers.clearance import obstacle_points
 from action_servers.maneuver import Grid, Observation, Pose2D, Scan
 from action_servers.navigation.cost import CostModel, cost_model
-from action_servers.navigation.geometry import between, composed, into_frame, out_of_frame
+from action_servers.navigation.geometry import composed, into_frame, out_of_frame
 from action_servers.navigation.grid import Floats, Survey, survey
+from action_servers.navigation.history import PoseHistory
 from action_servers.navigation.obstacles import ObstacleLayer
 from action_servers.navigation.planner import RoadMap, road_map
 from bt_mission.common.robot import RobotModel
 
-_HISTORY_S = 1.0
-_GUESS_S = 0.15
 _NEAR_M = 1.2
 
 
 class Surroundings:
     """The map with what the lidar adds, kept up to date by `observe`.
 
-    A scan is placed by the pose that the robot had at the scan's stamp: a robot that turns at
-    1 rad/s would otherwise smear a wall 2 m away over 0.2 m between two scans.
+    A scan is placed by the pose that the robot had at the scan's stamp.
     """
 
     def __init__(self, robot: RobotModel) -> None:
         self._lidar = robot.lidar
         self._mount = Pose2D(robot.lidar.x, robot.lidar.y, 0.0)
         self.cost: CostModel = cost_model(robot.turning_radius)
-        self._poses: deque[tuple[float, Pose2D]] = deque()
+        self._poses = PoseHistory()
         self._grid: Grid | None = None
         self._scan: Scan | None = None
         self._mapped: Survey | None = None
@@ -50,7 +46,7 @@ class Surroundings:
                 self._mapped, self._survey = mapped, mapped.with_obstacles(self._layer.marks)
             self._grid = now.grid
         if now.map_pose is not None:
-            self._remember(now.odom_stamp_s, now.map_pose)
+            self._poses.remember(now.odom_stamp_s, now.map_pose)
         if now.scan is not None and now.scan is not self._scan:
             self._look(now.scan)
 
@@ -92,18 +88,8 @@ class Surroundings:
         self._layer = ObstacleLayer(self.mapped)
         self._survey = self._mapped
 
-    def _remember(self, stamp_s: float, pose: Pose2D) -> None:
-        poses = self._poses
-        # Older than the last means that the clock was set back; as old, that only the correction of
-        # the map frame is new.
-        while poses and poses[-1][0] >= stamp_s:
-            poses.pop()
-        poses.append((stamp_s, pose))
-        while poses[0][0] < stamp_s - _HISTORY_S:
-            poses.popleft()
-
     def _look(self, scan: Scan) -> None:
-        pose = self._pose_at(scan.stamp_s)
+        pose = self._poses.at(scan.stamp_s)
         if pose is None or self._layer is None:
             return
         self._scan = scan
@@ -112,19 +98,6 @@ class Surroundings:
         self._near_in_map = in_map[np.hypot(hits[:, 0], hits[:, 1]) < _NEAR_M]
         if self._layer.update(scan, in_map, composed(pose, self._mount)):
             self._survey = self.mapped.with_obstacles(self._layer.marks)
-
-    def _pose_at(self, stamp_s: float) -> Pose2D | None:
-        """Return the pose at a time, or None when it was too long ago or is yet to come."""
-        poses = self._poses
-        if not poses or stamp_s < poses[0][0] - _GUESS_S or stamp_s > poses[-1][0] + _GUESS_S:
-            return None
-        later = next((index for index, (at, _) in enumerate(poses) if at >= stamp_s), None)
-        if later is None:
-            return poses[-1][1]
-        if later == 0:
-            return poses[0][1]
-        (before_s, before), (after_s, after) = poses[later - 1], poses[later]
-        return between(before, after, (stamp_s - before_s) / (after_s - before_s))
 
 
 def _differ(old: Grid, new: Grid) -> bool:

@@ -1,0 +1,64 @@
+"""How much of the world has been mapped, and how much visited."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from action_servers.maneuver import Grid, Pose2D
+
+ZONE_M = 1.0
+"""Edge of a zone: a square of the map frame that begins at whole metres."""
+
+_ZONE_SHARE = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class Measure:
+    """What is known of the world.
+
+    `area` is that of all cells that are free or occupied, m²; `fraction` its share of all cells
+    within the bounds of the map. `zones_visited` counts the zones in which the middle of the
+    robot's axle has been, `zones` those and every other that is known to be free by half.
+    """
+
+    area: float
+    fraction: float
+    zones_visited: int
+    zones: int
+
+
+class Coverage:
+    """Remembers where the robot has been."""
+
+    def __init__(self) -> None:
+        self._visited: set[tuple[int, int]] = set()
+
+    def visit(self, pose: Pose2D) -> None:
+        """Note that the robot is at a pose of the map frame."""
+        self._visited.add((math.floor(pose.x / ZONE_M), math.floor(pose.y / ZONE_M)))
+
+    def measure(self, grid: Grid) -> Measure:
+        """Measure a map that was made on the way."""
+        cells = grid.cells
+        known = int(np.count_nonzero(cells >= 0))
+        visited = len(self._visited)
+        return Measure(
+            known * grid.resolution**2,
+            known / cells.size if cells.size else 0.0,
+            visited,
+            len(self._visited | _open_zones(grid)),
+        )
+
+
+def _open_zones(grid: Grid) -> set[tuple[int, int]]:
+    rows, columns = np.nonzero(grid.cells == 0)
+    if not rows.size:
+        return set()
+    across = np.floor((grid.origin_x + (columns + 0.5) * grid.resolution) / ZONE_M).astype(int)
+    along = np.floor((grid.origin_y + (rows + 0.5) * grid.resolution) / ZONE_M).astype(int)
+    zones, counts = np.unique(np.column_stack((across, along)), axis=0, return_counts=True)
+    enough = counts * grid.resolution**2 >= _ZONE_SHARE * ZONE_M**2 - 1e-9
+    return {(int(x), int(y)) for x, y in zones[enough]}
