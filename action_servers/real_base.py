@@ -23,9 +23,8 @@ WATCH_PERIOD_S = 0.5
 class Base:
     """Commands to the base, as `geometry_msgs/TwistStamped` or `geometry_msgs/Twist`.
 
-    With the choice "stamped" or "plain" the publisher is there at once, and nobody need listen.
-    With "auto" the graph is watched: the type is the one that is listened for, and while nobody
-    would hear, goals that drive are refused with the reason and `on_fault` is told once.
+    With the type "auto", it is the one that is listened for. Where the wiring is watched, goals
+    that drive are refused with the reason while nobody would hear, and `on_fault` is told once.
 
     """
 
@@ -44,13 +43,19 @@ class Base:
         self._listeners = Listeners(self._topic, wiring.command_type)
         self._publisher: Publisher | None = None
         self._fault: str | None = None
-        self._watched = wiring.command_type == "auto"
+        self._watched = wiring.watched
         self._told: str | None = None
-        if self._watched:
-            self.watch()
-            node.create_timer(WATCH_PERIOD_S, self.watch)
-        else:
+        if self.type is not None:
             self._open()
+        if self._watched:
+            # Not at once: discovery takes a moment, and whoever is told is not made yet.
+            self._fault = f"nobody has looked yet who listens on {self._topic}"
+            node.create_timer(WATCH_PERIOD_S, self.watch)
+
+    @property
+    def fault(self) -> str | None:
+        """Why the robot would not hear, as of the last look, or None."""
+        return self._fault
 
     @property
     def type(self) -> str | None:

@@ -11,6 +11,7 @@ from bt_mission.common.faults import Fault, InputError, did_you_mean, in_order, 
 from bt_mission.common.located import Document, read
 
 ANY_NODE = "/**"
+NODES = ("bt_mission_servers", "bt_mission_arbiter")
 PARAMETERS = "ros__parameters"
 
 Keys = tuple[str | int, ...]
@@ -45,9 +46,10 @@ class ParameterFile:
 
 
 def read_parameters(path: str | Path, node: str) -> ParameterFile:
-    """Read what a parameter file says for a node: below `/**`, or below the node's name.
+    """Read what a parameter file says for a node: below `/**`, and below the node's name.
 
-    Raises InputError with every fault and its place.
+    What it says for another of ours is left to that one. Raises InputError with every fault and
+    its place.
     """
     document = read(path)
     faults: list[Fault] = []
@@ -59,19 +61,15 @@ def read_parameters(path: str | Path, node: str) -> ParameterFile:
             document.fault((), f"expected '{ANY_NODE}:' or '{node}:', got nothing like it")
         )
     for section, content in sections.items():
-        if str(section) not in {ANY_NODE, node, f"/{node}", f"/**/{node}"}:
-            faults.append(
-                document.fault(
-                    (section,),
-                    f"expected '{ANY_NODE}:' or '{node}:', got '{section}:'",
-                    key=True,
-                )
-            )
+        if section not in {ANY_NODE, *NODES}:
+            message = f"no such node '{section}' (known: {listed([ANY_NODE, *NODES])})"
+            hint = did_you_mean(str(section), NODES)
+            faults.append(document.fault((section,), message, hint=hint, key=True))
         elif not isinstance(content, dict) or set(content) != {PARAMETERS}:
             faults.append(
                 document.fault((section,), f"expected '{PARAMETERS}:' and nothing else in here")
             )
-        elif isinstance(content[PARAMETERS], dict):
+        elif section in {ANY_NODE, node} and isinstance(content[PARAMETERS], dict):
             for keys, value in _leaves(content[PARAMETERS], (section, PARAMETERS)):
                 name = ".".join(str(key) for key in keys[2:])
                 values[name], places[name] = value, keys

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, TypeVar
 
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
@@ -27,8 +27,13 @@ def declare_wiring(
 
     Settings are read once, when the node is made. Raises InvalidParameterValueException.
     """
-    values = {one.name: _declared(node, one) for one in settings(robot, command_type)}
-    return applied(robot, values)
+    values = declare(node, settings(robot, command_type))
+    return applied(robot, values, watched=command_type == "auto")
+
+
+def declare(node: Node, wanted: Iterable[Setting]) -> dict[str, Any]:
+    """Declare settings on a node; return their values. Raises InvalidParameterValueException."""
+    return {one.name: _declared(node, one) for one in wanted}
 
 
 def _declared(node: Node, setting: Setting) -> Any:
@@ -63,7 +68,7 @@ def made_with(file: ParameterFile | None, make: Callable[[Mapping[str, Any]], N]
     except InvalidParameterValueException as error:
         raise _refused(file, error) from error
     try:
-        file.refuse_unknown(node.list_parameters([], 0).result.names)
+        file.refuse_unknown(node.list_parameters([], 0).names)
     except InputError:
         node.destroy_node()  # type: ignore[no-untyped-call]
         raise

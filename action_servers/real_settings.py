@@ -51,6 +51,8 @@ class Wiring:
     base_frame: str = "base_footprint"
     map_frame: str = "map"
     command_type: Choice = "stamped"
+    watched: bool = False
+    """Whether to look who listens to commands, and refuse goals while nobody would hear."""
 
 
 _TOPICS = {
@@ -63,6 +65,20 @@ _TOPICS = {
 }
 
 
+def base_settings(command_type: Choice) -> tuple[Setting, ...]:
+    """Return the settings of whatever commands a base."""
+    return (
+        Setting("topics.cmd_vel", Topics().cmd_vel, _TOPICS["cmd_vel"]),
+        Setting("frames.base", Wiring().base_frame, "Frame id of stamped velocity commands."),
+        Setting(
+            "cmd_vel_type",
+            command_type,
+            "stamped, plain, or auto: what the robot is found to listen for.",
+            choices=CHOICES,
+        ),
+    )
+
+
 def settings(robot: RobotModel, command_type: Choice) -> tuple[Setting, ...]:
     """Return every setting, with its default for this robot."""
     names = Topics()
@@ -71,15 +87,10 @@ def settings(robot: RobotModel, command_type: Choice) -> tuple[Setting, ...]:
         *(
             Setting(f"topics.{key}", getattr(names, key), description)
             for key, description in _TOPICS.items()
+            if key != "cmd_vel"
         ),
-        Setting("frames.base", "base_footprint", "Frame id of stamped velocity commands."),
+        *base_settings(command_type),
         Setting("frames.map", "map", "Frame of the map, in transforms."),
-        Setting(
-            "cmd_vel_type",
-            command_type,
-            "stamped, plain, or auto: what the robot is found to listen for.",
-            choices=CHOICES,
-        ),
         Setting(
             "control_rate",
             robot.control_rate,
@@ -119,7 +130,9 @@ def fault(setting: Setting, value: object) -> str | None:
     return None
 
 
-def applied(robot: RobotModel, values: Mapping[str, Any]) -> tuple[RobotModel, Wiring]:
+def applied(
+    robot: RobotModel, values: Mapping[str, Any], *, watched: bool
+) -> tuple[RobotModel, Wiring]:
     """Return the robot within its lowered limits, and its wiring, from all settings' values."""
     limited = {
         name: float(values[name])
@@ -127,6 +140,10 @@ def applied(robot: RobotModel, values: Mapping[str, Any]) -> tuple[RobotModel, W
     }
     topics = Topics(**{key: values[f"topics.{key}"] for key in _TOPICS})
     wiring = Wiring(
-        topics, values["frames.base"], values["frames.map"], command_type=values["cmd_vel_type"]
+        topics,
+        base_frame=values["frames.base"],
+        map_frame=values["frames.map"],
+        command_type=values["cmd_vel_type"],
+        watched=watched,
     )
     return robot.model_copy(update=limited), wiring

@@ -18,6 +18,7 @@ ROS_MODULES = (
     "action_servers/adapter.py",
     "action_servers/navigation/actions.py",
     "action_servers/node.py",
+    "action_servers/real_arbiter.py",
     "action_servers/real_base.py",
     "action_servers/real_parameters.py",
     "action_servers/sensors.py",

@@ -6,11 +6,11 @@ import argparse
 import sys
 from collections.abc import Sequence
 
-from bt_mission.cli import check, doctor, run, servers, sim
+from bt_mission.cli import arbiter, check, doctor, mapper, run, servers, sim
 from bt_mission.cli.exits import BAD_INPUT, INTERRUPTED
 from bt_mission.common.errors import BtMissionError
 
-COMMANDS = (run, check, sim, servers, doctor)
+COMMANDS = (run, check, sim, servers, mapper, arbiter, doctor)
 
 EPILOG = """\
 examples:
