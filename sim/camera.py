@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from bt_mission.common.errors import BtMissionError
 from bt_mission.common.robot import Camera as CameraSpec
-from sim.names import CAMERA, LOOKS, ROBOT
+from sim.names import BASE, CAMERA, LOOKS, ROBOT, SCREENS
 
 Image = npt.NDArray[np.uint8]
 
@@ -29,8 +29,10 @@ class Camera:
     Raises NoCameraError where there is no EGL.
     """
 
-    def __init__(self, model: mujoco.MjModel, spec: CameraSpec) -> None:
+    def __init__(self, model: mujoco.MjModel, spec: CameraSpec, prefix: str = "") -> None:
         self._model = model
+        own = model.geom_bodyid == model.body(prefix + BASE).id
+        self._own_screen = np.flatnonzero(own & (model.geom_group == SCREENS))
         # Mesa's software renderer hands even a small picture round to a thread for every core: on
         # a busy machine waiting for them costs more than the picture.
         os.environ.setdefault("LP_NUM_THREADS", "1")
@@ -56,14 +58,16 @@ class Camera:
             self._scene.flags[flag] = False
         self._options = mujoco.MjvOption()
         self._options.geomgroup[[LOOKS, ROBOT]] = 0  # a camera does not see what carries it
+        self._options.geomgroup[SCREENS] = 1
         self._view = mujoco.MjvCamera()
         self._view.type = mujoco.mjtCamera.mjCAMERA_FIXED
-        self._view.fixedcamid = model.camera(CAMERA).id
+        self._view.fixedcamid = model.camera(prefix + CAMERA).id
         self._pixels = np.empty((spec.height, spec.width, 3), dtype=np.uint8)
 
     def draw(self, data: mujoco.MjData, out: Image) -> None:
         """Draw into `out`; positions in `data` must be current."""
         self._gl.make_current()
+        self._model.geom_group[self._own_screen] = ROBOT
         mujoco.mjv_updateScene(
             self._model,
             data,
@@ -73,6 +77,7 @@ class Camera:
             mujoco.mjtCatBit.mjCAT_ALL.value,
             self._scene,
         )
+        self._model.geom_group[self._own_screen] = SCREENS
         mujoco.mjr_render(self._rect, self._scene, self._context)
         mujoco.mjr_readPixels(self._pixels, None, self._rect, self._context)
         out[:] = self._pixels[::-1]  # OpenGL's first row is the lowest

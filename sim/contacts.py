@@ -1,4 +1,4 @@
-"""Collisions: the robot coming into contact with anything but the floor."""
+"""Collisions: a robot coming into contact with anything but the floor."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from sim.names import BASE, OBSTACLE_PREFIX, OBSTACLES
+from sim.names import BASE, FLOOR, OBSTACLE_PREFIX
 
 RELEASE_NS = 250_000_000
 """An obstacle not touched for this long, ns, is let go of; touched sooner, it is one collision."""
@@ -26,32 +26,45 @@ class Collision:
 class Contacts:
     """Tells onsets from contacts that last, slide or bounce."""
 
-    def __init__(self, model: mujoco.MjModel) -> None:
+    def __init__(self, model: mujoco.MjModel, prefix: str = "") -> None:
         self._model = model
-        robot = model.body(BASE).id
-        obstacles = model.body(OBSTACLES).id
-        self._is_robot = model.body_rootid[model.geom_bodyid] == robot
-        self._is_obstacle = model.geom_bodyid == obstacles
-        self._last_touch_ns: dict[int, int] = {}
+        robot = model.body(prefix + BASE).id
+        root = model.body_rootid[model.geom_bodyid]
+        self._is_robot = root == robot
+        self._is_obstacle = (root != robot) & (np.arange(model.ngeom) != model.geom(FLOOR).id)
+        self._names = [_name(model, geom) for geom in range(model.ngeom)]
+        self._last_touch_ns: dict[str, int] = {}
         self._force = np.empty(6)
 
     def look(self, data: mujoco.MjData, time_ns: int) -> list[Collision]:
         """Return the collisions that begin now. To be called at every step with a contact."""
-        touched: dict[int, int] = {}
+        touched: dict[str, int] = {}
         for index in range(data.ncon):
             for geom, other in (data.contact.geom[index], data.contact.geom[index][::-1]):
                 if self._is_robot[geom] and self._is_obstacle[other]:
-                    touched.setdefault(int(other), index)
+                    touched.setdefault(self._names[other], index)
         begun = []
-        for geom, index in touched.items():
-            last = self._last_touch_ns.get(geom)
-            self._last_touch_ns[geom] = time_ns
+        for name, index in touched.items():
+            last = self._last_touch_ns.get(name)
+            self._last_touch_ns[name] = time_ns
             if last is None or time_ns - last > RELEASE_NS:
-                begun.append(self._collision(data, index, geom, time_ns))
+                begun.append(self._collision(data, index, name, time_ns))
         return begun
 
-    def _collision(self, data: mujoco.MjData, index: int, geom: int, time_ns: int) -> Collision:
+    def forget(self) -> None:
+        """Begin anew: whatever is touched next is a new collision."""
+        self._last_touch_ns.clear()
+
+    def _collision(self, data: mujoco.MjData, index: int, name: str, time_ns: int) -> Collision:
         mujoco.mj_contactForce(self._model, data, index, self._force)
         x, y, z = data.contact.pos[index].tolist()
-        name = self._model.geom(geom).name.removeprefix(OBSTACLE_PREFIX)
         return Collision(time_ns, name, (x, y, z), float(self._force[0]))
+
+
+def _name(model: mujoco.MjModel, geom: int) -> str:
+    """Return what a geom is reported as: the obstacle, or the robot that it is a part of."""
+    name = str(model.geom(geom).name)
+    if name.startswith(OBSTACLE_PREFIX):
+        return name.removeprefix(OBSTACLE_PREFIX)
+    root = int(model.body_rootid[model.geom_bodyid[geom]])
+    return str(model.body(root).name).removesuffix(f"/{BASE}")

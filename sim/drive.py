@@ -26,19 +26,30 @@ class Drive:
     _target_angular: float = field(default=0.0, init=False)
     _expires_ns: int = field(default=0, init=False)
     _settled: bool = field(default=True, init=False)
+    _powered: bool = field(default=True, init=False)
 
     def command(self, linear: float, angular: float, time_ns: int) -> None:
         """Ask for a velocity (m/s, rad/s), held for the command timeout from `time_ns` on.
 
-        Raises ValueError where one of them is not finite; the last command then stays.
+        Raises ValueError where one of them is not finite; the last command then stays. Without
+        power a command is ignored.
         """
         if not (math.isfinite(linear) and math.isfinite(angular)):
             raise ValueError(f"expected a finite velocity, got {linear} m/s and {angular} rad/s")
+        if not self._powered:
+            return
         robot = self.robot
         self._target_linear = _clip(linear, robot.max_linear_velocity)
         self._target_angular = _clip(angular, robot.max_angular_velocity)
         self._expires_ns = time_ns + round(robot.command_timeout * 1e9)
         self._settled = False
+
+    def switch(self, *, on: bool) -> None:
+        """Give or take the motors' power. Either way the last command is forgotten."""
+        self._powered = on
+        self.linear = self.angular = self._target_linear = self._target_angular = 0.0
+        self._expires_ns = 0
+        self._settled = True
 
     def due(self, time_ns: int) -> bool:
         """Whether the wheels must be told something new for the step that begins at `time_ns`."""

@@ -13,8 +13,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from bt_mission.common.robot import Battery as BatterySpec
 from bt_mission.common.robot import Camera, Lidar
 from bt_mission.common.robot import Imu as ImuSpec
+from sim.battery import Battery
 from sim.contacts import Collision
 from sim.frames import MAP, Frame, Vector
 from sim.imu import Inertial
@@ -111,14 +113,41 @@ def scan_limits(message: Any, spec: Lidar) -> npt.NDArray[np.float32]:
     """Fill the constant part of a LaserScan, and return a view of its ranges.
 
     As the driver of the LDS-01 has it: 0 to one step before a full turn. All rays are measured
-    at one instant, so the times between them are 0.
+    at one instant, so the times between them are 0. The driver of the LDS-02 says that ranges
+    reach from 0 to 100 m, whatever the sensor can.
     """
     step = math.tau / spec.rays
     message.angle_min, message.angle_max = 0.0, step * (spec.rays - 1)
     message.angle_increment = step
-    message.range_min, message.range_max = spec.min_range, spec.max_range
+    lds_01 = spec.model == "LDS-01"
+    message.range_min, message.range_max = (
+        (spec.min_range, spec.max_range) if lds_01 else (0.0, 100.0)
+    )
     message.ranges = array.array("f", bytes(4 * spec.rays))
     return view(message.ranges, np.float32)
+
+
+def scan_of(message: Any, ranges: npt.NDArray[np.float32]) -> None:
+    """Fill a LaserScan with a full turn of any number of rays."""
+    step = math.tau / len(ranges)
+    message.angle_max, message.angle_increment = step * (len(ranges) - 1), step
+    message.ranges = array.array("f", ranges.tobytes())
+
+
+def battery_limits(message: Any, spec: BatterySpec) -> None:
+    """Fill the constant part of a BatteryState."""
+    message.design_capacity = spec.capacity
+    message.temperature = message.capacity = math.nan  # not measured, as the message has it
+    message.power_supply_status = 2  # POWER_SUPPLY_STATUS_DISCHARGING
+    message.power_supply_technology = 3  # POWER_SUPPLY_TECHNOLOGY_LIPO
+    message.present = True
+
+
+def battery(message: Any, state: Battery) -> None:
+    """Fill a BatteryState: V, A (below 0: discharging), Ah, and a percentage from 0 to 100."""
+    message.voltage, message.current = state.voltage, -state.current
+    message.charge = state.charge * state.spec.capacity
+    message.percentage = state.percentage
 
 
 def image_format(message: Any, spec: Camera) -> npt.NDArray[np.uint8]:

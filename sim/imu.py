@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import mujoco
 
 from bt_mission.common.robot import RobotModel
-from sim.names import ACCELEROMETER
+from sim.names import ACCELEROMETER, BASE
 from sim.noise import Noise
 
 
@@ -30,19 +30,22 @@ class Imu:
     """Reads the model's accelerometer, and the base's turn rate and attitude."""
 
     def __init__(
-        self, model: mujoco.MjModel, robot: RobotModel, seed: int, start_yaw: float
+        self, model: mujoco.MjModel, robot: RobotModel, seed: int, start_yaw: float, prefix: str
     ) -> None:
-        self._spec = robot.imu
-        self._address = int(model.sensor(ACCELEROMETER).adr[0])
-        self._noise = Noise(seed, "imu", 6)
+        noisy, spec = robot.sensors.imu.noise, robot.imu
+        self._sigmas = (spec.gyro_noise, spec.accel_noise) if noisy else (0.0, 0.0)
+        self._address = int(model.sensor(prefix + ACCELEROMETER).adr[0])
+        self._noise = Noise(seed, f"{prefix}imu", 6)
+        joint = model.joint(prefix + BASE)
+        self._q, self._v = int(joint.qposadr[0]) + 3, int(joint.dofadr[0]) + 3
         self._start = math.cos(start_yaw / 2), math.sin(start_yaw / 2)
 
     def measure(self, data: mujoco.MjData, index: int) -> Inertial:
         """Return measurement `index`. The acceleration is that of the last physics step."""
-        g, a = self._spec.gyro_noise, self._spec.accel_noise
+        g, a = self._sigmas
         n = self._noise.at(index).tolist()
-        w, x, y, z = data.qpos[3:7].tolist()
-        rate_x, rate_y, rate_z = data.qvel[3:6].tolist()
+        w, x, y, z = data.qpos[self._q : self._q + 4].tolist()
+        rate_x, rate_y, rate_z = data.qvel[self._v : self._v + 3].tolist()
         at = self._address
         ax, ay, az = data.sensordata[at : at + 3].tolist()
         c, s = self._start

@@ -9,62 +9,123 @@ import numpy as np
 import numpy.typing as npt
 
 from bt_mission.common.robot import RobotModel
-from sim.names import BASE, MARKS, SOLID
+from sim.names import BASE, MARKS, SCREENS, SOLID
 from sim.noise import Noise
+
+_TURN_JITTER = 0.005
+"""1 sigma of the time an LDS-02 takes for a turn, relative: a few rays more or less."""
+
+_GAPS = 0.01
+"""Share of an LDS-02's directions that come without a reading, in passing."""
+
+_NEAR, _MIDDLE = 0.3, 6.0
+_NEAR_SIGMA, _MIDDLE_SHARE, _FAR_SHARE = 0.010 / 3, 0.03 / 3, 0.05 / 3
+"""Noise of an LDS-02: its data sheet's 10 mm below 0.3 m, 3 % below 6 m and 5 % beyond, taken for
+three sigma."""
 
 
 class Lidar:
-    """A planar lidar on the base. Ray 0 looks ahead, the others follow counter-clockwise."""
+    """A planar lidar on the base. Ray 0 looks ahead, the others follow counter-clockwise.
 
-    def __init__(self, model: mujoco.MjModel, robot: RobotModel, seed: int) -> None:
+    An LDS-01 measures the same number of rays at each turn; farther than `max_range` reads inf,
+    as in Gazebo, nearer than `min_range` reads 0.0, as from its driver. An LDS-02 samples at a
+    steady pace while its turns vary, so that the number of rays does, too, and whatever it has no
+    reading for is NaN, as from its driver.
+    """
+
+    def __init__(
+        self, model: mujoco.MjModel, robot: RobotModel, seed: int, prefix: str = ""
+    ) -> None:
         spec = robot.lidar
         self._spec = spec
         self._model = model
-        self._base = model.body(BASE).id
+        self._base = model.body(prefix + BASE).id
         self._offset = np.array([spec.x, spec.y, spec.z])
-        angles = np.arange(spec.rays) * (math.tau / spec.rays)
-        self._directions = np.column_stack((np.cos(angles), np.sin(angles), np.zeros(spec.rays)))
+        self._varies = spec.model == "LDS-02"
+        self._noisy = robot.sensors.lidar.noise
+        self.most_rays = (
+            math.ceil(spec.rays * (1 + 6 * _TURN_JITTER)) if self._varies else spec.rays
+        )
+        self._directions = np.zeros((self.most_rays, 3))
         self._vectors = np.empty_like(self._directions)
-        self._flat = self._vectors.reshape(-1)
-        self._distances = np.empty(spec.rays)
-        self._hit = np.empty(spec.rays, dtype=np.int32)
+        self._distances = np.empty(self.most_rays)
+        self._hit = np.empty(self.most_rays, dtype=np.int32)
         self._groups = np.zeros(mujoco.mjNGROUP, dtype=np.uint8)
-        self._groups[[SOLID, MARKS]] = 1
-        self._noise = Noise(seed, "lidar", spec.rays)
+        self._groups[[SOLID, MARKS, SCREENS]] = 1
+        self._noise = Noise(seed, f"{prefix}lidar", self.most_rays)
+        self._turns = Noise(seed, f"{prefix}lidar turns", 1)
+        self._gaps = Noise(seed, f"{prefix}lidar gaps", self.most_rays)
+        self._rays = 0
+        self._aim(spec.rays)
 
     def measure(
         self, data: mujoco.MjData, index: int, out: npt.NDArray[np.float32] | None = None
     ) -> npt.NDArray[np.float32]:
         """Return the ranges in metres of measurement `index`; positions in `data` must be current.
 
-        Farther than `max_range` reads inf, as in Gazebo; nearer than `min_range` reads 0.0, as
-        from the driver of the LDS-01.
+        `out` is filled and returned where it is given; it must have room for the rays, whose
+        number an LDS-02 varies.
         """
-        spec = self._spec
+        if self._varies:
+            self._aim(self._rays_of(index))
+        rays = self._rays
+        vectors, seen, hit = self._vectors[:rays], self._distances[:rays], self._hit[:rays]
         rotation = data.xmat[self._base].reshape(3, 3)
-        np.matmul(self._directions, rotation.T, out=self._vectors)
+        np.matmul(self._directions[:rays], rotation.T, out=vectors)
         mujoco.mj_multiRay(
             self._model,
             data,
             data.xpos[self._base] + rotation @ self._offset,
-            self._flat,
+            vectors.reshape(-1),
             self._groups,
             1,  # static geoms too
-            -1,  # no body left out: the robot's geoms are in groups that are
-            self._hit,
-            self._distances,
+            self._base,  # not the screen it carries; its other geoms are in groups left out
+            hit,
+            seen,
             None,
-            spec.rays,
+            rays,
             mujoco.mjMAXVAL,
         )
-        seen = self._distances
-        missed = self._hit < 0
-        seen += spec.noise_std * self._noise.at(index)
-        near = seen < spec.min_range
-        missed |= seen > spec.max_range
-        seen[near] = 0.0
-        seen[missed] = np.inf
+        missed = hit < 0
+        (self._finish_02 if self._varies else self._finish_01)(seen, missed, index)
         if out is None:
             return seen.astype(np.float32)
         out[:] = seen
         return out
+
+    def _finish_01(
+        self, seen: npt.NDArray[np.float64], missed: npt.NDArray[np.bool], index: int
+    ) -> None:
+        spec = self._spec
+        if self._noisy:
+            seen += spec.noise_std * self._noise.at(index)
+        near = seen < spec.min_range
+        missed |= seen > spec.max_range
+        seen[near] = 0.0
+        seen[missed] = np.inf
+
+    def _finish_02(
+        self, seen: npt.NDArray[np.float64], missed: npt.NDArray[np.bool], index: int
+    ) -> None:
+        spec, rays = self._spec, self._rays
+        if self._noisy:
+            share = np.where(seen < _MIDDLE, _MIDDLE_SHARE, _FAR_SHARE)
+            sigma = np.where(seen < _NEAR, _NEAR_SIGMA, share * seen)
+            seen += sigma * self._noise.at(index)[:rays]
+            # A normal number beyond 2.576 comes once in a hundred times.
+            missed |= np.abs(self._gaps.at(index)[:rays]) > 2.576
+        missed |= (seen < spec.min_range) | (seen > spec.max_range)
+        seen[missed] = np.nan
+
+    def _rays_of(self, index: int) -> int:
+        if not self._noisy:
+            return self._spec.rays
+        turn = 1 + _TURN_JITTER * float(self._turns.at(index)[0])
+        return max(1, min(round(self._spec.rays * turn), self.most_rays))
+
+    def _aim(self, rays: int) -> None:
+        """Spread that many rays over a turn."""
+        if rays != self._rays:
+            self._rays = rays
+            angles = np.arange(rays) * (math.tau / rays)
+            self._directions[:rays, 0], self._directions[:rays, 1] = np.cos(angles), np.sin(angles)

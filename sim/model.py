@@ -1,58 +1,25 @@
-"""The MuJoCo model of a world with a robot in it.
-
-The robot stands on two driven wheels and on its casters; velocity servos turn the wheels, and
-only their contact with the floor moves the base. Solver settings are those at which commanded
-speeds are reached; what else was tried stands beside each.
-"""
+"""The MuJoCo model of a world with robots in it."""
 
 from __future__ import annotations
 
-import math
+from collections.abc import Sequence
 
 import mujoco
 
-from bt_mission.common.robot import Camera, RobotModel
-from sim.colours import rgba
-from sim.names import (
-    ACCELEROMETER,
-    BASE,
-    CAMERA,
-    FLOOR_BIT,
-    GRIP,
-    LOOKS,
-    OBSTACLE_BIT,
-    OBSTACLES,
-    ROBOT,
-    SLIDE,
-    SOLIMP,
-    SOLREF,
-    STEP_NS,
-    TOUCH,
-    WHEELS,
-)
-from sim.scenery import add_world, yaw_quaternion
+from sim.body import add_robot, add_screen, add_touch
+from sim.entrants import Entrant
+from sim.names import BASE, ROBOT_BIT, STEP_NS
+from sim.scenery import add_world
 from sim.world import World
 
-_ARMATURE = 0.0015
-"""kg m^2, a motor's rotor seen through its gear.
+SCREEN_COLOURS = ("purple", "orange", "brown", "black", "grey", "white")
 
-Without it the wheel is so light against the base that friction turns soft: 6 mm in 2 m are lost.
-The 0.01 of ROBOTIS's own MuJoCo model gives the wheels momentum enough to hop against a wall.
-"""
-
-_SERVO_GAIN = 0.15
-"""N m s: a wheel follows its command within about 15 ms."""
-
-_PUSH = 0.75
-"""The part of what the wheels could grip that the motors push with at most.
-
-So a robot that drives on against a wall stalls and stands still; with strength enough to slip,
-its wheels catch and let go in turns, and it trembles by 6 mm.
-"""
+_OVER = 0.03
+"""Metres by which a robot's screen stands above the highest lidar."""
 
 
-def compile_model(world: World, robot: RobotModel) -> mujoco.MjModel:
-    """Return the compiled model; the robot stands at the spawn."""
+def compile_model(world: World, entrants: Sequence[Entrant]) -> mujoco.MjModel:
+    """Return the compiled model; each robot stands where it starts."""
     spec = mujoco.MjSpec()
     spec.modelname = world.name
     spec.option.timestep = STEP_NS / 1e9
@@ -60,156 +27,19 @@ def compile_model(world: World, robot: RobotModel) -> mujoco.MjModel:
     # So odometry is off by 0.16 mm in 2 m; with elliptic cones or impratio 1, by 1.6 mm.
     spec.option.cone = mujoco.mjtCone.mjCONE_PYRAMIDAL
     spec.option.impratio = 10.0
+    spec.visual.global_.offwidth = spec.visual.global_.offheight = 1
     add_world(spec, world)
-    _add_robot(spec, world, robot)
+    several = len(entrants) > 1
+    lidars = max(entrant.robot.base_height + entrant.robot.lidar.z for entrant in entrants)
+    for index, entrant in enumerate(entrants):
+        spawn, contype = entrant.spawn or world.spawn, ROBOT_BIT if several else 0
+        base = add_robot(spec, entrant, spawn, group=index, contype=contype)
+        if several:
+            colour = SCREEN_COLOURS[index % len(SCREEN_COLOURS)]
+            add_screen(base, entrant.robot, lidars + _OVER, colour)
+    for entrant in entrants:
+        add_touch(spec, entrant.prefix, "", tree=bool(world.moving))
+        for other in entrants:
+            if other is not entrant:
+                add_touch(spec, entrant.prefix, other.prefix + BASE, tree=True)
     return spec.compile()
-
-
-def _add_robot(spec: mujoco.MjSpec, world: World, robot: RobotModel) -> None:
-    spawn = world.spawn
-    base = spec.worldbody.add_body(
-        name=BASE,
-        pos=[spawn.x, spawn.y, robot.base_height],
-        quat=yaw_quaternion(math.radians(spawn.yaw)),
-        mass=robot.base_mass,
-        inertia=robot.base_inertia,
-        ipos=robot.base_centre_of_mass,
-        explicitinertial=True,
-    )
-    base.add_freejoint(name=BASE)
-    base.add_geom(
-        name="hull",
-        type=mujoco.mjtGeom.mjGEOM_BOX,
-        size=[edge / 2 for edge in robot.body.size],
-        pos=robot.body.centre,
-        contype=0,
-        conaffinity=FLOOR_BIT | OBSTACLE_BIT,
-        friction=SLIDE,
-        group=ROBOT,
-    )
-    for index, caster in enumerate(robot.casters):
-        base.add_geom(
-            name=f"caster {index}",
-            type=mujoco.mjtGeom.mjGEOM_SPHERE,
-            size=[robot.caster_radius, 0, 0],
-            pos=caster,
-            contype=0,
-            conaffinity=FLOOR_BIT,
-            # The pair would take the floor's friction, which costs up to half of the speed.
-            condim=1,
-            priority=1,
-            group=ROBOT,
-            solref=SOLREF,
-            solimp=SOLIMP,
-        )
-    for name, side in zip(WHEELS, (1, -1), strict=True):
-        _add_wheel(spec, base, robot, name, side)
-    _add_sensors(spec, base, robot)
-    if robot.camera is not None:
-        _add_camera(spec, base, robot.camera)
-    _add_looks(base, robot)
-
-
-def _add_wheel(
-    spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: RobotModel, name: str, side: int
-) -> None:
-    radius, width = robot.wheel_radius, robot.wheel_width
-    wheel = base.add_body(
-        name=name,
-        pos=[0, side * robot.wheel_y, radius - robot.base_height],
-        mass=robot.wheel_mass,
-        inertia=robot.wheel_inertia,
-        ipos=[0, 0, 0],  # left out, it is taken to be `pos`, and the wheel runs out of balance
-        explicitinertial=True,
-    )
-    wheel.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 1, 0], armature=_ARMATURE)
-    wheel.add_geom(
-        name=name,
-        # Touches the floor in one point, so it turns on the spot without scrubbing; a cylinder of
-        # this width made the robot turn 3 % less than its wheels said.
-        type=mujoco.mjtGeom.mjGEOM_ELLIPSOID,
-        size=[radius, width / 2, radius],
-        contype=0,
-        conaffinity=FLOOR_BIT | OBSTACLE_BIT,
-        friction=GRIP,
-        group=ROBOT,
-        solref=SOLREF,
-        solimp=SOLIMP,
-    )
-    tyre = _add_look(wheel, mujoco.mjtGeom.mjGEOM_CYLINDER, [radius, width / 2, 0], [0, 0, 0])
-    tyre.quat = [math.sqrt(0.5), math.sqrt(0.5), 0, 0]
-    motor = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
-    motor.set_to_velocity(kv=_SERVO_GAIN)
-    most = _PUSH * _grip_torque(robot)
-    motor.forcelimited = True
-    motor.forcerange = [-most, most]
-
-
-def _grip_torque(robot: RobotModel) -> float:
-    """Return the torque, N m, at which a wheel on the level begins to slip."""
-    on_casters = robot.base_centre_of_mass[0] / robot.casters[0][0]
-    on_wheels = 9.81 * (robot.base_mass * (1 - on_casters) + 2 * robot.wheel_mass)
-    return GRIP[0] * on_wheels / 2 * robot.wheel_radius
-
-
-def _add_sensors(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: RobotModel) -> None:
-    imu = robot.imu
-    base.add_site(name="imu", pos=[imu.x, imu.y, imu.z], group=5)
-    spec.add_sensor(
-        name=ACCELEROMETER,
-        type=mujoco.mjtSensor.mjSENS_ACCELEROMETER,
-        objtype=mujoco.mjtObj.mjOBJ_SITE,
-        objname="imu",
-    )
-    spec.add_sensor(
-        name=TOUCH,
-        type=mujoco.mjtSensor.mjSENS_CONTACT,
-        objtype=mujoco.mjtObj.mjOBJ_XBODY,  # the base with its wheels
-        objname=BASE,
-        reftype=mujoco.mjtObj.mjOBJ_BODY,
-        refname=OBSTACLES,
-        intprm=[1, 0, 1],  # the number of contacts alone, not reduced, in one slot
-    )
-
-
-def _add_camera(spec: mujoco.MjSpec, base: mujoco.MjsBody, camera: Camera) -> None:
-    aspect = camera.height / camera.width
-    base.add_camera(
-        name=CAMERA,
-        pos=[camera.x, camera.y, camera.z],
-        quat=[0.5, 0.5, -0.5, -0.5],  # right of the picture is -y, up is z: it looks along x
-        fovy=math.degrees(2 * math.atan(math.tan(camera.hfov / 2) * aspect)),
-        resolution=[camera.width, camera.height],
-    )
-    spec.visual.quality.offsamples = 0  # four samples a pixel cost a CPU four times as much
-    spec.visual.global_.offwidth = camera.width
-    spec.visual.global_.offheight = camera.height
-
-
-def _add_looks(base: mujoco.MjsBody, robot: RobotModel) -> None:
-    """Add what people see of the body: plates, a core, the lidar, and a bar in front."""
-    box, cylinder = mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_CYLINDER
-    length, width, height = robot.body.size
-    x, y, z = robot.body.centre
-    plate = 0.004
-    for level in (-1, 0, 1):
-        at = [x, y, z + level * (height / 2 - plate)]
-        _add_look(base, box, [length / 2, width / 2, plate], at, "#3a3f44")
-    core = [length * 0.42, width * 0.36, height / 2 - 2 * plate]
-    _add_look(base, box, core, [x, y, z], "#5b6570")
-    lidar = [robot.lidar.x, robot.lidar.y, robot.lidar.z - 0.005]
-    _add_look(base, cylinder, [0.035, 0.02, 0], lidar)
-    bar = [robot.hull.front - 0.012, 0, z + height / 2]
-    _add_look(base, box, [0.006, width / 4, 0.006], bar, "orange")
-
-
-def _add_look(
-    body: mujoco.MjsBody,
-    kind: mujoco.mjtGeom,
-    size: list[float],
-    pos: list[float],
-    colour: str = "black",
-) -> mujoco.MjsGeom:
-    return body.add_geom(
-        type=kind, size=size, pos=pos, rgba=rgba(colour), contype=0, conaffinity=0, group=LOOKS
-    )

@@ -9,16 +9,19 @@ BASE = "base"
 FLOOR = "floor"
 OBSTACLES = "obstacles"
 OBSTACLE_PREFIX = "obstacle/"
+MOVER_PREFIX = "mover/"
 WHEELS = ("wheel_left", "wheel_right")
 TOUCH = "touch"
 ACCELEROMETER = "accelerometer"
 CAMERA = "camera"
 
-# Geom groups. MuJoCo draws 0 to 2 unless told otherwise; the lidar sees what is solid.
-SOLID, MARKS, LOOKS, ROBOT = 0, 1, 2, 3
+# Geom groups. MuJoCo draws 0 to 2 unless told otherwise; the lidar sees what is
+# solid, and the screens of other robots.
+SOLID, MARKS, LOOKS, ROBOT, SCREENS = 0, 1, 2, 3, 4
 
 # Bits of contype and conaffinity: the robot touches floor and obstacles, these not each other.
-FLOOR_BIT, OBSTACLE_BIT = 1, 2
+# Several robots touch each other, too.
+FLOOR_BIT, OBSTACLE_BIT, ROBOT_BIT = 1, 2, 4
 
 # Stiffer than MuJoCo's defaults (0.02; 0.9, 0.95): a wheel rolls on the radius that is left of it
 # where it sinks in, and odometry goes wrong by as much.
@@ -28,3 +31,7 @@ SOLIMP = (0.95, 0.99, 0.001, 0.5, 2.0)
 # Friction: sliding, torsional, rolling. MuJoCo takes the larger of the two that touch.
 GRIP = (1.0, 0.005, 0.0001)  # rubber on a clean floor
 SLIDE = (0.4, 0.005, 0.0001)  # plastic along a wall
+
+GEAR_FRICTION = 0.1
+"""N m: what a motor's gear holds a wheel back with when there is no power (frictionloss of the
+joints in ROBOTIS's own MuJoCo models)."""

@@ -1,4 +1,7 @@
-"""The map of a world: which cells of the floor are covered by an obstacle, seen from above."""
+"""The map of a world: which cells of the floor are covered by an obstacle, seen from above.
+
+What moves is not on it.
+"""
 
 from __future__ import annotations
 
@@ -39,6 +42,8 @@ def rasterise(world: World, resolution: float = 0.05) -> OccupancyMap:
     cells = np.full((rows, columns), FREE, dtype=np.int8)
     half = resolution / 2 - _TOUCHING
     for obstacle in world.obstacles:
+        if obstacle.motion is not None:
+            continue
         covered = _in_cylinder if obstacle.kind == "cylinder" else _in_box
         reach = math.hypot(obstacle.size[0], obstacle.size[1]) / 2 + resolution
         near_x = slice(*np.searchsorted(xs, (obstacle.x - reach, obstacle.x + reach)))

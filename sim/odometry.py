@@ -13,7 +13,8 @@ class Odometry:
     """Pose (m, m, rad) since the start, and velocity since the last reading (m/s, rad/s).
 
     The start is (0, 0, 0). It drifts from the truth where a wheel slips and where the wheels
-    stand a little farther apart than the robot reckons.
+    stand a little farther apart than the robot reckons, and further by the errors that the
+    robot's settings give it.
     """
 
     robot: RobotModel
@@ -24,26 +25,29 @@ class Odometry:
     angular: float = field(default=0.0, init=False)
     _left: float = field(default=0.0, init=False)
     _right: float = field(default=0.0, init=False)
-    _time_ns: int | None = field(default=None, init=False)
+    time_ns: int | None = field(default=None, init=False)
+    """When it was last read."""
 
     def read(self, left: float, right: float, time_ns: int) -> None:
         """Take the wheels' angles (rad) at `time_ns`; taken twice at one time, it counts once."""
-        if self._time_ns is None:
-            self._left, self._right, self._time_ns = left, right, time_ns
-        if time_ns == self._time_ns:
+        if self.time_ns is None:
+            self._left, self._right, self.time_ns = left, right, time_ns
+        if time_ns == self.time_ns:
             return
-        radius = self.robot.wheel_radius
+        drift = self.robot.sensors.odometry
+        radius = self.robot.wheel_radius * (1 + drift.wheel_radius_error)
+        separation = self.robot.wheel_separation * (1 + drift.wheel_separation_error)
         left_m, right_m = radius * (left - self._left), radius * (right - self._right)
         ahead = (left_m + right_m) / 2
-        turned = (right_m - left_m) / self.robot.wheel_separation
+        turned = (right_m - left_m) / separation
         # On an arc: the chord of a turn, in the direction of its middle.
         chord = ahead * _sinc(turned / 2)
         self.x += chord * math.cos(self.yaw + turned / 2)
         self.y += chord * math.sin(self.yaw + turned / 2)
         self.yaw = wrapped(self.yaw + turned)
-        elapsed_s = (time_ns - self._time_ns) / 1e9
+        elapsed_s = (time_ns - self.time_ns) / 1e9
         self.linear, self.angular = ahead / elapsed_s, turned / elapsed_s
-        self._left, self._right, self._time_ns = left, right, time_ns
+        self._left, self._right, self.time_ns = left, right, time_ns
 
 
 def wrapped(angle: float) -> float:

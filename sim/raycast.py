@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from bt_mission.common.robot import Camera as CameraSpec
 from sim.camera import Image
-from sim.names import CAMERA, FLOOR, MARKS, SOLID
+from sim.names import BASE, CAMERA, FLOOR, MARKS, SCREENS, SOLID
 
 Floats = npt.NDArray[np.float64]
 
@@ -31,9 +31,10 @@ AMBIENT = 0.65
 class RaycastCamera:
     """Draws what the robot's camera sees, with nothing but MuJoCo's ray casting."""
 
-    def __init__(self, model: mujoco.MjModel, spec: CameraSpec) -> None:
+    def __init__(self, model: mujoco.MjModel, spec: CameraSpec, prefix: str = "") -> None:
         self._model = model
-        self._camera = model.camera(CAMERA).id
+        self._base = model.body(prefix + BASE).id
+        self._camera = model.camera(prefix + CAMERA).id
         self._floor = model.geom(FLOOR).id
         half_height = math.tan(math.radians(float(model.cam_fovy[self._camera])) / 2)
         pixel = 2 * half_height / spec.height
@@ -49,7 +50,7 @@ class RaycastCamera:
         self._distances = np.empty(count)
         self._normals = np.empty(3 * count)
         self._groups = np.zeros(mujoco.mjNGROUP, dtype=np.uint8)
-        self._groups[[SOLID, MARKS]] = 1
+        self._groups[[SOLID, MARKS, SCREENS]] = 1
 
     def draw(self, data: mujoco.MjData, out: Image) -> None:
         """Draw into `out`; positions in `data` must be current."""
@@ -63,7 +64,7 @@ class RaycastCamera:
             self._flat,
             self._groups,
             1,  # static geoms too
-            -1,  # no body left out: the robot's geoms are in groups that are
+            self._base,  # not its own screen; its other geoms are in groups left out
             self._hit,
             self._distances,
             self._normals,

@@ -11,6 +11,7 @@ from sim.names import (
     FLOOR,
     FLOOR_BIT,
     MARKS,
+    MOVER_PREFIX,
     OBSTACLE_BIT,
     OBSTACLE_PREFIX,
     OBSTACLES,
@@ -21,6 +22,9 @@ from sim.names import (
 )
 from sim.shapes import Obstacle
 from sim.world import World, Zone
+
+_TON = 1000.0
+"""kg, and kg m^2."""
 
 
 def add_world(spec: mujoco.MjSpec, world: World) -> None:
@@ -90,16 +94,20 @@ def _add_floor(spec: mujoco.MjSpec, size: tuple[float, float]) -> None:
 
 
 def _add_obstacles(spec: mujoco.MjSpec, obstacles: tuple[Obstacle, ...]) -> None:
-    """One static body holds them all, so that one sensor tells whether any is touched."""
-    body = spec.worldbody.add_body(name=OBSTACLES)
+    """One static body holds them all, so that one sensor tells whether any is touched.
+
+    Each that moves is a body of its own below it.
+    """
+    static = spec.worldbody.add_body(name=OBSTACLES)
     for obstacle in obstacles:
         length, width, height = obstacle.size
         cylinder = obstacle.kind == "cylinder"
+        body = static if obstacle.motion is None else _mover(static, obstacle)
         body.add_geom(
             name=OBSTACLE_PREFIX + obstacle.name,
             type=mujoco.mjtGeom.mjGEOM_CYLINDER if cylinder else mujoco.mjtGeom.mjGEOM_BOX,
             size=[length / 2, height / 2, 0] if cylinder else [length / 2, width / 2, height / 2],
-            pos=[obstacle.x, obstacle.y, height / 2],
+            pos=[obstacle.x, obstacle.y, height / 2] if body is static else [0, 0, 0],
             quat=yaw_quaternion(obstacle.yaw),
             rgba=obstacle.rgba,
             contype=OBSTACLE_BIT,
@@ -107,6 +115,24 @@ def _add_obstacles(spec: mujoco.MjSpec, obstacles: tuple[Obstacle, ...]) -> None
             friction=SLIDE,
             group=SOLID,
         )
+
+
+def _mover(static: mujoco.MjsBody, obstacle: Obstacle) -> mujoco.MjsBody:
+    body = static.add_body(
+        name=MOVER_PREFIX + obstacle.name,
+        pos=[obstacle.x, obstacle.y, obstacle.height / 2],
+        mass=_TON,
+        inertia=[_TON, _TON, _TON],
+        ipos=[0, 0, 0],
+        explicitinertial=True,
+    )
+    for axis, name in enumerate("xy"):
+        body.add_joint(
+            name=f"{MOVER_PREFIX}{obstacle.name}/{name}",
+            type=mujoco.mjtJoint.mjJNT_SLIDE,
+            axis=[1 - axis, axis, 0],
+        )
+    return body
 
 
 def _add_mark(spec: mujoco.MjSpec, zone: Zone) -> None:

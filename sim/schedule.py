@@ -46,6 +46,13 @@ class Schedule:
         """Add an action that is run at the start and never again."""
         self._entries.append(_Entry(action, _NEVER, self._start_ns))
 
+    def restart(self, time_ns: int) -> None:
+        """Begin anew at `time_ns`: periodic actions are due then, and count from 0 again."""
+        for entry in self._entries:
+            if entry.period_ns != _NEVER:
+                entry.index, entry.due_ns = 0, time_ns
+        self.next_due_ns = min(entry.due_ns for entry in self._entries)
+
     def run(self, time_ns: int) -> None:
         """Run everything due at `time_ns`, the present due instant."""
         for entry in self._entries:

@@ -7,13 +7,15 @@ from dataclasses import dataclass
 from typing import Literal
 
 from sim.colours import Rgba, rgba
+from sim.motion import Motion
 
 
 @dataclass(frozen=True)
 class Obstacle:
     """Something on the floor: centre (m), direction (rad), edges along its own x, y and z (m).
 
-    A cylinder has its diameter as both edges of its footprint.
+    A cylinder has its diameter as both edges of its footprint. What moves starts at that centre
+    and keeps its direction.
     """
 
     kind: Literal["box", "cylinder"]
@@ -23,6 +25,7 @@ class Obstacle:
     yaw: float
     size: tuple[float, float, float]
     rgba: Rgba
+    motion: Motion | None = None
 
     @classmethod
     def box(

@@ -7,17 +7,22 @@ Metres and degrees (as in missions), x to the right and y up on the map, heights
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from bt_mission.common import data, located
 from sim import world_checks
 from sim.colours import Colour
+from sim.motion import Circling, Motion, Patrolling
 from sim.shapes import Obstacle
+
+FASTEST = 2.0
+"""m/s that an obstacle may move at: 1 cm in a step of the physics."""
 
 FARTHEST = 100.0
 """Metres. A map of 100 m x 100 m has four million cells of 0.05 m."""
@@ -82,6 +87,53 @@ class Wall(BaseModel):
         )
 
 
+class Moving(BaseModel):
+    """How an obstacle moves: round a point with a period, or through points at a speed.
+
+    `around` and `period` (s, below 0: clockwise), or `through` and `speed` (m/s): from its place
+    through the points and straight back to its place, again and again.
+    """
+
+    model_config = _STRICT
+
+    around: Point | None = None
+    period: Annotated[float, Field(ge=-1e5, le=1e5, allow_inf_nan=False)] | None = None
+    through: Annotated[tuple[Point, ...], Field(min_length=1, max_length=200)] | None = None
+    speed: Annotated[float, Field(gt=0, le=FASTEST, allow_inf_nan=False)] | None = None
+
+    @model_validator(mode="after")
+    def _one_way_of_moving(self) -> Moving:
+        given = {field for field in type(self).model_fields if getattr(self, field) is not None}
+        if given not in ({"around", "period"}, {"through", "speed"}):
+            raise ValueError(
+                "a motion is written with 'around' and 'period' (s), or with 'through' and"
+                " 'speed' (m/s); not with a part or a mixture of these"
+            )
+        if self.period is not None and abs(self.period) < 1:
+            raise ValueError(f"expected a period of 1 s or longer, got {self.period:g} s")
+        return self
+
+    def of(self, start: Point) -> Motion:
+        """Return the motion of what starts there."""
+        if self.around is not None and self.period is not None:
+            return Circling(start, self.around, self.period)
+        assert self.through is not None
+        assert self.speed is not None
+        return Patrolling((start, *self.through), self.speed)
+
+    def problem(self, start: Point) -> str | None:
+        """Return why nothing can move so from there, or None."""
+        points = (start, *(self.through or ()))
+        stops = any(math.dist(a, b) < SHORTEST for a, b in pairwise((*points, start)))
+        if self.through is not None and stops:
+            return "a motion goes through points that differ, its own place among them"
+        if self.around is not None and self.period is not None:
+            speed = math.tau * math.dist(start, self.around) / abs(self.period)
+            if speed > FASTEST:
+                return f"a motion is at most {FASTEST:g} m/s fast, this one {speed:.3g} m/s"
+        return None
+
+
 class Box(BaseModel):
     """A box on the floor: centre, edges along its own x, y and z, and direction."""
 
@@ -93,11 +145,17 @@ class Box(BaseModel):
     size: tuple[Extent, Extent, Extent]
     yaw: Degrees = 0.0
     colour: Colour = "brown"
+    motion: Moving | None = None
 
     def obstacle(self, name: str) -> Obstacle:
         """Return the box as a shape."""
         yaw = math.radians(self.yaw)
-        return Obstacle.box(name, self.x, self.y, yaw=yaw, size=self.size, colour=self.colour)
+        box = Obstacle.box(name, self.x, self.y, yaw=yaw, size=self.size, colour=self.colour)
+        return box if self.motion is None else replace(box, motion=self.motion.of((box.x, box.y)))
+
+    @model_validator(mode="after")
+    def _can_move(self) -> Box:
+        return _movable(self)
 
 
 class Cylinder(BaseModel):
@@ -111,12 +169,19 @@ class Cylinder(BaseModel):
     radius: Extent
     height: Extent = 0.5
     colour: Colour = "grey"
+    motion: Moving | None = None
 
     def obstacle(self, name: str) -> Obstacle:
         """Return the cylinder as a shape."""
-        return Obstacle.cylinder(
+        pillar = Obstacle.cylinder(
             name, self.x, self.y, radius=self.radius, height=self.height, colour=self.colour
         )
+        start = (self.x, self.y)
+        return pillar if self.motion is None else replace(pillar, motion=self.motion.of(start))
+
+    @model_validator(mode="after")
+    def _can_move(self) -> Cylinder:
+        return _movable(self)
 
 
 class Zone(BaseModel):
@@ -161,6 +226,11 @@ class World(BaseModel):
         return tuple(placed.obstacle for placed in self.placed)
 
     @cached_property
+    def moving(self) -> tuple[Obstacle, ...]:
+        """The obstacles that move."""
+        return tuple(obstacle for obstacle in self.obstacles if obstacle.motion is not None)
+
+    @cached_property
     def placed(self) -> tuple[Placed, ...]:
         """The obstacles with their places in the file."""
         sections: tuple[tuple[str, str, tuple[Wall | Box | Cylinder, ...]], ...] = (
@@ -196,6 +266,16 @@ def load_world(name_or_path: str | Path, near: str | Path | None = None) -> Worl
             document.fault(problem.path, problem.message, problem.hint) for problem in found
         )
     return world
+
+
+_Movable = TypeVar("_Movable", Box, Cylinder)
+
+
+def _movable(thing: _Movable) -> _Movable:
+    problem = thing.motion and thing.motion.problem((thing.x, thing.y))
+    if problem:
+        raise ValueError(problem)
+    return thing
 
 
 def _words(point: Point | None) -> str:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from bt_mission.common.robot import RobotModel
     from sim.shapes import Obstacle
     from sim.world import World
 
@@ -26,6 +27,23 @@ class Problem:
 def problems(world: World) -> list[Problem]:
     """Return everything wrong with a world whose fields are well-formed."""
     return [*_names(world), *_places(world), *_spawn(world)]
+
+
+def unseen(world: World, robot: RobotModel) -> list[str]:
+    """Return a warning where obstacles are too low for the robot's lidar, in one sentence."""
+    height = robot.base_height + robot.lidar.z
+    low = [obstacle for obstacle in world.obstacles if obstacle.height <= height]
+    if not low:
+        return []
+    names = ", ".join(f"'{obstacle.name}'" for obstacle in low[:3]) + (
+        f" and {len(low) - 3} more" if len(low) > 3 else ""
+    )
+    return [
+        (
+            f"world {world.name}: the lidar of the {robot.name} looks {height:.3f} m above the"
+            f" floor and over {names}: it will run into them unless it knows the map"
+        )
+    ]
 
 
 def _names(world: World) -> Iterator[Problem]:
@@ -54,6 +72,12 @@ def _places(world: World) -> Iterator[Problem]:
             yield Problem(
                 placed.path, f"'{obstacle.name}' stands {_beside(world, obstacle.x, obstacle.y)}"
             )
+        for x, y in obstacle.motion.reach if obstacle.motion else ():
+            if not _on_floor(world, x, y):
+                yield Problem(
+                    (*placed.path, "motion"), f"'{obstacle.name}' moves to {_beside(world, x, y)}"
+                )
+                break
     for index, zone in enumerate(world.zones):
         path = ("zones", index)
         if not _on_floor(world, zone.x, zone.y):

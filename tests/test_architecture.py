@@ -31,7 +31,10 @@ ROS_MODULES = (
     "bt_mission/node.py",
     "bt_mission/ros_types.py",
     "bt_mission/stage.py",
+    "sim/live.py",
     "sim/node.py",
+    "sim/pictures.py",
+    "sim/topics.py",
 )
 # Compares goals with the ROS types where ROS is installed, and says that it did not elsewhere.
 ASKS_FOR_TYPES = ("bt_mission/mission/check.py",)

@@ -31,7 +31,7 @@ def add_parser(commands: Any) -> None:
 def sim(options: argparse.Namespace) -> int:
     """Simulate until interrupted."""
     refuse_absent_middleware()
-    from sim.node import main
+    from sim.live import main
 
     return main(
         world=options.world,

@@ -10,92 +10,37 @@ import math
 from pathlib import Path
 from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, Field, model_validator
 
 from bt_mission.common import data, located
+from bt_mission.common.robot_parts import (
+    STRICT,
+    Battery,
+    Body,
+    Camera,
+    Hull,
+    Imu,
+    Lidar,
+    Point3,
+    Positive,
+    Sensors,
+    Size3,
+)
 
-Number = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-Point3 = tuple[Number, Number, Number]
-Size3 = tuple[Positive, Positive, Positive]
+__all__ = [
+    "Battery",
+    "Body",
+    "Camera",
+    "Hull",
+    "Imu",
+    "Lidar",
+    "RobotModel",
+    "Sensors",
+    "load_robot",
+]
 
-_STRICT = ConfigDict(frozen=True, extra="forbid")
 _TOLERANCE = 1e-6
 """Metres by which figures that follow from each other may differ."""
-
-
-class Body(BaseModel):
-    """The box that stands for the body: edges along x, y, z and centre, m."""
-
-    model_config = _STRICT
-
-    size: Size3
-    centre: Point3
-
-
-class Hull(BaseModel):
-    """The rectangle around body and wheels, seen from above: m from the middle of the axle."""
-
-    model_config = _STRICT
-
-    front: Positive
-    rear: Annotated[float, Field(lt=0, allow_inf_nan=False)]
-    half_width: Positive
-
-
-class Lidar(BaseModel):
-    """A planar lidar: place (m), ranges (m), rays per turn, rate (Hz), noise (m, 1 sigma)."""
-
-    model_config = _STRICT
-
-    x: Number
-    y: Number
-    z: Number
-    min_range: NotNegative
-    max_range: Positive
-    rays: Annotated[int, Field(ge=1, le=10_000)]
-    rate: Positive
-    noise_std: NotNegative
-
-    @model_validator(mode="after")
-    def _ranges_in_order(self) -> Lidar:
-        if self.min_range >= self.max_range:
-            raise ValueError(
-                f"min_range {self.min_range} m must be below max_range {self.max_range} m"
-            )
-        return self
-
-
-class Camera(BaseModel):
-    """A camera that looks ahead: place of its lens and of `camera_link` (m), picture, rate (Hz).
-
-    `width` and `height` are pixels, `hfov` the horizontal field of view in radians.
-    """
-
-    model_config = _STRICT
-
-    x: Number
-    y: Number
-    z: Number
-    link: Point3
-    width: Annotated[int, Field(ge=16, le=3840)]
-    height: Annotated[int, Field(ge=16, le=2160)]
-    hfov: Annotated[float, Field(gt=0, lt=math.pi, allow_inf_nan=False)]
-    rate: Positive
-
-
-class Imu(BaseModel):
-    """Gyroscope and accelerometer: place (m), rate (Hz), noise (rad/s and m/s^2, 1 sigma)."""
-
-    model_config = _STRICT
-
-    x: Number
-    y: Number
-    z: Number
-    rate: Positive
-    gyro_noise: NotNegative
-    accel_noise: NotNegative
 
 
 class RobotModel(BaseModel):
@@ -104,7 +49,7 @@ class RobotModel(BaseModel):
     `wheel_separation` is the one control and odometry reckon with, `2 * wheel_y` the real one.
     """
 
-    model_config = _STRICT
+    model_config = STRICT
 
     name: Annotated[str, Field(min_length=1)]
     max_linear_velocity: Positive
@@ -131,6 +76,14 @@ class RobotModel(BaseModel):
     lidar: Lidar
     camera: Camera | None = None
     imu: Imu
+    battery: Battery = Battery()
+    sensors: Sensors = Sensors()
+
+    def with_sensors(self, sensors: Sensors) -> RobotModel:
+        """Return the same robot with its simulated sensors set so."""
+        model = sensors.lidar.model
+        lidar = self.lidar if model is None else self.lidar.as_model(model)
+        return self.model_copy(update={"sensors": sensors, "lidar": lidar})
 
     @property
     def turning_radius(self) -> float:
@@ -161,7 +114,8 @@ def load_robot(name_or_path: str | Path, near: str | Path | None = None) -> Robo
     `near` is a file beside which a robot of that name is looked for first, such as a mission.
     """
     document = located.read(data.find("robots", name_or_path, near))
-    return located.validate(document, RobotModel)
+    robot = located.validate(document, RobotModel)
+    return robot.with_sensors(robot.sensors)
 
 
 def _reach(body: Body) -> tuple[float, float]:

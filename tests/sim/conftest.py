@@ -11,7 +11,8 @@ from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import CameraInfo, Image, Imu, JointState, LaserScan
+from sensor_msgs.msg import BatteryState, CameraInfo, Image, Imu, JointState, LaserScan
+from std_msgs.msg import Bool
 from tf2_msgs.msg import TFMessage
 
 from bt_mission.common.robot import RobotModel, load_robot
@@ -21,7 +22,7 @@ from sim.simulation import Simulation
 from sim.world import World
 
 TOPICS = {
-    "clock": Clock,
+    "/clock": Clock,
     "map": OccupancyGrid,
     "tf_static": TFMessage,
     "collisions": Collision,
@@ -33,8 +34,10 @@ TOPICS = {
     "scan": LaserScan,
     "camera/image_raw": Image,
     "camera/camera_info": CameraInfo,
+    "battery_state": BatteryState,
+    "motors_on": Bool,
 }
-LATCHED = {"map", "tf_static"}
+LATCHED = {"map", "tf_static", "motors_on"}
 
 CONTROL_NS = 50_000_000
 """The period at which a controller commands, 20 Hz."""

@@ -14,11 +14,11 @@ from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 
 from bt_mission.common.errors import BtMissionError
-from sim.node import main
+from sim.live import main
 
 LIVE = """
 import sys
-from sim.node import main
+from sim.live import main
 sys.exit(main(world="dqn_stage1", robot="waffle", seed=3, speed=2.0, camera=False))
 """
 

@@ -14,7 +14,7 @@ from sim.world import World, load_world
 
 S, MS = 1_000_000_000, 1_000_000
 TYPES = {
-    "clock": "rosgraph_msgs/msg/Clock",
+    "/clock": "rosgraph_msgs/msg/Clock",
     "map": "nav_msgs/msg/OccupancyGrid",
     "tf_static": "tf2_msgs/msg/TFMessage",
     "collisions": "bt_mission_interfaces/msg/Collision",
@@ -24,6 +24,8 @@ TYPES = {
     "ground_truth/odom": "nav_msgs/msg/Odometry",
     "imu": "sensor_msgs/msg/Imu",
     "scan": "sensor_msgs/msg/LaserScan",
+    "battery_state": "sensor_msgs/msg/BatteryState",
+    "motors_on": "std_msgs/msg/Bool",
     "camera/image_raw": "sensor_msgs/msg/Image",
     "camera/camera_info": "sensor_msgs/msg/CameraInfo",
 }
@@ -57,7 +59,7 @@ def test_topics_have_the_types_and_qos_of_a_turtlebot3(stage, topic, kind):
     best_effort = info.qos_profile.reliability == ReliabilityPolicy.BEST_EFFORT
     latched = info.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
     assert best_effort == (topic == "scan")
-    assert latched == (topic in {"map", "tf_static"})
+    assert latched == (topic in {"map", "tf_static", "motors_on"})
 
 
 def test_commands_are_stamped_twists(stage):
@@ -68,10 +70,10 @@ def test_commands_are_stamped_twists(stage):
 
 
 def test_names_are_relative(stage):
-    """A namespace moves every topic."""
+    """A namespace moves every topic but the clock, of which there is one."""
     node = stage(namespace="robot1").sim
     assert {publisher.topic_name for publisher in node.publishers} >= {
-        f"/robot1/{topic}" for topic in TYPES
+        topic if topic.startswith("/") else f"/robot1/{topic}" for topic in TYPES
     }
 
 
@@ -81,7 +83,7 @@ def test_everything_is_published_at_its_rate_from_the_start_on(stage):
     here.run(1 * S + 500 * MS)
     counts = {topic: len(here.messages(topic)) for topic in QUIET}
     assert counts == {
-        "clock": 11,
+        "/clock": 11,
         "map": 1,
         "tf_static": 1,
         "collisions": 0,
@@ -91,8 +93,10 @@ def test_everything_is_published_at_its_rate_from_the_start_on(stage):
         "ground_truth/odom": 11,
         "imu": 11,
         "scan": 6,
+        "battery_state": 11,
+        "motors_on": 1,
     }
-    assert [stamp_ns(clock.clock) for clock in here.messages("clock")] == [
+    assert [stamp_ns(clock.clock) for clock in here.messages("/clock")] == [
         1 * S + step * 50 * MS for step in range(11)
     ]
     assert [stamp_ns(scan.header.stamp) for scan in here.messages("scan")] == [
@@ -232,7 +236,7 @@ def test_advance_stops_at_the_last_whole_step(stage):
 def test_nothing_is_drawn_while_nobody_looks(stage, monkeypatch):
     """The camera is made with the first subscription to its pictures."""
     made = []
-    monkeypatch.setattr("sim.node.Camera", lambda *_: made.append(1))
+    monkeypatch.setattr("sim.pictures.Camera", lambda *_: made.append(1))
     here = stage("camera/camera_info")
     here.run(2 * S)
     assert made == []
@@ -263,7 +267,7 @@ def test_without_egl_pictures_are_drawn_ray_by_ray(stage, monkeypatch):
         tried.append(1)
         raise NoCameraError("EGL cannot be used on this machine")
 
-    monkeypatch.setattr("sim.node.Camera", refuse)
+    monkeypatch.setattr("sim.pictures.Camera", refuse)
     here = stage("camera/image_raw")
     here.run(1 * S + 300 * MS)
     assert tried == [1]
@@ -279,10 +283,14 @@ def test_a_robot_may_do_without_its_camera(stage):
 
 
 def test_lean_leaves_out_what_a_stage_does_not_need(stage):
-    """No parameter services and no /rosout, unless asked for."""
+    """No parameter services and no /rosout, unless asked for; the robot's own are there."""
     lean, full = stage().sim, stage(lean=False).sim
-    assert list(lean.services) == []
-    assert len(list(full.services)) >= 6
+    assert {service.srv_name for service in lean.services} == {
+        "motor_power",
+        "reset_odometry",
+        "reset_simulation",
+    }
+    assert len(list(full.services)) >= 9
 
 
 def story(stage, seed: int) -> str:

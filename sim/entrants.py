@@ -1,0 +1,56 @@
+"""Who takes part: the robots of one simulation, each with a name and a place to start."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from bt_mission.common.errors import BtMissionError
+from bt_mission.common.robot import RobotModel
+from sim.world import Spawn
+
+MOST = 16
+"""Robots in one world: MuJoCo can switch off the motors of 31 groups of actuators."""
+
+_NAME = re.compile("[a-z][a-z0-9_]{0,39}")
+
+
+class EntrantError(BtMissionError):
+    """Robots that cannot stand in one world as they are named."""
+
+
+@dataclass(frozen=True)
+class Entrant:
+    """A robot: its model, its name, and where it starts (None: at the world's spawn).
+
+    The name is also the namespace of its topics. A robot alone needs none.
+    """
+
+    robot: RobotModel
+    name: str = ""
+    spawn: Spawn | None = None
+
+    @property
+    def prefix(self) -> str:
+        """What stands before the names of its parts and topics."""
+        return f"{self.name}/" if self.name else ""
+
+
+def check(entrants: Sequence[Entrant]) -> None:
+    """Raise EntrantError unless there are robots, and several have a name each of its own."""
+    if not 1 <= len(entrants) <= MOST:
+        raise EntrantError(f"expected 1 to {MOST} robots in a world, got {len(entrants)}")
+    seen: set[str] = set()
+    for entrant in entrants:
+        name = entrant.name
+        if len(entrants) == 1 and not name:
+            return
+        if not _NAME.fullmatch(name):
+            raise EntrantError(
+                f"expected a name of small letters, digits and '_', such as robot1, got '{name}':"
+                " a robot's name is the namespace of its topics"
+            )
+        if name in seen:
+            raise EntrantError(f"two robots are named '{name}'; give each a name of its own")
+        seen.add(name)

@@ -1,0 +1,99 @@
+"""The simulator in a process of its own: paced against the wall, ended by a signal."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Sequence
+
+import rclpy
+from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
+from rclpy.parameter import Parameter
+from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
+
+from bt_mission.common.robot import load_robot
+from sim.node import SimNode
+from sim.pacing import FASTEST, SLOWEST, Pacer, check_speed
+from sim.topics import log
+from sim.world import load_world
+
+CLOCK_HZ = 100.0
+_TICK_S = 0.01
+
+
+def main(
+    *,
+    world: str,
+    robot: str,
+    seed: int = 0,
+    speed: float = 1.0,
+    namespace: str = "",
+    camera: bool = True,
+    ros_args: Sequence[str] = (),
+) -> int:
+    """Run the simulator until SIGINT or SIGTERM, `speed` times as fast as the wall clock.
+
+    `world` and `robot` are names or paths, `ros_args` what follows `--ros-args`. Returns the exit
+    code 0. Raises BtMissionError for a world, a robot or a speed that cannot be used.
+    """
+    check_speed(speed)
+    model, scene = load_robot(robot), load_world(world)
+    # With handlers of our own: rclpy's would pull the context from under the callback that runs.
+    rclpy.init(args=["--ros-args", *ros_args], signal_handler_options=SignalHandlerOptions.NO)
+    ended: Future = Future()
+    handlers = {
+        number: signal.signal(number, lambda *_: ended.done() or ended.set_result(None))
+        for number in (signal.SIGINT, signal.SIGTERM)
+    }
+    try:
+        node = SimNode(scene, model, seed=seed, namespace=namespace, camera=camera)
+        node.publish_clock_at(CLOCK_HZ)
+        _declare_parameters(node, seed)
+        _pace(node, speed)
+        log(node).info(f"{model.name} in {scene.name}, seed {seed}, speed {speed:g}")
+        rclpy.spin_until_future_complete(node, ended)
+        node.destroy_node()
+    finally:
+        rclpy.shutdown()
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+    return 0
+
+
+def _declare_parameters(node: SimNode, seed: int) -> None:
+    """Show what cannot be changed while it runs."""
+    simulation = node.simulation
+    for name, value, description in (
+        ("world", simulation.world.name, "Name of the world."),
+        ("robot", simulation.robot.name, "Model of the robot."),
+        ("seed", seed, "Seed of all sensor noise."),
+    ):
+        descriptor = ParameterDescriptor(description=description, read_only=True)
+        node.declare_parameter(name, value, descriptor, ignore_override=True)
+
+
+def _pace(node: SimNode, speed: float) -> None:
+    """Move the node from a timer on the wall clock; its parameter `speed` may be set any time."""
+    wall = Clock(clock_type=ClockType.STEADY_TIME)
+    allowed = FloatingPointRange(from_value=SLOWEST, to_value=FASTEST)
+    description = "How many times faster than the wall clock virtual time runs."
+    descriptor = ParameterDescriptor(description=description, floating_point_range=[allowed])
+    speed = node.declare_parameter("speed", speed, descriptor).value
+    pacer = Pacer(speed, wall.now().nanoseconds, node.next_due_ns)
+
+    def tick() -> None:
+        now_ns = wall.now().nanoseconds
+        node.advance_to(pacer.target(now_ns, node.simulation.time_ns))
+        reached = pacer.shortfall(now_ns)
+        if reached is not None:
+            log(node).warning(f"too slow for speed {pacer.speed:g}: reached {reached:.2g}")
+
+    def on_parameters(parameters: list[Parameter]) -> None:
+        for parameter in parameters:
+            if parameter.name == "speed":
+                pacer.set_speed(parameter.value, wall.now().nanoseconds, node.simulation.time_ns)
+
+    node.add_post_set_parameters_callback(on_parameters)
+    node.create_timer(_TICK_S, tick, clock=wall)

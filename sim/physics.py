@@ -1,0 +1,103 @@
+"""The one MuJoCo model that everything stands in, and its time.
+
+Pure: no ROS and no wall clock. Time is counted in nanoseconds and moves in steps of 5 ms.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Protocol
+
+import mujoco
+import numpy as np
+
+from sim import entrants as entrants_
+from sim.entrants import Entrant
+from sim.model import compile_model
+from sim.movers import Movers
+from sim.names import STEP_NS
+from sim.world import World
+
+_SETTLING_STEPS = 40
+
+_STATE = mujoco.mjtState.mjSTATE_INTEGRATION.value
+
+
+class Moved(Protocol):
+    """What the physics moves and asks, at every step: a robot."""
+
+    def step_hooks(self) -> tuple[Callable[[int], None], Callable[[int], None]]:
+        """Return what is to be called before and after each step, with its beginning (ns)."""
+
+    def restart(self) -> None:
+        """Be as at the start: the state has been put back."""
+
+
+class Physics:
+    """Model, state and time of a world with robots in it.
+
+    `begin` hands over the robots, once the springs of their wheels have found their rest.
+    """
+
+    def __init__(self, world: World, entrants: Sequence[Entrant], start_ns: int) -> None:
+        entrants_.check(entrants)
+        self.world = world
+        self.time_ns = start_ns
+        self.model = compile_model(world, entrants)
+        self.data = mujoco.MjData(self.model)
+        self._epoch_ns = start_ns
+        self._robots: tuple[Moved, ...] = ()
+        self._movers = Movers(self.model, world) if world.moving else None
+        self._place()
+        mujoco.mj_forward(self.model, self.data)
+        self._at_start = np.empty(mujoco.mj_stateSize(self.model, _STATE))
+
+    def begin(self, robots: Sequence[Moved]) -> None:
+        """Let the springs of wheels and casters find their rest; time begins."""
+        model, data = self.model, self.data
+        data.qvel[:] = 0.0
+        mujoco.mj_step(model, data, nstep=_SETTLING_STEPS)
+        data.qvel[:] = 0.0
+        self._place()
+        mujoco.mj_getState(model, data, self._at_start, _STATE)
+        mujoco.mj_forward(model, data)
+        self._robots = tuple(robots)
+
+    def reset(self) -> None:
+        """Put everything back to its state at the start. Time goes on."""
+        mujoco.mj_setState(self.model, self.data, self._at_start, _STATE)
+        self._epoch_ns = self.time_ns
+        for robot in self._robots:
+            robot.restart()
+        mujoco.mj_forward(self.model, self.data)
+
+    def advance_to(self, time_ns: int) -> None:
+        """Step up to `time_ns`, a whole number of steps from now.
+
+        Raises ValueError where that time is past, or lies between two steps.
+        """
+        steps, rest = divmod(time_ns - self.time_ns, STEP_NS)
+        if steps < 0 or rest:
+            raise ValueError(
+                f"cannot advance from {self.time_ns} ns to {time_ns} ns: expected a later time,"
+                f" a multiple of {STEP_NS} ns away"
+            )
+        model, data, step, movers = self.model, self.data, mujoco.mj_step, self._movers
+        robots = [robot.step_hooks() for robot in self._robots]
+        for now in range(self.time_ns, time_ns, STEP_NS):
+            if movers is not None:
+                movers.place(data, now - self._epoch_ns)
+            for before, _ in robots:
+                before(now)
+            step(model, data)
+            for _, after in robots:
+                after(now)
+        self.time_ns = time_ns
+        if steps:
+            self._place()
+            # What was computed within a step is that of its beginning.
+            mujoco.mj_kinematics(model, data)
+
+    def _place(self) -> None:
+        if self._movers is not None:
+            self._movers.place(self.data, self.time_ns - self._epoch_ns)

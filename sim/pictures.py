@@ -1,0 +1,64 @@
+"""The camera's topics: pictures are drawn only while somebody wants them, as they cost the most."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rclpy.node import Node
+from sensor_msgs.msg import CameraInfo, Image
+
+from bt_mission.common.robot import Camera as CameraSpec
+from sim import fill, frames
+from sim.camera import Camera, NoCameraError
+from sim.noise import PictureNoise
+from sim.raycast import RaycastCamera
+from sim.schedule import Schedule
+from sim.simrobot import SimRobot
+from sim.topics import RELIABLE, log, wanted
+
+
+class CameraTopics:
+    """The topics of one robot's camera. `stamp` is shared by all messages."""
+
+    def __init__(
+        self, node: Node, schedule: Schedule, stamp: Any, robot: SimRobot, spec: CameraSpec
+    ) -> None:
+        self._node = node
+        self._robot = robot
+        self._spec = spec
+        self._camera: Camera | RaycastCamera | None = None
+        noisy = robot.robot.sensors.camera.noise
+        noise = PictureNoise(robot.seed, f"{robot.prefix}camera") if noisy else None
+        message, info = fill.header(Image(), stamp, frames.CAMERA_FRAME), CameraInfo()
+        pixels = fill.image_format(message, spec)
+        fill.camera_info(fill.header(info, stamp, frames.CAMERA_FRAME), spec)
+        images = node.create_publisher(Image, f"{robot.prefix}camera/image_raw", RELIABLE)
+        infos = node.create_publisher(CameraInfo, f"{robot.prefix}camera/camera_info", RELIABLE)
+
+        def publish(index: int) -> None:
+            if wanted(infos):
+                infos.publish(info)
+            if wanted(images):
+                self._camera = self._camera or self._open()
+                self._camera.draw(robot.physics.data, pixels)
+                if noise is not None:
+                    noise.add(pixels, index)
+                images.publish(message)
+
+        schedule.every(spec.rate, "camera.rate", publish)
+
+    def _open(self) -> Camera | RaycastCamera:
+        model, prefix = self._robot.physics.model, self._robot.prefix
+        try:
+            return Camera(model, self._spec, prefix)
+        except NoCameraError as error:
+            log(self._node).warning(
+                f"{error}; until then pictures are drawn ray by ray, more slowly"
+            )
+            return RaycastCamera(model, self._spec, prefix)
+
+    def close(self) -> None:
+        """Give back the renderer."""
+        if self._camera is not None:
+            self._camera.close()
+            self._camera = None

@@ -1,0 +1,206 @@
+"""What one simulated robot says and hears: the topics and services of a TurtleBot3 on Jazzy.
+
+Each sensor makes its message once, and refills it when it is due. Nothing is published that
+nobody subscribes to. All names begin with the robot's prefix.
+"""
+
+from __future__ import annotations
+
+import array
+from typing import Any
+
+from bt_mission_interfaces.msg import Collision as CollisionMessage
+from geometry_msgs.msg import TransformStamped, TwistStamped
+from nav_msgs.msg import Odometry as OdometryMessage
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import BatteryState, Imu, JointState, LaserScan
+from std_msgs.msg import Bool
+from std_srvs.srv import SetBool, Trigger
+from tf2_msgs.msg import TFMessage
+
+from sim import fill, frames
+from sim.schedule import Schedule
+from sim.simrobot import SimRobot
+
+RELIABLE = QoSProfile(depth=10)
+SENSOR_DATA = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+TRANSFORMS = QoSProfile(depth=100)  # what tf2's listeners and broadcasters use
+
+BATTERY_RATE = 20.0
+"""Hz [turtlebot3_node]."""
+
+
+class RobotTopics:
+    """The topics and services of one robot, apart from its camera. `stamp` is shared by all."""
+
+    def __init__(self, node: Node, schedule: Schedule, stamp: Any, robot: SimRobot) -> None:
+        self._node = node
+        self._schedule = schedule
+        self._stamp = stamp
+        self._robot = robot
+        self._make_tree()
+        self._make_collisions()
+        self._make_base()
+        self._make_imu()
+        self._make_lidar()
+        self._make_battery()
+        self._make_motors()
+        node.create_subscription(TwistStamped, self._name("cmd_vel"), self._on_command, RELIABLE)
+        node.create_service(Trigger, self._name("reset_odometry"), self._on_reset_odometry)
+
+    def restart(self) -> None:
+        """Say what is said only when it changes, after the robot was put back to its start."""
+        self._tell_motors()
+
+    def _name(self, topic: str) -> str:
+        return self._robot.prefix + topic
+
+    def _publisher(self, kind: Any, topic: str, qos: QoSProfile = RELIABLE) -> Publisher:
+        return self._node.create_publisher(kind, self._name(topic), qos)
+
+    # ---- commands and services -----------------------------------------------------------
+
+    def _on_command(self, message: Any) -> None:
+        twist = message.twist
+        try:
+            self._robot.command(twist.linear.x, twist.angular.z)
+        except ValueError as error:
+            log(self._node).warning(f"cmd_vel refused: {error}", throttle_duration_sec=5.0)
+
+    def _on_motor_power(self, request: Any, response: Any) -> Any:
+        response.success = self._robot.power_motors(on=request.data)
+        state = "on" if self._robot.motors_on else "off"
+        response.message = f"motors are {state}" + ("" if response.success else ": no charge left")
+        self._tell_motors()
+        return response
+
+    def _on_reset_odometry(self, _: Any, response: Any) -> Any:
+        self._robot.reset_odometry()
+        response.success, response.message = True, "odometry is (0, 0, 0) here"
+        return response
+
+    # ---- sensors -------------------------------------------------------------------------
+
+    def _make_tree(self) -> None:
+        tree = TFMessage()
+        tree.transforms = [
+            fill.transform(TransformStamped(), frame, self._stamp)
+            for frame in frames.fixed_frames(self._robot.robot)
+        ]
+        publisher = self._publisher(TFMessage, "tf_static", LATCHED)
+        self._schedule.once(lambda _: publisher.publish(tree))
+
+    def _make_collisions(self) -> None:
+        publisher = self._publisher(CollisionMessage, "collisions")
+        who = f"{self._robot.name}: " if self._robot.name else ""
+
+        def publish(_: int) -> None:
+            for collision in self._robot.take_collisions():
+                log(self._node).info(f"{who}collision with {collision.obstacle}")
+                publisher.publish(fill.collision(CollisionMessage(), collision))
+
+        self._schedule.every(self._robot.robot.odometry_rate, "odometry_rate", publish)
+
+    def _make_base(self) -> None:
+        """Wheels, odometry, moving frames and true pose, all of one instant."""
+        wheels = fill.header(JointState(name=list(frames.WHEEL_JOINTS)), self._stamp, "")
+        wheels.position, wheels.velocity = array.array("d", (0, 0)), array.array("d", (0, 0))
+        odometry = fill.header(OdometryMessage(), self._stamp, frames.ODOM, frames.BASE_FOOTPRINT)
+        truth = fill.header(OdometryMessage(), self._stamp, frames.MAP, frames.BASE_FOOTPRINT)
+        to_base = fill.header(TransformStamped(), self._stamp, frames.ODOM, frames.BASE_FOOTPRINT)
+        to_odom = fill.header(TransformStamped(), self._stamp, frames.MAP, frames.ODOM)
+        moving = TFMessage(transforms=[to_odom, to_base])
+        wheels_out = self._publisher(JointState, "joint_states")
+        odometry_out = self._publisher(OdometryMessage, "odom")
+        moving_out = self._publisher(TFMessage, "tf", TRANSFORMS)
+        truth_out = self._publisher(OdometryMessage, "ground_truth/odom")
+        robot = self._robot
+
+        def publish(_: int) -> None:
+            reading = robot.read_odometry()
+            if wanted(wheels_out):
+                fill.joints(wheels, *robot.wheels)
+                wheels_out.publish(wheels)
+            if wanted(odometry_out):
+                fill.odometry(odometry, reading)
+                odometry_out.publish(odometry)
+            if wanted(moving_out):
+                here = (reading.x, reading.y, reading.yaw)
+                fill.planar_transform(to_base, *here)
+                fill.planar_transform(to_odom, *frames.map_to_odom(robot.pose, here))
+                moving_out.publish(moving)
+            if wanted(truth_out):
+                fill.truth(truth, robot.pose, robot.velocity)
+                truth_out.publish(truth)
+
+        self._schedule.every(robot.robot.odometry_rate, "odometry_rate", publish)
+
+    def _make_imu(self) -> None:
+        spec = self._robot.robot.imu
+        message = fill.header(Imu(), self._stamp, frames.IMU_LINK)
+        fill.inertial_limits(message, spec)
+        publisher = self._publisher(Imu, "imu")
+
+        def publish(index: int) -> None:
+            if wanted(publisher):
+                fill.inertial(message, self._robot.inertial(index))
+                publisher.publish(message)
+
+        self._schedule.every(spec.rate, "imu.rate", publish)
+
+    def _make_lidar(self) -> None:
+        spec = self._robot.robot.lidar
+        message = fill.header(LaserScan(), self._stamp, frames.SCAN_FRAME)
+        ranges = fill.scan_limits(message, spec)
+        varies = spec.model == "LDS-02"
+        publisher = self._publisher(LaserScan, "scan", SENSOR_DATA)
+
+        def publish(index: int) -> None:
+            if wanted(publisher):
+                if varies:
+                    fill.scan_of(message, self._robot.scan(index))
+                else:
+                    self._robot.scan(index, ranges)
+                publisher.publish(message)
+
+        self._schedule.every(spec.rate, "lidar.rate", publish)
+
+    def _make_battery(self) -> None:
+        message = fill.header(BatteryState(), self._stamp, "")
+        fill.battery_limits(message, self._robot.robot.battery)
+        publisher = self._publisher(BatteryState, "battery_state")
+
+        def publish(_: int) -> None:
+            if wanted(publisher):
+                fill.battery(message, self._robot.battery)
+                publisher.publish(message)
+
+        self._schedule.every(BATTERY_RATE, "battery", publish)
+
+    def _make_motors(self) -> None:
+        """Whether they have power: latched, so said at the start and at every change."""
+        publisher = self._publisher(Bool, "motors_on", LATCHED)
+        said: list[bool] = []
+
+        def tell() -> None:
+            if said != [self._robot.motors_on]:
+                said[:] = [self._robot.motors_on]
+                publisher.publish(Bool(data=said[0]))
+
+        self._tell_motors = tell
+        # Told with the odometry, since an empty battery switches them off, too.
+        self._schedule.every(self._robot.robot.odometry_rate, "odometry_rate", lambda _: tell())
+        self._node.create_service(SetBool, self._name("motor_power"), self._on_motor_power)
+
+
+def wanted(publisher: Publisher) -> bool:
+    """Whether anybody subscribes to it."""
+    return publisher.get_subscription_count() > 0
+
+
+def log(node: Node) -> Any:
+    """Return the node's logger."""
+    return node.get_logger()
