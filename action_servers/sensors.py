@@ -110,10 +110,12 @@ class Sensors:
     """Subscriptions of a node, and the observation that they add up to.
 
     The limits of a scan are the narrower ones of message and `lidar`: the driver of the LDS-02
-    says 0 to 100 m.
+    says 0 to 100 m. `listen_to_map` is False for who makes the map.
     """
 
-    def __init__(self, node: Node, wiring: Wiring, lidar: Lidar) -> None:
+    def __init__(
+        self, node: Node, wiring: Wiring, lidar: Lidar, *, listen_to_map: bool = True
+    ) -> None:
         self._node = node
         self._clock = node.get_clock()
         self._map_frame = wiring.map_frame
@@ -128,7 +130,8 @@ class Sensors:
         self._listen(LaserScan, topics.scan, self._scan.take, NEWEST)
         self._listen(OdometryMessage, topics.odom, self._odometry.take, NEWEST)
         self._listen(TFMessage, topics.tf, self._take_transforms, TRANSFORMS)
-        self._listen(OccupancyGrid, topics.map, self._grid.take, LATCHED)
+        if listen_to_map:
+            self._listen(OccupancyGrid, topics.map, self._grid.take, LATCHED)
 
     def _listen(
         self, message_type: type, topic: str, take: Callable[[bytes], None], qos: QoSProfile

@@ -12,6 +12,9 @@ from action_servers.maneuver import Grid, Pose2D
 ZONE_M = 1.0
 """Edge of a zone: a square of the map frame that begins at whole metres."""
 
+INSIDE_M = 0.05
+"""How far within a zone the robot must come: one that stands on a corner has not visited four."""
+
 _ZONE_SHARE = 0.5
 
 
@@ -38,7 +41,10 @@ class Coverage:
 
     def visit(self, pose: Pose2D) -> None:
         """Note that the robot is at a pose of the map frame."""
-        self._visited.add((math.floor(pose.x / ZONE_M), math.floor(pose.y / ZONE_M)))
+        zone = math.floor(pose.x / ZONE_M), math.floor(pose.y / ZONE_M)
+        inside = [at - index * ZONE_M for at, index in zip((pose.x, pose.y), zone, strict=True)]
+        if min(inside) >= INSIDE_M and max(inside) <= ZONE_M - INSIDE_M:
+            self._visited.add(zone)
 
     def measure(self, grid: Grid) -> Measure:
         """Measure a map that was made on the way."""

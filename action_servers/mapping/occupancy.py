@@ -36,6 +36,7 @@ LEAST, MOST = -3.0, 3.5
 _BLOCK_M = 1.0
 _LARGEST_M = 100.0
 _BEHIND_SURFACE_M = 0.0125
+_THROUGH = 0.25
 
 _Odds = npt.NDArray[np.float32]
 
@@ -174,8 +175,8 @@ class OccupancyMapper:
     ) -> npt.NDArray[np.bool_]:
         """Tell which cells of a window the scan has seen through.
 
-        Each cell asks the ray through its middle, and the two beside it, how far they went: no
-        cell between two rays is left out, and none behind the edge of an obstacle is cleared.
+        Each cell asks the ray that comes nearest to its middle how far it went, so that no cell
+        between two rays is left out.
         """
         size = self._resolution
         x = (np.arange(*columns, dtype=np.float32) + 0.5) * size - lidar.x
@@ -191,23 +192,10 @@ class OccupancyMapper:
         ray = np.rint(turned / np.float32(step)).astype(np.intp)
         whole_turn = abs(count * step - math.tau) < 1.5 * step
         ray = ray % count if whole_turn else np.minimum(ray, count)
-        passed: npt.NDArray[np.bool_] = (
-            gaps + np.float32(0.25 * size) < _beside(rays.clear, whole_turn=whole_turn)[ray]
-        )
+        # A last value, 0, stands for every direction that the scan does not cover.
+        clear = np.append(rays.clear, np.float32(0.0))
+        passed: npt.NDArray[np.bool_] = gaps + np.float32(_THROUGH * size) < clear[ray]
         return passed
-
-
-def _beside(clear: npt.NDArray[np.float32], *, whole_turn: bool) -> npt.NDArray[np.float32]:
-    """Return the least of each ray and its neighbours, 0 for one that tells nothing.
-
-    A last value, 0, stands for every direction that the scan does not cover.
-    """
-    told = np.where(clear > 0.0, clear, np.float32(np.inf))
-    least = np.minimum(np.minimum(np.roll(told, 1), np.roll(told, -1)), told)
-    if not whole_turn:
-        least[0] = np.min(told[:2])
-        least[-1] = np.min(told[-2:])
-    return np.append(np.where(clear > 0.0, least, np.float32(0.0)), np.float32(0.0))
 
 
 def _odds(probability: float) -> float:

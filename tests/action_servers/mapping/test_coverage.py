@@ -31,6 +31,14 @@ def test_a_zone_counts_when_the_middle_of_the_axle_has_been_in_it():
     assert coverage.measure(grid_of([[-1]])).zones_visited == 3
 
 
+def test_a_robot_on_a_corner_of_four_zones_has_visited_none():
+    """It must come 0.05 m into one."""
+    coverage = Coverage()
+    for x, y in ((0.0, 0.0), (-1e-6, 1e-6), (0.04, 0.5), (0.5, 0.96)):
+        coverage.visit(Pose2D(x, y, 0.0))
+    assert coverage.measure(grid_of([[-1]])).zones_visited == 0
+
+
 def test_zones_are_those_half_free_and_those_visited():
     """Two squares of a metre, one all free and one free by a little less than half."""
     cells = np.full((20, 40), -1)

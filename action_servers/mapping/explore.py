@@ -1,0 +1,254 @@
+"""The maneuver behind ExploreFrontiers: drive to the edges of the map until none is left."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Protocol
+
+from action_servers.limits import first_fault, outside
+from action_servers.maneuver import (
+    SUCCEEDED,
+    ZERO,
+    ErrorCode,
+    Finished,
+    Grid,
+    Observation,
+    Refusal,
+    Twist2D,
+    Value,
+)
+from action_servers.mapping.frontiers import Frontier, Target, choose, frontiers
+from action_servers.navigation.codes import Code
+from action_servers.navigation.navigate import NavigateToPose
+from action_servers.navigation.planner import Point
+from action_servers.navigation.senses import missing
+from action_servers.navigation.surroundings import Surroundings
+from bt_mission.common.robot import RobotModel
+
+DEFAULT_MIN_FRONTIER_M = 0.4
+"""Length of the shortest frontier worth a visit: a Waffle passes where 0.5 m is free, and a cell on
+either side is the seam of the wall."""
+
+LEAST_MIN_FRONTIER_M = 0.05
+"""One cell of a map of the usual resolution, m."""
+
+MOST_MIN_FRONTIER_M = 100.0
+LONGEST_S = 86_400.0
+
+MAP_WAIT_S = 5.0
+"""How long it waits for a map, and for the robot's place on it, before it gives up, s."""
+
+SETTLE_S = 2.5
+"""How long it stands and looks before it believes what the map says of frontiers: the map comes
+once a second, and a cell is free when two scans say so."""
+
+GIVEN_UP_M = 0.35
+"""Frontier cells within this distance of one that was given up are not tried again."""
+
+GONE_M = 0.30
+"""A frontier is gone when no cell of any is within this distance of its middle."""
+
+NEWS_M2 = 2.0
+"""Area newly known from which the choice of a frontier is made afresh."""
+
+_SIGN_OF_LIFE_S = 1.0
+_STILL_MAP = "the map has not changed since the goal began; is a mapper running?"
+
+_OUR_CODE = {
+    Code.TF_ERROR_WHILE_DRIVING: ErrorCode.NO_MAP,
+    Code.TF_ERROR_WHILE_PLANNING: ErrorCode.NO_MAP,
+    Code.CONTROLLER_TIMED_OUT: ErrorCode.NO_SCAN,
+}
+
+
+class Goal(Protocol):
+    """The goal fields of `bt_mission_interfaces/action/ExploreFrontiers`."""
+
+    @property
+    def max_duration(self) -> float:
+        """Limit, s; 0 for none."""
+
+    @property
+    def min_frontier(self) -> float:
+        """Length of the shortest frontier worth a visit, m; 0 for the default."""
+
+
+def plan(goal: Goal, _now: Observation, robot: RobotModel) -> ExploreFrontiers | Refusal:
+    """Check a goal. A map that has not come yet is no reason to refuse: it is waited for."""
+    shortest = goal.min_frontier
+    fault = first_fault(
+        outside("max_duration", goal.max_duration, 0.0, LONGEST_S, "s"),
+        None
+        if shortest == 0.0
+        else outside("min_frontier", shortest, LEAST_MIN_FRONTIER_M, MOST_MIN_FRONTIER_M, "m"),
+    )
+    if fault is not None:
+        return Refusal(fault)
+    return ExploreFrontiers(robot, goal.max_duration, shortest or DEFAULT_MIN_FRONTIER_M)
+
+
+class ExploreFrontiers:
+    """Drives to the best frontier, and to the next when that is gone; needs a map that grows.
+
+    `max_duration` is in seconds, 0 for no limit, `shortest` in metres. A frontier that no way
+    leads to, or that stays although the robot has been there, is left alone; one that could not
+    be driven to is given up, and the goal ends aborted when only such ones are left.
+    """
+
+    needs_base = True
+
+    def __init__(self, robot: RobotModel, max_duration: float, shortest: float) -> None:
+        self._robot = robot
+        self._max_duration = max_duration or math.inf
+        self._shortest = shortest
+        self._around = Surroundings(robot)
+        self._grid: Grid | None = None
+        self._maps = 0
+        self._area = 0.0
+        self._left: list[Frontier] = []
+        self._target: Target | None = None
+        self._area_at_choice = 0.0
+        self._leg: NavigateToPose | None = None
+        self._twist = ZERO
+        self._settled_s: float | None = None
+        self._seen: list[Point] = []
+        self._failed: list[Point] = []
+        self._failure: Finished | None = None
+        self._visited = 0
+        self._start_s: float | None = None
+        self._time_s = 0.0
+        self._told: tuple[tuple[int, float], float] | None = None
+
+    def step(self, now: Observation) -> Twist2D | Finished:
+        """Return the twist for this control step, or how the goal ends."""
+        if self._start_s is None:
+            self._start_s = now.time_s
+        self._time_s = now.time_s
+        elapsed_s = now.time_s - self._start_s
+        if elapsed_s >= self._max_duration - 1e-6:
+            return self._out_of_time()
+        unready = missing(now)
+        if unready is not None and self._leg is None:
+            # Once it drives, the leg watches over scan and pose.
+            if elapsed_s >= MAP_WAIT_S:
+                return Finished("aborted", _code_for(now), unready)
+            return ZERO
+        self._take_in(now)
+        answer = self._go_on(now)
+        self._twist = ZERO if isinstance(answer, Finished) else answer
+        return answer
+
+    def feedback(self) -> Mapping[str, Value] | None:
+        """Return frontiers left and area known: when they change, and once a second."""
+        telling = (len(self._left), self._area)
+        told = self._told
+        if told and told[0] == telling and self._time_s - told[1] < _SIGN_OF_LIFE_S - 1e-6:
+            return None
+        self._told = (telling, self._time_s)
+        return {"frontiers_left": telling[0], "area_mapped": telling[1]}
+
+    def result(self) -> Mapping[str, Value]:
+        """Return the number of frontiers that were driven to until gone, and the area known."""
+        return {"frontiers_visited": self._visited, "area_mapped": self._area}
+
+    def _take_in(self, now: Observation) -> None:
+        """Look at a new map: what is known, which frontiers are left, is the target one of them."""
+        self._around.observe(now)
+        grid = now.grid
+        if grid is None or grid is self._grid:
+            return
+        self._grid = grid
+        self._maps += 1
+        self._area = float((grid.cells >= 0).sum()) * grid.resolution**2
+        self._find()
+        target = self._target
+        if target is None:
+            return
+        if not self._is_left(target.frontier):
+            self._visited += 1
+            self._target = None
+        elif self._area - self._area_at_choice >= NEWS_M2:
+            self._target = None
+
+    def _find(self) -> None:
+        assert self._grid is not None
+        given_up = self._seen + self._failed
+        self._left = frontiers(self._grid, self._shortest, given_up, GIVEN_UP_M)
+
+    def _is_left(self, frontier: Frontier) -> bool:
+        x, y = frontier.middle
+        return any(
+            bool((abs(other.points - (x, y)).max(axis=1) <= GONE_M).any()) for other in self._left
+        )
+
+    def _go_on(self, now: Observation) -> Twist2D | Finished:
+        if self._settled_s is not None:
+            if now.time_s < self._settled_s - 1e-6:
+                return ZERO
+            self._settled_s = None
+            if self._target is not None:
+                if self._maps == 1:
+                    return Finished("aborted", ErrorCode.NO_MAP, _STILL_MAP)
+                # It has been there and looked, and the frontier is still there.
+                self._give_up(self._target, self._seen)
+            return self._choose(now, settled=True)
+        if self._target is None or self._leg is None:
+            return self._choose(now, settled=False)
+        answer = self._leg.step(now)
+        if not isinstance(answer, Finished):
+            return answer
+        self._leg = None
+        if answer.status == "succeeded":
+            return self._settle(now)
+        if answer.error_code in _OUR_CODE:
+            return Finished("aborted", _OUR_CODE[Code(answer.error_code)], answer.reason)
+        self._failure = answer
+        self._give_up(self._target, self._failed)
+        return ZERO
+
+    def _settle(self, now: Observation) -> Twist2D:
+        self._leg = None
+        self._settled_s = now.time_s + SETTLE_S
+        return ZERO
+
+    def _give_up(self, target: Target, where: list[Point]) -> None:
+        where.append(target.frontier.middle)
+        self._target = None
+        self._find()
+
+    def _choose(self, now: Observation, *, settled: bool) -> Twist2D | Finished:
+        """Begin a leg to the best frontier; look again before believing that there is none."""
+        self._target = None
+        if now.map_pose is None or not self._around.ready:
+            return self._not_ready(now)
+        self._target, _ = choose(self._left, self._around.roads, now.map_pose)
+        if self._target is None:
+            return self._all_done() if settled else self._settle(now)
+        self._area_at_choice = self._area
+        self._leg = NavigateToPose(self._target.pose, self._robot, self._around, self._twist)
+        answer = self._leg.step(now)
+        # A leg that is over at once is looked into at the next step.
+        return ZERO if isinstance(answer, Finished) else answer
+
+    def _not_ready(self, now: Observation) -> Twist2D | Finished:
+        if self._start_s is None or now.time_s - self._start_s < MAP_WAIT_S:
+            return ZERO
+        reason = f"no scan could be placed on the map within {MAP_WAIT_S:g} s; do the clocks agree?"
+        return Finished("aborted", ErrorCode.NO_SCAN, reason)
+
+    def _all_done(self) -> Finished:
+        if self._failure is None:
+            return SUCCEEDED
+        reason = f"{len(self._failed)} of the frontiers could not be driven to, the last because "
+        return Finished("aborted", ErrorCode.BLOCKED, reason + self._failure.reason)
+
+    def _out_of_time(self) -> Finished:
+        reason = f"max_duration, {self._max_duration:g} s, is over; frontiers left: "
+        return Finished("aborted", ErrorCode.UNKNOWN, reason + str(len(self._left)))
+
+
+def _code_for(now: Observation) -> ErrorCode:
+    if now.odom is None:
+        return ErrorCode.NO_ODOMETRY
+    return ErrorCode.NO_SCAN if now.scan is None else ErrorCode.NO_MAP

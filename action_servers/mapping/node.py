@@ -1,0 +1,197 @@
+"""The mapper as a ROS node: a map out of `scan`, `odom` and `tf`, on the topic `map`."""
+
+from __future__ import annotations
+
+import array
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import rclpy
+from bt_mission_interfaces.msg import Coverage as CoverageMessage
+from nav_msgs.msg import OccupancyGrid
+from rcl_interfaces.msg import ParameterDescriptor
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.logging import LoggingSeverity
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.signals import SignalHandlerOptions
+from std_srvs.srv import Trigger
+
+from action_servers.interrupts import Interrupts
+from action_servers.maneuver import Grid, Scan
+from action_servers.mapping.coverage import Coverage
+from action_servers.mapping.files import MapFileError, save
+from action_servers.mapping.occupancy import FREE, OccupancyMapper
+from action_servers.messages import MAP_FRAME
+from action_servers.navigation.history import PoseHistory
+from action_servers.real_settings import Wiring
+from action_servers.sensors import LATCHED, Sensors
+from bt_mission.common.robot import RobotModel, load_robot
+
+if TYPE_CHECKING:
+    from rclpy.context import Context
+
+NODE_NAME = "bt_mission_mapper"
+MAP_PREFIX = "map_prefix"
+
+UPDATE_S = 0.2
+"""How often a scan is added: every scan of an LDS-01, every other one of a Waffle in simulation."""
+
+UPDATES_PER_MAP = 5
+"""The map and its coverage go out once a second."""
+
+
+class MapperNode(Node):
+    """Publishes `map` (latched) and `coverage`, and offers `save_map`.
+
+    The robot's place comes from the transform of the map frame to odometry: something else
+    localises, this only maps. `map` is published when anything is known to be free, then at most
+    once a second, and only when it has changed; `coverage` too, when it has.
+
+    :param robot: place and reach of its lidar.
+    :param lean: no parameter services, log topic or type description, and only warnings in the
+        log, as on the stage.
+    :param context: the rclpy context; None is the default one.
+    :param use_sim_time: follow `/clock`.
+    :param map_prefix: where `save_map` writes, `.pgm` and `.yaml` appended.
+    """
+
+    def __init__(
+        self,
+        robot: RobotModel,
+        *,
+        lean: bool = False,
+        context: Context | None = None,
+        namespace: str | None = None,
+        use_sim_time: bool = False,
+        map_prefix: str = "map",
+    ) -> None:
+        super().__init__(
+            NODE_NAME,
+            context=context,
+            namespace=namespace,
+            enable_rosout=not lean,
+            start_parameter_services=not lean,
+            parameter_overrides=[
+                Parameter("use_sim_time", value=use_sim_time),
+                Parameter("start_type_description_service", value=not lean),
+            ],
+        )
+        if lean:
+            _log(self).set_level(LoggingSeverity.WARN)
+        self.declare_parameter(
+            MAP_PREFIX,
+            map_prefix,
+            ParameterDescriptor(description="Where save_map writes; .pgm and .yaml are appended."),
+        )
+        self._mapper = OccupancyMapper(robot.lidar)
+        self._coverage = Coverage()
+        self._poses = PoseHistory()
+        self._scan: Scan | None = None
+        self._grid: Grid | None = None
+        self._told: tuple[float, int] | None = None
+        self._updates = 0
+        self._sensors = Sensors(self, Wiring(), robot.lidar, listen_to_map=False)
+        self._map_out = self.create_publisher(OccupancyGrid, "map", LATCHED)
+        self._coverage_out = self.create_publisher(CoverageMessage, "coverage", LATCHED)
+        self.create_service(Trigger, "save_map", self._save)
+        self.create_timer(UPDATE_S, self._update)
+
+    @property
+    def grid(self) -> Grid | None:
+        """The map as it was last published; None before."""
+        return self._grid
+
+    def _update(self) -> None:
+        now = self._sensors.observe(on_map=True)
+        if now.map_pose is not None:
+            self._poses.remember(now.odom_stamp_s, now.map_pose)
+            self._coverage.visit(now.map_pose)
+        if now.scan is not None and now.scan is not self._scan:
+            pose = self._poses.at(now.scan.stamp_s)
+            if pose is not None:
+                self._scan = now.scan
+                if not self._mapper.add(now.scan, pose):
+                    _log(self).warning(
+                        f"the robot, at ({pose.x:.1f}, {pose.y:.1f}) m, has left what one map "
+                        "can hold; its scans are not added",
+                        throttle_duration_sec=5.0,
+                    )
+        self._updates += 1
+        if self._updates >= UPDATES_PER_MAP or self._grid is None:
+            self._tell(now.time_s)
+
+    def _tell(self, time_s: float) -> None:
+        grid = self._mapper.grid(time_s)
+        if not (grid.cells == FREE).any():
+            return
+        self._updates = 0
+        if self._grid is None or not np.array_equal(grid.cells, self._grid.cells):
+            self._grid = grid
+            self._map_out.publish(self._map_message(grid))
+        measure = self._coverage.measure(self._grid)
+        if self._told != (measure.area, measure.zones_visited):
+            self._told = (measure.area, measure.zones_visited)
+            message = CoverageMessage(
+                area=measure.area,
+                fraction=measure.fraction,
+                zones_visited=measure.zones_visited,
+                zones=measure.zones,
+            )
+            self._stamp(message.header)
+            self._coverage_out.publish(message)
+
+    def _map_message(self, grid: Grid) -> OccupancyGrid:
+        message = OccupancyGrid()
+        self._stamp(message.header)
+        info = message.info
+        info.map_load_time = message.header.stamp
+        info.resolution = grid.resolution
+        info.height, info.width = grid.cells.shape
+        info.origin.position.x, info.origin.position.y = grid.origin_x, grid.origin_y
+        message.data = array.array("b", grid.cells.tobytes())
+        return message
+
+    def _stamp(self, header: Any) -> None:
+        header.frame_id = MAP_FRAME
+        header.stamp = self.get_clock().now().to_msg()
+
+    def _save(self, _request: Any, response: Any) -> Any:
+        prefix = Path(self.get_parameter(MAP_PREFIX).value)
+        try:
+            _, about = save(self._mapper.grid(), prefix)
+        except MapFileError as error:
+            response.success, response.message = False, str(error)
+        else:
+            response.success, response.message = True, f"map saved: {about}"
+        return response
+
+
+def _log(node: Node) -> Any:
+    return node.get_logger()
+
+
+def main(
+    *, robot: str, namespace: str = "", use_sim_time: bool = False, map_prefix: str = "map"
+) -> int:
+    """Map until SIGINT or SIGTERM. Returns the exit code 0.
+
+    `robot` is a name or a path; raises BtMissionError for one that cannot be used.
+    """
+    model = load_robot(robot)
+    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        node = MapperNode(
+            model, namespace=namespace, use_sim_time=use_sim_time, map_prefix=map_prefix
+        )
+        executor = SingleThreadedExecutor()
+        executor.add_node(node)
+        with Interrupts() as interrupts:
+            while not interrupts.received:
+                executor.spin_once(timeout_sec=0.1)
+        executor.shutdown()
+        node.destroy_node()  # type: ignore[no-untyped-call]
+    finally:
+        rclpy.try_shutdown()
+    return 0

@@ -1,0 +1,172 @@
+"""The mapper over real rclpy, on the virtual clock, beside the simulated robot."""
+
+import math
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+import rclpy
+from bt_mission_interfaces.msg import Coverage
+from geometry_msgs.msg import TwistStamped
+from nav_msgs.msg import OccupancyGrid
+from rclpy.context import Context
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from std_srvs.srv import Trigger
+
+from action_servers.mapping.node import MapperNode
+from bt_mission.common.robot import load_robot
+from bt_mission.lockstep import LockstepExecutor
+from sim.node import SimNode
+from sim.occupancy import rasterise
+from sim.world import World, load_world
+
+START_NS = 1_000_000_000
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+class Bench:
+    """A Waffle in a world, its mapper, and somebody who listens."""
+
+    def __init__(self, world: World, folder: Path) -> None:
+        self.context = Context()
+        rclpy.init(context=self.context)
+        robot = load_robot("waffle")
+        self.sim = SimNode(
+            world,
+            robot,
+            seed=3,
+            start_ns=START_NS,
+            lean=True,
+            context=self.context,
+            camera=False,
+            with_map=False,
+        )
+        self.mapper = MapperNode(
+            robot, lean=True, context=self.context, map_prefix=str(folder / "map")
+        )
+        self.user = Node("user", context=self.context, enable_rosout=False)
+        self.maps: list[tuple[float, OccupancyGrid]] = []
+        self.coverage: list[Coverage] = []
+        self.user.create_subscription(OccupancyGrid, "map", self._on_map, LATCHED)
+        self.user.create_subscription(Coverage, "coverage", self.coverage.append, LATCHED)
+        self.twist = self.user.create_publisher(TwistStamped, "cmd_vel", 10)
+        self.saver = self.user.create_client(Trigger, "save_map")
+        self.executor = LockstepExecutor(start_ns=START_NS, world=self.sim, context=self.context)
+        for node in (self.sim, self.mapper, self.user):
+            self.executor.add_node(node)
+
+    @property
+    def seconds(self) -> float:
+        return (self.executor.now_ns - START_NS) / 1e9
+
+    def _on_map(self, message: OccupancyGrid) -> None:
+        self.maps.append((self.seconds, message))
+
+    def run_for(self, seconds: float, linear: float = 0.0, angular: float = 0.0) -> None:
+        """Let time pass, with a command in each step."""
+        end = self.seconds + seconds
+        while self.seconds < end - 1e-9:
+            if linear or angular:
+                message = TwistStamped()
+                message.twist.linear.x, message.twist.angular.z = linear, angular
+                self.twist.publish(message)
+            self.executor.step()
+
+    def save(self) -> Trigger.Response:
+        answer = self.saver.call_async(Trigger.Request())
+        self.executor.run_until_quiet()
+        return answer.result()
+
+    def close(self) -> None:
+        self.executor.shutdown()
+        for node in (self.user, self.mapper, self.sim):
+            node.destroy_node()
+        self.context.shutdown()
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> Iterator[Bench]:
+    """A bench in an arena with inner walls."""
+    bench = Bench(load_world("dqn_stage4"), tmp_path)
+    yield bench
+    bench.close()
+
+
+def test_the_first_map_comes_after_two_scans_and_the_next_once_a_second(bench: Bench) -> None:
+    """Nothing is known to be free before."""
+    bench.run_for(3.5)
+    times = [time for time, _ in bench.maps]
+    assert times[0] == pytest.approx(0.4)
+    assert all(b - a >= 1.0 - 1e-6 for a, b in pairwise(times))
+
+
+def test_what_it_maps_agrees_with_the_world(bench: Bench) -> None:
+    """While the robot turns and drives, free and occupied cells are so within a cell."""
+    bench.run_for(3.0, angular=1.0)
+    bench.run_for(3.0, linear=0.2, angular=0.3)
+    bench.run_for(1.0)
+    _, message = bench.maps[-1]
+    cells = np.array(message.data, dtype=np.int8).reshape(message.info.height, message.info.width)
+    truth = rasterise(load_world("dqn_stage4"))
+    size = message.info.resolution
+    wrong = {0: 0, 100: 0}
+    for value in wrong:
+        rows, columns = np.nonzero(cells == value)
+        x = message.info.origin.position.x + (columns + 0.5) * size
+        y = message.info.origin.position.y + (rows + 0.5) * size
+        column = np.floor((x - truth.origin[0]) / truth.resolution).astype(int)
+        row = np.floor((y - truth.origin[1]) / truth.resolution).astype(int)
+        inside = (row >= 1) & (column >= 1)
+        inside &= (row < truth.cells.shape[0] - 1) & (column < truth.cells.shape[1] - 1)
+        near = np.stack(
+            [
+                truth.cells[row[inside] + down, column[inside] + right]
+                for down in (-1, 0, 1)
+                for right in (-1, 0, 1)
+            ]
+        )
+        agrees = (near == value).any(axis=0)
+        wrong[value] = int((~agrees).sum())
+        assert inside.sum() > 100
+    assert wrong == {0: 0, 100: 0}
+    assert message.header.frame_id == "map"
+
+
+def test_coverage_tells_area_and_zones(bench: Bench) -> None:
+    """The area grows, and the robot's own zones are among the zones."""
+    bench.run_for(1.0)
+    first = bench.coverage[-1]
+    bench.run_for(6.0, linear=0.2, angular=0.2)
+    last = bench.coverage[-1]
+    assert 0.0 < first.area < last.area
+    assert 0.0 < last.fraction <= 1.0
+    assert (first.zones_visited, last.zones_visited) == (0, 1)
+    assert last.zones > last.zones_visited
+
+
+def test_save_map_writes_and_says_where(bench: Bench, tmp_path: Path) -> None:
+    """Both files; before there is a map the answer is the reason."""
+    before = bench.save()
+    assert (before.success, before.message) == (
+        False,
+        "there is no map yet: no scan has been placed on it",
+    )
+    bench.run_for(1.0)
+    after = bench.save()
+    assert after.success
+    assert after.message == f"map saved: {tmp_path / 'map.yaml'}"
+    assert (tmp_path / "map.pgm").stat().st_size > 1000
+
+
+def test_a_map_without_news_is_not_sent_again(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A scan that does not change the map brings no message."""
+    bench.run_for(2.0)
+    count = len(bench.maps)
+    monkeypatch.setattr(bench.sim.simulation, "scan", lambda _, ranges: ranges.fill(math.nan))
+    bench.run_for(3.0)
+    assert len(bench.maps) <= count + 1
