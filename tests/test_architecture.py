@@ -16,6 +16,7 @@ MAX_LINES = 350
 # and a test of theirs takes microseconds.
 ROS_MODULES = (
     "action_servers/adapter.py",
+    "action_servers/mapping/node.py",
     "action_servers/navigation/actions.py",
     "action_servers/node.py",
     "action_servers/real_arbiter.py",
