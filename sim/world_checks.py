@@ -74,9 +74,8 @@ def _places(world: World) -> Iterator[Problem]:
             )
         for x, y in obstacle.motion.reach if obstacle.motion else ():
             if not _on_floor(world, x, y):
-                yield Problem(
-                    (*placed.path, "motion"), f"'{obstacle.name}' moves to {_beside(world, x, y)}"
-                )
+                where = f"'{obstacle.name}' moves to where it would stand {_beside(world, x, y)}"
+                yield Problem((*placed.path, "motion"), where)
                 break
     for index, zone in enumerate(world.zones):
         path = ("zones", index)

@@ -15,7 +15,7 @@ from sensor_msgs.msg import BatteryState, CameraInfo, Image, Imu, JointState, La
 from std_msgs.msg import Bool
 from tf2_msgs.msg import TFMessage
 
-from bt_mission.common.robot import RobotModel, load_robot
+from bt_mission.common.robot import load_robot
 from bt_mission.lockstep import LockstepExecutor
 from sim.node import SimNode
 from sim.simulation import Simulation
@@ -86,7 +86,7 @@ def drive():
 class Stage:
     """A simulated robot and a node that listens to some topics and commands, on one clock."""
 
-    def __init__(self, world: World, robot: RobotModel, *topics: str, **options: Any) -> None:
+    def __init__(self, world: World, robot: Any, *topics: str, **options: Any) -> None:
         self.context = Context()
         rclpy.init(context=self.context)
         options = {"seed": 1, "lean": True} | options
@@ -141,11 +141,11 @@ class Stage:
 
 @pytest.fixture
 def make_stage(waffle):
-    """Makes stages with a Waffle, and takes them down."""
+    """Makes stages with a Waffle, or these robots, and takes them down."""
     made: list[Stage] = []
 
-    def make(world: World, *topics: str, **options: Any) -> Stage:
-        made.append(Stage(world, waffle, *topics, **options))
+    def make(world: World, *topics: str, robots: Any = waffle, **options: Any) -> Stage:
+        made.append(Stage(world, robots, *topics, **options))
         return made[-1]
 
     yield make

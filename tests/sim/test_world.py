@@ -136,6 +136,40 @@ def test_a_world_is_looked_for_beside_the_mission(write):
     assert load_world("room", near=path.parent / "mission.yaml").name == "room"
 
 
+@pytest.mark.parametrize(
+    ("motion", "message"),
+    [
+        ("{around: [0, 0]}", "a motion is written with 'around' and 'period' (s), or"),
+        ("{around: [0, 0], period: 9, speed: 1}", "a motion is written with"),
+        ("{around: [0, 0], period: 0.5}", "expected a period of 1 s or longer, got 0.5 s"),
+        ("{around: [0, 0], period: 2}", "at most 2 m/s fast, this one 4.44 m/s"),
+        ("{through: [[1, 1]], speed: 0.1}", "goes through points that differ"),
+        ("{through: [[0, 1]], speed: 3}", "expected at most 2"),
+        ("{through: [], speed: 1}", "at least 1"),
+        ("{trough: [[0, 1]], speed: 1}", "did you mean 'through'?"),
+        (
+            "{through: [[0, 7]], speed: 1}",
+            "'pillar' moves to where it would stand at (0, 7), outside of the floor",
+        ),
+    ],
+)
+def test_a_motion_that_cannot_be_is_told(write, motion, message):
+    """Both ways of writing, their limits, and the edge of the floor."""
+    words = told(write(("radius: 0.15", f"radius: 0.15, motion: {motion}")))
+    assert message in words
+    assert "room.yaml:10:" in words
+
+
+def test_what_moves_is_an_obstacle_with_a_motion(write):
+    """It starts at its place."""
+    motion = "motion: {around: [0, 0], period: 60}"
+    world = load_world(write(("radius: 0.15", f"radius: 0.15, {motion}")))
+    (pillar,) = world.moving
+    assert pillar is world.obstacles[-1]
+    assert pillar.motion is not None
+    assert pillar.motion.at(0.0)[:2] == pytest.approx((1, 1))
+
+
 def test_more_than_enough_is_refused(write):
     """A size that would make a map of millions of cells is a slip of the pen."""
     assert "expected at most 100" in told(write(("size: [4, 4]", "size: [400, 4]")))

@@ -1,27 +1,39 @@
 """The worlds that come with the package, against the figures they are made from."""
 
 import math
+from collections.abc import Callable
+from itertools import pairwise
 
+import numpy as np
 import pytest
 
 from bt_mission.common.data import names
 from bt_mission.common.robot import load_robot
-from sim.occupancy import OCCUPIED, rasterise
 from sim.simulation import Simulation
-from sim.world import load_world
+from sim.world import World, load_world
+from sim.world_checks import unseen
 
 SHIPPED = [
     "coloured_pillars",
     "dqn_stage1",
+    "dqn_stage2",
+    "dqn_stage3",
     "dqn_stage4",
     "empty_arena",
+    "explore_arena",
+    "fig_of_eight",
     "nav_arena",
+    "obstacle_avoidance",
+    "turtlebot3_house",
     "turtlebot3_world",
 ]
+LOW = {"explore_arena", "fig_of_eight", "obstacle_avoidance"}
+"""The course's arena with walls of 0.16 m, over which a Burger looks."""
+
 ZONES = {"A": (-1.85, -1.76), "B": (1.85, -1.02), "C": (-1.83, 1.13), "D": (1.87, 1.87)}
 
 
-def test_six_worlds_are_shipped():
+def test_twelve_worlds_are_shipped():
     """Each is called after its file."""
     assert names("worlds") == SHIPPED
     assert [load_world(name).name for name in SHIPPED] == SHIPPED
@@ -39,7 +51,15 @@ def test_both_robots_fit_at_every_spawn(name, robot):
 
 @pytest.mark.parametrize(
     ("name", "inside"),
-    [("empty_arena", 3.84), ("dqn_stage1", 4.70), ("coloured_pillars", 4.8), ("nav_arena", 4.8)],
+    [
+        ("empty_arena", 3.84),
+        ("explore_arena", 3.84),
+        ("obstacle_avoidance", 3.84),
+        ("fig_of_eight", 3.84),
+        ("dqn_stage1", 4.70),
+        ("coloured_pillars", 4.8),
+        ("nav_arena", 4.8),
+    ],
 )
 def test_arenas_are_as_wide_as_published(name, inside):
     """Between opposite walls lies the published distance."""
@@ -53,10 +73,15 @@ def test_arenas_are_as_wide_as_published(name, inside):
 @pytest.mark.parametrize("name", SHIPPED)
 @pytest.mark.parametrize("robot", ["waffle", "burger"])
 def test_every_obstacle_is_high_enough_for_the_lidar(name, robot):
-    """A Waffle's looks at 0.132 m, a Burger's at 0.182 m; what is lower is run over unseen."""
-    model = load_robot(robot)
+    """A Waffle's looks at 0.132 m, a Burger's at 0.182 m; of the low arenas it is warned."""
+    model, world = load_robot(robot), load_world(name)
+    if robot == "burger" and name in LOW:
+        (warning,) = unseen(world, model)
+        assert "looks 0.182 m above the floor and over 'north wall'" in warning
+        return
+    assert unseen(world, model) == []
     height = model.base_height + model.lidar.z
-    assert min(obstacle.height for obstacle in load_world(name).obstacles) > height + 0.02
+    assert min(obstacle.height for obstacle in world.obstacles) > height + 0.02
 
 
 def test_stage_4_adds_seven_walls_and_two_cylinders_to_stage_1():
@@ -65,6 +90,73 @@ def test_stage_4_adds_seven_walls_and_two_cylinders_to_stage_1():
     assert stage4.walls[:4] == stage1.walls
     assert [o.size for o in stage4.obstacles[4:11]] == [(1, 0.15, 0.5)] * 7
     assert [(o.radius, o.height) for o in stage4.obstacles[11:]] == [(0.12, 0.25)] * 2
+
+
+def test_stages_2_and_3_add_four_cylinders_which_circle_in_stage_3():
+    """At the corners of a square of 2 m; in stage 3 they come round in 80 s."""
+    stage1, stage2, stage3 = (load_world(f"dqn_stage{n}") for n in (1, 2, 3))
+    for stage in (stage2, stage3):
+        assert stage.walls == stage1.walls
+        assert {(c.x, c.y, c.radius) for c in stage.cylinders} == {
+            (x, y, 0.15) for x in (1, -1) for y in (1, -1)
+        }
+    assert stage2.moving == ()
+    for pillar in stage3.moving:
+        assert pillar.motion is not None
+        assert pillar.motion.at(40.0)[:2] == pytest.approx((-pillar.x, -pillar.y))
+
+
+def test_what_moves_in_stage_4_goes_at_a_tenth_of_a_metre_a_second_and_far_from_the_spawn():
+    """Two cylinders, 1.5 m and more from the spawn at all times, and clear of all walls."""
+    world = load_world("dqn_stage4")
+    still = [obstacle for obstacle in world.obstacles if obstacle.motion is None]
+    assert [pillar.name for pillar in world.moving] == ["obstacle 1", "obstacle 2"]
+    for pillar in world.moving:
+        assert pillar.motion is not None
+        for tenth in range(600):
+            x, y, vx, vy = pillar.motion.at(tenth / 10)
+            assert math.hypot(vx, vy) == pytest.approx(0.1)
+            assert math.hypot(x, y) > 1.5
+            assert min(wall.distance(x, y) for wall in still) > pillar.radius + 0.05
+
+
+def test_explore_arena_has_the_published_walls_beacons_and_spawn():
+    """Seven walls of 0.88 m and nine of 0.44 m, 0.18 m high, and four beacons."""
+    world = load_world("explore_arena")
+    assert [o.size for o in world.obstacles[:4]] == [(4, 0.08, 0.16)] * 4
+    assert [o.size for o in world.obstacles[4:20]] == (
+        [(0.88, 0.01, 0.18)] * 7 + [(0.44, 0.01, 0.18)] * 9
+    )
+    assert {(b.colour, b.x, b.y, b.radius, b.height) for b in world.cylinders} == {
+        ("green", 1.8, 1.8, 0.1, 0.25),
+        ("yellow", 1.17, -0.7, 0.1, 0.25),
+        ("blue", -0.91, 1.29, 0.1, 0.25),
+        ("red", -0.655, -1.13, 0.1, 0.25),
+    }
+    assert (world.spawn.x, world.spawn.y, world.spawn.yaw) == (-1.42, -0.5, 0)
+
+
+def test_obstacle_avoidance_and_figure_of_eight_have_the_published_beacons():
+    """Eight short walls and four beacons; two beacons 1 m apart."""
+    avoidance, eight = load_world("obstacle_avoidance"), load_world("fig_of_eight")
+    assert [o.size for o in avoidance.obstacles[4:12]] == [(0.44, 0.01, 0.18)] * 8
+    assert {(b.x, b.y) for b in avoidance.cylinders} == {
+        (0, 0.78),
+        (0, -0.78),
+        (0.78, 0),
+        (-0.78, 0),
+    }
+    assert {(b.colour, b.x, b.y) for b in eight.cylinders} == {("blue", 0, -0.5), ("red", 0, 0.5)}
+
+
+def test_the_house_has_the_published_walls_and_spawn():
+    """0.15 m thick, 2.5 m high, 15 m x 10.6 m over all; a robot starts at (-2, -0.5)."""
+    world = load_world("turtlebot3_house")
+    walls = world.obstacles[: len(world.walls)]
+    assert {wall.size[1:] for wall in walls} == {(0.15, 2.5)}
+    for x, y in ((7.5, 0), (-7.5, 0), (0, 5.3), (0, -5.3)):
+        assert min(wall.distance(x, y) for wall in walls) == pytest.approx(0, abs=1e-9)
+    assert (world.spawn.x, world.spawn.y) == (-2.0, -0.5)
 
 
 def test_turtlebot3_world_has_nine_columns_on_a_grid():
@@ -96,32 +188,48 @@ def test_nav_arena_has_the_published_zones_walls_and_spawn():
     assert (world.spawn.x, world.spawn.y, world.spawn.yaw) == (0.5, -0.04, 0)
 
 
-def test_waffle_reaches_every_zone_of_the_nav_arena_with_room_to_spare():
-    """From the spawn a way leads to each centre on which nothing comes within 0.4 m."""
-    world = load_world("nav_arena")
-    grid = rasterise(world)
-    rows, columns = grid.cells.shape
+def reached(world: World, clearance: float, step: float = 0.05) -> Callable[[float, float], bool]:
+    """Tells where one gets from the spawn without coming nearer to anything than that, m."""
+    still = [obstacle for obstacle in world.obstacles if obstacle.motion is None]
 
-    def cell(x: float, y: float) -> tuple[int, int]:
+    def clear(column: int, row: int) -> bool:
+        x, y = world.spawn.x + column * step, world.spawn.y + row * step
         return (
-            int((y - grid.origin[1]) / grid.resolution),
-            int((x - grid.origin[0]) / grid.resolution),
+            abs(x) < world.size[0] / 2
+            and abs(y) < world.size[1] / 2
+            and all(obstacle.distance(x, y) > clearance for obstacle in still)
         )
 
-    def clear(row: int, column: int) -> bool:
-        if not (0 <= row < rows and 0 <= column < columns):
-            return False
-        x = grid.origin[0] + (column + 0.5) * grid.resolution
-        y = grid.origin[1] + (row + 0.5) * grid.resolution
-        return min(obstacle.distance(x, y) for obstacle in world.obstacles) > 0.4
-
-    reached, edge = set(), [cell(world.spawn.x, world.spawn.y)]
+    been, edge = set(), [(0, 0)]
     while edge:
         here = edge.pop()
-        if here in reached or not clear(*here):
-            continue
-        reached.add(here)
-        row, column = here
-        edge += [(row + 1, column), (row - 1, column), (row, column + 1), (row, column - 1)]
-    assert {name for name, at in ZONES.items() if cell(*at) in reached} == set(ZONES)
-    assert all(grid.cells[cell(*at)] != OCCUPIED for at in ZONES.values())
+        if here not in been and clear(*here):
+            been.add(here)
+            column, row = here
+            edge += [(column + 1, row), (column - 1, row), (column, row + 1), (column, row - 1)]
+    return lambda x, y: (
+        (round((x - world.spawn.x) / step), round((y - world.spawn.y) / step)) in been
+    )
+
+
+@pytest.mark.parametrize(("name", "clearance"), [("nav_arena", 0.4), ("turtlebot3_house", 0.4)])
+def test_waffle_reaches_every_zone_with_room_to_spare(name, clearance):
+    """From the spawn a way leads to each centre on which nothing comes within 0.4 m."""
+    world = load_world(name)
+    is_reached = reached(world, clearance, step=0.05)
+    assert [zone.name for zone in world.zones if not is_reached(zone.x, zone.y)] == []
+
+
+def test_waffle_reaches_all_sixteen_zones_of_the_explore_arena():
+    """On a way on which it can turn round anywhere: its corners sweep 0.238 m."""
+    is_reached = reached(load_world("explore_arena"), 0.25, step=0.02)
+    edges = [-1.92 + 0.96 * n for n in range(5)]
+    for left, right in pairwise(edges):
+        for low, high in pairwise(edges):
+            inside = [
+                (x, y)
+                for x in np.arange(left + 0.1, right, 0.1)
+                for y in np.arange(low + 0.1, high, 0.1)
+                if is_reached(x, y)
+            ]
+            assert inside, f"the zone around ({(left + right) / 2:g}, {(low + high) / 2:g})"

@@ -1,0 +1,179 @@
+"""Several robots in one world: apart in their topics, together in the physics."""
+
+import math
+
+import numpy as np
+import pytest
+from geometry_msgs.msg import TwistStamped
+from nav_msgs.msg import Odometry
+from rclpy.qos import QoSProfile
+
+from bt_mission.common.robot import load_robot
+from sim.camera import Camera, NoCameraError
+from sim.simulation import Entrant, Fleet, Simulation, SpawnError
+from sim.world import Spawn
+
+S, MS = 1_000_000_000, 1_000_000
+
+
+@pytest.fixture
+def pair(waffle, make_world):
+    """Two Waffles, 2 m apart, that look at each other; options are fields of the world."""
+
+    def pair(seed: int = 1, second=waffle, gap: float = 2.0, **fields: object) -> Fleet:
+        return Fleet(
+            make_world(**fields),
+            [
+                Entrant(waffle, "one", Spawn(x=-gap / 2)),
+                Entrant(second, "two", Spawn(x=gap / 2, yaw=180)),
+            ],
+            seed=seed,
+        )
+
+    return pair
+
+
+def run(fleet: Fleet, seconds: float, **commands: tuple[float, float]) -> None:
+    """Command each robot at 20 Hz."""
+    for _ in range(round(seconds * 20)):
+        for name, command in commands.items():
+            fleet[name].command(*command)
+        fleet.physics.advance_to(fleet.physics.time_ns + 50 * MS)
+        for robot in fleet.robots:
+            robot.read_odometry()
+
+
+def test_each_goes_its_own_way(pair):
+    """One drives, the other turns; odometry of each starts at zero."""
+    fleet = pair()
+    run(fleet, 2.0, one=(0.2, 0.0), two=(0.0, 0.5))
+    assert fleet["one"].pose == pytest.approx((-0.6, 0, 0), abs=0.03)
+    assert fleet["two"].pose[0] == pytest.approx(1.0, abs=0.01)
+    assert fleet["one"].odometry.x == pytest.approx(0.4, abs=0.03)
+    assert fleet["two"].odometry.yaw == pytest.approx(1.0, abs=0.1)
+    assert fleet["two"].odometry.x == pytest.approx(0, abs=0.01)
+
+
+def test_a_robot_drives_in_company_as_it_does_alone(pair, waffle, make_world):
+    """To a hundredth of a millimetre, as long as they do not touch."""
+    fleet = pair(gap=10.0)
+    alone = Simulation(make_world(spawn={"x": -5.0}), waffle, seed=1)
+    run(fleet, 3.0, one=(0.2, 0.3), two=(0.1, -0.8))
+    for _ in range(60):
+        alone.command(0.2, 0.3)
+        alone.advance_to(alone.time_ns + 50 * MS)
+    assert fleet["one"].pose == pytest.approx(alone.pose, abs=1e-5)
+
+
+def test_they_collide_with_each_other(pair):
+    """Each counts it, and names the other."""
+    fleet = pair(gap=1.0)
+    run(fleet, 3.0, one=(0.2, 0.0), two=(0.2, 0.0))
+    assert (fleet["one"].collisions, fleet["two"].collisions, fleet.collisions) == (1, 1, 2)
+    assert fleet["one"].take_collisions()[0].obstacle == "two"
+    assert fleet["two"].take_collisions()[0].obstacle == "one"
+
+
+def test_they_collide_with_walls_too(pair):
+    """Only the one that does is told."""
+    fleet = pair(walls=[{"name": "wall", "from": [-0.5, -1], "to": [-0.5, 1], "thickness": 0.02}])
+    run(fleet, 4.0, one=(0.2, 0.0))
+    assert [c.obstacle for c in fleet["one"].take_collisions()] == ["wall"]
+    assert fleet["two"].collisions == 0
+
+
+@pytest.mark.parametrize("second", ["waffle", "burger"])
+def test_they_see_each_other_and_not_themselves(pair, second):
+    """The screen around the other's hull: between the lidars 2 m, less lidar and hull."""
+    robot = load_robot(second)
+    fleet = pair(second=robot)
+    scan = fleet["one"].scan(0)
+    assert scan[0] == pytest.approx(2.0 + 0.064 - robot.hull.front, abs=0.04)
+    assert np.isinf(scan[90:270]).all()
+    back = fleet["two"].scan(0)
+    assert back[0] == pytest.approx(2.0 - robot.lidar.x - 0.069, abs=0.04)
+
+
+@pytest.mark.egl
+def test_a_camera_sees_the_other_and_not_its_own_screen(pair, waffle):
+    """The other's is in the middle, in its colour; its own, around the lens, is not there."""
+    fleet = pair()
+    try:
+        camera = Camera(fleet.physics.model, waffle.camera, "one/")
+    except NoCameraError as error:
+        pytest.skip(str(error))
+    picture = np.zeros((240, 320, 3), dtype=np.uint8)
+    camera.draw(fleet.physics.data, picture)
+    camera.close()
+    red, green, blue = picture[125, 160].astype(int)
+    assert red > green + 40
+    assert green > blue
+    assert picture[5].min() > 100
+
+
+def test_noise_depends_on_the_name_and_not_on_the_company(pair, waffle, make_world):
+    """With or without the other, robot one reads the same."""
+    walls = [{"from": [-3, -9], "to": [-3, 9]}]
+    fleet = pair(walls=walls)
+    alone = Fleet(make_world(walls=walls), [Entrant(waffle, "one", Spawn(x=-1))], seed=1)
+    assert fleet["one"].scan(3)[180] == alone["one"].scan(3)[180]
+    assert fleet["one"].inertial(3).angular_velocity == pytest.approx(
+        alone["one"].inertial(3).angular_velocity, abs=1e-9
+    )
+
+
+def test_one_without_power_leaves_the_other_its_own(pair):
+    """The motors of each are switched by themselves."""
+    fleet = pair()
+    fleet["one"].power_motors(on=False)
+    run(fleet, 1.0, one=(0.2, 0.0), two=(0.2, 0.0))
+    assert fleet["one"].velocity[0] == pytest.approx(0, abs=1e-4)
+    assert fleet["two"].velocity[0] == pytest.approx(0.2, abs=1e-3)
+
+
+def test_two_at_one_place_are_refused(waffle, make_world):
+    """Both are named."""
+    there = [Entrant(waffle, "one", Spawn(x=0)), Entrant(waffle, "two", Spawn(x=0.2))]
+    with pytest.raises(SpawnError, match=r"a waffle \(one\) does not fit .* it touches 'two'"):
+        Fleet(make_world(), there, seed=0)
+
+
+def test_a_node_serves_them_under_their_names(make_stage, make_world, waffle):
+    """Topics and services of each below its name, one clock, one reset."""
+    entrants = [Entrant(waffle, "one", Spawn(x=-1)), Entrant(waffle, "two", Spawn(x=1))]
+    here = make_stage(make_world(), robots=entrants)
+    topics = {publisher.topic_name for publisher in here.sim.publishers}
+    for name in ("one", "two"):
+        assert {
+            f"/{name}/{topic}" for topic in ("scan", "odom", "tf", "map", "camera/image_raw")
+        } <= (topics)
+    assert "/clock" in topics
+    assert "/scan" not in topics
+    services = {service.srv_name for service in here.sim.services}
+    assert services == {
+        "reset_simulation",
+        "one/motor_power",
+        "one/reset_odometry",
+        "two/motor_power",
+        "two/reset_odometry",
+    }
+
+
+def test_a_command_reaches_the_robot_of_its_namespace(make_stage, make_world, waffle):
+    """And its odometry comes back there, in frames without a prefix."""
+    entrants = [Entrant(waffle, "one", Spawn(x=-1)), Entrant(waffle, "two", Spawn(x=1))]
+    here = make_stage(make_world(), robots=entrants)
+    heard: list[Odometry] = []
+    here.ear.create_subscription(Odometry, "two/odom", heard.append, QoSProfile(depth=10))
+    commands = here.ear.create_publisher(TwistStamped, "two/cmd_vel", 10)
+    here.run(1 * S)
+    message = TwistStamped()
+    message.twist.linear.x = 0.2
+    commands.publish(message)
+    here.clock.run_until_quiet()
+    here.run(1 * S + 400 * MS)
+    assert heard[-1].pose.pose.position.x == pytest.approx(0.06, abs=0.01)
+    assert (heard[-1].header.frame_id, heard[-1].child_frame_id) == ("odom", "base_footprint")
+    one, two = here.sim.robots
+    assert math.dist(one.pose[:2], (-1, 0)) < 1e-4
+    assert two.pose[0] > 1.05
