@@ -26,6 +26,7 @@ from action_servers.messages import seconds
 from action_servers.navigation.actions import plan_follow_waypoints, plan_navigate_to_pose
 from action_servers.pilot import Pilot
 from action_servers.real_base import Base
+from action_servers.real_executive import watch_executives
 from action_servers.real_file import read_parameters
 from action_servers.real_listeners import Choice
 from action_servers.real_parameters import declare_wiring, made_with, overrides
@@ -106,6 +107,8 @@ class ServersNode(Node):
             ActionAdapter(self, self._pilot, self._base.guarded(action))
             for action in self._actions()
         ]
+        if not lean:
+            watch_executives(self, self._lose_base)
         self._control_timer = self.create_timer(1.0 / robot.control_rate, self._pilot.step)
 
     def stop(self, reason: str) -> None:

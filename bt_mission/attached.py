@@ -32,6 +32,7 @@ class Attached:
     Time is the graph's: ``/clock`` where somebody publishes it, else the clock of this machine.
 
     :param mission: what to carry out.
+    :param namespace: of the robot whose servers to use.
     :param wall_clock: keep to this machine's clock, without looking for ``/clock``.
     :param say: where ``log`` nodes speak to; None is the ROS log.
     :raises BtMissionError: when the mission cannot be set up.
@@ -44,6 +45,7 @@ class Attached:
         self,
         mission: Mission,
         *,
+        namespace: str | None = None,
         wall_clock: bool = False,
         say: Callable[[str], None] | None = None,
     ) -> None:
@@ -57,7 +59,11 @@ class Attached:
             probe = rclpy.create_node("bt_mission_probe", context=context, enable_rosout=False)
             self._follows_clock = not wall_clock and self._find_clock(probe)
             self.node = MissionNode(
-                mission, context=context, use_sim_time=self._follows_clock, say=say
+                mission,
+                context=context,
+                namespace=namespace,
+                use_sim_time=self._follows_clock,
+                say=say,
             )
             made.callback(self.node.destroy_node)
             # Not earlier: with its last node a context leaves the graph, and all it has found.

@@ -5,9 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from rclpy.qos import LivelinessPolicy, QoSProfile
+from std_msgs.msg import Empty
 
+from bt_mission.common.presence import LEASE_S, TOPIC
 from bt_mission.courier import ActionCourier
 from bt_mission.executive import Executive
 from bt_mission.goals.goal import Goal
@@ -22,6 +26,11 @@ if TYPE_CHECKING:
     from bt_mission.mission import Mission
 
 TICK_RATE_HZ = 20.0
+PRESENCE = QoSProfile(
+    depth=1,
+    liveliness=LivelinessPolicy.AUTOMATIC,
+    liveliness_lease_duration=Duration(nanoseconds=round(LEASE_S * 1e9)),
+)
 CANCEL_GRACE_NS = 3_000_000_000
 """How long a mission waits for goals that it no longer wants (the default cancel limit)."""
 
@@ -31,6 +40,7 @@ class MissionNode(Node):
 
     :param mission: what to carry out.
     :param context: the rclpy context; None is the default one.
+    :param namespace: of the robot; names in the mission that are relative lie in it.
     :param lean: no parameter services, log topic or type description, as on the stage.
     :param use_sim_time: follow ``/clock``.
     :param say: where ``log`` nodes speak to; None is the ROS log.
@@ -43,6 +53,7 @@ class MissionNode(Node):
         mission: Mission,
         *,
         context: Context | None = None,
+        namespace: str | None = None,
         lean: bool = False,
         use_sim_time: bool = False,
         say: Callable[[str], None] | None = None,
@@ -54,10 +65,14 @@ class MissionNode(Node):
         super().__init__(
             "bt_mission",
             context=context,
+            namespace=namespace,
             enable_rosout=not lean,
             start_parameter_services=not lean,
             parameter_overrides=overrides,
         )
+        if not lean:
+            # Held, never used: servers in other processes see by it that this one is alive.
+            self._presence = self.create_publisher(Empty, TOPIC, PRESENCE)
         self._say = say or self._log_line
         self._couriers: dict[tuple[str, str], ActionCourier] = {}
         self.scope = Scope(dict(mission.inputs), mission.seed)

@@ -21,6 +21,7 @@ ROS_MODULES = (
     "action_servers/node.py",
     "action_servers/real_arbiter.py",
     "action_servers/real_base.py",
+    "action_servers/real_executive.py",
     "action_servers/real_parameters.py",
     "action_servers/sensors.py",
     "bt_mission/__main__.py",

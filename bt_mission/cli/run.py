@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
 from bt_mission.cli.middleware import refuse_absent_middleware
 from bt_mission.cli.options import add_mission_options
+from bt_mission.common.errors import BtMissionError
 
 if TYPE_CHECKING:
     from bt_mission.session import Session
@@ -42,6 +43,11 @@ def add_parser(commands: Any) -> None:
         "--wall-clock",
         action="store_true",
         help="with --attach: keep to this machine's clock, without looking for /clock first",
+    )
+    parser.add_argument(
+        "--namespace",
+        default="",
+        help="with --attach: namespace of the robot whose servers carry the mission out",
     )
     parser.add_argument("--json", action="store_true", help="print one JSON object at the end")
     parser.add_argument(
@@ -87,7 +93,11 @@ def _open_session(options: argparse.Namespace, mission: Any, say: Any) -> Sessio
     if options.attach:
         from bt_mission.attached import Attached
 
-        return Attached(mission, wall_clock=options.wall_clock, say=say)
+        return Attached(
+            mission, namespace=options.namespace, wall_clock=options.wall_clock, say=say
+        )
+    if options.namespace:
+        raise BtMissionError("--namespace names a robot of a running graph: add --attach")
     from bt_mission.stage import Stage
 
     return Stage(mission, image_folder=options.images, say=say)

@@ -1,0 +1,14 @@
+"""How servers notice that the executive of a mission has died, when both are processes.
+
+The executive owns a topic on which it never says anything. DDS itself, on a thread of its own,
+assures the readers that its writer is alive; a process that is killed no longer does.
+"""
+
+from __future__ import annotations
+
+TOPIC = "bt_mission_executive"
+"""Relative to the namespace of the robot."""
+
+LEASE_S = 0.2
+"""Seconds of the wall clock without assurance after which the executive counts as dead: with the
+0.26 s that braking from full speed takes, the base stands within 0.5 s."""
