@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from rclpy.action import ActionClient
+from rclpy.action import ActionClient, get_action_names_and_types
 from unique_identifier_msgs.msg import UUID
 
+from bt_mission.common.errors import BtMissionError
+from bt_mission.common.faults import listed
 from bt_mission.goals.goal import Event, Goal
 from bt_mission.ros_types import action_type, fill
 
@@ -24,13 +26,16 @@ class ActionCourier:
     :param node: owns the action client.
     :param name: the action's name; resolved against the node's namespace.
     :param type_name: such as ``bt_mission_interfaces/action/Turn``.
-    :raises BtMissionError: when the type is not installed.
+    :raises BtMissionError: when the type is not installed, or the action has another one.
     """
 
     def __init__(self, node: Node, name: str, type_name: str) -> None:
         self._type = action_type(type_name)
-        self._client = ActionClient(node, self._type, name)
         self.name = node.resolve_topic_name(name)
+        types = dict(get_action_names_and_types(node)).get(self.name, [])
+        if types and type_name not in types:
+            raise BtMissionError(f"{self.name} is a {listed(types)}, not a {type_name}")
+        self._client = ActionClient(node, self._type, name)
         self._handles: dict[bytes, ClientGoalHandle] = {}
 
     def is_ready(self) -> bool:

@@ -1,4 +1,4 @@
-"""The executive as a ROS node: time, action clients and the tick timer of one mission."""
+"""The executive as a ROS node: time, clients and the tick timer of one mission."""
 
 from __future__ import annotations
 
@@ -16,6 +16,8 @@ from bt_mission.courier import ActionCourier
 from bt_mission.executive import Executive
 from bt_mission.goals.goal import Goal
 from bt_mission.goals.ledger import Ledger
+from bt_mission.service_caller import ServiceCaller
+from bt_mission.topic_reader import TopicReader
 from bt_mission.trace import Trace
 from bt_mission.tree.build import build_tree
 from bt_mission.tree.runtime import Scope
@@ -75,6 +77,8 @@ class MissionNode(Node):
             self._presence = self.create_publisher(Empty, TOPIC, PRESENCE)
         self._say = say or self._log_line
         self._couriers: dict[tuple[str, str], ActionCourier] = {}
+        self._callers: dict[tuple[str, str], ServiceCaller] = {}
+        self._readers: dict[tuple[str, str], TopicReader] = {}
         self.scope = Scope(dict(mission.inputs), mission.seed)
         self.trace = trace or Trace()
         self.ledger = Ledger(mission.seed, CANCEL_GRACE_NS, self._on_goal)
@@ -92,6 +96,20 @@ class MissionNode(Node):
         if key not in self._couriers:
             self._couriers[key] = ActionCourier(self, action, type_name)
         return self._couriers[key]
+
+    def caller(self, service: str, type_name: str) -> ServiceCaller:
+        """The client of a service; one for each name and type."""
+        key = (service, type_name)
+        if key not in self._callers:
+            self._callers[key] = ServiceCaller(self, service, type_name)
+        return self._callers[key]
+
+    def reader(self, topic: str, type_name: str) -> TopicReader:
+        """The messages of a topic; one for each name and type."""
+        key = (topic, type_name)
+        if key not in self._readers:
+            self._readers[key] = TopicReader(self, topic, type_name)
+        return self._readers[key]
 
     def log(self, text: str) -> None:
         """Say a line of the mission's to the people who watch, and to the trace."""

@@ -25,6 +25,7 @@ from bt_mission.mission.shapes import (
     Message,
     Problem,
     Scalar,
+    ServiceShapes,
     Shape,
     Unknowable,
     UnknownType,
@@ -38,9 +39,12 @@ __all__ = [
     "action_type",
     "fields",
     "fill",
-    "installed_actions",
+    "installed",
+    "message_type",
     "read",
+    "service_type",
     "shape_of",
+    "shapes",
 ]
 
 _INDEX = Path("share", "ament_index", "resource_index", "rosidl_interfaces")
@@ -55,38 +59,62 @@ MAX_NAME = 255
 """Characters of a type's name; longer ones are no names of files either."""
 
 
-@cache
+KINDS = {
+    "action": ("action", "nav2_msgs/action/Spin"),
+    "srv": ("service", "std_srvs/srv/Trigger"),
+    "msg": ("message", "std_msgs/msg/String"),
+}
+"""The folders of interface packages: what is in them, and an example."""
+
+
 def action_type(name: str) -> Any:
     """Return the class of an action, "nav2_msgs/action/Spin". Raises UnknownType."""
-    package, _, rest = name.partition("/")
-    folder, _, short = rest.partition("/")
-    if folder != "action" or not package.isidentifier() or not short.isidentifier():
-        raise UnknownType(f"expected a type such as nav2_msgs/action/Spin, got {quoted(name)}")
-    if len(name) > MAX_NAME or name not in _actions_of(package):
-        message = f"the action type {name} is not installed"
-        raise UnknownType(message, did_you_mean(name, installed_actions()))
-    try:
-        return getattr(importlib.import_module(f"{package}.action"), short)
-    except (ImportError, AttributeError) as error:
-        raise UnknownType(f"the action type {name} cannot be loaded: {error}") from error
+    return _type("action", name)
 
 
-def installed_actions() -> tuple[str, ...]:
-    """Return the full names of all action types installed here, sorted."""
-    packages = {path.name for index in _indexes() for path in index.iterdir()}
-    return tuple(sorted(name for package in packages for name in _actions_of(package)))
+def service_type(name: str) -> Any:
+    """Return the class of a service, "std_srvs/srv/Trigger". Raises UnknownType."""
+    return _type("srv", name)
+
+
+def message_type(name: str) -> Any:
+    """Return the class of a message, "std_msgs/msg/String". Raises UnknownType."""
+    return _type("msg", name)
 
 
 @cache
-def _actions_of(package: str) -> frozenset[str]:
-    """Return the action types that the ament index lists for a package; importing tells less."""
+def _type(folder: str, name: str) -> Any:
+    what, example = KINDS[folder]
+    package, _, rest = name.partition("/")
+    middle, _, short = rest.partition("/")
+    if middle != folder or not package.isidentifier() or not short.isidentifier():
+        raise UnknownType(f"expected a type such as {example}, got {quoted(name)}")
+    if len(name) > MAX_NAME or name not in _types_of(package):
+        message = f"the {what} type {name} is not installed"
+        raise UnknownType(message, did_you_mean(name, installed(folder)))
+    try:
+        return getattr(importlib.import_module(f"{package}.{folder}"), short)
+    except (ImportError, AttributeError) as error:
+        raise UnknownType(f"the {what} type {name} cannot be loaded: {error}") from error
+
+
+def installed(folder: str) -> tuple[str, ...]:
+    """Return the full names of all types installed here in `action`, `srv` or `msg`, sorted."""
+    packages = {path.name for index in _indexes() for path in index.iterdir()}
+    names = (name for package in packages for name in _types_of(package))
+    return tuple(sorted(name for name in names if name.split("/")[1] == folder))
+
+
+@cache
+def _types_of(package: str) -> frozenset[str]:
+    """Return the types that the ament index lists for a package; importing tells less."""
     found = set()
     for index in _indexes():
         path = index / package
         for line in path.read_text(encoding="utf-8").splitlines() if path.is_file() else ():
             entry = Path(line)
-            if entry.parts[:1] == ("action",):
-                found.add(f"{package}/action/{entry.stem}")
+            if entry.parent.name in KINDS:
+                found.add(f"{package}/{entry.parent.name}/{entry.stem}")
     return frozenset(found)
 
 
@@ -94,6 +122,15 @@ def _indexes() -> list[Path]:
     prefixes = [*filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep))]
     indexes = [Path(prefix) / _INDEX for prefix in [*prefixes, sys.prefix]]
     return [index for index in indexes if index.is_dir()]
+
+
+_PARTS = {
+    "Goal": "action",
+    "Result": "action",
+    "Feedback": "action",
+    "Request": "srv",
+    "Response": "srv",
+}
 
 
 @cache
@@ -105,8 +142,8 @@ def shape_of(message_class: Any) -> Message:
     }
     package = message_class.__module__.partition(".")[0]
     name, _, part = message_class.__name__.rpartition("_")
-    if name and part in ("Goal", "Result", "Feedback"):
-        return Message(f"the {part.lower()} of {package}/action/{name}", fields)
+    if name and part in _PARTS:
+        return Message(f"the {part.lower()} of {package}/{_PARTS[part]}/{name}", fields)
     return Message(f"{package}/{message_class.__name__}", fields)
 
 
@@ -114,6 +151,17 @@ def action_shapes(name: str) -> ActionShapes:
     """Return what the messages of an action type hold. Raises UnknownType."""
     found = action_type(name)
     return ActionShapes(shape_of(found.Goal), shape_of(found.Result), shape_of(found.Feedback))
+
+
+def shapes(name: str) -> ActionShapes | ServiceShapes | Message:
+    """Return what a type of any kind holds, by its full name. Raises UnknownType."""
+    match name.split("/"):
+        case [_, "srv", _]:
+            found = service_type(name)
+            return ServiceShapes(shape_of(found.Request), shape_of(found.Response))
+        case [_, "msg", _]:
+            return shape_of(message_type(name))
+    return action_shapes(name)
 
 
 def fields(message_class: Any) -> dict[str, str]:

@@ -1,7 +1,8 @@
 """What can be wrong with a loaded mission on this machine: worlds, robots, and the ROS types.
 
 Every goal is compared with the fields of its action's type, every condition with the feedback,
-every output with the result. Where ROS is not installed a warning says that this was not done.
+every output with the result, and services and topics in the same way. Where ROS is not installed
+a warning says that this was not done.
 """
 
 from __future__ import annotations
@@ -25,11 +26,11 @@ from bt_mission.common.located import Document, read
 from bt_mission.mission.check_types import type_faults
 from bt_mission.mission.expressions import Plain
 from bt_mission.mission.load import draft
-from bt_mission.mission.models import SHORT_NAMES
 from bt_mission.mission.review import warnings
+from bt_mission.mission.short_names import SHORT_NAMES
 from bt_mission.mission.steps import Action, Mission, Parallel, Step
 
-MOVES_THE_BASE = frozenset(SHORT_NAMES.values())
+MOVES_THE_BASE = frozenset(short.type for short in SHORT_NAMES.values() if short.moves_base)
 
 
 def check(mission: Mission) -> tuple[Fault, ...]:
@@ -76,7 +77,7 @@ def _faults(document: Document, mission: Mission, lost: frozenset[str]) -> list[
         hint = "try 'bt-mission doctor'"
         faults.append(Fault(message, mission.file, hint=hint, severity="warning"))
     else:
-        found = type_faults(document, mission, ros_types.action_shapes, lost)
+        found = type_faults(document, mission, ros_types.shapes, lost)
         faults += islice(found, MOST_FAULTS)
     return faults
 

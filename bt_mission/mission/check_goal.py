@@ -1,18 +1,18 @@
-"""Goals against the fields of their action: constants, expressions and templates."""
+"""Goals and requests against the fields of their type: constants, expressions and templates."""
 
 from __future__ import annotations
 
 import random
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from bt_mission.common.faults import MOST_FAULTS, Fault
 from bt_mission.common.located import Document
-from bt_mission.mission.expressions import Expression, Late, Template, Text
-from bt_mission.mission.review import goal_path
+from bt_mission.mission.expressions import Expression, Late, Template, Text, Value
 from bt_mission.mission.scope import Variables, expression_faults, located, template_faults
 from bt_mission.mission.shapes import (
-    POSE_STAMPED,
+    SHORTHANDS,
     ListOf,
     Message,
     Path,
@@ -22,16 +22,15 @@ from bt_mission.mission.shapes import (
     Unknowable,
     conform,
 )
-from bt_mission.mission.steps import Action
 from bt_mission.mission.values import WORDS, ExpressionError, LooseText, Type
 
 
 def goal_faults(
-    document: Document, step: Action, goal: Message, variables: Variables
+    document: Document, at: Path, values: Mapping[str, Value], shape: Message, variables: Variables
 ) -> list[Fault]:
-    """Return everything in an action's goal that does not fit its type."""
-    reader = _GoalReader(document, goal_path(document, step), variables)
-    conform(goal, step.goal, reader.read, reader.report)
+    """Return everything in a goal or request, which stands at a path, that does not fit."""
+    reader = _GoalReader(document, at, variables)
+    conform(shape, values, reader.read, reader.report)
     return reader.faults
 
 
@@ -104,6 +103,6 @@ def _wanted(shape: Shape) -> tuple[str, Type | None]:
             return f"{WORDS[shape.type]} ({shape.name})", shape.type
         case ListOf():
             return f"a list ({shape.name})", "list"
-    if shape.name == POSE_STAMPED:
-        return "a pose [x m, y m, yaw deg]", "list"
+    if shape.name in SHORTHANDS:
+        return SHORTHANDS[shape.name]
     return f"a mapping ({shape.name})", None

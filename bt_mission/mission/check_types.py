@@ -1,28 +1,32 @@
-"""The actions of a mission against their types: goals, conditions and outputs."""
+"""The actions, services and topics of a mission against their types."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 
 from bt_mission.common.faults import Fault, listed, quoted
 from bt_mission.common.located import Document
 from bt_mission.mission.check_goal import goal_faults
 from bt_mission.mission.expressions import Name
+from bt_mission.mission.review import condition, sent, short_name
 from bt_mission.mission.scope import Variables, expression_faults, step_faults, walk
 from bt_mission.mission.shapes import (
     ActionShapes,
     Message,
     Path,
+    ServiceShapes,
     UnknownField,
     UnknownType,
     field_at,
     value_type,
 )
-from bt_mission.mission.steps import Action, Mission
+from bt_mission.mission.steps import Action, Mission, Service, WaitFor, Writer
 from bt_mission.mission.values import Type
 
-FindShapes = Callable[[str], ActionShapes]
-"""Gives the shapes of an action type by its full name. Raises UnknownType."""
+Shapes = ActionShapes | ServiceShapes | Message
+FindShapes = Callable[[str], Shapes]
+"""Gives what a type holds, by its full name. Raises UnknownType."""
 
 
 def type_faults(
@@ -31,110 +35,136 @@ def type_faults(
     find: FindShapes,
     lost: frozenset[str] = frozenset(),
 ) -> Iterator[Fault]:
-    """Yield everything in a mission that does not fit the types of its actions.
+    """Yield everything in a mission that does not fit its types.
 
     `lost` are outputs of nodes that could not be read.
     """
     checker = _Checker(document, find)
     for step, variables in walk(mission.tree, mission.inputs, checker.output_type, lost):
         yield from step_faults(document, step, variables)
-        if isinstance(step, Action):
-            yield from checker.action_faults(step, variables)
+        if isinstance(step, Writer):
+            yield from checker.faults(step, variables)
+
+
+@dataclass(frozen=True)
+class _Talk:
+    """The messages of one step: what it sends, what its condition reads, what it can keep."""
+
+    sends: Message | None
+    asks: Message | None
+    keeps: Message
+
+
+def _talk(shapes: Shapes) -> _Talk:
+    match shapes:
+        case ActionShapes():
+            return _Talk(shapes.goal, shapes.feedback, shapes.result)
+        case ServiceShapes():
+            return _Talk(shapes.request, None, shapes.response)
+    return _Talk(None, shapes, shapes)
 
 
 class _Checker:
-    """Compares actions with their types, each type looked up once."""
+    """Compares steps with their types, each type looked up once."""
 
     def __init__(self, document: Document, find: FindShapes) -> None:
         self.document = document
         self.find = find
-        self.known: dict[str, ActionShapes | UnknownType] = {}
+        self.known: dict[str, _Talk | UnknownType] = {}
 
-    def shapes(self, type_name: str) -> ActionShapes | UnknownType:
-        """Return the shapes of an action type, or why they are not known."""
-        if type_name not in self.known:
+    def talk(self, step: Writer) -> _Talk | UnknownType:
+        """Return the messages of a step, or why they are not known."""
+        assert isinstance(step, Action | Service | WaitFor)
+        if step.type not in self.known:
             try:
-                self.known[type_name] = self.find(type_name)
+                self.known[step.type] = _talk(self.find(step.type))
             except UnknownType as error:
-                self.known[type_name] = error
-        return self.known[type_name]
+                self.known[step.type] = error
+        return self.known[step.type]
 
-    def output_type(self, step: Action, field: str) -> Type | None:
-        """Return the type of a result field; None where there is no such field."""
-        shapes = self.shapes(step.type)
-        if isinstance(shapes, UnknownType):
+    def output_type(self, step: Writer, field: str) -> Type | None:
+        """Return the type of a field that a step keeps; None where there is no such field."""
+        talk = self.talk(step)
+        if isinstance(talk, UnknownType):
             return None
         try:
-            return value_type(field_at(shapes.result, field))
+            return value_type(field_at(talk.keeps, field))
         except UnknownField:
             return None
 
-    def action_faults(self, step: Action, variables: Variables) -> Iterator[Fault]:
-        """Yield everything in one action that does not fit its type."""
-        shapes = self.shapes(step.type)
-        if isinstance(shapes, UnknownType):
-            yield self.type_fault(step, shapes)
+    def faults(self, step: Writer, variables: Variables) -> Iterator[Fault]:
+        """Yield everything in one step that does not fit its type."""
+        talk = self.talk(step)
+        if isinstance(talk, UnknownType):
+            yield self.type_fault(step, talk)
             return
-        yield from goal_faults(self.document, step, shapes.goal, variables)
-        yield from self.condition_faults(step, shapes.feedback, variables)
-        yield from self.output_faults(step, shapes.result)
+        if talk.sends is not None:
+            values, path = sent(self.document, step)
+            yield from goal_faults(self.document, path, values, talk.sends, variables)
+        if talk.asks is not None:
+            yield from self.condition_faults(step, talk.asks, variables)
+        yield from self.output_faults(step, talk.keeps)
 
-    def type_fault(self, step: Action, error: UnknownType) -> Fault:
-        """Return the fault of an action whose type is not installed."""
-        if "action" in (self.document.find(step.path).keys or {}):
-            path = (*step.path, "action", "type")
-            return self.document.fault(path, error.message, error.hint)
-        path = (*step.path, step.action.removeprefix("/"))
-        return self.document.fault(path, error.message, error.hint, key=True)
+    def type_fault(self, step: Writer, error: UnknownType) -> Fault:
+        """Return the fault of a step whose type is not installed."""
+        short = short_name(self.document, step)
+        if short is not None:
+            return self.document.fault((*step.path, short), error.message, error.hint, key=True)
+        return self.document.fault((*step.path, step.kind, "type"), error.message, error.hint)
 
     def condition_faults(
-        self, step: Action, feedback: Message, variables: Variables
+        self, step: Writer, message: Message, variables: Variables
     ) -> Iterator[Fault]:
-        """Yield what is wrong with a condition on the feedback."""
-        if step.cancel_when is None:
+        """Yield what is wrong with a condition on the feedback, or on the message of a topic."""
+        path, asked = condition(step)
+        if asked is None:
             return
-        path = (*step.path, "cancel_when")
 
         def field_type(name: str) -> Type | None:
             try:
-                return value_type(field_at(feedback, name))
+                return value_type(field_at(message, name))
             except UnknownField:
                 raise KeyError(name) from None
 
-        bare = [name for name in step.cancel_when.references if not name.variable]
-        unknown = list(self.unknown_names(path, bare, feedback, variables))
+        bare = [name for name in asked.references if not name.variable]
+        unknown = list(self.unknown_names(path, bare, message, variables))
         yield from unknown
         if unknown:
             return
-        yield from expression_faults(
-            self.document, path, step.cancel_when, variables, "bool", field_type
-        )
-        if not any(name.name.partition(".")[0] in feedback.fields for name in bare):
-            message = f"the condition reads no field of the feedback ({listed(feedback.fields)})"
-            yield self.document.fault(path, message)
+        yield from expression_faults(self.document, path, asked, variables, "bool", field_type)
+        if not any(name.name.partition(".")[0] in message.fields for name in bare):
+            what = "the feedback" if isinstance(step, Action) else message.name
+            text = f"the condition reads no field of {what} ({listed(message.fields)})"
+            yield self.document.fault(path, text)
 
     def unknown_names(
-        self, path: Path, names: list[Name], feedback: Message, variables: Variables
+        self, path: Path, names: list[Name], message: Message, variables: Variables
     ) -> Iterator[Fault]:
-        """Yield the bare names of a condition that are no field of the feedback, nor variables."""
+        """Yield the bare names of a condition that name no value, of a field or a variable."""
         for name in names:
+            offset = name.column - 1
             try:
-                field_at(feedback, name.name)
+                shape = field_at(message, name.name)
             except UnknownField as error:
                 if name.name not in variables.types:
-                    offset = name.column - 1
                     yield self.document.fault(path, error.message, error.hint, offset=offset)
+                continue
+            if isinstance(shape, Message):
+                yield self.document.fault(path, _too_much(name.name, shape), offset=offset)
 
-    def output_faults(self, step: Action, result: Message) -> Iterator[Fault]:
-        """Yield the outputs that the result does not have."""
+    def output_faults(self, step: Writer, kept: Message) -> Iterator[Fault]:
+        """Yield the outputs that a result, response or message does not have."""
         for field in step.outputs:
             path = (*step.path, "outputs", field)
             try:
-                shape = field_at(result, field)
+                shape = field_at(kept, field)
             except UnknownField as error:
                 yield self.document.fault(path, error.message, error.hint, key=True)
                 continue
             if isinstance(shape, Message):
-                message = f"{quoted(field)} is a {shape.name}; name one of its fields: "
-                message += listed(f"{field}.{name}" for name in shape.fields)
-                yield self.document.fault(path, message, key=True)
+                yield self.document.fault(path, _too_much(field, shape), key=True)
+
+
+def _too_much(field: str, shape: Message) -> str:
+    fields = listed(f"{field}.{name}" for name in shape.fields)
+    return f"{quoted(field)} is a {shape.name}; name one of its fields: {fields}"

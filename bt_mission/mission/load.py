@@ -86,6 +86,7 @@ def draft(
         world=world or written.world or None,
         robot=robot or written.robot,
         seed=written.seed if seed is None else seed,
+        map=written.map,
         inputs=inputs,
         tree=tree,
         file=document.file,

@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, PlainValidator, WithJsonSchema, create_model
 
 from bt_mission.mission import rules
+from bt_mission.mission.short_names import SHORT_NAMES
 
 _NUMBER_SCHEMA = WithJsonSchema({"type": ["number", "string"]})
 _TEXT_SCHEMA = WithJsonSchema({"type": "string"})
@@ -49,6 +50,7 @@ class MissionFile(Written):
     world: Line = ""
     robot: Line = "waffle"
     seed: Annotated[int, Field(ge=0, lt=2**63)] = 0
+    map: Literal["known", "unknown"] = "known"
     inputs: dict[Variable, InputValue] = {}
     tree: Child
 
@@ -146,20 +148,43 @@ class ActionNode(GoalNode):
     action: ActionSettings
 
 
-SHORT_NAMES = {
-    "explore_forward": "bt_mission_interfaces/action/ExploreForward",
-    "turn": "bt_mission_interfaces/action/Turn",
-    "camera_sweep": "bt_mission_interfaces/action/CameraSweep",
-    "navigate_to_pose": "nav2_msgs/action/NavigateToPose",
-    "follow_waypoints": "nav2_msgs/action/FollowWaypoints",
-}
-"""Kinds that are actions of that name, with their types; the kind's value is the goal."""
+class ServiceSettings(Written):
+    """A service by its ROS name and type, and a request for it."""
+
+    name: Annotated[str, PlainValidator(rules.service_name), _TEXT_SCHEMA]
+    type: Annotated[str, PlainValidator(rules.service_type), _TEXT_SCHEMA]
+    request: Goal = {}
+
+
+class ServiceNode(Node):
+    """A call of any service. Times are seconds of ROS time."""
+
+    service: ServiceSettings
+    timeout: Limit = 5.0
+    outputs: dict[ResultField, Variable] = {}
+    server_timeout: FixedLimit = 5.0
+
+
+class WaitForSettings(Written):
+    """A topic by its ROS name and type, and what a message of it must meet."""
+
+    topic: Annotated[str, PlainValidator(rules.topic_name), _TEXT_SCHEMA]
+    type: Annotated[str, PlainValidator(rules.message_type), _TEXT_SCHEMA]
+    until: Annotated[Any, PlainValidator(rules.until), _TEXT_SCHEMA]
+
+
+class WaitForNode(Node):
+    """A pause until a message meets a condition."""
+
+    wait_for: WaitForSettings
+    timeout: Limit = None
+    outputs: dict[ResultField, Variable] = {}
 
 
 def _short_node(name: str) -> type[GoalNode]:
     title = "".join(word.capitalize() for word in name.split("_")) + "Node"
     fields: dict[str, Any] = {name: (Goal, ...)}
-    return create_model(title, __base__=GoalNode, __doc__=f"A goal for /{name}.", **fields)
+    return create_model(title, __base__=GoalNode, __doc__=f"A goal of {name}.", **fields)
 
 
 KINDS: dict[str, type[Node]] = {
@@ -171,6 +196,8 @@ KINDS: dict[str, type[Node]] = {
     "wait": WaitNode,
     "log": LogNode,
     "action": ActionNode,
+    "service": ServiceNode,
+    "wait_for": WaitForNode,
     **{name: _short_node(name) for name in SHORT_NAMES},
 }
 """Every kind of node, and the model of what stands in it."""

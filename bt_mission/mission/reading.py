@@ -15,7 +15,8 @@ import pydantic
 from bt_mission.common.faults import MOST_FAULTS, Fault, describe, did_you_mean, listed, quoted
 from bt_mission.common.located import Document, model_faults
 from bt_mission.mission import models, steps
-from bt_mission.mission.models import KINDS, SHORT_NAMES
+from bt_mission.mission.models import KINDS
+from bt_mission.mission.short_names import SHORT_NAMES
 from bt_mission.mission.steps import Key, Step
 
 NODE = "a node such as 'wait: 2.0'"
@@ -143,7 +144,8 @@ def _children(data: dict[str, Any], path: tuple[Key, ...]) -> Iterator[tuple[tup
 
 def _step(kind: str, written: Any, below: list[Step], common: dict[str, Any]) -> Step:
     if kind in SHORT_NAMES:
-        return _action(f"/{kind}", SHORT_NAMES[kind], getattr(written, kind), written, common)
+        short = SHORT_NAMES[kind]
+        return _action(short.action, short.type, getattr(written, kind), written, common)
     return _BUILD[kind](written, below, common)
 
 
@@ -167,6 +169,31 @@ def _action(
     return steps.Action(action=name, type=type_name, goal=goal, **modifiers, **common)
 
 
+def _service(written: models.ServiceNode, _: list[Step], common: dict[str, Any]) -> Step:
+    settings = written.service
+    return steps.Service(
+        service=settings.name,
+        type=settings.type,
+        request=settings.request,
+        timeout=written.timeout,
+        server_timeout=written.server_timeout,
+        outputs=written.outputs,
+        **common,
+    )
+
+
+def _wait_for(written: models.WaitForNode, _: list[Step], common: dict[str, Any]) -> Step:
+    settings = written.wait_for
+    return steps.WaitFor(
+        topic=settings.topic,
+        type=settings.type,
+        until=settings.until,
+        timeout=written.timeout,
+        outputs=written.outputs,
+        **common,
+    )
+
+
 _GOAL_MODIFIERS = tuple(models.GoalNode.model_fields.keys() - models.Node.model_fields.keys())
 
 
@@ -185,4 +212,6 @@ _BUILD: dict[str, Callable[[Any, list[Step], dict[str, Any]], Step]] = {
     "action": lambda written, _below, common: _action(
         written.action.name, written.action.type, written.action.goal, written, common
     ),
+    "service": _service,
+    "wait_for": _wait_for,
 }

@@ -7,9 +7,10 @@ from typing import Any
 
 from bt_mission.common.faults import Fault
 from bt_mission.common.located import Document
-from bt_mission.mission.expressions import Text
+from bt_mission.mission.expressions import Expression, Text, Value
 from bt_mission.mission.scope import Variables, names_read, reference_faults, step_faults, walk
-from bt_mission.mission.steps import Action, Key, Mission
+from bt_mission.mission.short_names import SHORT_NAMES
+from bt_mission.mission.steps import Action, Key, Mission, Service, Step, WaitFor, Writer
 
 
 def scope_faults(
@@ -21,22 +22,22 @@ def scope_faults(
     """
     for step, variables in walk(mission.tree, mission.inputs, lambda _action, _field: None, lost):
         yield from step_faults(document, step, variables)
-        if isinstance(step, Action):
-            yield from _action_faults(document, step, variables)
+        if isinstance(step, Writer):
+            yield from _writer_faults(document, step, variables)
 
 
-def _action_faults(document: Document, step: Action, variables: Variables) -> Iterator[Fault]:
-    """Yield what is wrong with an action's names, as far as that is seen without its types."""
-    for path, text in texts(step.goal, goal_path(document, step)):
+def _writer_faults(document: Document, step: Writer, variables: Variables) -> Iterator[Fault]:
+    """Yield what is wrong with the names in a step, as far as that is seen without its types."""
+    for path, text in texts(*sent(document, step)):
         readings = (text.template, text.expression)
         found = next((one for one in readings if not isinstance(one, Exception)), None)
         if found is None:  # which of the two errors counts, only the field's type can tell
             continue
         marked = [name for name in found.references if name.variable]
         yield from reference_faults(document, path, marked, variables)
-    if step.cancel_when is not None:
-        path = (*step.path, "cancel_when")
-        marked = [name for name in step.cancel_when.references if name.variable]
+    path, asked = condition(step)
+    if asked is not None:
+        marked = [name for name in asked.references if name.variable]
         yield from reference_faults(document, path, marked, variables)
     for result_field, variable in step.outputs.items():
         if variable in variables.inputs:
@@ -45,11 +46,32 @@ def _action_faults(document: Document, step: Action, variables: Variables) -> It
             yield document.fault(path, message)
 
 
-def goal_path(document: Document, step: Action) -> tuple[Key, ...]:
-    """Return where an action's goal stands in the document."""
-    if "action" in (document.find(step.path).keys or {}):
-        return (*step.path, "action", "goal")
-    return (*step.path, step.action.removeprefix("/"))
+def sent(document: Document, step: Step) -> tuple[Mapping[str, Value], tuple[Key, ...]]:
+    """Return the fields that a step sends, of a goal or a request, and where they stand."""
+    match step:
+        case Action(goal=goal):
+            short = short_name(document, step)
+            place = ("action", "goal") if short is None else (short,)
+            return goal, (*step.path, *place)
+        case Service(request=request):
+            return request, (*step.path, "service", "request")
+    return {}, step.path
+
+
+def condition(step: Step) -> tuple[tuple[Key, ...], Expression | None]:
+    """Return where the condition of a step stands, and the condition, if it has one."""
+    match step:
+        case WaitFor(until=until):
+            return (*step.path, "wait_for", "until"), until
+        case Action(cancel_when=cancel_when):
+            return (*step.path, "cancel_when"), cancel_when
+    return step.path, None
+
+
+def short_name(document: Document, step: Step) -> str | None:
+    """Return the short name that an action is written with, or None."""
+    keys = document.find(step.path).keys or {}
+    return next((key for key in SHORT_NAMES if key in keys), None)
 
 
 def texts(value: Any, path: tuple[Key, ...]) -> Iterator[tuple[tuple[Key, ...], Text]]:
@@ -73,11 +95,14 @@ def warnings(document: Document, mission: Mission) -> Iterator[Fault]:
             message = f"the input '{name}' is never read"
             yield document.fault(("inputs", name), message, key=True, severity="warning")
     for step in mission.tree.walk():
-        if not isinstance(step, Action):
+        if not isinstance(step, Writer):
             continue
-        if step.timeout is None:
+        hint = "add 'timeout: SECONDS'"
+        if isinstance(step, Action) and step.timeout is None:
             message = f"{step.action} has no timeout: it may take for ever"
-            hint = "add 'timeout: SECONDS'"
+            yield document.fault(step.path, message, hint, severity="warning")
+        if isinstance(step, WaitFor) and step.timeout is None:
+            message = f"the wait for {step.topic} has no timeout: it may take for ever"
             yield document.fault(step.path, message, hint, severity="warning")
         for result_field, variable in step.outputs.items():
             if variable not in read:

@@ -15,8 +15,8 @@ from bt_mission.mission.expressions import RESERVED, Expression, Template, Text
 from bt_mission.mission.values import ExpressionError, LooseText, Type
 
 VARIABLE = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
-_ACTION_NAME = re.compile(r"[~/]?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
-_ACTION_TYPE = re.compile(r"[a-z][a-z0-9_]*/action/[A-Z][A-Za-z0-9]*")
+_ROS_NAME = re.compile(r"(~/|/)?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
+_ROS_TYPE = re.compile(r"[a-z][a-z0-9_]*/(action|srv|msg)/[A-Z][A-Za-z0-9]*")
 _FIELD = re.compile(r"[a-z][a-z0-9_]*(\.[a-z][a-z0-9_]*)*")
 
 
@@ -86,12 +86,16 @@ def parsed(kind: Callable[[str], Kind], text: str, words: str = "") -> Kind:
         raise refusal(message, error.hint, error.column - 1) from None
 
 
-def condition(value: Any) -> Expression:
+def condition(value: Any, example: str = "current_image >= 5") -> Expression:
     """Return the expression of a condition."""
     if not isinstance(value, str):
-        message = f"expected a condition such as 'current_image >= 5', got {describe(value)}"
-        raise refusal(message)
+        raise refusal(f"expected a condition such as '{example}', got {describe(value)}")
     return parsed(Expression, value)
+
+
+def until(value: Any) -> Expression:
+    """Return the expression of a condition on a message; `data` alone is one, too."""
+    return condition(value, "percentage < 20")
 
 
 def message(value: Any) -> Template:
@@ -116,7 +120,7 @@ def goal_part(value: Any) -> Any:
 
 
 def result_field(name: str) -> str:
-    """Return the name of a result field, dotted for a nested one."""
+    """Return the name of a field of a result, response or message, dotted for a nested one."""
     if not _FIELD.fullmatch(name):
         raise refusal(f"expected the name of a result field, got {describe(name)}")
     return name
@@ -143,16 +147,32 @@ def plain(value: Any) -> Any:
     return value
 
 
-def action_name(value: Any) -> str:
-    """Return the name of an action."""
-    if not isinstance(value, str) or not _ACTION_NAME.fullmatch(value):
-        raise refusal(f"expected the name of an action such as /turn, got {describe(value)}")
-    return value
+def ros_name(what: str, example: str) -> Callable[[Any], str]:
+    """Return the rule for the name of an action, a service or a topic."""
+
+    def rule(value: Any) -> str:
+        if not isinstance(value, str) or not _ROS_NAME.fullmatch(value):
+            raise refusal(f"expected the name of {what} such as {example}, got {describe(value)}")
+        return value
+
+    return rule
 
 
-def action_type(value: Any) -> str:
-    """Return the full name of an action's type."""
-    if not isinstance(value, str) or not _ACTION_TYPE.fullmatch(value):
-        message = f"expected a type such as nav2_msgs/action/Spin, got {describe(value)}"
-        raise refusal(message)
-    return value
+def ros_type(folder: str, example: str) -> Callable[[Any], str]:
+    """Return the rule for the full name of a type: of an action, a service or a message."""
+
+    def rule(value: Any) -> str:
+        found = _ROS_TYPE.fullmatch(value) if isinstance(value, str) else None
+        if found is None or found[1] != folder:
+            raise refusal(f"expected a type such as {example}, got {describe(value)}")
+        return found[0]
+
+    return rule
+
+
+action_name = ros_name("an action", "/turn")
+action_type = ros_type("action", "nav2_msgs/action/Spin")
+service_name = ros_name("a service", "/stop")
+service_type = ros_type("srv", "std_srvs/srv/Trigger")
+topic_name = ros_name("a topic", "/battery_state")
+message_type = ros_type("msg", "sensor_msgs/msg/BatteryState")

@@ -1,7 +1,7 @@
 """Which names are known where, of what type, and what an expression does with them.
 
-Variables are the inputs, which never change, and the outputs of actions that stand earlier in
-the file. That an earlier action has really written its outputs, only the run can tell.
+Variables are the inputs, which never change, and the outputs of steps that stand earlier in
+the file. That an earlier step has really written its outputs, only the run can tell.
 """
 
 from __future__ import annotations
@@ -23,14 +23,25 @@ from bt_mission.mission.expressions import (
     names_in,
 )
 from bt_mission.mission.rules import LIMIT, SECONDS, TIMES, NumberRule
-from bt_mission.mission.steps import Action, Key, Log, Repeat, Retry, Step, Wait
+from bt_mission.mission.steps import (
+    Action,
+    Key,
+    Log,
+    Repeat,
+    Retry,
+    Service,
+    Step,
+    Wait,
+    WaitFor,
+    Writer,
+)
 from bt_mission.mission.values import type_of
 
-OutputType = Callable[[Action, str], Type | None]
-"""The type of a result field of an action; None where it is not known."""
+OutputType = Callable[[Writer, str], Type | None]
+"""The type of a field that a step reads; None where it is not known."""
 
 FieldType = Callable[[str], Type | None]
-"""The type of a feedback field by its dotted name; raises KeyError where there is none."""
+"""The type of a field of a message by its dotted name; raises KeyError where there is none."""
 
 
 @dataclass
@@ -68,7 +79,7 @@ def walk(
     steps = list(tree.walk())
     lines: dict[str, int] = {}
     for step in steps:
-        if isinstance(step, Action):
+        if isinstance(step, Writer):
             for variable in step.outputs.values():
                 lines.setdefault(variable, step.line)
     known: dict[str, Type | None] = dict.fromkeys(sorted(lost))
@@ -76,7 +87,7 @@ def walk(
     variables = Variables(inputs, known, lines)
     for step in steps:
         yield step, variables
-        if isinstance(step, Action):
+        if isinstance(step, Writer):
             for field, variable in step.outputs.items():
                 found = output_type(step, field)
                 same = known.get(variable, found) == found
@@ -94,6 +105,9 @@ def values_of(step: Step) -> Iterator[tuple[tuple[Key, ...], Value, NumberRule]]
             yield (*path, "retry", "pause"), step.pause, SECONDS
         case Wait():
             yield (*path, "wait"), step.seconds, SECONDS
+        case Service() | WaitFor():
+            if step.timeout is not None:
+                yield (*path, "timeout"), step.timeout, LIMIT
         case Action():
             if step.timeout is not None:
                 yield (*path, "timeout"), step.timeout, LIMIT
@@ -221,4 +235,8 @@ def names_read(step: Step) -> frozenset[str]:
         read.append(step.message.names)
     if isinstance(step, Action):
         read += [names_in(step.goal), names_in(step.cancel_when)]
+    if isinstance(step, Service):
+        read.append(names_in(step.request))
+    if isinstance(step, WaitFor):
+        read.append(step.until.names)
     return frozenset().union(*read)

@@ -18,6 +18,14 @@ from bt_mission.mission.values import Type
 Path = tuple[str | int, ...]
 
 POSE_STAMPED = "geometry_msgs/PoseStamped"
+POINT = "geometry_msgs/Point"
+DURATION = "builtin_interfaces/Duration"
+SHORTHANDS: dict[str, tuple[str, Type]] = {
+    POSE_STAMPED: ("a pose [x m, y m, yaw deg]", "list"),
+    POINT: ("a point [x m, y m, z m]", "list"),
+    DURATION: ("seconds", "number"),
+}
+"""Messages that may be written shorter: in which words, and the type of an expression for one."""
 MAP_FRAME = "map"
 LARGEST_FLOAT32 = 3.4028234663852886e38
 
@@ -65,6 +73,14 @@ class ActionShapes:
     goal: Message
     result: Message
     feedback: Message
+
+
+@dataclass(frozen=True)
+class ServiceShapes:
+    """What the two messages of a service hold."""
+
+    request: Message
+    response: Message
 
 
 class UnknownType(BtMissionError):  # noqa: N818 - what it is says more than that it is an error
@@ -137,7 +153,8 @@ def conform(shape: Shape, value: Any, read: Reader, report: Report, path: Path =
     """Return a value as the shape wants it (floats for float fields, mappings for messages).
 
     Everything that does not fit is reported, and then the result is of no use. Lists of three
-    numbers become poses: x (m), y (m), yaw (deg) in the frame `map`.
+    numbers become poses: x (m), y (m), yaw (deg) in the frame `map`; or points: x, y, z (m). A
+    number becomes a duration (s).
     """
     if isinstance(value, Text | Late):
         try:
@@ -149,8 +166,10 @@ def conform(shape: Shape, value: Any, read: Reader, report: Report, path: Path =
             return _scalar(shape, value, report, path)
         case ListOf():
             return _list(shape, value, read, report, path)
-    if shape.name == POSE_STAMPED and isinstance(value, list | tuple):
-        return _pose(value, read, report, path)
+    if shape.name in (POSE_STAMPED, POINT) and isinstance(value, list | tuple):
+        return _three(shape, value, read, report, path)
+    if shape.name == DURATION and isinstance(value, int | float) and not isinstance(value, bool):
+        return _duration(value, report, path)
     return _message(shape, value, read, report, path)
 
 
@@ -226,17 +245,21 @@ def _message(shape: Message, value: Any, read: Reader, report: Report, path: Pat
 _COORDINATE = Scalar("float64", "number")
 
 
-def _pose(value: Any, read: Reader, report: Report, path: Path) -> Any:
+def _three(shape: Message, value: Any, read: Reader, report: Report, path: Path) -> Any:
+    """Return a pose on the map or a point, of three numbers."""
     if len(value) != 3:
-        report(Problem(path, f"expected a pose [x m, y m, yaw deg], got {describe(value)}"))
+        words, _ = SHORTHANDS[shape.name]
+        report(Problem(path, f"expected {words}, got {describe(value)}"))
         return None
     parts = [
         conform(_COORDINATE, part, read, report, (*path, index)) for index, part in enumerate(value)
     ]
     if not all(isinstance(part, float) and math.isfinite(part) for part in parts):
         return None
-    x, y, yaw = parts
-    half = math.radians(yaw) / 2.0
+    x, y, last = parts
+    if shape.name == POINT:
+        return {"x": x, "y": y, "z": last}
+    half = math.radians(last) / 2.0
     return {
         "header": {"frame_id": MAP_FRAME},
         "pose": {
@@ -244,3 +267,19 @@ def _pose(value: Any, read: Reader, report: Report, path: Path) -> Any:
             "orientation": {"z": math.sin(half), "w": math.cos(half)},
         },
     }
+
+
+_NS = 1_000_000_000
+_LONGEST_S = 2**31 - 1
+
+
+def _duration(seconds: float, report: Report, path: Path) -> Any:
+    if not math.isfinite(seconds):
+        report(Problem(path, f"expected a finite number of seconds, got {seconds}"))
+    elif abs(seconds) > _LONGEST_S:
+        message = f"{seconds:g} s are outside {DURATION}, -{_LONGEST_S} to {_LONGEST_S}"
+        report(Problem(path, message))
+    else:
+        sec, nanosec = divmod(round(seconds * _NS), _NS)
+        return {"sec": sec, "nanosec": nanosec}
+    return None

@@ -125,14 +125,57 @@ class Log(Step):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Action(Step):
+class Writer(Step):
+    """A step that hears from ROS; `outputs` names the variable for each field it reads.
+
+    Nested fields have dotted names.
+    """
+
+    outputs: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Service(Writer):
+    """One call of a ROS 2 service.
+
+    `service` is the name ("/stop"), `type` the full type ("std_srvs/srv/Trigger"), `request`
+    holds fields by name. `timeout` bounds the time from the call to the answer, `server_timeout`
+    the wait for a server. `outputs` takes fields of the response.
+    """
+
+    kind: ClassVar[str] = "service"
+    service: str
+    type: str
+    request: Mapping[str, Value] = field(default_factory=dict)
+    timeout: Value = 5.0
+    server_timeout: float = 5.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class WaitFor(Writer):
+    """Waits until a message of a topic meets a condition.
+
+    `topic` is the name ("/battery_state"), `type` the full type ("sensor_msgs/msg/BatteryState").
+    `until` is asked on every message; `outputs` takes fields of the one that met it. `timeout`
+    bounds the wait; None means no limit.
+    """
+
+    kind: ClassVar[str] = "wait_for"
+    topic: str
+    type: str
+    until: Expression
+    timeout: Value | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Action(Writer):
     """One goal of a ROS 2 action, from sending it to its end.
 
     `action` is the name ("/turn"), `type` the full type ("bt_mission_interfaces/action/Turn").
     `goal` holds fields by name. `timeout` bounds the whole goal, `silence_timeout` the time
     without feedback; None means no limit. `cancel_when` is asked on every feedback; the step
-    then ends as `on_cancel` says. `outputs` names the variable for each result field (dotted
-    for a nested one), also when the goal was cancelled or aborted, provided a result came.
+    then ends as `on_cancel` says. `outputs` takes fields of the result, also when the goal was
+    cancelled or aborted, provided a result came.
     """
 
     kind: ClassVar[str] = "action"
@@ -142,7 +185,6 @@ class Action(Step):
     timeout: Value | None = None
     cancel_when: Expression | None = None
     on_cancel: Literal["success", "failure"] = "failure"
-    outputs: Mapping[str, str] = field(default_factory=dict)
     server_timeout: float = 5.0
     answer_timeout: float = 2.0
     silence_timeout: Value | None = None
@@ -151,7 +193,10 @@ class Action(Step):
 
 @dataclass(frozen=True, kw_only=True)
 class Mission:
-    """A mission file, loaded. `inputs` holds the values after `--set`."""
+    """A mission file, loaded. `inputs` holds the values after `--set`.
+
+    `map` tells whether the robot is given the map of its world or has to make one.
+    """
 
     name: str
     tree: Step
@@ -159,6 +204,7 @@ class Mission:
     world: str | None = None
     robot: str = "waffle"
     seed: int = 0
+    map: Literal["known", "unknown"] = "known"
     inputs: Mapping[str, Plain] = field(default_factory=dict)
     file: str = "<text>"
     warnings: tuple[Fault, ...] = ()

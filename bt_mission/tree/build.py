@@ -20,6 +20,8 @@ from bt_mission.mission.values import show
 from bt_mission.tree import decorators, leaves
 from bt_mission.tree.action_leaf import ActionLeaf, Plan
 from bt_mission.tree.runtime import MissionFailure, Scope, read_field
+from bt_mission.tree.service_leaf import Call, ServiceLeaf
+from bt_mission.tree.wait_for import WaitFor, Watch
 
 
 def build_tree(mission: steps.Mission, scope: Scope) -> Behaviour:
@@ -62,6 +64,10 @@ class _Builder:
                 return leaves.Log(_name(step), lambda: str(self._resolve(step, path, step.message)))
             case steps.Action():
                 return self._action(step, path)
+            case steps.Service():
+                return self._service(step, path)
+            case steps.WaitFor():
+                return self._wait_for(step, path)
         raise TypeError(f"no behaviour is known for a step of kind '{step.kind}'")
 
     def _action(self, step: steps.Action, path: str) -> ActionLeaf:
@@ -77,7 +83,7 @@ class _Builder:
                 ),
                 condition=None
                 if step.cancel_when is None
-                else self._condition(step, path, step.cancel_when),
+                else self._condition(step, path, "cancel_when", step.cancel_when),
                 target=self._target(step, path),
             )
 
@@ -90,6 +96,28 @@ class _Builder:
             step.outputs,
             self._place(step),
         )
+
+    def _service(self, step: steps.Service, path: str) -> ServiceLeaf:
+        def plan() -> Call:
+            return Call(
+                request=self._resolve(step, path, step.request),
+                server_s=step.server_timeout,
+                answer_s=self._number(step, path, step.timeout, LIMIT),
+            )
+
+        return ServiceLeaf(
+            _name(step), step.service, step.type, plan, step.outputs, self._place(step)
+        )
+
+    def _wait_for(self, step: steps.WaitFor, path: str) -> WaitFor:
+        def plan() -> Watch:
+            return Watch(
+                timeout_s=self._limit(step, path, step.timeout),
+                condition=self._condition(step, path, "until", step.until),
+                show=lambda message: _values(step.until, MessageFields(message)),
+            )
+
+        return WaitFor(_name(step), step.topic, step.type, plan, step.outputs, step.until.text)
 
     # ---- values, when a step is entered ---------------------------------------------------
 
@@ -133,27 +161,27 @@ class _Builder:
         return None
 
     def _condition(
-        self, step: steps.Action, path: str, expression: Expression
+        self, step: steps.Step, path: str, key: str, expression: Expression
     ) -> Callable[[Any], str | None]:
-        """Says what was met, with the values of the feedback it names."""
-        random = self._scope.random(f"{path}/cancel_when")
-        shown = [name.name for name in expression.references if not name.variable]
+        """Says what was met, with the values of the message it names."""
+        random = self._scope.random(f"{path}/{key}")
 
-        def met(feedback: Any) -> str | None:
-            fields = FeedbackFields(feedback)
+        def met(message: Any) -> str | None:
+            fields = MessageFields(message)
             try:
                 if not expression.evaluate(self._scope.values, random, fields):
                     return None
             except ExpressionError as error:
-                raise self._failure(step, f"cancel_when: {error}") from error
-            values = ", ".join(f"{n} = {show(fields[n])}" for n in shown if n in fields)
+                place, name = self._place(step), _name(step)
+                raise MissionFailure(f"{place}: '{name}' {key}: {error}") from error
+            values = _values(expression, fields)
             return f"{expression.text}" + (f" ({values})" if values else "")
 
         return met
 
 
-class FeedbackFields(Mapping[str, Any]):
-    """The fields of a feedback message by dotted name."""
+class MessageFields(Mapping[str, Any]):
+    """The fields of a message by dotted name."""
 
     def __init__(self, message: Any) -> None:
         self._message = message
@@ -174,7 +202,22 @@ class FeedbackFields(Mapping[str, Any]):
 def _name(step: steps.Step) -> str:
     if step.name:
         return step.name
-    return step.action.strip("/") if isinstance(step, steps.Action) else step.kind
+    match step:
+        case steps.Action(action=name) | steps.Service(service=name):
+            return name.strip("/")
+        case steps.WaitFor(topic=topic):
+            return f"wait for {topic.strip('/')}"
+    return step.kind
+
+
+def _values(condition: Expression, fields: Mapping[str, Any]) -> str:
+    """What a condition reads of a message, for people."""
+    names = dict.fromkeys(name.name for name in condition.references if not name.variable)
+    found = {name: fields[name] for name in names if name in fields}
+    return ", ".join(
+        f"{name} of {len(value)}" if isinstance(value, list) else f"{name} = {show(value)}"
+        for name, value in found.items()
+    )
 
 
 def _composite(step: steps.Composite, children: list[Behaviour]) -> Behaviour:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -35,6 +35,42 @@ class Scope:
         return self._generators[path]
 
 
+class Caller(Protocol):
+    """The client of a service: :class:`bt_mission.service_caller.ServiceCaller`, for one."""
+
+    name: str
+
+    def is_ready(self) -> bool:
+        """Is there a server?"""
+
+    def prepare(self, fields: Mapping[str, Any]) -> Any:
+        """A request with these fields.
+
+        :raises BtMissionError: when a value does not fit its field.
+        """
+
+    def call(self, request: Any, on_answer: Callable[[Any], None]) -> Callable[[], None]:
+        """Send a request; gives a function that forgets it, after which no answer is heard."""
+
+
+class Reader(Protocol):
+    """Messages of a topic: :class:`bt_mission.topic_reader.TopicReader`, for one."""
+
+    name: str
+
+    def listen(self, listener: Callable[[Any], None]) -> None:
+        """Hand messages to this listener from now on; the newest latched one at once."""
+
+    def leave(self, listener: Callable[[Any], None]) -> None:
+        """Hand nothing more to this listener."""
+
+    def look_around(self) -> None:
+        """Look at the graph, at every tick of somebody who listens."""
+
+    def why_silent(self) -> str:
+        """What is known of the topic's publishers, for people."""
+
+
 class Runtime(Protocol):
     """Handed to every node's ``setup`` as ``runtime``."""
 
@@ -47,6 +83,18 @@ class Runtime(Protocol):
 
     def courier(self, action: str, type_name: str) -> Courier:
         """The client of an action; one for each name and type.
+
+        :raises BtMissionError: for a type that is not installed.
+        """
+
+    def caller(self, service: str, type_name: str) -> Caller:
+        """The client of a service; one for each name and type.
+
+        :raises BtMissionError: for a type that is not installed.
+        """
+
+    def reader(self, topic: str, type_name: str) -> Reader:
+        """The messages of a topic; one for each name and type.
 
         :raises BtMissionError: for a type that is not installed.
         """

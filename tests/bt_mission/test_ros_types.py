@@ -6,8 +6,8 @@ import sys
 import pytest
 
 from bt_mission.mission.expressions import Expression, Text, resolve
-from bt_mission.mission.models import SHORT_NAMES
-from bt_mission.mission.shapes import ListOf, Scalar
+from bt_mission.mission.shapes import ListOf, Message, Scalar, ServiceShapes
+from bt_mission.mission.short_names import SHORT_NAMES
 from bt_mission.ros_types import (
     FillError,
     UnknownType,
@@ -15,9 +15,12 @@ from bt_mission.ros_types import (
     action_type,
     fields,
     fill,
-    installed_actions,
+    installed,
+    message_type,
     read,
+    service_type,
     shape_of,
+    shapes,
 )
 
 TURN = action_type("bt_mission_interfaces/action/Turn")
@@ -27,8 +30,9 @@ FOLLOW = action_type("nav2_msgs/action/FollowWaypoints")
 
 def test_every_short_name_has_an_installed_type():
     """And its goal has fields."""
-    assert set(SHORT_NAMES.values()) <= set(installed_actions())
-    for name in SHORT_NAMES.values():
+    types = {short.type for short in SHORT_NAMES.values()}
+    assert types <= set(installed("action"))
+    for name in types:
         assert action_shapes(name).goal.fields
 
 
@@ -56,6 +60,43 @@ def test_a_type_that_is_not_installed_is_refused(name, message):
         action_type(name)
     assert str(caught.value).startswith(message)
     assert "antigravity" not in sys.modules
+
+
+def test_services_and_messages_are_found_in_the_same_way():
+    """By full names, with the nearest one where there is none of that name."""
+    assert service_type("std_srvs/srv/SetBool").Request().data is False
+    assert message_type("std_msgs/msg/Bool")().data is False
+    with pytest.raises(UnknownType, match=r"service type std_srvs/srv/SetBol .*'std_srvs/srv/Set"):
+        service_type("std_srvs/srv/SetBol")
+    with pytest.raises(UnknownType, match=r"message type std_msgs/msg/Bol .*'std_msgs/msg/Bool'"):
+        message_type("std_msgs/msg/Bol")
+    with pytest.raises(UnknownType, match="such as std_msgs/msg/String, got 'std_srvs/srv/SetB"):
+        message_type("std_srvs/srv/SetBool")
+
+
+def test_shapes_of_every_kind_of_type():
+    """A service has two messages, a message is itself, everything else is an action."""
+    found = shapes("std_srvs/srv/SetBool")
+    assert isinstance(found, ServiceShapes)
+    assert found.request.name == "the request of std_srvs/srv/SetBool"
+    assert list(found.response.fields) == ["success", "message"]
+    assert isinstance(shapes("std_msgs/msg/Bool"), Message)
+    assert shapes("bt_mission_interfaces/action/Turn") == action_shapes(
+        "bt_mission_interfaces/action/Turn"
+    )
+    with pytest.raises(UnknownType, match="expected a type such as nav2_msgs/action/Spin"):
+        shapes("Turn")
+
+
+def test_seconds_and_points_are_filled():
+    """A number is a duration, three numbers are a point."""
+    goal = fill(action_type("nav2_msgs/action/BackUp").Goal(),
+                {"target": [0.5, 0, 0], "time_allowance": 2.25})  # fmt: skip
+    assert (goal.target.x, goal.time_allowance.sec, goal.time_allowance.nanosec) == (
+        0.5,
+        2,
+        250_000_000,
+    )
 
 
 def test_fields_have_their_names_in_interface_files():

@@ -72,8 +72,8 @@ def test_a_goal_that_fits_has_no_faults():
         ("{label: '${n +}'}", "}'", "expected a number, a name or a '(', got the end"),
         ("{label: 'a ${1 / (n - 2)}'}", "/ (n", "division by zero"),
         ("{label: 'a ${nn}'}", "nn}", "'nn' is written by nothing"),
-        ("{at: [1, 2]}", "[1", "expected a mapping (geometry_msgs/Point), got a list of 2"),
-        ("{at: $xs}", "$xs", "expected a mapping (geometry_msgs/Point), got a list of 2"),
+        ("{at: [1, 2]}", "[1", "expected a point [x m, y m, z m], got a list of 2"),
+        ("{at: $xs}", "$xs", "expected a point [x m, y m, z m], got a list of 2"),
         ("{at: {z: 1}}", "z:", "no field 'z' in geometry_msgs/Point (its fields: x, y)"),
     ],
 )
@@ -103,6 +103,7 @@ def test_conditions_on_the_feedback(condition):
         ),
         ("at.z > 2", "at.z", "no field 'z' in geometry_msgs/Point (its fields: x, y)"),
         ("now.x > 2", "now.x", "'now.x': float32 has no fields of its own"),
+        ("at > 2", "at", "'at' is a geometry_msgs/Point; name one of its fields: at.x, at.y"),
         ("now", "now", "expected true or false, got a number"),
         ("now > word", "> word", "cannot compare a number with a text"),
         ("all > 2", "> 2", "cannot compare a list with a whole number"),

@@ -3,7 +3,8 @@
 import pytest
 from pydantic import ValidationError
 
-from bt_mission.mission.models import KINDS, SHORT_NAMES, GoalNode, MissionFile
+from bt_mission.mission.models import KINDS, GoalNode, MissionFile
+from bt_mission.mission.short_names import SHORT_NAMES
 
 
 @pytest.mark.parametrize("kind", KINDS)

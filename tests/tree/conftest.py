@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from types import SimpleNamespace
 from typing import Any
 
@@ -26,6 +26,63 @@ def message(**fields: Any) -> Any:
     return SimpleNamespace(get_fields_and_field_types=lambda: dict.fromkeys(fields, ""), **fields)
 
 
+class ScriptedService:
+    """A client of a service whose server answers when the test says so."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.ready = True
+        self.requests: list[Any] = []
+        self.forgotten = 0
+        self._callbacks: list[Callable[[Any], None]] = []
+
+    def is_ready(self) -> bool:
+        return self.ready
+
+    def prepare(self, fields: Mapping[str, Any]) -> Any:
+        return fields
+
+    def call(self, request: Any, on_answer: Callable[[Any], None]) -> Callable[[], None]:
+        self.requests.append(request)
+        self._callbacks.append(on_answer)
+
+        def forget() -> None:
+            self.forgotten += 1
+
+        return forget
+
+    def answer(self, call: int = -1, **fields: Any) -> None:
+        """Answer a call, the newest unless said otherwise."""
+        self._callbacks[call](message(**fields))
+
+
+class ScriptedTopic:
+    """A topic on which the test publishes."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.latched: Any = None
+        self.listeners: list[Callable[[Any], None]] = []
+
+    def listen(self, listener: Callable[[Any], None]) -> None:
+        self.listeners.append(listener)
+        if self.latched is not None:
+            listener(self.latched)
+
+    def leave(self, listener: Callable[[Any], None]) -> None:
+        self.listeners = [one for one in self.listeners if one != listener]
+
+    def look_around(self) -> None:
+        pass
+
+    def why_silent(self) -> str:
+        return "nobody publishes it"
+
+    def publish(self, **fields: Any) -> None:
+        for listener in tuple(self.listeners):
+            listener(message(**fields))
+
+
 class Play:
     """An executive without ROS."""
 
@@ -34,6 +91,8 @@ class Play:
         self.now_ns = S
         self.servers: dict[str, Any] = {}
         self.said: list[str] = []
+        self.services: dict[str, ScriptedService] = {}
+        self.topics: dict[str, ScriptedTopic] = {}
         self._server_type = server_type
         self.scope = Scope(dict(mission.inputs), mission.seed)
         self.ledger = Ledger(mission.seed, 3 * S, self._on_goal)
@@ -48,6 +107,12 @@ class Play:
         if action not in self.servers:
             self.servers[action] = self._server_type(action)
         return self.servers[action]
+
+    def caller(self, service: str, type_name: str) -> ScriptedService:
+        return self.services.setdefault(service, ScriptedService(service))
+
+    def reader(self, topic: str, type_name: str) -> ScriptedTopic:
+        return self.topics.setdefault(topic, ScriptedTopic(topic))
 
     def log(self, text: str) -> None:
         self.said.append(text)

@@ -1,0 +1,133 @@
+"""A wait for a message: which messages count, and when it ends."""
+
+from __future__ import annotations
+
+from typing import Any
+
+BATTERY = "  wait_for: {topic: /battery, type: a/msg/B, until: percentage < $low}"
+HEAD = "mission: m\ninputs: {low: 20}"
+
+
+def test_it_succeeds_at_the_tick_after_the_message(play: Any) -> None:
+    """Not before one meets the condition; the reason shows the values that did."""
+    story = play(BATTERY, HEAD)
+    assert story.tick(3) == "R"
+    assert story.root.feedback_message == "no message yet"
+    topic = story.topics["/battery"]
+    topic.publish(percentage=50.0)
+    assert story.tick() == "R"
+    assert story.root.feedback_message == "percentage = 50"
+    topic.publish(percentage=19.5)
+    assert story.tick() == "S"
+    assert story.root.feedback_message == "percentage < $low (percentage = 19.5)"
+    assert topic.listeners == []
+
+
+def test_the_condition_latches(play: Any) -> None:
+    """A message between two ticks is enough, whatever comes after it; its fields are kept."""
+    story = play(
+        f"  sequence:\n    - {BATTERY.strip()}\n      outputs: {{percentage: charge}}\n"
+        "    - log: $charge %",
+        HEAD,
+    )
+    story.tick()
+    for value in (50.0, 12.0, 11.0, 90.0):
+        story.topics["/battery"].publish(percentage=value)
+    assert story.tick() == "SSS"
+    assert story.said == ["12 %"]
+
+
+def test_messages_count_from_the_moment_the_node_is_reached(play: Any) -> None:
+    """What came before is past."""
+    story = play(f"  sequence:\n    - wait: 0.1\n    - {BATTERY.strip()}", HEAD)
+    story.tick()
+    story.topics["/battery"].publish(percentage=5.0)
+    assert story.tick(3) == "RSR"
+    story.topics["/battery"].publish(percentage=5.0)
+    assert story.tick() == "SSS"
+
+
+def test_what_is_latched_counts_at_once(play: Any) -> None:
+    """Also within the tick that reaches the node."""
+    story = play("  wait_for: {topic: /on, type: std_msgs/msg/Bool, until: data}")
+    story.topics["/on"].publish(data=True)
+    story.topics["/on"].latched = type("Bool", (), {"data": True})
+    assert story.tick() == "S"
+
+
+def test_nested_fields_are_read_by_dotted_names(play: Any) -> None:
+    """In the condition and in outputs."""
+    story = play(
+        "  wait_for: {topic: /odom, type: a/msg/B, until: at.x > 1 and not stale}\n"
+        "  outputs: {at.x: x}"
+    )
+    story.tick()
+    point = type("Point", (), {"x": 2.0})
+    story.topics["/odom"].publish(at=point, stale=False)
+    assert story.tick() == "S"
+    assert story.scope.values == {"x": 2.0}
+
+
+def test_it_fails_when_its_time_is_over(play: Any) -> None:
+    """With the last values, or with what the graph knows when nothing came."""
+    story = play(f"{BATTERY}\n  timeout: 1", HEAD)
+    assert story.tick(20) == "R"
+    assert story.tick() == "F"
+    assert story.executive.reason == (
+        "'wait for battery' /battery: no message within 1 s; nobody publishes it"
+    )
+    story = play(f"{BATTERY}\n  timeout: 1", HEAD)
+    story.tick()
+    story.topics["/battery"].publish(percentage=88.0)
+    assert story.tick(20) == "F"
+    assert story.executive.reason == (
+        "'wait for battery' /battery: 'percentage < $low' was not met within 1 s "
+        "(last: percentage = 88)"
+    )
+
+
+def test_a_message_that_comes_with_the_deadline_wins(play: Any) -> None:
+    """As a result of a goal does."""
+    story = play(f"{BATTERY}\n  timeout: 1", HEAD)
+    story.tick(20)
+    story.topics["/battery"].publish(percentage=1.0)
+    assert story.tick() == "S"
+
+
+def test_a_condition_that_cannot_be_computed_fails_the_mission_with_its_place(play: Any) -> None:
+    """At the next tick, not in the callback."""
+    story = play("  wait_for: {topic: /a, type: a/msg/B, until: 1 / x > 2}")
+    story.tick()
+    story.topics["/a"].publish(x=0)
+    story.topics["/a"].publish(x=1)
+    story.tick(2)
+    assert story.status == "failure"
+    assert story.executive.reason.startswith("<text>:3:3: 'wait for a' until: division by zero")
+
+
+def test_a_halted_wait_no_longer_listens_and_begins_anew(play: Any) -> None:
+    """What it had heard is forgotten."""
+    story = play(
+        f"  repeat: {{count: 2}}\n  do:\n    parallel:\n      - {BATTERY.strip()}\n"
+        "      - wait: 0.1\n    succeed_when: any",
+        HEAD,
+    )
+    story.tick(2)
+    topic = story.topics["/battery"]
+    topic.publish(percentage=50.0)
+    story.tick()
+    assert topic.listeners == []
+    topic.publish(percentage=1.0)
+    assert story.tick() == "RRRR"
+    topic.publish(percentage=1.0)
+    story.tick()
+    assert story.status == "success"
+
+
+def test_lists_are_shown_by_their_length(play: Any) -> None:
+    """A scan has hundreds of values."""
+    story = play("  wait_for: {topic: /scan, type: a/msg/B, until: len(ranges) > 3}")
+    story.tick()
+    story.topics["/scan"].publish(ranges=[1.0, 2.0])
+    story.tick()
+    assert story.root.feedback_message == "ranges of 2"
