@@ -29,6 +29,7 @@ ROS_MODULES = (
     "bt_mission/cli/*",
     "bt_mission/courier.py",
     "bt_mission/doctor_probes.py",
+    "bt_mission/fleet.py",
     "bt_mission/lockstep/*",
     "bt_mission/node.py",
     "bt_mission/ros_types.py",
@@ -43,7 +44,7 @@ ROS_MODULES = (
 # Compares goals with the ROS types where ROS is installed, and says that it did not elsewhere.
 ASKS_FOR_TYPES = ("bt_mission/mission/check.py",)
 # Put the world and the servers on one clock, or start them: the only ones to know all folders.
-MEETING_PLACES = ("bt_mission/stage.py", "bt_mission/cli/*")
+MEETING_PLACES = ("bt_mission/stage.py", "bt_mission/fleet.py", "bt_mission/cli/*")
 # Paces a live run against the wall.
 WALL_CLOCK_MODULES = ("bt_mission/pacing.py",)
 EXCEPTIONS = sorted({*ROS_MODULES, *ASKS_FOR_TYPES, *MEETING_PLACES, *WALL_CLOCK_MODULES})
