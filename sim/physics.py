@@ -13,6 +13,7 @@ import numpy as np
 
 from sim import entrants as entrants_
 from sim.entrants import Entrant
+from sim.grip import Grip
 from sim.model import compile_model
 from sim.movers import Movers
 from sim.names import STEP_NS
@@ -30,7 +31,7 @@ class Moved(Protocol):
         """Return what is to be called before and after each step, with its beginning (ns)."""
 
     def restart(self) -> None:
-        """Be as at the start: the state has been put back."""
+        """Be as at the start: time begins, or the state has been put back."""
 
 
 class Physics:
@@ -48,6 +49,7 @@ class Physics:
         self._epoch_ns = start_ns
         self._robots: tuple[Moved, ...] = ()
         self._movers = Movers(self.model, world) if world.moving else None
+        self._grip = Grip(self.model, world) if world.slippery else None
         self._place()
         mujoco.mj_forward(self.model, self.data)
         self._at_start = np.empty(mujoco.mj_stateSize(self.model, _STATE))
@@ -60,13 +62,16 @@ class Physics:
         data.qvel[:] = 0.0
         self._place()
         mujoco.mj_getState(model, data, self._at_start, _STATE)
-        mujoco.mj_forward(model, data)
         self._robots = tuple(robots)
+        self._restart()
 
     def reset(self) -> None:
         """Put everything back to its state at the start. Time goes on."""
         mujoco.mj_setState(self.model, self.data, self._at_start, _STATE)
         self._epoch_ns = self.time_ns
+        self._restart()
+
+    def _restart(self) -> None:
         for robot in self._robots:
             robot.restart()
         mujoco.mj_forward(self.model, self.data)
@@ -82,11 +87,14 @@ class Physics:
                 f"cannot advance from {self.time_ns} ns to {time_ns} ns: expected a later time,"
                 f" a multiple of {STEP_NS} ns away"
             )
-        model, data, step, movers = self.model, self.data, mujoco.mj_step, self._movers
+        model, data, step = self.model, self.data, mujoco.mj_step
+        movers, grip = self._movers, self._grip
         robots = [robot.step_hooks() for robot in self._robots]
         for now in range(self.time_ns, time_ns, STEP_NS):
             if movers is not None:
                 movers.place(data, now - self._epoch_ns)
+            if grip is not None:
+                grip.apply(data)
             for before, _ in robots:
                 before(now)
             step(model, data)

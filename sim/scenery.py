@@ -21,7 +21,7 @@ from sim.names import (
     SOLREF,
 )
 from sim.shapes import Obstacle
-from sim.world import World, Zone
+from sim.world import Patch, World, Zone
 
 _TON = 1000.0
 """kg, and kg m^2."""
@@ -30,10 +30,11 @@ _TON = 1000.0
 def add_world(spec: mujoco.MjSpec, world: World) -> None:
     """Add floor, obstacles and zones, sky and light."""
     _add_sky_and_light(spec)
-    _add_floor(spec, world.size)
+    _add_floor(spec, world.size, grip=0.0 if world.slippery else 1.0)
     _add_obstacles(spec, world.obstacles)
-    for zone in world.zones:
-        _add_mark(spec, zone)
+    marks: tuple[Zone | Patch, ...] = (*world.slippery, *world.zones)
+    for mark in marks:
+        _add_mark(spec, mark)
 
 
 def yaw_quaternion(yaw: float) -> list[float]:
@@ -67,7 +68,7 @@ def _add_sky_and_light(spec: mujoco.MjSpec) -> None:
     )
 
 
-def _add_floor(spec: mujoco.MjSpec, size: tuple[float, float]) -> None:
+def _add_floor(spec: mujoco.MjSpec, size: tuple[float, float], grip: float) -> None:
     spec.add_texture(
         name="tiles",
         type=mujoco.mjtTexture.mjTEXTURE_2D,
@@ -88,6 +89,8 @@ def _add_floor(spec: mujoco.MjSpec, size: tuple[float, float]) -> None:
         contype=FLOOR_BIT,
         conaffinity=0,
         group=SOLID,
+        # The larger of the two that touch counts: with none of its own, the wheels' is left.
+        friction=[grip, 0.005, 0.0001],
         solref=SOLREF,
         solimp=SOLIMP,
     )
@@ -135,8 +138,8 @@ def _mover(static: mujoco.MjsBody, obstacle: Obstacle) -> mujoco.MjsBody:
     return body
 
 
-def _add_mark(spec: mujoco.MjSpec, zone: Zone) -> None:
-    """Add a zone, a millimetre thick."""
+def _add_mark(spec: mujoco.MjSpec, zone: Zone | Patch) -> None:
+    """Add a zone or a slippery place, a millimetre thick."""
     spec.worldbody.add_geom(
         type=mujoco.mjtGeom.mjGEOM_CYLINDER,
         size=[zone.radius, 0.0005, 0],

@@ -196,6 +196,22 @@ class Zone(BaseModel):
     colour: Colour = "yellow"
 
 
+class Patch(BaseModel):
+    """A round slippery place on the floor: wheels grip there with this coefficient of friction.
+
+    On the rest of the floor it is 1. The robot's lidar does not see it, its camera does.
+    """
+
+    model_config = _STRICT
+
+    name: Name
+    x: Coordinate
+    y: Coordinate
+    radius: Extent
+    friction: Annotated[float, Field(ge=0, lt=1, allow_inf_nan=False)] = 0.05
+    colour: Colour = "white"
+
+
 class Spawn(BaseModel):
     """Where `base_footprint` starts; `yaw` in degrees, counter-clockwise from x."""
 
@@ -219,6 +235,7 @@ class World(BaseModel):
     boxes: Annotated[tuple[Box, ...], Field(max_length=2000)] = ()
     cylinders: Annotated[tuple[Cylinder, ...], Field(max_length=2000)] = ()
     zones: Annotated[tuple[Zone, ...], Field(max_length=200)] = ()
+    slippery: Annotated[tuple[Patch, ...], Field(max_length=200)] = ()
 
     @cached_property
     def obstacles(self) -> tuple[Obstacle, ...]:

@@ -77,6 +77,10 @@ def _places(world: World) -> Iterator[Problem]:
                 where = f"'{obstacle.name}' moves to where it would stand {_beside(world, x, y)}"
                 yield Problem((*placed.path, "motion"), where)
                 break
+    for index, patch in enumerate(world.slippery):
+        if not _on_floor(world, patch.x, patch.y):
+            where = f"'{patch.name}' lies {_beside(world, patch.x, patch.y)}"
+            yield Problem(("slippery", index), where)
     for index, zone in enumerate(world.zones):
         path = ("zones", index)
         if not _on_floor(world, zone.x, zone.y):

@@ -7,7 +7,7 @@ from pydantic import ValidationError
 
 from bt_mission.common.data import find, names
 from bt_mission.common.faults import InputError
-from bt_mission.common.robot import RobotModel, load_robot
+from bt_mission.common.robot import RobotModel, Sensors, load_robot
 
 
 def test_waffle_and_burger_are_shipped():
@@ -100,6 +100,49 @@ def test_lidar_ranges_must_be_in_order():
     fields["lidar"]["min_range"] = 4.0
     with pytest.raises(ValidationError, match=r"min_range 4\.0 m must be below max_range 3\.5 m"):
         RobotModel.model_validate(fields)
+
+
+def test_sensors_are_set_apart_from_the_figures():
+    """LDS-02: ranges and rays of its data sheet at the robot's rate; None keeps the figures."""
+    waffle = load_robot("waffle")
+    options = Sensors.model_validate({"lidar": {"model": "LDS-02"}})
+    lidar = waffle.with_sensors(options).lidar
+    assert (lidar.min_range, lidar.max_range, lidar.rays, lidar.rate) == (0.16, 8.0, 230, 10.0)
+    assert waffle.with_sensors(Sensors()).lidar == waffle.lidar
+    back = waffle.with_sensors(options).with_sensors(
+        Sensors.model_validate({"lidar": {"model": "LDS-01"}})
+    )
+    assert back.lidar == waffle.lidar
+
+
+def test_the_section_sensors_of_a_file_is_carried_out(tmp_path):
+    """A Burger's LDS-02 turns at 5 Hz, so it has 460 rays."""
+    path = tmp_path / "mine.yaml"
+    text = text_of("burger").replace("# model: LDS-02", "model: LDS-02")
+    path.write_text(text.replace("slip: 0.0", "slip: 0.02"), encoding="utf-8")
+    robot = load_robot(path)
+    assert (robot.lidar.model, robot.lidar.rays) == ("LDS-02", 460)
+    assert robot.sensors.odometry.slip == 0.02
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("# model: LDS-02", "model: LDS-03", "LDS-01"),
+        ("slip: 0.0", "slip: 0.9", "expected at most 0.5"),
+        ("start_charge: 1.0", "start_charge: 100", "expected at most 1"),
+        ("full_voltage: 12.3", "full_voltage: 9", "empty_voltage 10.5 V must be below"),
+        ("imu: {noise: true}", "imu: {nois: true}", "did you mean 'noise'?"),
+    ],
+)
+def test_a_wrong_option_is_told_with_its_place(tmp_path, old, new, message):
+    """As any other fault of a robot's file."""
+    path = tmp_path / "odd.yaml"
+    path.write_text(text_of("waffle").replace(old, new), encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        load_robot(path)
+    assert message in str(caught.value)
+    assert f"{path}:" in str(caught.value)
 
 
 def text_of(name: str) -> str:

@@ -1,12 +1,17 @@
 """Pictures: what they show, and what a machine without EGL is told."""
 
+import colorsys
 import sys
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from bt_mission.common.robot import Sensors
 from sim.camera import Camera, NoCameraError
+from sim.colours import rgba
+from sim.noise import PictureNoise
+from sim.world import load_world
 
 RED = {"name": "red", "x": 1.5, "y": -0.047, "radius": 0.15, "height": 0.5, "colour": "red"}
 
@@ -86,3 +91,69 @@ def test_a_driver_that_refuses_is_told_in_one_line(simulate, waffle, monkeypatch
         Camera(simulate().model, waffle.camera)
     assert "ImportError: Cannot " in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+BEACONS = ("red", "green", "blue", "yellow", "turquoise")
+
+
+def hue(colour: np.ndarray) -> float:
+    """Degrees on the colour circle: 0 red, 120 green, 240 blue."""
+    return 360 * colorsys.rgb_to_hsv(*(float(channel) / 255 for channel in colour))[0]
+
+
+@pytest.mark.egl
+@pytest.mark.parametrize("colour", BEACONS)
+def test_a_beacon_is_seen_in_its_own_colour(photograph, colour):
+    """Its hue in the picture is that of the name, to 3 degrees; strong enough to be told."""
+    beacon = {"x": 1.0, "y": -0.047, "radius": 0.1, "height": 0.25, "colour": colour}
+    seen = photograph(cylinders=[beacon])[130, 160]
+    named = np.array(rgba(colour)[:3]) * 255
+    assert abs((hue(seen) - hue(named) + 180) % 360 - 180) < 3
+    assert colorsys.rgb_to_hsv(*(float(channel) / 255 for channel in seen))[1] > 0.5
+
+
+@pytest.mark.egl
+def test_beacons_differ_in_hue_by_more_than_25_degrees(photograph):
+    """The nearest two are told apart by colour alone."""
+    hues = []
+    for colour in BEACONS:
+        beacon = {"x": 1.0, "y": -0.047, "radius": 0.1, "height": 0.25, "colour": colour}
+        hues.append(hue(photograph(cylinders=[beacon])[130, 160]))
+    ordered = sorted(hues)
+    gaps = np.diff([*ordered, ordered[0] + 360])
+    assert gaps.min() > 25
+
+
+def pictures(make_stage, waffle, seed: int, *, noise: bool) -> list[bytes]:
+    """What the camera shows on a drive of 2 s through stage 3."""
+    robot = waffle.with_sensors(Sensors.model_validate({"camera": {"noise": noise}}))
+    here = make_stage(load_world("dqn_stage3"), "camera/image_raw", robots=robot, seed=seed)
+    for step in range(40):
+        here.run(1_000_000_000 + step * 50_000_000)
+        here.command(0.2, 0.6)
+    images = [bytes(message.data) for message in here.messages("camera/image_raw")]
+    here.close()
+    return images
+
+
+@pytest.mark.egl
+@pytest.mark.parametrize("noise", [False, True])
+def test_a_repeated_run_gives_the_same_pictures(make_stage, waffle, noise):
+    """Pixel for pixel, 20 of them, past moving obstacles; the seed decides the noise alone."""
+    first = pictures(make_stage, waffle, 1, noise=noise)
+    assert len(first) == 20
+    assert len(set(first)) == 20
+    assert pictures(make_stage, waffle, 1, noise=noise) == first
+    assert (pictures(make_stage, waffle, 2, noise=noise) == first) == (not noise)
+
+
+def test_noise_is_7_thousandths_of_full_scale():
+    """1.8 of 255, in every channel, and nothing wraps round."""
+    plain = np.full((60, 80, 3), 128, dtype=np.uint8)
+    noisy, again, white = plain.copy(), plain.copy(), np.full_like(plain, 255)
+    PictureNoise(1, "camera").add(noisy, 3)
+    PictureNoise(1, "camera").add(again, 3)
+    PictureNoise(1, "camera").add(white, 3)
+    assert noisy.astype(float).std() == pytest.approx(255 * 0.007, rel=0.05)
+    assert np.array_equal(noisy, again)
+    assert white.min() > 240

@@ -3,8 +3,9 @@
 import pytest
 
 from bt_mission.common.faults import InputError
+from bt_mission.common.robot import load_robot
 from sim.world import World, load_world
-from sim.world_checks import problems
+from sim.world_checks import problems, unseen
 
 PILLAR = {"name": "pillar", "x": 1, "y": 1, "radius": 0.2}
 ZONE = {"name": "A", "x": -1, "y": -1, "radius": 0.3}
@@ -62,6 +63,11 @@ def test_spawn_inside_an_obstacle_is_refused():
             ("cylinders", 0),
             "'pillar' stands at (1, -2.5)",
         ),
+        (
+            {"slippery": [{**ZONE, "name": "ice", "x": 9}]},
+            ("slippery", 0),
+            "'ice' lies at (9, -1)",
+        ),
         ({"zones": [{**ZONE, "x": 9}]}, ("zones", 0), "zone 'A' lies at (9, -1)"),
     ],
 )
@@ -91,3 +97,23 @@ def test_a_problem_is_told_with_its_place(tmp_path):
     assert (fault.line, fault.column) == (3, 8)
     assert fault.source == "spawn: {x: 1, y: 1}"
     assert fault.hint == "move it to where the robot has room"
+
+
+LOW = {"name": "low", "x": 1, "y": 1, "radius": 0.1, "height": 0.15}
+
+
+def test_what_is_lower_than_the_lidar_is_warned_of():
+    """Once for a robot, with its height and some names; a Waffle looks below 0.15 m."""
+    world = World.model_validate(
+        {
+            "name": "room",
+            "size": [4, 4],
+            "cylinders": [{**LOW, "name": f"low {n}"} for n in range(5)],
+        }
+    )
+    assert unseen(world, load_robot("waffle")) == []
+    (warning,) = unseen(world, load_robot("burger"))
+    assert warning == (
+        "world room: the lidar of the burger looks 0.182 m above the floor and over"
+        " 'low 0', 'low 1', 'low 2' and 2 more: it will run into them unless it knows the map"
+    )

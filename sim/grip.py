@@ -1,0 +1,29 @@
+"""Slippery places: wheels on them grip less."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from sim.names import GRIP, WHEELS
+from sim.world import World
+
+
+class Grip:
+    """Sets the friction of every wheel by where on the floor it stands."""
+
+    def __init__(self, model: mujoco.MjModel, world: World) -> None:
+        names = [(model.geom(geom).name, geom) for geom in range(model.ngeom)]
+        self._wheels = [geom for name, geom in names if name.endswith(WHEELS)]
+        self._friction = model.geom_friction
+        self._places = np.array([(patch.x, patch.y) for patch in world.slippery])
+        self._radii = np.array([patch.radius for patch in world.slippery])
+        self._coefficients = np.array([patch.friction for patch in world.slippery])
+
+    def apply(self, data: mujoco.MjData) -> None:
+        """Set it for the next step, by the places at the beginning of the one before."""
+        for wheel in self._wheels:
+            offsets = self._places - data.geom_xpos[wheel, :2]
+            inside = np.hypot(offsets[:, 0], offsets[:, 1]) < self._radii
+            grip = self._coefficients[inside].min() if inside.any() else GRIP[0]
+            self._friction[wheel, 0] = grip

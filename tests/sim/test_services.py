@@ -1,0 +1,179 @@
+"""The services of the simulated robot: motor power, odometry, and the start once more."""
+
+from typing import Any
+
+import pytest
+from geometry_msgs.msg import TwistStamped
+from std_srvs.srv import SetBool, Trigger
+
+from bt_mission.common.robot import Battery, Sensors
+from sim.simulation import Entrant
+from sim.world import Spawn, load_world
+
+S, MS = 1_000_000_000, 1_000_000
+
+
+@pytest.fixture
+def call():
+    """Calls a service of a stage, and gives its response."""
+
+    def call(here, kind: Any, name: str, **fields: Any):
+        client = here.ear.create_client(kind, name)
+        answer = client.call_async(kind.Request(**fields))
+        here.clock.run_until_quiet()
+        assert answer.done()
+        return answer.result()
+
+    return call
+
+
+def drive(here, from_ns: int, seconds: float, linear: float, angular: float = 0.0) -> None:
+    """Command at 20 Hz, from an instant on that is now."""
+    for step in range(round(seconds * 20)):
+        here.command(linear, angular)
+        here.run(from_ns + (step + 1) * 50 * MS)
+
+
+def test_without_power_the_base_rolls_to_rest_and_commands_are_ignored(
+    make_stage, make_world, call
+):
+    """It needs some millimetres: the gears hold it back, no servo does."""
+    here = make_stage(make_world(), "motors_on")
+    here.run(1 * S)
+    drive(here, 1 * S, 1.0, 0.2)
+    simulation = here.sim.simulation
+    before = simulation.pose[0]
+    answer = call(here, SetBool, "motor_power", data=False)
+    assert (answer.success, answer.message) == (True, "motors are off")
+    drive(here, 2 * S, 1.0, 0.2)
+    assert simulation.velocity[0] == pytest.approx(0, abs=1e-4)
+    assert 0.001 < simulation.pose[0] - before < 0.02
+    assert simulation.commanded == (0.0, 0.0)
+    assert [message.data for message in here.messages("motors_on")] == [True, False]
+
+
+def test_with_power_again_it_waits_for_a_new_command(make_stage, make_world, call):
+    """What was commanded before is forgotten."""
+    here = make_stage(make_world(), "motors_on")
+    here.run(1 * S)
+    drive(here, 1 * S, 0.5, 0.2)
+    call(here, SetBool, "motor_power", data=False)
+    call(here, SetBool, "motor_power", data=True)
+    here.run(1 * S + 900 * MS)
+    simulation = here.sim.simulation
+    assert simulation.commanded == (0.0, 0.0)
+    drive(here, 1 * S + 900 * MS, 0.5, 0.2)
+    assert simulation.velocity[0] == pytest.approx(0.2, abs=1e-3)
+    assert [message.data for message in here.messages("motors_on")] == [True, False, True]
+
+
+def test_an_empty_battery_takes_the_motors_power(make_stage, make_world, waffle, call):
+    """They go off by themselves, and cannot be switched on."""
+    # A few joules: they last for less than a second.
+    weak = Battery(start_charge=5 / (1.8 * 3600 * 11.1))
+    robot = waffle.model_copy(update={"battery": weak})
+    here = make_stage(make_world(), "motors_on", "battery_state", robots=robot)
+    here.run(1 * S)
+    drive(here, 1 * S, 1.5, 0.2)
+    assert here.sim.simulation.velocity[0] == pytest.approx(0, abs=1e-4)
+    assert [message.data for message in here.messages("motors_on")] == [True, False]
+    assert here.messages("battery_state")[-1].percentage == 0.0
+    answer = call(here, SetBool, "motor_power", data=True)
+    assert (answer.success, answer.message) == (False, "motors are off: no charge left")
+
+
+def test_the_battery_is_told_as_a_turtlebot3_tells_it(make_stage, make_world):
+    """12.3 V and 100 % at first, less when it has driven; percentages, not shares."""
+    here = make_stage(make_world(), "battery_state")
+    here.run(1 * S)
+    drive(here, 1 * S, 5.0, 0.26)
+    first, last = here.messages("battery_state")[0], here.messages("battery_state")[-1]
+    assert len(here.messages("battery_state")) == 101
+    assert (first.voltage, first.percentage) == pytest.approx((12.3, 100.0))
+    # 7 W and nearly 3 W, of 20 Wh.
+    assert last.percentage == pytest.approx(100 - 100 * 10 * 5 / 71928, abs=0.001)
+    assert last.current == pytest.approx(-10 / 11.1, abs=0.02)
+    assert (last.present, last.design_capacity) == (True, pytest.approx(1.8))
+
+
+def test_reset_odometry_reckons_from_here(make_stage, make_world, call):
+    """Odometry is zero where the robot stands; map to odom follows, the truth stays."""
+    here = make_stage(make_world(), "odom", "tf", "ground_truth/odom")
+    here.run(1 * S)
+    drive(here, 1 * S, 2.0, 0.2, 0.5)
+    x, y, _ = here.sim.simulation.pose
+    assert call(here, Trigger, "reset_odometry").success
+    here.run(3 * S + 50 * MS)
+    odom, truth = here.messages("odom")[-1].pose.pose, here.messages("ground_truth/odom")[-1]
+    assert (odom.position.x, odom.position.y) == pytest.approx((0, 0), abs=0.02)
+    assert (truth.pose.pose.position.x, truth.pose.pose.position.y) == pytest.approx(
+        (x, y), abs=0.02
+    )
+    to_odom = here.messages("tf")[-1].transforms[0].transform.translation
+    assert (to_odom.x, to_odom.y) == pytest.approx((x, y), abs=1e-3)
+
+
+TOLD = ("odom", "ground_truth/odom", "imu", "scan", "joint_states", "battery_state", "collisions")
+
+
+def told(message: Any) -> str:
+    """A message in words, without its time."""
+    message.header.stamp.sec = message.header.stamp.nanosec = 0
+    return repr(message)
+
+
+def test_after_reset_simulation_a_run_repeats(make_stage, waffle, call):
+    """Every message, bit for bit: what moves, noise, slip, battery; only the clock goes on."""
+    options = Sensors.model_validate({"lidar": {"model": "LDS-02"}, "odometry": {"slip": 0.05}})
+    here = make_stage(
+        load_world("dqn_stage3"), *TOLD, "/clock", robots=waffle.with_sensors(options), seed=3
+    )
+
+    def run(from_ns: int) -> list[tuple[str, str]]:
+        here.run(from_ns)
+        drive(here, from_ns, 4.0, 0.0, 0.35)
+        drive(here, from_ns + 4 * S, 5.0, 0.26)
+        heard = [(topic, told(message)) for topic, message in here.heard if topic != "/clock"]
+        here.heard.clear()
+        return heard
+
+    first = run(1 * S)
+    answer = call(here, Trigger, "reset_simulation")
+    assert (answer.success, answer.message) == (True, "everything is as it was at the start")
+    assert here.sim.simulation.pose == pytest.approx((0, 0, 0), abs=1e-5)
+    assert here.clock.now_ns == 10 * S
+    assert run(10 * S) == first
+    assert "collisions" in dict(first)
+
+
+def test_reset_simulation_gives_power_back(make_stage, make_world, call):
+    """Motors on, battery as at the start; what was counted stays counted."""
+    here = make_stage(make_world(), "motors_on")
+    here.run(1 * S)
+    drive(here, 1 * S, 1.0, 0.2)
+    travelled = here.sim.simulation.distance_travelled
+    call(here, SetBool, "motor_power", data=False)
+    call(here, Trigger, "reset_simulation")
+    here.run(2 * S + 50 * MS)
+    assert here.sim.simulation.motors_on
+    assert here.sim.simulation.battery.charge == pytest.approx(1.0, abs=1e-5)
+    assert here.sim.simulation.distance_travelled == pytest.approx(travelled, abs=0.01)
+    assert [message.data for message in here.messages("motors_on")] == [True, False, True]
+
+
+def test_a_reset_in_company_is_one_for_all(make_stage, make_world, waffle, call):
+    """Each robot is where it started."""
+    entrants = [Entrant(waffle, "one", Spawn(x=-1)), Entrant(waffle, "two", Spawn(x=1))]
+    here = make_stage(make_world(), robots=entrants)
+    commands = here.ear.create_publisher(TwistStamped, "one/cmd_vel", 10)
+    here.run(1 * S)
+    message = TwistStamped()
+    message.twist.linear.x = 0.2
+    commands.publish(message)
+    here.clock.run_until_quiet()
+    here.run(2 * S)
+    one, two = here.sim.robots
+    assert one.pose[0] > -0.95
+    call(here, Trigger, "reset_simulation")
+    assert one.pose[0] == pytest.approx(-1, abs=1e-5)
+    assert two.pose[0] == pytest.approx(1, abs=1e-5)
