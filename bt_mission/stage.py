@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Self
 import rclpy
 from rclpy.context import Context
 
+from action_servers.mapping.node import MapperNode
 from action_servers.node import ServersNode
 from bt_mission.common.errors import BtMissionError
 from bt_mission.common.robot import load_robot
@@ -45,6 +46,8 @@ def free_folder(parent: Path) -> Path:
 class Stage:
     """A world with a robot, its action servers, and the executive of one mission.
 
+    Where the mission does not know its map, a mapper is there too, and the world publishes none.
+
     Use it as a context manager; :meth:`step` until :attr:`is_done`. Everything that is random
     comes from the mission's seed.
 
@@ -73,18 +76,29 @@ class Stage:
             rclpy.init(context=context)
             made.callback(context.shutdown)
             self.sim = SimNode(
-                world, robot, seed=mission.seed, start_ns=START_NS, lean=True, context=context
+                world,
+                robot,
+                seed=mission.seed,
+                start_ns=START_NS,
+                lean=True,
+                context=context,
+                with_map=mission.map == "known",
             )
             made.callback(self.sim.destroy_node)
             self.servers = ServersNode(robot, image_folder=images, lean=True, context=context)
             made.callback(self.servers.destroy_node)
+            self.mapper: MapperNode | None = None
+            if mission.map == "unknown":
+                self.mapper = MapperNode(robot, lean=True, context=context)
+                made.callback(self.mapper.destroy_node)
             trace = Trace(hide={str(images): "<images>"})
             self.node = MissionNode(mission, context=context, lean=True, say=say, trace=trace)
             made.callback(self.node.destroy_node)
             self.clock = LockstepExecutor(start_ns=START_NS, world=self.sim, context=context)
             made.callback(self.clock.shutdown)
-            for node in (self.sim, self.servers, self.node):
-                self.clock.add_node(node)
+            for node in (self.sim, self.servers, self.mapper, self.node):
+                if node is not None:
+                    self.clock.add_node(node)
             self._exit = made.pop_all()
         self.executive = self.node.executive
         self.trace = self.node.trace

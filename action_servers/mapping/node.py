@@ -20,7 +20,7 @@ from std_srvs.srv import Trigger
 
 from action_servers.interrupts import Interrupts
 from action_servers.maneuver import Grid, Scan
-from action_servers.mapping.coverage import Coverage
+from action_servers.mapping.coverage import Coverage, Measure
 from action_servers.mapping.files import MapFileError, save
 from action_servers.mapping.occupancy import FREE, OccupancyMapper
 from action_servers.messages import MAP_FRAME
@@ -102,6 +102,11 @@ class MapperNode(Node):
     def grid(self) -> Grid | None:
         """The map as it was last published; None before."""
         return self._grid
+
+    @property
+    def measure(self) -> Measure:
+        """What is known and visited by now, published or not."""
+        return self._coverage.measure(self._mapper.grid())
 
     def _update(self) -> None:
         now = self._sensors.observe(on_map=True)
