@@ -7,13 +7,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from bt_mission.common.errors import BtMissionError
-from bt_mission.common.robot import RobotModel
+from bt_mission.common.robot import RobotModel, load_robot
 from sim.world import Spawn
 
 MOST = 16
 """Robots in one world: MuJoCo can switch off the motors of 31 groups of actuators."""
 
 _NAME = re.compile("[a-z][a-z0-9_]{0,39}")
+_PLACE = ("x", "y", "yaw")
+_NUMBER = r"([+-]?(?:\d+\.?\d*|\.\d+))"
+_WRITTEN = re.compile(rf"([^=@]+)=([^@]+)(?:@{_NUMBER},{_NUMBER}(?:,{_NUMBER})?)?")
+_EXPECTED = (
+    "expected a robot as NAME=MODEL@X,Y,YAW in metres and degrees, such as one=waffle@-1,0,90, "
+)
 
 
 class EntrantError(BtMissionError):
@@ -35,6 +41,24 @@ class Entrant:
     def prefix(self) -> str:
         """What stands before the names of its parts and topics."""
         return f"{self.name}/" if self.name else ""
+
+
+def read(text: str) -> Entrant:
+    """Read a robot written as `NAME=MODEL@X,Y,YAW` (m, m, degrees), such as `one=waffle@-1,0,90`.
+
+    MODEL is a robot's name or file; the yaw, or the whole place, may be left out. Raises
+    EntrantError, and InputError for a model that cannot be used.
+    """
+    written = _WRITTEN.fullmatch(text)
+    if written is None:
+        raise EntrantError(_EXPECTED + f"got '{text}'")
+    name, model, *place = written.groups()
+    given = {field: float(number) for field, number in zip(_PLACE, place, strict=True) if number}
+    try:
+        spawn = Spawn(**given) if given else None
+    except ValueError as error:
+        raise EntrantError(_EXPECTED + f"within the world, got '{text}'") from error
+    return Entrant(load_robot(model), name, spawn)
 
 
 def check(entrants: Sequence[Entrant]) -> None:

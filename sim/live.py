@@ -14,6 +14,7 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
 from bt_mission.common.robot import load_robot
+from sim.entrants import read
 from sim.node import SimNode
 from sim.pacing import FASTEST, SLOWEST, Pacer, check_speed
 from sim.topics import log
@@ -26,7 +27,7 @@ _TICK_S = 0.01
 def main(
     *,
     world: str,
-    robot: str,
+    robot: str | Sequence[str],
     seed: int = 0,
     speed: float = 1.0,
     namespace: str = "",
@@ -35,11 +36,13 @@ def main(
 ) -> int:
     """Run the simulator until SIGINT or SIGTERM, `speed` times as fast as the wall clock.
 
-    `world` and `robot` are names or paths, `ros_args` what follows `--ros-args`. Returns the exit
-    code 0. Raises BtMissionError for a world, a robot or a speed that cannot be used.
+    `world` is a name or a path; `robot`, too, or several, each as `entrants.read` takes it.
+    `ros_args` is what follows `--ros-args`. Returns the exit code 0. Raises BtMissionError for a
+    world, a robot or a speed that cannot be used.
     """
     check_speed(speed)
-    model, scene = load_robot(robot), load_world(world)
+    scene = load_world(world)
+    who = load_robot(robot) if isinstance(robot, str) else [read(text) for text in robot]
     # With handlers of our own: rclpy's would pull the context from under the callback that runs.
     rclpy.init(args=["--ros-args", *ros_args], signal_handler_options=SignalHandlerOptions.NO)
     ended: Future = Future()
@@ -48,11 +51,11 @@ def main(
         for number in (signal.SIGINT, signal.SIGTERM)
     }
     try:
-        node = SimNode(scene, model, seed=seed, namespace=namespace, camera=camera)
+        node = SimNode(scene, who, seed=seed, namespace=namespace, camera=camera)
         node.publish_clock_at(CLOCK_HZ)
         _declare_parameters(node, seed)
         _pace(node, speed)
-        log(node).info(f"{model.name} in {scene.name}, seed {seed}, speed {speed:g}")
+        log(node).info(f"{_names(node)} in {scene.name}, seed {seed}, speed {speed:g}")
         rclpy.spin_until_future_complete(node, ended)
         node.destroy_node()
     finally:
@@ -62,12 +65,17 @@ def main(
     return 0
 
 
+def _names(node: SimNode) -> str:
+    return ", ".join(
+        f"{one.name} ({one.robot.name})" if one.name else one.robot.name for one in node.robots
+    )
+
+
 def _declare_parameters(node: SimNode, seed: int) -> None:
     """Show what cannot be changed while it runs."""
-    simulation = node.simulation
     for name, value, description in (
-        ("world", simulation.world.name, "Name of the world."),
-        ("robot", simulation.robot.name, "Model of the robot."),
+        ("world", node.physics.world.name, "Name of the world."),
+        ("robot", _names(node), "Model of the robot, or names and models of several."),
         ("seed", seed, "Seed of all sensor noise."),
     ):
         descriptor = ParameterDescriptor(description=description, read_only=True)
@@ -85,7 +93,7 @@ def _pace(node: SimNode, speed: float) -> None:
 
     def tick() -> None:
         now_ns = wall.now().nanoseconds
-        node.advance_to(pacer.target(now_ns, node.simulation.time_ns))
+        node.advance_to(pacer.target(now_ns, node.physics.time_ns))
         reached = pacer.shortfall(now_ns)
         if reached is not None:
             log(node).warning(f"too slow for speed {pacer.speed:g}: reached {reached:.2g}")
@@ -93,7 +101,7 @@ def _pace(node: SimNode, speed: float) -> None:
     def on_parameters(parameters: list[Parameter]) -> None:
         for parameter in parameters:
             if parameter.name == "speed":
-                pacer.set_speed(parameter.value, wall.now().nanoseconds, node.simulation.time_ns)
+                pacer.set_speed(parameter.value, wall.now().nanoseconds, node.physics.time_ns)
 
     node.add_post_set_parameters_callback(on_parameters)
     node.create_timer(_TICK_S, tick, clock=wall)

@@ -18,7 +18,14 @@ def add_parser(commands: Any) -> None:
         "`bt-mission run FILE --attach` in other terminals.",
     )
     parser.add_argument("--world", default="empty_arena", help="a world's name or file")
-    parser.add_argument("--robot", default="waffle", help="a robot's name or file")
+    who = parser.add_mutually_exclusive_group()
+    who.add_argument("--robot", default="waffle", help="a robot's name or file")
+    who.add_argument(
+        "--robots",
+        nargs="+",
+        metavar="NAME=ROBOT@X,Y,YAW",
+        help="several robots, each in the namespace of its name (metres, degrees)",
+    )
     parser.add_argument("--seed", type=int, default=0, help="seed of the sensors' noise")
     parser.add_argument(
         "--speed", type=float, default=1.0, help="simulated seconds per second (default 1)"
@@ -35,7 +42,7 @@ def sim(options: argparse.Namespace) -> int:
 
     return main(
         world=options.world,
-        robot=options.robot,
+        robot=options.robots or options.robot,
         seed=options.seed,
         speed=options.speed,
         namespace=options.namespace,

@@ -2,7 +2,8 @@
 
 import pytest
 
-from sim.entrants import MOST, Entrant, EntrantError, check
+from sim.entrants import MOST, Entrant, EntrantError, check, read
+from sim.world import Spawn
 
 
 def test_a_robot_alone_needs_no_name(waffle):
@@ -26,3 +27,20 @@ def test_several_have_a_name_each(waffle, names, words):
     """The message says which is wrong."""
     with pytest.raises(EntrantError, match=words):
         check([Entrant(waffle, name) for name in names])
+
+
+def test_one_is_read_from_a_word():
+    """Name, model and place; the yaw or the place may be left out."""
+    full = read("one=waffle@-1,0.5,90")
+    assert (full.name, full.robot.name, full.spawn) == ("one", "waffle", Spawn(x=-1, y=0.5, yaw=90))
+    assert read("two=burger@1,2").spawn == Spawn(x=1, y=2)
+    assert read("two=burger").spawn is None
+
+
+@pytest.mark.parametrize(
+    "text", ["waffle", "one=", "one=waffle@", "one=waffle@1", "one=waffle@1,2,3,4", "a=waffle@x,y"]
+)
+def test_a_word_that_is_none_is_told_what_was_expected(text):
+    """With an example."""
+    with pytest.raises(EntrantError, match=r"such as one=waffle@-1,0,90, got"):
+        read(text)

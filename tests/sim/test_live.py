@@ -11,7 +11,9 @@ from rcl_interfaces.srv import DescribeParameters
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.qos import qos_profile_sensor_data
 from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import LaserScan
 
 from bt_mission.common.errors import BtMissionError
 from sim.live import main
@@ -80,6 +82,7 @@ def test_it_runs_and_ends_cleanly_on_a_signal(beside, live, number):
     [
         ({"world": "nowhere"}, "no such world"),
         ({"robot": "nobody"}, "no such robot"),
+        ({"robot": ["waffle"]}, "expected a robot as NAME=MODEL@X,Y,YAW"),
         ({"speed": 0.0}, "expected a speed from 0.01 to 1000, got 0.0"),
     ],
 )
@@ -88,3 +91,34 @@ def test_what_cannot_be_started_is_refused(wrong, words):
     options = {"world": "dqn_stage1", "robot": "waffle"} | wrong
     with pytest.raises(BtMissionError, match=words):
         main(**options)
+
+
+TWO = """
+import sys
+from sim.live import main
+robots = ["one=waffle@-1,0", "two=burger@1,0,180"]
+sys.exit(main(world="dqn_stage1", robot=robots, speed=5.0, camera=False))
+"""
+
+
+def test_several_robots_live_under_their_names(beside):
+    """Scans of both come, from one process with one clock."""
+    node, executor = beside
+    scans: list[str] = []
+    for name in ("one", "two"):
+        node.create_subscription(
+            LaserScan,
+            f"{name}/scan",
+            lambda _, name=name: scans.append(name),
+            qos_profile_sensor_data,
+        )
+    with subprocess.Popen(
+        [sys.executable, "-c", TWO], stderr=subprocess.PIPE, text=True
+    ) as process:
+        while set(scans) != {"one", "two"}:
+            assert process.poll() is None
+            executor.spin_once(timeout_sec=0.1)
+        process.send_signal(signal.SIGINT)
+        _, said = process.communicate()
+    assert process.returncode == 0
+    assert "one (waffle), two (burger) in dqn_stage1, seed 0, speed 5" in said
