@@ -7,7 +7,10 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class ShortName:
-    """An action behind a short name: its ROS name, its type, and whether it drives the base."""
+    """An action behind a short name: its ROS name, its type, and whether it drives the base.
+
+    The name is relative, so that it lies in the namespace of the robot that the mission is for.
+    """
 
     action: str
     type: str
@@ -15,26 +18,26 @@ class ShortName:
 
 
 SHORT_NAMES = {
-    "explore_forward": ShortName("/explore_forward", "bt_mission_interfaces/action/ExploreForward"),
+    "explore_forward": ShortName("explore_forward", "bt_mission_interfaces/action/ExploreForward"),
     "explore_frontiers": ShortName(
-        "/explore_frontiers", "bt_mission_interfaces/action/ExploreFrontiers"
+        "explore_frontiers", "bt_mission_interfaces/action/ExploreFrontiers"
     ),
-    "move": ShortName("/move", "bt_mission_interfaces/action/Move"),
-    "turn": ShortName("/turn", "bt_mission_interfaces/action/Turn"),
-    "camera_sweep": ShortName("/camera_sweep", "bt_mission_interfaces/action/CameraSweep"),
+    "move": ShortName("move", "bt_mission_interfaces/action/Move"),
+    "turn": ShortName("turn", "bt_mission_interfaces/action/Turn"),
+    "camera_sweep": ShortName("camera_sweep", "bt_mission_interfaces/action/CameraSweep"),
     "take_pictures": ShortName(
-        "/take_pictures", "bt_mission_interfaces/action/TakePictures", moves_base=False
+        "take_pictures", "bt_mission_interfaces/action/TakePictures", moves_base=False
     ),
     "find_colour": ShortName(
-        "/find_colour", "bt_mission_interfaces/action/FindColour", moves_base=False
+        "find_colour", "bt_mission_interfaces/action/FindColour", moves_base=False
     ),
     "record_distance": ShortName(
-        "/record_distance", "bt_mission_interfaces/action/RecordDistance", moves_base=False
+        "record_distance", "bt_mission_interfaces/action/RecordDistance", moves_base=False
     ),
-    "navigate_to_pose": ShortName("/navigate_to_pose", "nav2_msgs/action/NavigateToPose"),
-    "follow_waypoints": ShortName("/follow_waypoints", "nav2_msgs/action/FollowWaypoints"),
-    "spin": ShortName("/spin", "nav2_msgs/action/Spin"),
-    "back_up": ShortName("/backup", "nav2_msgs/action/BackUp"),
-    "drive_on_heading": ShortName("/drive_on_heading", "nav2_msgs/action/DriveOnHeading"),
+    "navigate_to_pose": ShortName("navigate_to_pose", "nav2_msgs/action/NavigateToPose"),
+    "follow_waypoints": ShortName("follow_waypoints", "nav2_msgs/action/FollowWaypoints"),
+    "spin": ShortName("spin", "nav2_msgs/action/Spin"),
+    "back_up": ShortName("backup", "nav2_msgs/action/BackUp"),
+    "drive_on_heading": ShortName("drive_on_heading", "nav2_msgs/action/DriveOnHeading"),
 }
 """The kinds, whose values are goals. Nav2's `Wait` has none: `wait` is the language's own."""

@@ -99,7 +99,7 @@ def test_an_action_by_its_short_name():
         name="around",
         line=4,
         column=3,
-        action="/turn",
+        action="turn",
         type="bt_mission_interfaces/action/Turn",
         goal={"angle": Text("$legs * 30")},
         timeout=30,

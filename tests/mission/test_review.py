@@ -15,7 +15,7 @@ def test_warnings_are_few_and_located():
     )
     assert [str(fault).splitlines()[0] for fault in mission.warnings] == [
         "m.yaml:2:19: warning: the input 'idle' is never read",
-        "m.yaml:5:7: warning: /turn has no timeout: it may take for ever; add 'timeout: SECONDS'",
+        "m.yaml:5:7: warning: turn has no timeout: it may take for ever; add 'timeout: SECONDS'",
         "m.yaml:6:31: warning: the output 'turned' is never read",
     ]
 

@@ -16,7 +16,7 @@ from bt_mission.mission import load_text
 
 LIMIT_NS = 300_000_000_000
 
-# Relative names lie in the namespace of the robot.
+# Short and relative names lie in the namespace of the robot.
 LEGS = """\
 mission: legs
 robot: {robot}
@@ -25,10 +25,7 @@ tree:
   repeat: {{count: {count}}}
   do:
     sequence:
-      - action:
-          name: explore_forward
-          type: bt_mission_interfaces/action/ExploreForward
-          goal: {{fwd_velocity: {speed}, stopping_distance: 0.4}}
+      - explore_forward: {{fwd_velocity: {speed}, stopping_distance: 0.4}}
         name: drive
         timeout: 60
       - action:

@@ -104,9 +104,10 @@ class Play:
         self.executive.record_goal(what, goal)
 
     def courier(self, action: str, type_name: str) -> Any:
-        if action not in self.servers:
-            self.servers[action] = self._server_type(action)
-        return self.servers[action]
+        name = f"/{action.removeprefix('/')}"  # there is no namespace here
+        if name not in self.servers:
+            self.servers[name] = self._server_type(name)
+        return self.servers[name]
 
     def caller(self, service: str, type_name: str) -> ScriptedService:
         return self.services.setdefault(service, ScriptedService(service))
