@@ -1,0 +1,130 @@
+"""The servers of docs/tutorials/code, called by the mission beside them."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import pytest
+import rclpy
+from rclpy.context import Context
+
+from bt_mission.lockstep import LockstepExecutor
+from bt_mission.mission import load, load_text
+from bt_mission.node import MissionNode
+
+CODE = Path(__file__).resolve().parents[2] / "docs" / "tutorials" / "code"
+
+
+def student(file: str, name: str) -> Any:
+    """A class of the tutorial's."""
+    spec = importlib.util.spec_from_file_location(file, CODE / f"{file}.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return getattr(module, name)
+
+
+class Classroom:
+    """Both servers and a mission on one virtual clock, without a robot."""
+
+    def __init__(self, mission: Any, stack: ExitStack) -> None:
+        context = Context()
+        rclpy.init(context=context)
+        stack.callback(context.shutdown)
+        self.said: list[str] = []
+        self.fibonacci = student("fibonacci_server", "FibonacciServer")(context=context)
+        adder = student("adder_server", "AdderServer")(context=context)
+        self.mission = MissionNode(mission, context=context, lean=True, say=self.said.append)
+        self.clock = LockstepExecutor(context=context)
+        stack.callback(self.clock.shutdown)
+        for node in (self.fibonacci, adder, self.mission):
+            stack.callback(node.destroy_node)
+            self.clock.add_node(node)
+        start_ns = self.clock.now_ns
+        while not self.mission.executive.is_done:
+            self.clock.step()
+            self.seconds = (self.clock.now_ns - start_ns) / 1e9
+            assert self.seconds < 60
+
+
+@pytest.fixture
+def stack() -> Iterator[ExitStack]:
+    """Closes what a test has opened."""
+    with ExitStack() as opened:
+        yield opened
+
+
+def test_the_mission_counts_adds_and_cancels(stack: ExitStack) -> None:
+    """Ten numbers after four seconds; six of forty, since the cancel comes after the fifth."""
+    room = Classroom(load(CODE / "numbers.yaml"), stack)
+    executive = room.mission.executive
+    assert (str(executive.status), executive.reason) == ("success", "")
+    assert room.said == [
+        "numbers: 0, 1, 1, 2, 3, 5, 8, 13, 21, 34",
+        "total: 110",
+        "a few: 0, 1, 1, 2, 3, 5",
+    ]
+    assert executive.goals_left_behind == ()
+    assert room.seconds == pytest.approx(4.0 + 2.0, abs=0.3)
+
+
+def test_the_server_serves_the_next_goal_after_a_cancel(stack: ExitStack) -> None:
+    """No timer of the cancelled goal is left, and no number of it."""
+    action = "action: {name: /fibonacci, type: example_interfaces/action/Fibonacci, goal: "
+    room = Classroom(
+        load_text(
+            "mission: m\ntree:\n  sequence:\n    - fallback:\n"
+            f"        - {action}{{order: 40}}}}\n          timeout: 1.2\n"
+            "        - log: cut short\n"
+            f"    - {action}{{order: 3}}}}\n      timeout: 5\n      outputs: {{sequence: all}}\n"
+            "    - log: $all\n"
+        ),
+        stack,
+    )
+    assert str(room.mission.executive.status) == "success"
+    assert room.said == ["cut short", "0, 1, 1"]
+    assert list(room.fibonacci.timers) == []
+
+
+@pytest.mark.parametrize("order", ["0", "50"])
+def test_an_order_that_makes_no_sense_is_rejected(stack: ExitStack, order: str) -> None:
+    """And the mission hears of it at once."""
+    room = Classroom(load(CODE / "numbers.yaml", set={"order": order}), stack)
+    executive = room.mission.executive
+    assert str(executive.status) == "failure"
+    assert executive.reason.startswith("'fibonacci' rejected: ")
+    assert room.seconds < 0.5
+
+
+@pytest.mark.process
+def test_three_terminals(tmp_path: Path) -> None:
+    """As the page says: two servers and a mission, each a process of its own."""
+    environment = os.environ | {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+    with ExitStack() as stack:
+        for name in ("fibonacci_server", "adder_server"):
+            server = stack.enter_context(
+                subprocess.Popen([sys.executable, str(CODE / f"{name}.py")], env=environment)
+            )
+            stack.callback(server.send_signal, signal.SIGTERM)
+        mission = [sys.executable, "-m", "bt_mission", "run", str(CODE / "numbers.yaml")]
+        done = subprocess.run(
+            [*mission, "--attach", "--wall-clock"],
+            env=environment,
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            timeout=90,
+            check=False,
+        )
+    assert done.returncode == 0, done.stdout + done.stderr
+    for said in ("numbers: 0, 1, 1, 2, 3, 5, 8, 13, 21, 34", "total: 110", "a few: 0, 1, 1, 2, 3"):
+        assert said in done.stdout
