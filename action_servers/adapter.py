@@ -48,14 +48,22 @@ class ActionAdapter:
     """Offers one action on a node, carried out by a pilot.
 
     The result's `error_code` and `error_msg` are filled from the way the maneuver ended. A goal
-    whose maneuver raises is aborted with the cause.
+    whose maneuver raises is aborted with the cause. `refusal` says why a maneuver, which drives or
+    not, may not begin now.
     """
 
-    def __init__(self, node: Node, pilot: Pilot, action: Action) -> None:
+    def __init__(
+        self,
+        node: Node,
+        pilot: Pilot,
+        action: Action,
+        refusal: Callable[[Maneuver], str | None],
+    ) -> None:
         self._clock = node.get_clock()
         self._log = node.get_logger().get_child(action.name)
         self._pilot = pilot
         self._action = action
+        self._refusal = refusal
         self._planned: Maneuver | None = None
         self._running: dict[bytes, tuple[Run, Future]] = {}
         self._closed: str | None = None
@@ -87,7 +95,11 @@ class ActionAdapter:
 
     def _plan(self, goal: Any) -> Maneuver | Refusal:
         try:
-            return self._action.plan(goal, self._action.observe())
+            planned = self._action.plan(goal, self._action.observe())
+            if isinstance(planned, Refusal):
+                return planned
+            reason = self._refusal(planned)
+            return planned if reason is None else Refusal(reason)
         except Exception as error:  # noqa: BLE001 - no goal, whatever it holds, may end the server
             self._log.error("".join(traceback.format_exception(error)))
             return Refusal(f"{type(error).__name__}: {error}")

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Protocol
 
+from action_servers.camera import CameraSwitch, Snapshot
 from action_servers.drive import Drive
 from action_servers.freshness import stale
 from action_servers.limits import first_fault, outside
@@ -21,17 +22,11 @@ from action_servers.maneuver import (
     Value,
 )
 from action_servers.rotation import ARRIVED_WITHIN, Rotation
+from action_servers.tuning import TUNING, Tuning
 from bt_mission.common.robot import RobotModel
 
 MAX_ANGLE_DEG = 180.0
-MAX_IMAGES = 30
-"""The limits of the Sheffield course's camera sweep for Jazzy, whose missions run here too."""
-
-SPEED = 0.2
-"""rad/s, left: slow enough for sharp pictures; 180 deg take 15.7 s. The same course's figure."""
-
-IMAGE_PATIENCE_S = 2.0
-"""Seconds to wait for a picture: twenty of a camera at 10 Hz."""
+"""The limit of the Sheffield course's camera sweep for Jazzy, whose missions run here too."""
 
 
 class Goal(Protocol):
@@ -63,32 +58,28 @@ class ImageStore(Protocol):
         """Write picture `number` (1, 2, ...) and return its path."""
 
 
-class CameraSwitch(Protocol):
-    """Whether pictures are sent; both may be called in any state."""
-
-    def on(self) -> None:
-        """Have pictures sent; they come with the observations from then on."""
-
-    def off(self) -> None:
-        """Have no more pictures sent."""
-
-
 def plan(
-    goal: Goal, now: Observation, robot: RobotModel, camera: CameraSwitch, store: ImageStore
+    goal: Goal,
+    now: Observation,
+    robot: RobotModel,
+    camera: CameraSwitch,
+    store: ImageStore,
+    tuning: Tuning = TUNING,
 ) -> CameraSweep | Refusal:
     """Check a goal against the robot and what it sees."""
     if robot.camera is None:
         return Refusal(f"the robot '{robot.name}' has no camera")
     fault = first_fault(
         _outside_angle(goal.sweep_angle),
-        outside("image_count", goal.image_count, 1, MAX_IMAGES, "images"),
+        outside("image_count", goal.image_count, 1, tuning.sweep_images, "images"),
     )
     if fault is not None:
         return Refusal(fault)
-    unready = stale(now)
+    unready = stale(now, tuning.sensor_timeout)
     if unready is not None:
         return Refusal(unready.reason)
-    return CameraSweep(math.radians(goal.sweep_angle), goal.image_count, robot, camera, store)
+    angle = math.radians(goal.sweep_angle)
+    return CameraSweep(angle, goal.image_count, robot, camera, store, tuning)
 
 
 def _outside_angle(angle_deg: float) -> str | None:
@@ -102,8 +93,7 @@ class CameraSweep:
 
     It does not turn before the folder is made and the camera is seen to work. A picture counts
     only if it was taken after it was asked for, and only once. The robot waits where the next
-    picture is due while the last one is still on its way. The camera is on only while a picture is
-    waited for, since sending pictures is by far the most costly thing that a robot's sensors do.
+    picture is due while the last one is still on its way.
     """
 
     needs_base = True
@@ -115,15 +105,16 @@ class CameraSweep:
         robot: RobotModel,
         camera: CameraSwitch,
         store: ImageStore,
+        tuning: Tuning = TUNING,
     ) -> None:
         self._angle = angle
         self._count = count
         self.store = store
-        self._camera = camera
-        self._drive = Drive(robot)
-        self._rotation = Rotation(self._drive, robot)
-        self._asked_s: float | None = None
-        self._seen: Image | None = None
+        self._speed = min(tuning.sweep_velocity, robot.max_angular_velocity)
+        self.camera = camera
+        self._snapshot = Snapshot(camera, tuning.image_timeout)
+        self._drive = Drive(robot, tuning)
+        self._rotation = Rotation(self._drive, robot, tuning)
         self._camera_works = False
         self._opened = False
         self._paths: list[str] = []
@@ -138,9 +129,9 @@ class CameraSweep:
             return ZERO
         if len(self._paths) == self._count:
             return self._drive.rest(now) or SUCCEEDED
-        if self._asked_s is not None and self._due(len(self._paths) + 2):
+        if self._snapshot.is_asked_for and self._due(len(self._paths) + 2):
             return self._drive.rest(now) or ZERO
-        return self._rotation.towards(now, self._angle, SPEED) or ZERO
+        return self._rotation.towards(now, self._angle, self._speed) or ZERO
 
     def feedback(self) -> Mapping[str, Value] | None:
         """Return pictures taken and angle turned, when either has changed."""
@@ -161,17 +152,14 @@ class CameraSweep:
                 self.store.open()
                 self._opened = True
             self._ask(now)
-            if self._asked_s is None:
+            taken = self._snapshot.take(now)
+            if isinstance(taken, Finished):
+                return self._without_image(taken)
+            if taken is None:
                 return None
-            image = now.image
-            if image is None or image is self._seen or image.stamp_s < self._asked_s:
-                return self._out_of_patience(now)
-            self._seen = image
-            self._asked_s = None
-            self._camera.off()
             if self._camera_works:
                 number = len(self._paths) + 1
-                self._paths.append(self.store.save(number, image))
+                self._paths.append(self.store.save(number, taken))
             self._camera_works = True
             self._ask(now)
         except OSError as error:
@@ -182,23 +170,16 @@ class CameraSweep:
 
     def _ask(self, now: Observation) -> None:
         """Ask for a picture: the first to see that the camera works, then one at each part."""
-        if self._asked_s is not None or len(self._paths) == self._count:
+        if self._snapshot.is_asked_for or len(self._paths) == self._count:
             return
         if not self._camera_works or self._due(len(self._paths) + 1):
-            self._asked_s = now.time_s
-            self._camera.on()
+            self._snapshot.ask(now)
 
     def _due(self, number: int) -> bool:
         """Return whether the robot has turned to where picture `number` is taken."""
         angle = self._angle * min(number, self._count) / self._count
         return self._drive.yaw >= angle - ARRIVED_WITHIN
 
-    def _out_of_patience(self, now: Observation) -> Finished | None:
-        if self._asked_s is None or now.time_s - self._asked_s < IMAGE_PATIENCE_S:
-            return None
-        return Finished(
-            "aborted",
-            ErrorCode.NO_IMAGE,
-            f"no image from the camera within {IMAGE_PATIENCE_S:g} s, "
-            f"{len(self._paths)} of {self._count} taken",
-        )
+    def _without_image(self, end: Finished) -> Finished:
+        done = f"{len(self._paths)} of {self._count} taken"
+        return Finished(end.status, end.error_code, f"{end.reason}, {done}")

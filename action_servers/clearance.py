@@ -18,13 +18,10 @@ import numpy as np
 import numpy.typing as npt
 
 from action_servers.maneuver import Scan
+from action_servers.tuning import TUNING
 from bt_mission.common.robot import Hull, Lidar
 
 Points = npt.NDArray[np.float64]
-
-SIDE_MARGIN = 0.02
-"""Metres added to each side of the swept width: twice the precision of an LDS-01 (10 mm,
-ROBOTIS e-manual), for the noise of a ray and the drift of a straight drive."""
 
 NOISE = 0.03
 """Metres: three standard deviations of a ray (0.01 m in ROBOTIS's simulation)."""
@@ -65,15 +62,16 @@ def _directions(rays: int, angle_min: float, angle_increment: float) -> Points:
     return directions
 
 
-def ahead(points: Points, hull: Hull) -> Obstacle | None:
+def ahead(points: Points, hull: Hull, side_margin: float = TUNING.side_margin) -> Obstacle | None:
     """Return the obstacle that a straight drive meets first, or None when the way is free.
 
-    It lies in the width that the hull sweeps; its gap is the distance to drive until contact,
-    never negative. Its place is the middle of what is as near as the nearest point but for noise,
-    so that a wall straight ahead is not taken to lie to the side of its noisiest ray.
+    It lies in the width that the hull sweeps, with `side_margin` metres added to each side for the
+    noise of a ray and the drift of a straight drive; its gap is the distance to drive until
+    contact, never negative. Its place is the middle of what is as near as the nearest point but for
+    noise, so that a wall straight ahead is not taken to lie to the side of its noisiest ray.
     """
     x, y = points
-    in_the_way = (x > 0.0) & (np.abs(y) <= hull.half_width + SIDE_MARGIN)
+    in_the_way = (x > 0.0) & (np.abs(y) <= hull.half_width + side_margin)
     if not in_the_way.any():
         return None
     x, y = x[in_the_way], y[in_the_way]

@@ -7,19 +7,8 @@ from dataclasses import dataclass
 from action_servers.freshness import stale
 from action_servers.maneuver import ZERO, ErrorCode, Finished, Observation, Twist2D
 from action_servers.odometer import Odometer
+from action_servers.tuning import TUNING, Tuning
 from bt_mission.common.robot import RobotModel
-
-BLOCKED_AFTER_S = 2.0
-"""Seconds without progress after which a maneuver gives up."""
-
-REST_LINEAR = 0.01
-"""m/s below which the base counts as standing."""
-
-REST_ANGULAR = 0.02
-"""rad/s below which the base counts as standing."""
-
-SETTLE_LIMIT_S = 1.0
-"""Seconds after which a base that was told to stop counts as standing, whatever is measured."""
 
 
 class Drive:
@@ -28,10 +17,14 @@ class Drive:
     Every step begins with :meth:`fault` and ends with :meth:`command` or :meth:`rest`.
     """
 
-    def __init__(self, robot: RobotModel) -> None:
+    def __init__(self, robot: RobotModel, tuning: Tuning = TUNING) -> None:
+        self._tuning = tuning
         self._period_s = 1.0 / robot.control_rate
         self._odometer = Odometer(robot.max_linear_velocity, robot.max_angular_velocity)
-        self._progress = (ProgressWatch("m/s"), ProgressWatch("rad/s"))
+        self._progress = (
+            ProgressWatch("m/s", tuning.blocked_after),
+            ProgressWatch("rad/s", tuning.blocked_after),
+        )
         self._resting_since_s: float | None = None
 
     @property
@@ -46,7 +39,7 @@ class Drive:
 
     def fault(self, now: Observation) -> Finished | None:
         """Take in an observation; return how the goal ends if it cannot be driven by."""
-        finished = stale(now)
+        finished = stale(now, self._tuning.sensor_timeout)
         if finished is not None:
             return finished
         jump = self._odometer.update(now)
@@ -72,32 +65,34 @@ class Drive:
         velocity = now.velocity
         stands = (
             velocity is not None
-            and abs(velocity.linear) < REST_LINEAR
-            and abs(velocity.angular) < REST_ANGULAR
+            and abs(velocity.linear) < self._tuning.rest_linear
+            and abs(velocity.angular) < self._tuning.rest_angular
         )
-        return None if stands or now.time_s - self._resting_since_s >= SETTLE_LIMIT_S else ZERO
+        settled = now.time_s - self._resting_since_s >= self._tuning.settle_limit
+        return None if stands or settled else ZERO
 
 
 @dataclass(slots=True)
 class ProgressWatch:
-    """Notices a base that does less than a tenth of what it is told, for a time on end.
+    """Notices a base that does less than a tenth of what it is told, for `patience_s` on end.
 
     Works alike for metres and for radians; `unit` is that of the speed.
     """
 
     unit: str
+    patience_s: float = TUNING.blocked_after
     _since_s: float | None = None
     _mark: float = 0.0
 
     def update(self, time_s: float, done: float, speed: float) -> Finished | None:
         """Take in what is done so far and the speed commanded; return the end when blocked."""
-        enough = 0.1 * abs(speed) * BLOCKED_AFTER_S
+        enough = 0.1 * abs(speed) * self.patience_s
         if self._since_s is None or speed == 0.0 or abs(done - self._mark) >= enough:
             self._since_s, self._mark = time_s, done
             return None
-        if time_s - self._since_s < BLOCKED_AFTER_S:
+        if time_s - self._since_s < self.patience_s:
             return None
         reason = (
-            f"blocked: commanded {speed:.2f} {self.unit}, no progress for {BLOCKED_AFTER_S:g} s"
+            f"blocked: commanded {speed:.2f} {self.unit}, no progress for {self.patience_s:g} s"
         )
         return Finished("aborted", ErrorCode.BLOCKED, reason)

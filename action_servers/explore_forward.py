@@ -20,13 +20,11 @@ from action_servers.maneuver import (
     Twist2D,
     Value,
 )
+from action_servers.tuning import TUNING, Tuning
 from bt_mission.common.robot import RobotModel
 
 SLOWEST = 0.01
 """m/s: the lowest speed that is accepted, and the one at which the last millimetres are driven."""
-
-NEAREST_STOP = 0.05
-"""Metres: the shortest stopping distance, five times the noise of a ray."""
 
 ARRIVED_WITHIN = 0.003
 """Metres before the stopping distance at which the robot has arrived."""
@@ -48,22 +46,24 @@ class Goal(Protocol):
         """Gap between hull and obstacle at which to stop, metres."""
 
 
-def plan(goal: Goal, now: Observation, robot: RobotModel) -> ExploreForward | Refusal:
+def plan(
+    goal: Goal, now: Observation, robot: RobotModel, tuning: Tuning = TUNING
+) -> ExploreForward | Refusal:
     """Check a goal against the robot and what it sees."""
     lidar, front = robot.lidar, robot.hull.front
     blind = lidar.min_range - (front - lidar.x)
     reach = lidar.max_range - (front - lidar.x)
-    nearest = max(NEAREST_STOP, blind + NEAREST_STOP)
+    nearest = tuning.explore_nearest + max(0.0, blind)
     fault = first_fault(
         outside("fwd_velocity", goal.fwd_velocity, SLOWEST, robot.max_linear_velocity, "m/s"),
         outside("stopping_distance", goal.stopping_distance, nearest, reach, "m"),
     )
     if fault is not None:
         return Refusal(fault)
-    unready = stale(now)
+    unready = stale(now, tuning.sensor_timeout)
     if unready is not None:
         return Refusal(unready.reason)
-    return ExploreForward(goal.fwd_velocity, goal.stopping_distance, robot)
+    return ExploreForward(goal.fwd_velocity, goal.stopping_distance, robot, tuning)
 
 
 class ExploreForward:
@@ -75,13 +75,20 @@ class ExploreForward:
 
     needs_base = True
 
-    def __init__(self, speed: float, stopping_distance: float, robot: RobotModel) -> None:
+    def __init__(
+        self,
+        speed: float,
+        stopping_distance: float,
+        robot: RobotModel,
+        tuning: Tuning = TUNING,
+    ) -> None:
         self._speed = speed
         self._stopping_distance = stopping_distance
         self._robot = robot
         # Half of what the base can do, so that it follows the slowing down with ease.
         self._deceleration = 0.5 * robot.max_linear_acceleration
-        self._drive = Drive(robot)
+        self._side_margin = tuning.side_margin
+        self._drive = Drive(robot, tuning)
         self._arrived = False
         self._scan: Scan | None = None
         self._ahead: Obstacle | None = None
@@ -132,7 +139,7 @@ class ExploreForward:
             return
         self._scan = scan
         points = obstacle_points(scan, self._robot.lidar)
-        self._ahead = ahead(points, self._robot.hull)
+        self._ahead = ahead(points, self._robot.hull, self._side_margin)
         self._aside = None if self._ahead else nearest_in_front(points, self._robot.hull)
         speed = now.velocity.linear if now.velocity else 0.0
         self._distance_at_scan = self._drive.distance - speed * (now.odom_stamp_s - scan.stamp_s)

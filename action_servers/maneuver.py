@@ -87,12 +87,16 @@ class Grid:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Image:
-    """A picture of the camera: `rgb` is `height` x `width` x 3, 8 bits each."""
+    """A picture of the camera: `rgb` is `height` x `width` x 3, 8 bits each.
+
+    `frame` is the camera's.
+    """
 
     stamp_s: float
     height: int
     width: int
     rgb: npt.NDArray[np.uint8]
+    frame: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -135,9 +139,10 @@ class Refusal:
 
 
 # A field of a feedback or result message. A Pose2D fills a Pose, or a PoseStamped in the map
-# frame; a number of seconds fills a Duration or a Time; a mapping fills a nested message.
+# frame; a number of seconds fills a Duration or a Time; bytes fill a sequence of uint8; a mapping
+# fills a nested message.
 Value: TypeAlias = Union[
-    bool, int, float, str, Pose2D, Twist2D, "Mapping[str, Value]", "Sequence[Value]"
+    bool, int, float, str, bytes, Pose2D, Twist2D, "Mapping[str, Value]", "Sequence[Value]"
 ]
 
 

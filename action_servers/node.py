@@ -1,29 +1,27 @@
-"""The action servers as a ROS node: one base, one pilot, five actions."""
+"""The action servers as a ROS node: one base, one pilot, a table of actions."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
-from functools import partial
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import rclpy
-from bt_mission_interfaces.action import CameraSweep, ExploreForward, Turn
-from nav2_msgs.action import FollowWaypoints, NavigateToPose
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.logging import LoggingSeverity
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
+from std_msgs.msg import Float64
 
-from action_servers import camera_sweep, explore_forward, turn
-from action_servers.adapter import Action, ActionAdapter
+from action_servers import turn
+from action_servers.actions import Kit, actions
+from action_servers.adapter import ActionAdapter
+from action_servers.interlock import Interlock
 from action_servers.interrupts import Interrupts
-from action_servers.maneuver import Observation, Refusal
-from action_servers.messages import seconds
-from action_servers.navigation.actions import plan_follow_waypoints, plan_navigate_to_pose
+from action_servers.maneuver import Maneuver
+from action_servers.parameters import declare_on_new_goal, declare_tuning
 from action_servers.pilot import Pilot
 from action_servers.real_base import Base
 from action_servers.real_executive import watch_executives
@@ -31,7 +29,7 @@ from action_servers.real_file import read_parameters
 from action_servers.real_listeners import Choice
 from action_servers.real_parameters import declare_wiring, made_with, overrides
 from action_servers.sensors import Sensors
-from action_servers.storage import ImageFolder
+from action_servers.switches import Switches
 from bt_mission.common.robot import RobotModel, load_robot
 
 if TYPE_CHECKING:
@@ -48,10 +46,10 @@ LAST_WORDS_S = 0.5
 
 
 class ServersNode(Node):
-    """Offers `explore_forward`, `turn`, `camera_sweep`, `navigate_to_pose`, `follow_waypoints`.
+    """Offers the actions of `actions.py`, and the services `stop` and `release`.
 
-    It knows the robot only through its topics: `scan`, `odom`, `tf`, `map`, `camera/image_raw`
-    and `cmd_vel`, relative to `namespace`.
+    It knows the robot only through its topics: `scan`, `odom`, `tf`, `map`, `camera/image_raw`,
+    `motors_on` and `cmd_vel`, relative to `namespace`.
 
     :param robot: limits, hull and sensors of the robot.
     :param image_folder: where each camera sweep makes a folder of its own.
@@ -95,6 +93,7 @@ class ServersNode(Node):
         self._robot = robot
         self._image_folder = image_folder
         self._declare_parameters()
+        tuning = declare_tuning(self)
         self._sensors = Sensors(self, wiring, robot.lidar)
         self._base = Base(self, wiring, self._lose_base)
         self._pilot = Pilot(
@@ -102,10 +101,27 @@ class ServersNode(Node):
             self._base.command,
             max_linear=robot.max_linear_velocity,
             max_angular=robot.max_angular_velocity,
+            replaces=declare_on_new_goal(self) == "replace",
+            side_goals=tuning.side_goals,
         )
+        self._interlock = Interlock(self._pilot)
+        self._switches = Switches(self, self._interlock)
+        self._distance = self.create_publisher(Float64, "total_distance", 10)
+        kit = Kit(
+            robot=robot,
+            tuning=tuning,
+            sensors=self._sensors,
+            image_folder=image_folder,
+            turn_velocity=lambda: self.get_parameter(DEFAULT_TURN_VELOCITY).value,
+            publish_distance=self._publish_distance,
+        )
+
+        def refusal(maneuver: Maneuver) -> str | None:
+            return self._interlock.refusal(needs_base=maneuver.needs_base)
+
         self._adapters = [
-            ActionAdapter(self, self._pilot, self._base.guarded(action))
-            for action in self._actions()
+            ActionAdapter(self, self._pilot, self._base.guarded(action), refusal)
+            for action in actions(kit)
         ]
         if not lean:
             watch_executives(self, self._lose_base)
@@ -136,54 +152,8 @@ class ServersNode(Node):
         if not self._pilot.idle:
             self._pilot.stop(reason)
 
-    def _actions(self) -> tuple[Action, ...]:
-        robot, observe = self._robot, self._sensors.observe
-        on_map = partial(observe, on_map=True)
-        plan_explore = partial(explore_forward.plan, robot=robot)
-        return (
-            Action("explore_forward", ExploreForward, plan_explore, observe),
-            Action("turn", Turn, self._plan_turn, observe),
-            Action("camera_sweep", CameraSweep, self._plan_sweep, observe, self._sweeping),
-            Action(
-                "navigate_to_pose",
-                NavigateToPose,
-                partial(plan_navigate_to_pose, robot=robot),
-                on_map,
-                self._navigating,
-            ),
-            Action(
-                "follow_waypoints",
-                FollowWaypoints,
-                partial(plan_follow_waypoints, robot=robot),
-                on_map,
-                self._navigating,
-            ),
-        )
-
-    def _plan_turn(self, goal: Any, now: Observation) -> turn.Turn | Refusal:
-        default = self.get_parameter(DEFAULT_TURN_VELOCITY).value
-        return turn.plan(goal, now, self._robot, default)
-
-    def _plan_sweep(self, goal: Any, now: Observation) -> camera_sweep.CameraSweep | Refusal:
-        store = ImageFolder(self._image_folder)
-        planned = camera_sweep.plan(goal, now, self._robot, self._sensors.camera, store)
-        if isinstance(planned, Refusal) or self._sensors.camera.is_sent:
-            return planned
-        return Refusal(f"nobody publishes {self._sensors.camera.topic}")
-
-    @contextmanager
-    def _sweeping(self, sweep: camera_sweep.CameraSweep, goal_id: str) -> Iterator[None]:
-        time_s = seconds(self.get_clock().now().nanoseconds)
-        sweep.store.name = f"sweep_{time_s:.3f}_{goal_id[:8]}"
-        try:
-            yield
-        finally:
-            self._sensors.camera.off()
-
-    @contextmanager
-    def _navigating(self, _maneuver: object, _goal_id: str) -> Iterator[None]:
-        with self._sensors.localization():
-            yield
+    def _publish_distance(self, metres: float) -> None:
+        self._distance.publish(Float64(data=metres))
 
     def _declare_parameters(self) -> None:
         for name, value, description in (

@@ -21,8 +21,11 @@ from action_servers.maneuver import (
     Twist2D,
     Value,
 )
+from action_servers.tuning import TUNING
 
 Fields: TypeAlias = Mapping[str, Value]
+
+REFUSED_WHILE_DRIVING = "another goal drives the robot; it is not replaced (on_new_goal: refuse)"
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +62,9 @@ class Pilot:
     """Carries out maneuvers.
 
     `observe` gives what is known of the robot, `command` sends a velocity to the base; commands
-    are kept within `max_linear` (m/s) and `max_angular` (rad/s).
+    are kept within `max_linear` (m/s) and `max_angular` (rad/s). While one maneuver drives, a new
+    one replaces it, or is refused where `replaces` is false; of those that do not drive, at most
+    `side_goals` run at a time.
     """
 
     def __init__(
@@ -69,11 +74,15 @@ class Pilot:
         *,
         max_linear: float,
         max_angular: float,
+        replaces: bool = True,
+        side_goals: int = TUNING.side_goals,
     ) -> None:
         self._observe = observe
         self._command = command
         self._max_linear = max_linear
         self._max_angular = max_angular
+        self._replaces = replaces
+        self._side_goals = side_goals
         self._runs: list[Run] = []
 
     @property
@@ -81,14 +90,27 @@ class Pilot:
         """Whether nothing runs."""
         return not self._runs
 
+    @property
+    def _driving(self) -> list[Run]:
+        return [run for run in self._runs if run.needs_base]
+
+    def refusal(self, *, needs_base: bool) -> str | None:
+        """Return why a maneuver is not to be started now, or None."""
+        driving = len(self._driving)
+        if needs_base:
+            return REFUSED_WHILE_DRIVING if driving and not self._replaces else None
+        beside = len(self._runs) - driving
+        if beside < self._side_goals:
+            return None
+        return f"{beside} goals that do not drive run already, which is the limit (side_goals)"
+
     def start(self, run: Run) -> None:
         """Take a maneuver in; its first step is at the next control step.
 
         If it drives, it replaces the one that does, whose goal is aborted.
         """
         if run.needs_base:
-            driving = [other for other in self._runs if other.needs_base]
-            self._end_all("replaced by a new goal", driving)
+            self._end_all("replaced by a new goal", self._driving)
         self._runs.append(run)
 
     def cancel(self, run: Run) -> None:
@@ -103,6 +125,10 @@ class Pilot:
         """End every maneuver, and command zero velocity even if there was none."""
         self._end_all(reason, list(self._runs))
         self._command(ZERO)
+
+    def stop_driving(self, reason: str, code: ErrorCode) -> None:
+        """End the maneuver that drives, if any, with a code and a reason."""
+        self._end_all(reason, self._driving, code)
 
     def step(self) -> None:
         """Make one control step."""
@@ -148,9 +174,9 @@ class Pilot:
         angular = min(max(twist.angular, -self._max_angular), self._max_angular)
         return Twist2D(linear, angular)
 
-    def _end_all(self, reason: str, runs: list[Run]) -> None:
+    def _end_all(self, reason: str, runs: list[Run], code: ErrorCode = ErrorCode.STOPPED) -> None:
         for run in runs:
-            self._end(run, Outcome("aborted", ErrorCode.STOPPED, reason))
+            self._end(run, Outcome("aborted", code, reason))
 
     def _end(self, run: Run, outcome: Outcome, *, tell: bool = False) -> None:
         if run not in self._runs:

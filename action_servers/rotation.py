@@ -9,19 +9,14 @@ from action_servers.clearance import obstacle_points
 from action_servers.drive import Drive
 from action_servers.maneuver import ErrorCode, Finished, Observation, Scan, Twist2D
 from action_servers.navigation.guard import footprint, free_angle
+from action_servers.tuning import TUNING, Tuning
 from bt_mission.common.robot import RobotModel
-
-TOLERANCE = math.radians(1.0)
-"""Error with which a rotation counts as done once the robot stands."""
 
 ARRIVED_WITHIN = math.radians(0.3)
 """Distance to the target at which the robot is told to stop."""
 
 SLOWEST = 0.05
 """rad/s at which the last fraction of a degree is turned."""
-
-CONTACT_MARGIN = math.radians(3.0)
-"""Rotation that is kept free before the hull would meet an obstacle."""
 
 
 class Rotation:
@@ -31,9 +26,10 @@ class Rotation:
     wider than the robot. Between two scans it counts on with odometry.
     """
 
-    def __init__(self, drive: Drive, robot: RobotModel) -> None:
+    def __init__(self, drive: Drive, robot: RobotModel, tuning: Tuning = TUNING) -> None:
         self._drive = drive
         self._robot = robot
+        self._margin = math.radians(tuning.turn_margin)
         # Half of what the base can do, so that it follows the slowing down with ease.
         self._deceleration = 0.5 * robot.max_angular_acceleration
         self._footprint = footprint(robot)
@@ -82,4 +78,4 @@ class Rotation:
             return
         rate = now.velocity.angular if now.velocity else 0.0
         yaw_at_scan = self._drive.yaw - rate * (now.odom_stamp_s - scan.stamp_s)
-        self._end_of_room = direction * yaw_at_scan + free - CONTACT_MARGIN
+        self._end_of_room = direction * yaw_at_scan + free - self._margin

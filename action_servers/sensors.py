@@ -73,7 +73,7 @@ class Latest(Generic[T]):
 
 
 class CameraStream:
-    """The camera's pictures, while somebody wants them: a simulator renders only then."""
+    """The camera's pictures, while anybody wants them: a simulator renders only then."""
 
     def __init__(self, node: Node, topic: str) -> None:
         self.topic = node.resolve_topic_name(topic)
@@ -81,22 +81,29 @@ class CameraStream:
         self._node = node
         self._latest = Latest(ImageMessage, image_of)
         self._subscription: Subscription | None = None
+        self._users: set[CameraUser] = set()
 
     @property
     def is_sent(self) -> bool:
         """Whether anybody publishes pictures."""
         return self._node.count_publishers(self.topic) > 0
 
-    def on(self) -> None:
+    def user(self) -> CameraUser:
+        """Return a switch of one's own: pictures come until all switches are off."""
+        return CameraUser(self)
+
+    def turn_on(self, user: CameraUser) -> None:
         """Listen to the camera, if not yet."""
+        self._users.add(user)
         if self._subscription is None:
             self._subscription = self._node.create_subscription(
                 ImageMessage, self.topic, self._latest.take, NEWEST, raw=True
             )
 
-    def off(self) -> None:
-        """Listen no more, and forget the last picture."""
-        if self._subscription is not None:
+    def turn_off(self, user: CameraUser) -> None:
+        """Listen no more, if nobody else does, and forget the last picture."""
+        self._users.discard(user)
+        if self._subscription is not None and not self._users:
             self._node.destroy_subscription(self._subscription)
             self._subscription = None
             self._latest.clear()
@@ -104,6 +111,21 @@ class CameraStream:
     def value(self) -> Image | None:
         """Return the newest picture since the camera is on."""
         return self._latest.value()
+
+
+class CameraUser:
+    """The switch of one maneuver; both may be called in any state."""
+
+    def __init__(self, stream: CameraStream) -> None:
+        self._stream = stream
+
+    def on(self) -> None:
+        """Have pictures sent."""
+        self._stream.turn_on(self)
+
+    def off(self) -> None:
+        """Need no more pictures."""
+        self._stream.turn_off(self)
 
 
 class Sensors:

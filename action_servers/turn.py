@@ -10,11 +10,9 @@ from action_servers.drive import Drive
 from action_servers.freshness import stale
 from action_servers.limits import first_fault, outside
 from action_servers.maneuver import SUCCEEDED, Finished, Observation, Refusal, Twist2D, Value
-from action_servers.rotation import TOLERANCE, Rotation
+from action_servers.rotation import Rotation
+from action_servers.tuning import TUNING, Tuning
 from bt_mission.common.robot import RobotModel
-
-MAX_ANGLE_DEG = 3600.0
-"""Ten turns: more is a mistake in the mission rather than a wish."""
 
 SLOWEST = 0.05
 """rad/s: the lowest speed that is accepted."""
@@ -36,38 +34,50 @@ class Goal(Protocol):
 
 
 def plan(
-    goal: Goal, now: Observation, robot: RobotModel, default_speed: float = DEFAULT_SPEED
+    goal: Goal,
+    now: Observation,
+    robot: RobotModel,
+    default_speed: float = DEFAULT_SPEED,
+    tuning: Tuning = TUNING,
 ) -> Turn | Refusal:
     """Check a goal against the robot and what it sees. An angle of 0 succeeds without moving."""
     fastest = robot.max_angular_velocity
     speed = goal.angular_velocity
     fault = first_fault(
-        outside("angle", goal.angle, -MAX_ANGLE_DEG, MAX_ANGLE_DEG, "deg"),
+        outside("angle", goal.angle, -tuning.turn_limit, tuning.turn_limit, "deg"),
         None if speed == 0.0 else outside("angular_velocity", speed, SLOWEST, fastest, "rad/s"),
     )
     if fault is not None:
         return Refusal(fault)
-    unready = stale(now)
+    unready = stale(now, tuning.sensor_timeout)
     if unready is not None:
         return Refusal(unready.reason)
-    return Turn(math.radians(goal.angle), speed or min(default_speed, fastest), robot)
+    return Turn(math.radians(goal.angle), speed or min(default_speed, fastest), robot, tuning)
 
 
 class Turn:
     """Turns by `angle` (radians, left positive, not wrapped) at up to `speed` (rad/s).
 
-    It slows down near the end, and is finished once it stands within a degree of the angle.
+    It slows down near the end, and is finished once it stands at the angle.
     """
 
     needs_base = True
 
-    def __init__(self, angle: float, speed: float, robot: RobotModel) -> None:
+    def __init__(
+        self, angle: float, speed: float, robot: RobotModel, tuning: Tuning = TUNING
+    ) -> None:
         self._angle = angle
         self._speed = speed
-        self._drive = Drive(robot)
-        self._rotation = Rotation(self._drive, robot)
+        self._drive = Drive(robot, tuning)
+        self._rotation = Rotation(self._drive, robot, tuning)
+        self._tolerance = math.radians(tuning.turn_tolerance)
         self._resting = False
         self._told: float | None = None
+
+    @property
+    def yaw(self) -> float:
+        """Angle turned so far, radians, left positive."""
+        return self._drive.yaw
 
     def step(self, now: Observation) -> Twist2D | Finished:
         """Turn on, slow down, or end."""
@@ -78,7 +88,7 @@ class Turn:
             rest = self._drive.rest(now)
             if rest is not None:
                 return rest
-            if abs(self._angle - self._drive.yaw) <= TOLERANCE:
+            if abs(self._angle - self._drive.yaw) <= self._tolerance:
                 return SUCCEEDED
             self._resting = False  # it slid past the end: turn back
         twist = self._rotation.towards(now, self._angle, self._speed)

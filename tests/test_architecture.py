@@ -15,15 +15,18 @@ MAX_LINES = 350
 # The modules that translate between ROS and the rest. All others are pure: they hold the thinking,
 # and a test of theirs takes microseconds.
 ROS_MODULES = (
+    "action_servers/actions.py",
     "action_servers/adapter.py",
     "action_servers/mapping/node.py",
     "action_servers/navigation/actions.py",
     "action_servers/node.py",
+    "action_servers/parameters.py",
     "action_servers/real_arbiter.py",
     "action_servers/real_base.py",
     "action_servers/real_executive.py",
     "action_servers/real_parameters.py",
     "action_servers/sensors.py",
+    "action_servers/switches.py",
     "bt_mission/__main__.py",
     "bt_mission/attached.py",
     "bt_mission/cli/*",

@@ -164,7 +164,7 @@ def test_sensor_that_falls_silent_ends_the_goal_after_one_second(fake, waffle, l
     finished = base.run(explore)
 
     assert (finished.status, finished.error_code) == ("aborted", code)
-    assert finished.reason == f"the last {lost} is 1.05 s old, more than 1 s"
+    assert finished.reason == f"no {lost} for 1 s: the last is 1.05 s old"
     assert base.time_s == pytest.approx(stamp + 1.05)
 
 
@@ -245,7 +245,7 @@ def test_refuses_stale_sensors(fake, waffle):
     base = fake(waffle)
     base.changes = {"odom_stamp_s": 8.0}
     assert plan(goal(), base.observe(), waffle) == Refusal(
-        "the last odometry is 2.00 s old, more than 1 s"
+        "no odometry for 1 s: the last is 2.00 s old"
     )
     base.changes = {"odom_stamp_s": 12.0}
     assert plan(goal(), base.observe(), waffle) == Refusal(

@@ -29,14 +29,14 @@ def test_a_second_is_fresh(make_scan, stamp):
 def test_odometry_is_told_first(make_scan):
     """One reason at a time."""
     assert stale(seen(make_scan, odometry_s=8.9, scan_s=8.9)) == Finished(
-        "aborted", ErrorCode.NO_ODOMETRY, "the last odometry is 1.10 s old, more than 1 s"
+        "aborted", ErrorCode.NO_ODOMETRY, "no odometry for 1 s: the last is 1.10 s old"
     )
 
 
 def test_a_scan_has_a_code_of_its_own(make_scan):
     """902."""
     assert stale(seen(make_scan, odometry_s=10.0, scan_s=8.9)) == Finished(
-        "aborted", ErrorCode.NO_SCAN, "the last scan is 1.10 s old, more than 1 s"
+        "aborted", ErrorCode.NO_SCAN, "no scan for 1 s: the last is 1.10 s old"
     )
 
 

@@ -93,7 +93,7 @@ def test_an_orientation_that_is_none_is_refused(waffle):
         (Observation(10.0, grid=GRID, scan=SCAN), "the robot's place on the map is not known yet"),
         (
             Observation(12.0, READY.odom, 12.0, None, SCAN, READY.map_pose, GRID),
-            "the last scan is 2.00 s old",
+            "no scan for 1 s: the last is 2.00 s old",
         ),
     ],
 )

@@ -100,11 +100,12 @@ def test_what_cannot_change_is_read_only(bench, name, value):
     assert not answer.successful
 
 
-def test_lean_node_offers_nothing_but_its_actions(bench):
+def test_lean_node_offers_nothing_but_its_actions_and_switches(bench):
     """No parameter services, no log topic: each costs time in every step of the stage."""
-    assert list(bench.servers.services) == []
+    assert [service.srv_name for service in bench.servers.services] == ["stop", "release"]
     assert {publisher.topic_name for publisher in bench.servers.publishers} == {
         "/cmd_vel",
+        "/total_distance",
         "/parameter_events",
     }
 

@@ -87,7 +87,7 @@ def test_the_pose_on_the_map_is_that_of_odometry_moved(bench):
 
 def test_the_camera_is_listened_to_only_while_it_is_on(bench):
     """A simulator renders only then; what was seen before is forgotten."""
-    camera = sensors(bench).camera
+    camera = sensors(bench).camera.user()
     images = bench.robot.camera
     assert images.get_subscription_count() == 0
     camera.on()
@@ -138,7 +138,7 @@ def test_a_robot_in_a_namespace(fake, tmp_path, waffle):
         waffle, image_folder=tmp_path, lean=True, context=context, namespace="robot_7"
     )
     topics = {subscription.topic_name for subscription in node.subscriptions}
-    assert topics == {f"/robot_7/{name}" for name in ("scan", "odom", "tf", "map")}
+    assert topics == {f"/robot_7/{name}" for name in ("scan", "odom", "tf", "map", "motors_on")}
     assert node.count_publishers("/robot_7/cmd_vel") == 1
     node.destroy_node()
     context.shutdown()

@@ -1,0 +1,112 @@
+"""Limits, tolerances and rates of the maneuvers that are a matter of choice.
+
+Each is a ROS parameter of the servers' node, read when it starts. What follows from the robot's
+build stands in its model, and what belongs to one goal is a field of the goal.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+
+@dataclass(frozen=True, slots=True)
+class Range:
+    """What a tuning may be, both ends included, and what it is for."""
+
+    low: float
+    high: float
+    description: str
+
+
+def _tuning(default: Any, low: float, high: float, description: str) -> Any:
+    return field(default=default, metadata={"range": Range(low, high, description)})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Tuning:
+    """All of them, with their defaults. Times in s of ROS time, lengths in m, angles in deg."""
+
+    sensor_timeout: float = _tuning(
+        1.0,
+        0.2,
+        10.0,
+        "Age at which a scan or odometry is no longer trusted, s. The default is five turns of the "
+        "slowest lidar of a TurtleBot3 (LDS-01, 5 Hz), twenty messages of its odometry.",
+    )
+    image_timeout: float = _tuning(
+        2.0, 0.1, 60.0, "How long a picture is waited for, s; twenty of a camera at 10 Hz."
+    )
+    blocked_after: float = _tuning(
+        2.0, 0.5, 60.0, "Time without progress after which a maneuver gives up, s."
+    )
+    settle_limit: float = _tuning(
+        1.0, 0.0, 10.0, "Time after which a base that was told to stop counts as standing, s."
+    )
+    rest_linear: float = _tuning(
+        0.01, 0.001, 0.1, "Speed below which the base counts as standing, m/s."
+    )
+    rest_angular: float = _tuning(
+        0.02, 0.001, 0.5, "Turning speed below which the base counts as standing, rad/s."
+    )
+    side_margin: float = _tuning(
+        0.02,
+        0.0,
+        0.5,
+        "Added to each side of the width that a drive ahead keeps free, m; twice the precision of "
+        "an LDS-01 (10 mm, ROBOTIS e-manual).",
+    )
+    stop_margin: float = _tuning(
+        0.03,
+        0.01,
+        0.5,
+        "Gap that is left to an obstacle by move, back_up and drive_on_heading, m; three standard "
+        "deviations of a lidar's ray.",
+    )
+    turn_margin: float = _tuning(
+        3.0, 0.5, 45.0, "Rotation that is kept free before the hull would meet an obstacle, deg."
+    )
+    turn_tolerance: float = _tuning(
+        1.0, 0.1, 10.0, "Error with which a rotation counts as done once the robot stands, deg."
+    )
+    turn_limit: float = _tuning(
+        3600.0, 1.0, 36000.0, "Largest angle of turn and spin that is accepted, deg; ten turns."
+    )
+    distance_limit: float = _tuning(
+        100.0, 0.1, 10000.0, "Longest way of back_up and drive_on_heading that is accepted, m."
+    )
+    duration_limit: int = _tuning(
+        3600, 1, 86400, "Longest time of move and record_distance that is accepted, s."
+    )
+    explore_nearest: float = _tuning(
+        0.05, 0.01, 1.0, "Shortest stopping distance that is accepted, m; five times a ray's noise."
+    )
+    sweep_velocity: float = _tuning(
+        0.2,
+        0.05,
+        3.0,
+        "Speed of a camera sweep, rad/s: slow enough for sharp pictures (the Sheffield course's).",
+    )
+    sweep_images: int = _tuning(
+        30, 1, 1000, "Most pictures of one camera sweep (the Sheffield course's limit)."
+    )
+    spin_velocity: float = _tuning(
+        1.0, 0.05, 3.0, "Speed of spin, rad/s; the fastest of Nav2's (0.4 to 1.0)."
+    )
+    pictures: int = _tuning(
+        60, 1, 600, "Most pictures of one goal of take_pictures; they are kept in memory."
+    )
+    picture_quality: int = _tuning(90, 1, 95, "Quality of JPEG pictures, as Pillow counts it.")
+    colour_share: float = _tuning(
+        0.01, 0.0001, 1.0, "Share of the picture that find_colour looks for by default."
+    )
+    side_goals: int = _tuning(
+        8, 1, 100, "Most goals at a time that do not drive: pictures, distances, waiting."
+    )
+
+
+TUNING = Tuning()
+"""The defaults."""
+
+RANGES: dict[str, Range] = {one.name: one.metadata["range"] for one in fields(Tuning)}
+"""What each may be, by name."""
