@@ -24,6 +24,7 @@ from sim.names import (
     OBSTACLE_BIT,
     OBSTACLES,
     ROBOT,
+    SCREEN_BIT,
     SCREENS,
     SLIDE,
     SOLIMP,
@@ -110,7 +111,7 @@ def add_screen(base: mujoco.MjsBody, robot: RobotModel, height: float, colour: s
         size=[(hull.front - hull.rear) / 2, hull.half_width, height / 2],
         pos=[(hull.front + hull.rear) / 2, 0, height / 2 - robot.base_height],
         rgba=rgba(colour),
-        contype=0,
+        contype=SCREEN_BIT,
         conaffinity=0,
         group=SCREENS,
     )

@@ -20,8 +20,9 @@ CAMERA = "camera"
 SOLID, MARKS, LOOKS, ROBOT, SCREENS = 0, 1, 2, 3, 4
 
 # Bits of contype and conaffinity: the robot touches floor and obstacles, these not each other.
-# Several robots touch each other, too.
-FLOOR_BIT, OBSTACLE_BIT, ROBOT_BIT = 1, 2, 4
+# Several robots touch each other, too. Nothing touches a screen, but what has no bit at all is
+# left out of its body's bounds, and rays that pass beside these are not looked at.
+FLOOR_BIT, OBSTACLE_BIT, ROBOT_BIT, SCREEN_BIT = 1, 2, 4, 8
 
 # Stiffer than MuJoCo's defaults (0.02; 0.9, 0.95): a wheel rolls on the radius that is left of it
 # where it sinks in, and odometry goes wrong by as much.

@@ -94,6 +94,15 @@ def test_they_see_each_other_and_not_themselves(pair, second):
     assert back[0] == pytest.approx(2.0 - robot.lidar.x - 0.069, abs=0.04)
 
 
+def test_a_screen_is_seen_out_to_its_corners(pair):
+    """A Burger, whose lidar looks over a Waffle's body, sees the Waffle's whole width."""
+    scan = pair(gap=0.7, second=load_robot("burger"))["two"].scan(0)
+    # The Waffle's front, 0.663 m ahead of the lidar, from its middle out to 0.153 m.
+    edge = math.degrees(math.atan2(0.153, 0.7 + 0.032 - 0.069))
+    seen = [degrees for degrees in range(-90, 91) if math.isfinite(scan[degrees])]
+    assert seen == list(range(-math.floor(edge), math.floor(edge) + 1))
+
+
 @pytest.mark.egl
 def test_a_camera_sees_the_other_and_not_its_own_screen(pair, waffle):
     """The other's is in the middle, in its colour; its own, around the lens, is not there."""
