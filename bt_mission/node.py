@@ -92,21 +92,21 @@ class MissionNode(Node):
 
     def courier(self, action: str, type_name: str) -> ActionCourier:
         """The client of an action; one for each name and type."""
-        key = (action, type_name)
+        key = (self.resolve_topic_name(action), type_name)
         if key not in self._couriers:
             self._couriers[key] = ActionCourier(self, action, type_name)
         return self._couriers[key]
 
     def caller(self, service: str, type_name: str) -> ServiceCaller:
         """The client of a service; one for each name and type."""
-        key = (service, type_name)
+        key = (self.resolve_service_name(service), type_name)
         if key not in self._callers:
             self._callers[key] = ServiceCaller(self, service, type_name)
         return self._callers[key]
 
     def reader(self, topic: str, type_name: str) -> TopicReader:
         """The messages of a topic; one for each name and type."""
-        key = (topic, type_name)
+        key = (self.resolve_topic_name(topic), type_name)
         if key not in self._readers:
             self._readers[key] = TopicReader(self, topic, type_name)
         return self._readers[key]
