@@ -60,6 +60,7 @@ _OUR_CODE = {
     Code.TF_ERROR_WHILE_PLANNING: ErrorCode.NO_MAP,
     Code.CONTROLLER_TIMED_OUT: ErrorCode.NO_SCAN,
 }
+_NO_WAY = (Code.GOAL_OCCUPIED, Code.GOAL_OUTSIDE_MAP, Code.NO_VALID_PATH)
 
 
 class Goal(Protocol):
@@ -114,6 +115,7 @@ class ExploreFrontiers:
         self._settled_s: float | None = None
         self._seen: list[Point] = []
         self._failed: list[Point] = []
+        self._shut: list[Point] = []
         self._failure: Finished | None = None
         self._visited = 0
         self._start_s: float | None = None
@@ -203,14 +205,24 @@ class ExploreFrontiers:
             return self._settle(now)
         if answer.error_code in _OUR_CODE:
             return Finished("aborted", _OUR_CODE[Code(answer.error_code)], answer.reason)
-        self._failure = answer
-        self._give_up(self._target, self._failed)
+        if answer.error_code in _NO_WAY:
+            self._turn_away(self._target)
+        else:
+            self._failure = answer
+            self._give_up(self._target, self._failed)
         return ZERO
 
     def _settle(self, now: Observation) -> Twist2D:
         self._leg = None
         self._settled_s = now.time_s + SETTLE_S
         return ZERO
+
+    def _turn_away(self, target: Target) -> None:
+        """Drop a target that the map has shut off meanwhile; left alone if that happens again."""
+        if any(math.dist(place, target.frontier.middle) <= GIVEN_UP_M for place in self._shut):
+            self._give_up(target, self._seen)
+        self._shut.append(target.frontier.middle)
+        self._target = None
 
     def _give_up(self, target: Target, where: list[Point]) -> None:
         where.append(target.frontier.middle)
