@@ -12,6 +12,7 @@ from typing import Any
 from bt_mission_interfaces.action import (
     CameraSweep,
     ExploreForward,
+    ExploreFrontiers,
     FindColour,
     Move,
     RecordDistance,
@@ -35,6 +36,7 @@ from action_servers import (
 from action_servers.adapter import Action
 from action_servers.camera import CameraSwitch
 from action_servers.maneuver import Maneuver, Observation, Refusal
+from action_servers.mapping import explore
 from action_servers.navigation.actions import plan_follow_waypoints, plan_navigate_to_pose
 from action_servers.sensors import Sensors
 from action_servers.storage import ImageFolder
@@ -76,12 +78,14 @@ def _driving(kit: Kit, observe: Callable[[], Observation]) -> tuple[Action, ...]
 
     navigate = partial(plan_navigate_to_pose, robot=kit.robot)
     follow = partial(plan_follow_waypoints, robot=kit.robot)
+    explore_map = partial(explore.plan, robot=kit.robot)
     return (
         Action("move", Move, partial(move.plan, **common), observe),
         Action("turn", Turn, plan_turn, observe),
         Action("explore_forward", ExploreForward, partial(explore_forward.plan, **common), observe),
         Action("navigate_to_pose", NavigateToPose, navigate, on_map, navigating),
         Action("follow_waypoints", FollowWaypoints, follow, on_map, navigating),
+        Action("explore_frontiers", ExploreFrontiers, explore_map, on_map, navigating),
     )
 
 

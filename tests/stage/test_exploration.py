@@ -2,12 +2,32 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 import pytest
 
+from action_servers.navigation.grid import OCCUPIED_FROM
+from sim.occupancy import FREE, rasterise
+from sim.world import load_world
+
 STRATEGIES = ("fixed", "random", "levy", "informed")
+
+
+EXPLORE_THEN_GO = """
+mission: explore then go
+world: dqn_stage4
+map: unknown
+tree:
+  sequence:
+    - explore_frontiers: {min_frontier: 0.4}
+      timeout: 300
+      outputs: {area_mapped: area, frontiers_visited: visited}
+    - navigate_to_pose: {pose: [1.7, -1.7, 90]}
+      timeout: 120
+    - log: "$area $visited"
+"""
 
 
 @pytest.mark.parametrize("strategy", STRATEGIES)
@@ -38,3 +58,34 @@ def test_a_run_with_a_mapper_repeats(on_stage: Any) -> None:
         maps.append(run.stage.mapper.grid)
     assert np.array_equal(maps[0].cells, maps[1].cells)
     assert maps[0].stamp == maps[1].stamp
+
+
+def test_what_was_explored_can_be_navigated(on_stage: Any) -> None:
+    """Frontiers until none is left, then to a place behind two walls, by the map just made."""
+    run = on_stage(text=EXPLORE_THEN_GO)
+    run.until_done()
+    assert (run.status, run.reason) == ("success", "")
+    assert run.stage.collisions == 0
+    x, y, _ = run.pose
+    assert math.hypot(x - 1.7, y + 1.7) < 0.15
+    area, visited = (float(part) for part in run.said[-1].split())
+    assert area > 20.0
+    assert visited >= 1
+
+
+def test_frontiers_leave_no_floor_unknown(on_stage: Any) -> None:
+    """Nearly all the floor there is; and nothing that is wall is taken for floor."""
+    run = on_stage("explore_frontiers")
+    run.until_done()
+    assert run.status == "success"
+    grid = run.stage.mapper.grid
+    truth = rasterise(load_world("dqn_stage4"))
+    rows, columns = np.nonzero(truth.cells == FREE)
+    x = truth.origin[0] + (columns + 0.5) * truth.resolution
+    y = truth.origin[1] + (rows + 0.5) * truth.resolution
+    inside = (np.abs(x) < 2.3) & (np.abs(y) < 2.3)
+    row = np.floor((y[inside] - grid.origin_y) / grid.resolution).astype(int)
+    column = np.floor((x[inside] - grid.origin_x) / grid.resolution).astype(int)
+    seen = grid.cells[row, column]
+    assert (seen == FREE).mean() > 0.9
+    assert (seen >= OCCUPIED_FROM).mean() < 0.05
