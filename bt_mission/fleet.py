@@ -16,7 +16,7 @@ from action_servers.node import ServersNode
 from bt_mission.common.robot import load_robot
 from bt_mission.lockstep import LockstepExecutor, self_test
 from bt_mission.node import MissionNode
-from bt_mission.stage import START_NS, StageError, free_folder
+from bt_mission.stage import START_NS, StageError, free_folder, wanted_actions
 from bt_mission.trace import Trace
 from sim.node import SimNode
 from sim.simulation import Entrant, SimRobot
@@ -104,13 +104,14 @@ class FleetStage:
             )
             made.callback(self.sim.destroy_node)
             servers = []
-            for entrant in entrants:
+            for entrant, member in zip(entrants, members, strict=True):
                 one = ServersNode(
                     entrant.robot,
                     image_folder=images / entrant.name,
                     lean=True,
                     context=context,
                     namespace=entrant.name,
+                    only=wanted_actions(member.mission),
                 )
                 made.callback(one.destroy_node)
                 servers.append(one)

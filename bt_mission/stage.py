@@ -21,6 +21,7 @@ from action_servers.node import ServersNode
 from bt_mission.common.errors import BtMissionError
 from bt_mission.common.robot import load_robot
 from bt_mission.lockstep import LockstepExecutor, self_test
+from bt_mission.mission.steps import Action
 from bt_mission.node import MissionNode
 from bt_mission.trace import Trace
 from sim.node import SimNode
@@ -41,6 +42,15 @@ def free_folder(parent: Path) -> Path:
     """The first of ``run_001``, ``run_002``, ... that is not there yet; it is not made."""
     parent = parent.expanduser().resolve()
     return next(path for n in count(1) if not (path := parent / f"run_{n:03d}").exists())
+
+
+def wanted_actions(mission: Mission) -> frozenset[str]:
+    """The names of the actions that a mission uses, without a leading slash.
+
+    The stage offers these alone: each server makes the clock's wait set larger by four.
+    """
+    actions = (step.action for step in mission.tree.walk() if isinstance(step, Action))
+    return frozenset(action.strip("/") for action in actions)
 
 
 class Stage:
@@ -85,7 +95,13 @@ class Stage:
                 with_map=mission.map == "known",
             )
             made.callback(self.sim.destroy_node)
-            self.servers = ServersNode(robot, image_folder=images, lean=True, context=context)
+            self.servers = ServersNode(
+                robot,
+                image_folder=images,
+                lean=True,
+                context=context,
+                only=wanted_actions(mission),
+            )
             made.callback(self.servers.destroy_node)
             self.mapper: MapperNode | None = None
             if mission.map == "unknown":
