@@ -13,19 +13,19 @@ from bt_mission.mission import load_text, resolve
 from bt_mission.mission.check import check
 from bt_mission.mission.expressions import names_in
 from bt_mission.mission.load import draft
-from bt_mission.mission.steps import Action
-from bt_mission.ros_types import action_type, fill
+from bt_mission.mission.steps import Action, Service
+from bt_mission.ros_types import action_type, fill, service_type
 
 ROOT = Path(__file__).resolve().parents[2]
 CORPUS = [
     path.read_text(encoding="utf-8", errors="replace")
-    for folder in ("missions", "tests/mission/broken")
+    for folder in ("missions", "missions/sources", "tests/mission/broken")
     for path in sorted((ROOT / folder).glob("*.yaml"))
 ]
 WORDS = (
     "$ ${ } { [ ] : - & * ! | > # ' \" \\ % @ ` ? --- ... ~ = == 1e999 .nan -1 2**99 true null "
     "sin( uniform(0,1) choice() x.y $speed cancel_when turn wait do repeat retry log sequence "
-    "name outputs timeout tree inputs ((( ))) [[[ {{{ , é 前 😀"
+    "name outputs timeout tree inputs service wait_for until ((( ))) [[[ {{{ , é 前 😀"
 )
 BLANKS = ("\n", "  ", "\t", "\x00", "\u2028", "\ufeff", "\r", "\x85", "- ", ": ")
 PIECES = (*WORDS.split(), *BLANKS, "9" * 400)
@@ -86,3 +86,6 @@ def constant_goals_can_be_sent(text):
         if isinstance(step, Action) and names_in(step.goal) <= mission.inputs.keys():
             goal = resolve(step.goal, mission.inputs, random.Random(0))
             fill(action_type(step.type).Goal(), goal)
+        if isinstance(step, Service) and names_in(step.request) <= mission.inputs.keys():
+            request = resolve(step.request, mission.inputs, random.Random(0))
+            fill(service_type(step.type).Request(), request)

@@ -76,6 +76,16 @@ def read_node(text):
             "'pi' is a word of the expression language, so no variable",
             None,
         ),
+        (
+            "{wait_for: {topic: a, type: a/msg/B, until: 5}}",
+            "expected a condition such as 'percentage < 20', got the number 5",
+            None,
+        ),
+        (
+            "{service: {name: a, type: a/srv/B, request: {b: }}}",
+            "expected a value, got nothing",
+            None,
+        ),
         ("{turn: {angle: }}", "expected a value, got nothing", None),
         (
             "{action: {name: /go/, type: a/action/B}}",
@@ -95,6 +105,22 @@ def test_sound_parts_of_a_node_are_kept():
     reader, step = read_node("{turn: {angle: 9, angular_velocity: }, timeout: -1, name: x}")
     assert len(reader.faults) == 2
     assert (step.goal, step.timeout, step.name) == ({"angle": 9}, None, "x")
+
+
+def test_a_service_and_a_wait_for_a_message_are_steps_of_their_own():
+    """With their limits and outputs."""
+    reader, step = read_node(
+        "{service: {name: stop, type: std_srvs/srv/Trigger}, outputs: {message: said}}"
+    )
+    assert reader.faults == []
+    assert (step.kind, step.service, step.request) == ("service", "stop", {})
+    assert (step.timeout, step.server_timeout, step.outputs) == (5.0, 5.0, {"message": "said"})
+    reader, step = read_node(
+        "{wait_for: {topic: odom, type: nav_msgs/msg/Odometry, until: x > 1}, timeout: 2 * n}"
+    )
+    assert reader.faults == []
+    assert (step.kind, step.topic, step.until.text) == ("wait_for", "odom", "x > 1")
+    assert step.timeout.text == "2 * n"
 
 
 def test_what_is_below_a_node_that_cannot_be_kept_is_read_all_the_same():

@@ -24,3 +24,19 @@ def test_a_mission_without_oddities_has_no_warnings():
     """Silence means all is well."""
     text = HEAD.replace(", idle: 2", "") + "    - turn: {angle: $used}\n      timeout: 3\n"
     assert load_text(text).warnings == ()
+
+
+def test_a_wait_for_a_message_without_a_limit_is_warned_of():
+    """A call of a service has one of its own."""
+    mission = load_text(
+        "mission: m\ntree:\n  sequence:\n"
+        "    - wait_for: {topic: odom, type: nav_msgs/msg/Odometry, until: x > 1}\n"
+        "    - service: {name: stop, type: std_srvs/srv/Trigger}\n",
+        "m.yaml",
+    )
+    assert [str(fault).splitlines()[0] for fault in mission.warnings] == [
+        (
+            "m.yaml:4:7: warning: the wait for odom has no timeout: it may take for ever; "
+            "add 'timeout: SECONDS'"
+        ),
+    ]

@@ -3,6 +3,7 @@
 import pytest
 from pydantic_core import PydanticCustomError
 
+from bt_mission.mission import rules
 from bt_mission.mission.expressions import Expression
 from bt_mission.mission.rules import LIMIT, SECONDS, TIMES
 
@@ -54,3 +55,31 @@ def test_where_no_expression_may_stand():
     with pytest.raises(PydanticCustomError, match="expected seconds above 0, got text '2'"):
         LIMIT.parse_constant("2")
     assert LIMIT.parse_constant(2) == 2.0
+
+
+@pytest.mark.parametrize("name", ["turn", "/turn", "~/turn", "/robot1/turn", "a_1/b"])
+def test_names_as_ros_has_them(name):
+    """Relative, absolute, private."""
+    assert rules.action_name(name) == name
+    assert rules.service_name(name) == name
+    assert rules.topic_name(name) == name
+
+
+@pytest.mark.parametrize("name", ["", "/", "turn/", "a//b", "1st", "~turn", "a b", 5, None])
+def test_what_is_no_name(name):
+    """Each kind is told with an example of its own."""
+    with pytest.raises(PydanticCustomError, match="expected the name of a topic such as /batt"):
+        rules.topic_name(name)
+
+
+def test_types_are_told_by_their_folder():
+    """The type of a message is none of a service."""
+    assert rules.service_type("std_srvs/srv/Trigger") == "std_srvs/srv/Trigger"
+    assert rules.message_type("std_msgs/msg/Bool") == "std_msgs/msg/Bool"
+    for rule, wrong in (
+        (rules.service_type, "std_msgs/msg/Bool"),
+        (rules.message_type, "std_msgs/Bool"),
+        (rules.action_type, "std_srvs/srv/Trigger"),
+    ):
+        with pytest.raises(PydanticCustomError, match="expected a type such as "):
+            rule(wrong)

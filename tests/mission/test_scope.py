@@ -103,3 +103,26 @@ def test_names_read_are_those_of_every_part():
     )
     read = frozenset().union(*(names_read(step) for step in mission.tree.walk()))
     assert read == {"a", "b", "c", "d", "e", "x"}
+
+
+def test_services_and_topics_read_and_write_too():
+    """Requests, conditions and limits; fields of the response and of the message."""
+    ask = "service: {name: a, type: a/srv/B, request: {b: $%s}}\n      outputs: {c: said}"
+    wait = (
+        "wait_for: {topic: a, type: a/msg/B, until: x > $%s}\n"
+        "      timeout: n\n      outputs: {y: seen}"
+    )
+    assert faults(ask % "n", wait % "said", "log: $seen $said") == []
+    found = faults(ask % "seen", wait % "what", "log: $seen", inputs="{n: 2, said: 1}")
+    assert [(line, message.partition(" (")[0]) for line, _, message in found] == [
+        (5, "'$seen' is only written later, in line 7"),
+        (6, "'said' is an input, and inputs never change; choose another name"),
+        (7, "'$what' is written by nothing"),
+    ]
+    mission = load_text(
+        "mission: m\ninputs: {a: 1, b: 2, c: 3}\ntree:\n  sequence:\n"
+        "    - {service: {name: s, type: a/srv/B, request: {x: $a}}, timeout: $b}\n"
+        "    - {wait_for: {topic: t, type: a/msg/B, until: y > $c}, timeout: 1}\n"
+    )
+    read = frozenset().union(*(names_read(step) for step in mission.tree.walk()))
+    assert read == {"a", "b", "c", "y"}

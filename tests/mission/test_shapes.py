@@ -31,6 +31,8 @@ GOAL = Message(
         "few": ListOf(INT8, most=2),
         "poses": ListOf(POSE),
         "inner": Message("a/Inner", {"x": FLOAT}),
+        "at": Message("geometry_msgs/Point", {"x": FLOAT, "y": FLOAT, "z": FLOAT}),
+        "limit": Message("builtin_interfaces/Duration", {"sec": INT8, "nanosec": INT8}),
     },
 )
 
@@ -88,6 +90,12 @@ def test_values_become_what_the_fields_want():
         ({"cuont": 1}, "cuont: no field 'cuont' in the goal of a/action/B (its fields: count, "),
         ({"poses": [[1, 2]]}, "poses.0: expected a pose [x m, y m, yaw deg], got a list of 2"),
         ({"poses": [[1, 2, "x"]]}, "poses.0.2: expected a number (float64), got text 'x'"),
+        ({"at": [1, 2]}, "at: expected a point [x m, y m, z m], got a list of 2"),
+        ({"at": [1, 2, True]}, "at.2: expected a number (float64), got true"),
+        ({"at": 3}, "at: expected a mapping (geometry_msgs/Point), got the number 3"),
+        ({"limit": True}, "limit: expected a mapping (builtin_interfaces/Duration), got true"),
+        ({"limit": math.inf}, "limit: expected a finite number of seconds, got inf"),
+        ({"limit": 3e9}, "limit: 3e+09 s are outside builtin_interfaces/Duration, -2147483647"),
         ({"poses": [5]}, "poses.0: expected a mapping (geometry_msgs/PoseStamped), got the"),
     ],
 )
@@ -118,6 +126,21 @@ def test_three_numbers_are_a_pose_on_the_map():
     assert pose["pose"]["position"] == {"x": 1.0, "y": 2.5}
     turn = pose["pose"]["orientation"]
     assert math.degrees(2 * math.atan2(turn["z"], turn["w"])) == pytest.approx(90)
+
+
+def test_three_numbers_are_a_point():
+    """Where the field is one; field by field as well."""
+    assert conformed({"at": [1, 2, 3.5]}) == ({"at": {"x": 1.0, "y": 2.0, "z": 3.5}}, [])
+    assert conformed({"at": {"z": 1}}) == ({"at": {"z": 1.0}}, [])
+
+
+@pytest.mark.parametrize(
+    ("seconds", "sec", "nanosec"),
+    [(2, 2, 0), (0.25, 0, 250_000_000), (-0.25, -1, 750_000_000), (0.9999999999, 1, 0)],
+)
+def test_a_number_is_a_duration(seconds, sec, nanosec):
+    """Of seconds; the nanoseconds are never negative."""
+    assert conformed({"limit": seconds}) == ({"limit": {"sec": sec, "nanosec": nanosec}}, [])
 
 
 def test_a_text_is_read_as_its_field_wants_it():

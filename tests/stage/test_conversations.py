@@ -33,6 +33,20 @@ def test_a_topic_ends_a_drive(on_stage: Any) -> None:
     assert run.pose[0] == pytest.approx(x, abs=0.06)
 
 
+def test_a_mission_checks_its_battery(on_stage: Any) -> None:
+    """As the real robot tells it, from 0 to 100."""
+    battery = "wait_for: {topic: battery_state, type: sensor_msgs/msg/BatteryState, until: "
+    run = on_stage(
+        text=f"{HEAD}  sequence:\n"
+        f"    - fallback:\n        - {battery}percentage < 20}}\n          timeout: 0.5\n"
+        f"        - {battery}percentage > 20}}\n          timeout: 0.5\n"
+        "          outputs: {percentage: charge}\n"
+        "    - log: ${round(charge)} %\n"
+    )
+    run.until_done()
+    assert (run.status, run.said) == ("success", ["100 %"])
+
+
 def test_a_best_effort_topic_is_heard(on_stage: Any) -> None:
     """As a real lidar publishes its scan."""
     run = on_stage(
