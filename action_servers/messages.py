@@ -45,12 +45,15 @@ def stamp_of(header: Any) -> float:
 
 
 def scan_of(message: Any, lidar: Lidar | None = None) -> Scan | None:
-    """Translate a `sensor_msgs/LaserScan`; None when it has no rays, or angles that are none.
+    """Translate a `sensor_msgs/LaserScan`; None when it measures nothing.
+
+    That is: it has no rays, angles that are none, or only rays that are NaN (how the driver of the
+    LDS-02 says "no measurement") or 0 (the LDS-01's). Inf is a measurement: nothing is there.
 
     The limits are the narrower ones of the message and of the robot's lidar, if it is given.
     """
     ranges = np.asarray(message.ranges, dtype=np.float32)
-    if not ranges.size or not math.isfinite(message.angle_min + message.angle_increment):
+    if not np.any(ranges > 0.0) or not math.isfinite(message.angle_min + message.angle_increment):
         return None
     return Scan(
         stamp_s=stamp_of(message.header),

@@ -64,11 +64,15 @@ class Latest(Generic[T]):
     def value(self) -> T | None:
         """Return the newest message, translated; the same object until there is a newer one.
 
+        A message that says nothing, which translates to None, is passed over.
+
         Raises ValueError for a message that cannot be translated.
         """
         if self._data is not None:
-            data, self._data, self._value = self._data, None, None
-            self._value = self._translate(deserialize_message(data, self._message_type))
+            data, self._data = self._data, None
+            former, self._value = self._value, None
+            new = self._translate(deserialize_message(data, self._message_type))
+            self._value = former if new is None else new
         return self._value
 
 

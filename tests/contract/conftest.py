@@ -1,0 +1,55 @@
+"""What every action server keeps to: each statement is run against every server.
+
+A test that takes `name` is run once for each action, `driving` once for each that drives, `beside`
+once for each that does not.
+"""
+
+from __future__ import annotations
+
+import pytest
+
+from bt_mission.common.robot import load_robot
+from tests.support.bench import Bench
+from tests.support.fake_robot import FakeRobot
+from tests.support.served import BESIDE, DRIVING, SERVED
+
+
+@pytest.fixture
+def make_bench(tmp_path):
+    """Make a bench: `make_bench(**parameters)`; the robot has not been heard of."""
+    made: list[Bench] = []
+
+    def make(**parameters):
+        fake = FakeRobot(load_robot("waffle"))
+        made.append(Bench(fake, tmp_path / "images", parameters))
+        return made[-1]
+
+    yield make
+    for bench in made:
+        bench.close()
+
+
+@pytest.fixture
+def bench(make_bench):
+    """A bench whose robot has been heard of."""
+    bench = make_bench()
+    bench.steps(2)
+    return bench
+
+
+@pytest.fixture(params=list(SERVED))
+def name(request):
+    """Every action that we serve."""
+    return request.param
+
+
+@pytest.fixture(params=DRIVING)
+def driving(request):
+    """Every action that drives."""
+    return request.param
+
+
+@pytest.fixture(params=BESIDE)
+def beside(request):
+    """Every action that does not drive."""
+    return request.param

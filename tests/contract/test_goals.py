@@ -1,0 +1,111 @@
+"""What every action server keeps to: goals that are not accepted."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from tests.support.robot_node import pose
+from tests.support.served import NOT_FINITE, SERVED, goal
+
+POSE_PARTS = [("position", "x"), ("position", "y"), ("orientation", "z"), ("orientation", "w")]
+FAR = (1e6, -1e6, 1e300)
+
+
+def test_bad_values_are_rejected_and_nothing_moves(bench, name):
+    """In every field of the goal, before acceptance; then a sound goal is accepted as usual."""
+    for field, values in SERVED[name].bad.items():
+        for value in values:
+            bad = bench.send(name, goal(name, **{field: value}))
+            bench.steps(1)
+            assert bad.accepted is False, (field, value)
+    bench.steps(2)
+    assert not bench.moved
+    sound = bench.send(name)
+    bench.steps(3)
+    assert sound.accepted is True
+
+
+def test_every_number_of_a_goal_is_tried(name):
+    """A field that is added is not forgotten here."""
+    fields = SERVED[name].type.Goal.get_fields_and_field_types()
+    poses = {field for field, kind in fields.items() if "PoseStamped" in kind}
+    harmless = {"behavior_tree", "number_of_loops", "goal_index"}
+    assert SERVED[name].bad.keys() == fields.keys() - poses - harmless
+
+
+@pytest.mark.parametrize("action", ["navigate_to_pose", "follow_waypoints"])
+def test_bad_poses_are_rejected_and_nothing_moves(bench, action):
+    """Wherever in the message the number stands, and whatever the frame."""
+
+    def refused(bad_pose):
+        one = action == "navigate_to_pose"
+        fields = {"pose": bad_pose} if one else {"poses": [pose(0.0, 0.0), bad_pose]}
+        bad = bench.send(action, goal(action, **fields))
+        bench.steps(1)
+        return bad.accepted is False
+
+    for outer, inner in POSE_PARTS:
+        for value in NOT_FINITE:
+            bad_pose = pose(1.0, 0.0)
+            setattr(getattr(bad_pose.pose, outer), inner, value)
+            assert refused(bad_pose), (outer, inner, value)
+    stranger = pose(1.0, 0.0)
+    stranger.header.frame_id = "kitchen"
+    assert refused(stranger)
+    bench.steps(2)
+    assert not bench.moved
+
+
+@pytest.mark.parametrize("far", FAR)
+def test_a_pose_outside_the_map_is_aborted_and_nothing_moves(bench, far):
+    """Code 204 of Nav2's planner."""
+    sent = bench.send("navigate_to_pose", goal("navigate_to_pose", pose=pose(far, 0.0)))
+    bench.until(lambda: sent.status is not None, limit=10)
+    assert (sent.status, sent.result.error_code) == ("aborted", 204)
+    assert not bench.moved
+
+
+def test_what_drives_is_not_accepted_before_the_robot_is_heard_of(make_bench, name):
+    """No scan, no odometry: no goal that asks for them."""
+    bench = make_bench()
+    bench.robot.silent = {"scan", "odom", "tf", "camera"}
+    bench.steps(2)
+    sent = bench.send(name)
+    bench.steps(3)
+    assert sent.accepted is not bool(SERVED[name].asks)
+    assert not bench.moved
+
+
+@pytest.mark.parametrize("lost", ["scan", "odom"])
+def test_nothing_is_accepted_when_a_sensor_that_it_asks_for_has_fallen_silent(bench, name, lost):
+    """An old message is no message."""
+    bench.robot.silent = {lost}
+    bench.steps(21)
+    sent = bench.send(name)
+    bench.steps(3)
+    assert sent.accepted is (lost not in SERVED[name].asks)
+    assert not bench.moved
+
+
+@pytest.mark.parametrize("ray", [math.nan, 0.0])
+def test_nothing_that_asks_for_a_scan_is_accepted_by_a_blind_lidar(make_bench, name, ray):
+    """All rays NaN (LDS-02) or 0 (LDS-01) say nothing: not even that the way is free."""
+    bench = make_bench()
+    bench.robot.rays = [ray] * 360
+    bench.steps(2)
+    sent = bench.send(name)
+    bench.steps(3)
+    assert sent.accepted is ("scan" not in SERVED[name].asks)
+    assert not bench.moved
+
+
+def test_a_rejected_goal_does_not_touch_the_one_that_runs(bench, name):
+    """Only an accepted goal replaces another."""
+    running = bench.send(name)
+    bench.steps(10)
+    bad = bench.send("turn", goal("turn", angle=math.nan))
+    bench.steps(5)
+    assert bad.accepted is False
+    assert running.status is None

@@ -1,0 +1,125 @@
+"""What every action server keeps to: a goal that comes while another one runs."""
+
+from __future__ import annotations
+
+import pytest
+
+from action_servers.maneuver import ZERO, ErrorCode
+from tests.support.served import BESIDE, DRIVING, SERVED
+
+PAIRS = [
+    (old, new)
+    for shift in (0, 1, 4)
+    for old, new in zip(DRIVING, DRIVING[shift:] + DRIVING[:shift], strict=True)
+]
+
+
+@pytest.mark.parametrize(("old_name", "new_name"), PAIRS)
+def test_a_new_goal_of_any_server_replaces_the_one_that_drives(bench, old_name, new_name):
+    """The old goal ends aborted, with the robot stopped in between; the new one drives on."""
+    old = bench.send(old_name)
+    bench.until(lambda: bench.moved)
+    new = bench.send(new_name, client=1)
+    bench.until(lambda: old.status is not None, limit=2)
+    assert old.status == "aborted"
+    assert old.result.error_code == ErrorCode.STOPPED
+    assert old.result.error_msg == "replaced by a new goal"
+    assert bench.before_the_last_end == ZERO
+    bench.steps(30)
+    assert (new.accepted, new.status) == (True, None)
+    assert bench.commands[-1] != ZERO
+
+
+def test_a_new_goal_is_refused_where_that_is_the_rule(make_bench, driving):
+    """With on_new_goal: refuse, the first goes on; when it has ended, the next is accepted."""
+    bench = make_bench(on_new_goal="refuse")
+    bench.steps(2)
+    old = bench.send(driving)
+    bench.until(lambda: bench.moved)
+    new = bench.send("turn", client=1)
+    bench.steps(5)
+    assert (old.status, new.accepted) == (None, False)
+    bench.cancel(driving, old.id)
+    bench.steps(2)
+    following = bench.send("turn", client=1)
+    bench.steps(2)
+    assert following.accepted is True
+
+
+def test_what_does_not_drive_runs_beside_what_does(bench, beside):
+    """Neither ends the other, and it commands nothing itself."""
+    aside = bench.send(beside)
+    bench.steps(10)
+    assert bench.commands == []
+    drive = bench.send("turn", client=1)
+    bench.steps(10)
+    again = bench.send(beside, client=1)
+    bench.steps(10)
+    assert [sent.status for sent in (aside, drive, again)] == [None] * 3
+    assert ZERO not in bench.commands
+    assert len(bench.commands) >= 19
+
+
+def test_goals_that_do_not_drive_are_limited_in_number(make_bench, beside):
+    """Each keeps memory; the one too many is refused, and a place that is left is given away."""
+    bench = make_bench(side_goals=3)
+    bench.steps(2)
+    sent = [bench.send(beside) for _ in range(4)]
+    bench.steps(3)
+    assert [one.accepted for one in sent] == [True, True, True, False]
+    bench.cancel(beside, sent[0].id)
+    bench.steps(2)
+    following = bench.send(beside)
+    bench.steps(2)
+    assert following.accepted is True
+
+
+def test_a_thousand_goals_in_a_burst_end_each_exactly_once(bench, name):
+    """From two clients at one instant; the middleware keeps those that its queue has room for.
+
+    Of what was heard, at the end runs what may run; the server takes the next goal as usual.
+    """
+    sent = [bench.send(name, client=number % 2) for number in range(1000)]
+    bench.steps(5)
+    heard = [one for one in sent if one.accepted is not None]
+    refused = [one for one in heard if not one.accepted]
+    running = [one for one in heard if one.accepted and one.status is None]
+    most = 1 if SERVED[name].drives else 8
+    assert len(heard) >= 10
+    assert len(running) == most
+    assert len(refused) == (0 if SERVED[name].drives else len(heard) - most)
+    ends = [event for event in bench.events if isinstance(event, tuple)]
+    assert len(ends) == len(set(ends)) == len(heard) - len(refused) - len(running)
+    bench.cancel(name)
+    bench.steps(2)
+    following = bench.send(name)
+    bench.steps(2)
+    assert following.accepted is True
+
+
+def test_feedback_belongs_to_its_goal(bench, name):
+    """Two clients hear each of their own goal alone, and none after its end."""
+    first = bench.send(name, client=0)
+    bench.steps(25)
+    heard = len(first.feedback)
+    second = bench.send(name, client=1)
+    if name in BESIDE:
+        bench.steps(1)
+        bench.cancel(name, first.id)
+    bench.until(lambda: first.status is not None, limit=3)
+    at_the_end = len(first.feedback)
+    bench.steps(25)
+    assert heard > 0
+    assert len(first.feedback) == at_the_end
+    assert len(second.feedback) > 0
+
+
+def test_a_goal_id_is_used_once(bench, name):
+    """A second goal with the id of one that runs is rejected, and the first goes on."""
+    first = bench.send(name)
+    bench.steps(5)
+    bench.repeat_the_last_id()
+    second = bench.send(name)
+    bench.steps(5)
+    assert second.accepted is False
+    assert first.status is None

@@ -1,0 +1,68 @@
+"""What every action server keeps to: the stop service, and motors that are off."""
+
+from __future__ import annotations
+
+from action_servers.maneuver import ZERO, ErrorCode
+from tests.support.served import SERVED
+
+
+def test_the_stop_service_ends_the_goal_within_the_instant(bench, name):
+    """Aborted as stopped, zero velocity first; refused until released; then as usual."""
+    sent = bench.send(name)
+    bench.steps(20)
+    answer = bench.trigger("stop")
+    asked_ns = bench.clock.now_ns
+    bench.clock.run_until_quiet()
+    assert bench.clock.now_ns == asked_ns
+    assert answer.result().success is True
+    assert (sent.status, sent.result.error_code) == ("aborted", ErrorCode.STOPPED)
+    assert sent.result.error_msg == "stopped"
+    assert bench.commands[-1] == ZERO
+    bench.steps(6)
+    assert abs(bench.robot.fake.linear) + abs(bench.robot.fake.angular) < 1e-6
+
+    refused = bench.send(name)
+    bench.steps(3)
+    assert (refused.accepted, bench.commands[-1]) == (False, ZERO)
+    bench.trigger("release")
+    following = bench.send(name)
+    bench.steps(3)
+    assert following.accepted is True
+
+
+def test_a_second_stop_and_a_second_release_change_nothing(bench):
+    """Both succeed; they say what they found. A stop publishes zero each time."""
+    told = []
+    for service in ("stop", "stop", "release", "release"):
+        answer = bench.trigger(service)
+        bench.steps(1)
+        told.append((answer.result().success, answer.result().message))
+    assert told == [
+        (True, "stopped; goals are refused until release"),
+        (True, "stopped already"),
+        (True, "released"),
+        (True, "was not stopped"),
+    ]
+    assert bench.commands == [ZERO, ZERO]
+
+
+def test_motors_that_go_off_end_what_drives_and_nothing_else(bench, name):
+    """Aborted as "motors off"; what drives is refused until they are on again."""
+    sent = bench.send(name)
+    bench.steps(20)
+    bench.set_motors(on=False)
+    bench.steps(1)
+    drives = SERVED[name].drives
+    refused = bench.send(name)
+    bench.steps(3)
+    if drives:
+        assert (sent.status, sent.result.error_code) == ("aborted", ErrorCode.MOTORS_OFF)
+        assert sent.result.error_msg == "motors off"
+        assert bench.commands[-1] == ZERO
+    else:
+        assert sent.status is None
+    assert refused.accepted is not drives
+    bench.set_motors(on=True)
+    following = bench.send(name)
+    bench.steps(3)
+    assert following.accepted is True
