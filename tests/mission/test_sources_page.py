@@ -9,7 +9,7 @@ ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "sources.md"
 TEXT = PAGE.read_text(encoding="utf-8")
 ROWS = re.findall(r"^\| (\d*) \|([^|]*)\|([^|]*)\|([^|]*)\|([^|]*)\|$", TEXT, re.MULTILINE)
-FILES = sorted(set(re.findall(r"`([a-z_/]+\.yaml)`", TEXT)))
+FILES = sorted(set(re.findall(r"`([a-z_/]+\.(?:yaml|py))`", TEXT)))
 TESTS = sorted(set(re.findall(r"`(test_\w+)`", TEXT)))
 SUITE = (ROOT / "tests").rglob("test_*.py")
 SOURCES = "\n".join(path.read_text(encoding="utf-8") for path in SUITE)
@@ -23,7 +23,7 @@ def test_every_system_has_a_row_with_a_mission():
 
 
 @pytest.mark.parametrize("name", FILES)
-def test_a_mission_that_is_named_exists(name):
+def test_a_file_that_is_named_exists(name):
     """In missions/sources, unless a folder is named."""
     assert (ROOT / (name if "/" in name else f"missions/sources/{name}")).is_file()
 

@@ -7,8 +7,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import rclpy
 from rclpy.action import get_action_names_and_types
+from rclpy.context import Context
 
+from action_servers.node import ServersNode
+from bt_mission.common.robot import load_robot
 from bt_mission.mission.check import examine
 from bt_mission.mission.short_names import SHORT_NAMES
 from sim.world import load_world
@@ -42,16 +46,19 @@ def ran(on_stage: Any) -> Any:
     return run
 
 
-def test_names_and_types_are_in_the_graph(on_stage: Any) -> None:
+def test_names_and_types_are_in_the_graph(tmp_path: Path) -> None:
     """What the command line of ROS 2 lists: every action that missions have a short name for."""
-    stage = on_stage("sources/meanwhile.yaml").stage
-    served = dict(get_action_names_and_types(stage.node))
-    for short in SHORT_NAMES.values():
-        if short.action != "explore_frontiers":  # it needs a map in the making
-            assert served[f"/{short.action}"] == [short.type]
-    services = dict(stage.node.get_service_names_and_types())
+    context = Context()
+    rclpy.init(context=context)
+    servers = ServersNode(load_robot("waffle"), image_folder=tmp_path, lean=True, context=context)
+    served = dict(get_action_names_and_types(servers))
+    services = dict(servers.get_service_names_and_types())
+    servers.destroy_node()
+    context.shutdown()
+    assert {f"/{short.action}": [short.type] for short in SHORT_NAMES.values()}.items() <= (
+        served.items()
+    )
     assert services["/stop"] == services["/release"] == ["std_srvs/srv/Trigger"]
-    assert services["/motor_power"] == ["std_srvs/srv/SetBool"]
 
 
 def message(run: Any, node: str, status: str) -> str:
@@ -195,6 +202,14 @@ def test_no_server(ran: Any) -> None:
     assert run.said == ["no such action", "no such service"]
     assert message(run, "camera_sweap", "FAILURE").endswith("/camera_sweap: no server after 2 s")
     assert run.seconds == pytest.approx(3.05)
+
+
+def test_recoveries(ran: Any) -> None:
+    """The wall is told of by Nav2's code, and the robot faces away from it in the end."""
+    run = ran("recoveries")
+    assert run.said[0] == "blocked, code 723"
+    assert run.said[1].startswith("backed up for 3 s") or run.said[1] == "backed up for 4 s"
+    assert abs(math.degrees(run.pose[2])) == pytest.approx(180, abs=8)
 
 
 @pytest.mark.parametrize("colour", ["blue", "red"])
