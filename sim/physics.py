@@ -28,7 +28,10 @@ class Moved(Protocol):
     """What the physics moves and asks, at every step: a robot."""
 
     def step_hooks(self) -> tuple[Callable[[int], None], Callable[[int], None]]:
-        """Return what is to be called before and after each step, with its beginning (ns)."""
+        """Return what is to be called before and after each step, with its beginning (ns).
+
+        Asked for after every restart.
+        """
 
     def restart(self) -> None:
         """Be as at the start: time begins, or the state has been put back."""
@@ -48,6 +51,7 @@ class Physics:
         self.data = mujoco.MjData(self.model)
         self._epoch_ns = start_ns
         self._robots: tuple[Moved, ...] = ()
+        self._hooks: list[tuple[Callable[[int], None], Callable[[int], None]]] = []
         self._movers = Movers(self.model, world) if world.moving else None
         self._grip = Grip(self.model, world) if world.slippery else None
         self._place()
@@ -74,6 +78,7 @@ class Physics:
     def _restart(self) -> None:
         for robot in self._robots:
             robot.restart()
+        self._hooks = [robot.step_hooks() for robot in self._robots]
         mujoco.mj_forward(self.model, self.data)
 
     def advance_to(self, time_ns: int) -> None:
@@ -89,7 +94,7 @@ class Physics:
             )
         model, data, step = self.model, self.data, mujoco.mj_step
         movers, grip = self._movers, self._grip
-        robots = [robot.step_hooks() for robot in self._robots]
+        robots = self._hooks
         for now in range(self.time_ns, time_ns, STEP_NS):
             if movers is not None:
                 movers.place(data, now - self._epoch_ns)
