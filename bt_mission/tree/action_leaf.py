@@ -13,7 +13,7 @@ from bt_mission.common.errors import BtMissionError
 from bt_mission.goals.attempt import Attempt, Limits
 from bt_mission.goals.goal import Courier
 from bt_mission.goals.outcome import Ending, Outcome
-from bt_mission.tree.runtime import MissionFailure, Runtime, read_field, scalars
+from bt_mission.tree.runtime import MissionFailure, Runtime, placed, read_field, scalars
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,8 @@ class ActionLeaf(Behaviour):
     def setup(self, **kwargs: Any) -> None:
         """Take the runtime and make the client of the action."""
         self._runtime = kwargs["runtime"]
-        self._courier = self._runtime.courier(self.action, self.type_name)
+        with placed(self._place):
+            self._courier = self._runtime.courier(self.action, self.type_name)
 
     def initialise(self) -> None:
         """Open an attempt of its own for this goal.

@@ -117,7 +117,15 @@ class _Builder:
                 show=lambda message: _values(step.until, MessageFields(message)),
             )
 
-        return WaitFor(_name(step), step.topic, step.type, plan, step.outputs, step.until.text)
+        return WaitFor(
+            _name(step),
+            step.topic,
+            step.type,
+            plan,
+            step.outputs,
+            step.until.text,
+            self._place(step),
+        )
 
     # ---- values, when a step is entered ---------------------------------------------------
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -14,6 +15,15 @@ from bt_mission.goals.ledger import Ledger
 
 class MissionFailure(BtMissionError):  # noqa: N818 - it is the mission that fails, not our code
     """A fault of the mission itself that shows only while it runs; it ends the mission."""
+
+
+@contextmanager
+def placed(place: str) -> Iterator[None]:
+    """Put the place of a step (``file:line:column``) before what goes wrong in its set-up."""
+    try:
+        yield
+    except BtMissionError as error:
+        raise MissionFailure(f"{place}: {error}") from error
 
 
 @dataclass

@@ -10,7 +10,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from bt_mission.common.errors import BtMissionError
-from bt_mission.tree.runtime import Caller, MissionFailure, Runtime, read_field
+from bt_mission.tree.runtime import Caller, MissionFailure, Runtime, placed, read_field
 
 NS = 1_000_000_000
 
@@ -69,7 +69,8 @@ class ServiceLeaf(Behaviour):
     def setup(self, **kwargs: Any) -> None:
         """Take the runtime and make the client of the service."""
         self._runtime = kwargs["runtime"]
-        self._caller = self._runtime.caller(self.service, self.type_name)
+        with placed(self._place):
+            self._caller = self._runtime.caller(self.service, self.type_name)
 
     def initialise(self) -> None:
         """Begin anew; nothing that was called before is heard any more.

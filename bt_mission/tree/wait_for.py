@@ -9,7 +9,7 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from bt_mission.tree.runtime import MissionFailure, Reader, Runtime, read_field
+from bt_mission.tree.runtime import MissionFailure, Reader, Runtime, placed, read_field
 
 NS = 1_000_000_000
 
@@ -39,6 +39,7 @@ class WaitFor(Behaviour):
     :param plan: called at each start.
     :param outputs: field of the message that met the condition, to variable.
     :param text: the condition as it is written.
+    :param place: ``file:line:column`` of the step.
     """
 
     def __init__(
@@ -49,6 +50,7 @@ class WaitFor(Behaviour):
         plan: Callable[[], Watch],
         outputs: Mapping[str, str],
         text: str,
+        place: str,
     ) -> None:
         super().__init__(name)
         self.topic = topic
@@ -56,6 +58,7 @@ class WaitFor(Behaviour):
         self._plan = plan
         self._outputs = outputs
         self._text = text
+        self._place = place
         self._watch: Watch | None = None
         self._since_ns = 0
         self._newest: Any = None
@@ -67,7 +70,8 @@ class WaitFor(Behaviour):
     def setup(self, **kwargs: Any) -> None:
         """Take the runtime and subscribe."""
         self._runtime = kwargs["runtime"]
-        self._reader = self._runtime.reader(self.topic, self.type_name)
+        with placed(self._place):
+            self._reader = self._runtime.reader(self.topic, self.type_name)
 
     def initialise(self) -> None:
         """Begin to listen."""

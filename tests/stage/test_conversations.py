@@ -158,5 +158,5 @@ def test_a_name_of_another_type_is_refused_at_the_start(
     on_stage: Any, node: str, words: str
 ) -> None:
     """Nothing has moved yet."""
-    with pytest.raises(BtMissionError, match=words):
+    with pytest.raises(BtMissionError, match=f"<text>:4:3: {words}"):
         on_stage(text=f"{HEAD}  {node}\n  timeout: 9\n")
