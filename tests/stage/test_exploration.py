@@ -32,13 +32,13 @@ tree:
 
 @pytest.mark.parametrize("strategy", STRATEGIES)
 def test_each_strategy_maps_another_world_without_collision(on_stage: Any, strategy: str) -> None:
-    """In half a minute half of a world of nine columns, and never a touch."""
-    run = on_stage(f"explore_{strategy}", world="turtlebot3_world", seed=4, set={"duration": "30"})
+    """In half a minute half of an arena of low walls, and never a touch."""
+    run = on_stage(f"explore_{strategy}", world="explore_arena", seed=4, set={"duration": "30"})
     run.until_done()
     assert (run.status, run.stage.collisions) == ("success", 0)
     assert run.stage.executive.goals_left_behind == ()
     assert run.seconds == pytest.approx(30.0, abs=0.5)
-    assert run.stage.mapper.measure.area > 12.0
+    assert run.stage.mapper.measure.area > 7.0
 
 
 def test_the_world_publishes_no_map_where_the_mapper_does(on_stage: Any) -> None:
@@ -75,7 +75,7 @@ def test_what_was_explored_can_be_navigated(on_stage: Any) -> None:
 
 def test_frontiers_leave_no_floor_unknown(on_stage: Any) -> None:
     """Nearly all the floor there is; and nothing that is wall is taken for floor."""
-    run = on_stage("explore_frontiers")
+    run = on_stage("explore_frontiers", world="dqn_stage4")
     run.until_done()
     assert run.status == "success"
     grid = run.stage.mapper.grid
