@@ -106,9 +106,9 @@ class ServiceLeaf(Behaviour):
         """Forget a call that has not been answered."""
         if self._forget is not None and not self._answers:
             self._forget()
-            self._answers = []
-            if new_status is Status.INVALID:
-                self.feedback_message = "halted"
+            self._forget = None
+        if new_status is Status.INVALID and self.status is Status.RUNNING:
+            self.feedback_message = "halted"
 
     def _read(self, response: Any) -> Status:
         for field, variable in self._outputs.items():

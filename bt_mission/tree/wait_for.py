@@ -101,7 +101,7 @@ class WaitFor(Behaviour):
     def terminate(self, new_status: Status) -> None:
         """Listen no more."""
         self._reader.leave(self._hear)
-        if new_status is Status.INVALID and self._watch is not None:
+        if new_status is Status.INVALID and self.status is Status.RUNNING:
             self.feedback_message = "halted"
 
     def _hear(self, message: Any) -> None:

@@ -135,3 +135,16 @@ def test_an_interrupted_mission_forgets_its_call(play: Any, how: str) -> None:
     story.tick()
     assert story.status == ("interrupted" if how == "interrupt" else "failure")
     assert service.forgotten == 1
+
+
+def test_a_call_that_has_ended_is_not_halted_when_its_parent_is(play: Any) -> None:
+    """It keeps its last words, and is forgotten once."""
+    story = play(
+        f"  parallel:\n    - fallback:\n        - {CALL.strip()}\n          timeout: 0.1\n"
+        "        - wait: 9\n    - wait: 0.3\n  succeed_when: any"
+    )
+    story.tick(8)
+    assert story.status == "success"
+    call = story.root.children[0].children[0]
+    assert call.feedback_message == "/ask: no answer within 0.1 s"
+    assert story.services["/ask"].forgotten == 1

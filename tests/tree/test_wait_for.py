@@ -131,3 +131,18 @@ def test_lists_are_shown_by_their_length(play: Any) -> None:
     story.topics["/scan"].publish(ranges=[1.0, 2.0])
     story.tick()
     assert story.root.feedback_message == "ranges of 2"
+
+
+def test_a_wait_that_has_ended_is_not_halted_when_its_parent_is(play: Any) -> None:
+    """It keeps its last words."""
+    story = play(
+        f"  parallel:\n    - sequence:\n        - {BATTERY.strip()}\n        - wait: 9\n"
+        "    - wait: 0.3\n  succeed_when: any",
+        HEAD,
+    )
+    story.tick()
+    story.topics["/battery"].publish(percentage=1.0)
+    story.tick(8)
+    assert story.status == "success"
+    wait = story.root.children[0].children[0]
+    assert wait.feedback_message == "percentage < $low (percentage = 1)"
