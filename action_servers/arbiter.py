@@ -27,9 +27,9 @@ class Source:
 SOURCES = (
     Source("cmd_vel_stop", 0.5, stops=True),
     Source("cmd_vel_joy", 0.5),
-    # Servers speak 20 times a second. Four missed commands, and the 0.26 s that braking from full
+    # Servers speak 20 times a second. Three missed commands, and the 0.26 s that braking from full
     # speed takes, leave a base standing within 0.5 s after its servers have died.
-    Source("cmd_vel_mission", 0.2),
+    Source("cmd_vel_mission", 0.15),
 )
 """From the highest rank to the lowest."""
 

@@ -48,12 +48,12 @@ def test_the_joystick_gives_way_exactly_half_a_second_after_its_last_word(arbite
 
 
 def test_a_base_is_told_to_stand_when_everybody_is_silent(arbiter):
-    """A mission counts for 0.2 s, and then zero is commanded until somebody speaks."""
+    """A mission counts for 0.15 s, and then zero is commanded until somebody speaks."""
     assert arbiter.step(0) == ZERO
     arbiter.take(MISSION, FAST, 0)
-    assert arbiter.step(200 * MS - 1) is None
-    assert arbiter.step(200 * MS) == ZERO
-    assert arbiter.step(220 * MS) == ZERO
+    assert arbiter.step(150 * MS - 1) is None
+    assert arbiter.step(150 * MS) == ZERO
+    assert arbiter.step(170 * MS) == ZERO
 
 
 def test_whatever_stop_says_means_zero(arbiter):
@@ -69,8 +69,8 @@ def test_a_command_that_is_no_number_counts_as_silence(arbiter, twist):
     """The source falls silent with it, and a base that it drove is told to stand."""
     arbiter.take(MISSION, FAST, 0)
     with pytest.raises(ValueError, match="cmd_vel_mission commanded"):
-        arbiter.take(MISSION, twist, 150 * MS)
-    assert arbiter.step(200 * MS) == ZERO
+        arbiter.take(MISSION, twist, 100 * MS)
+    assert arbiter.step(150 * MS) == ZERO
 
 
 def test_a_clock_that_is_set_back_ends_what_was_heard_before(arbiter):
