@@ -50,13 +50,23 @@ class Drive:
         return self._period_s + max(0.0, now.time_s - now.odom_stamp_s)
 
     def command(self, now: Observation, twist: Twist2D) -> Twist2D | Finished:
-        """Return the velocity, or the end of the goal when the base does not follow."""
+        """Return the velocity, or the end of the goal when the base does not follow.
+
+        Without a recent scan and odometry the base is held, so that it stands by the time at which
+        they are given up (:meth:`fault`).
+        """
         self._resting_since_s = None
+        if self._age_s(now) > self._tuning.hold_after:
+            twist = ZERO
         linear, angular = self._progress
         blocked = linear.update(now.time_s, self.distance, twist.linear) or angular.update(
             now.time_s, self.yaw, twist.angular
         )
         return blocked or twist
+
+    def _age_s(self, now: Observation) -> float:
+        scan_s = now.time_s if now.scan is None else now.scan.stamp_s
+        return now.time_s - min(scan_s, now.odom_stamp_s)
 
     def rest(self, now: Observation) -> Twist2D | None:
         """Return zero velocity until the base stands, then None."""

@@ -34,6 +34,13 @@ class Tuning:
         "Age at which a scan or odometry is no longer trusted, s. The default is five turns of the "
         "slowest lidar of a TurtleBot3 (LDS-01, 5 Hz), twenty messages of its odometry.",
     )
+    hold_after: float = _tuning(
+        0.6,
+        0.2,
+        10.0,
+        "Age of a scan or odometry at which the base is held until there is a newer one, s: three "
+        "turns of an LDS-01. With the 0.26 s of braking from full speed, it stands within 1 s.",
+    )
     image_timeout: float = _tuning(
         2.0, 0.1, 60.0, "How long a picture is waited for, s; twenty of a camera at 10 Hz."
     )

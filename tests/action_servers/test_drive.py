@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 import pytest
@@ -65,3 +66,18 @@ def test_the_delay_of_a_command_counts_the_age_of_odometry(waffle):
     """One control step, and what has passed since the odometry."""
     now = Observation(5.0, odom_stamp_s=4.98)
     assert Drive(waffle).delay_s(now) == pytest.approx(0.07)
+
+
+@pytest.mark.parametrize("lost", ["scan", "odometry"])
+def test_the_base_is_held_before_a_lost_sensor_is_given_up(fake, waffle, lost):
+    """At an age of 0.6 s; a newer scan lets it go on, and waiting is not being blocked."""
+    base, drive = fake(waffle), Drive(waffle)
+    seen = base.observe()
+    twist = Twist2D(0.2, 0.0)
+    for age, expected in ((0.5, twist), (0.6, twist), (0.65, ZERO), (0.95, ZERO), (0.0, twist)):
+        changes: Any = {"time_s": seen.time_s + age, "odom_stamp_s": seen.time_s + age}
+        if lost == "odometry":
+            changes["odom_stamp_s"] = seen.time_s
+        scan_s = seen.time_s if lost == "scan" else seen.time_s + age
+        changes["scan"] = dataclasses.replace(seen.scan, stamp_s=scan_s)
+        assert drive.command(dataclasses.replace(seen, **changes), twist) == expected
