@@ -84,6 +84,11 @@ class FleetStage:
         say: Callable[[str, str], None] | None = None,
     ) -> None:
         self._exit = ExitStack()
+        for member in members:
+            if member.mission.map == "unknown":
+                raise StageError(
+                    f"{member.name}: a fleet has no mapper, so 'map: unknown' cannot run"
+                )
         scene = load_world(world)
         entrants = [
             Entrant(

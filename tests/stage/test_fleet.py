@@ -13,6 +13,7 @@ import pytest
 
 from bt_mission.fleet import FleetStage, Member
 from bt_mission.mission import load_text
+from bt_mission.stage import StageError
 
 LIMIT_NS = 300_000_000_000
 
@@ -96,6 +97,13 @@ def test_goals_go_to_the_servers_of_the_own_robot(fleet):
     assert {name.rpartition("/")[0].rstrip("/") for name in actions} == {"/robot1"}
     assert stage["robot2"].robot.distance_travelled < 0.01
     assert stage["robot1"].robot.distance_travelled > 0.3
+
+
+def test_a_mission_that_maps_is_refused(fleet):
+    """Before anything starts."""
+    maps = load_text("mission: map\nmap: unknown\ntree:\n  wait: 1\n")
+    with pytest.raises(StageError, match="robot1: a fleet has no mapper"):
+        fleet(Member("robot1", maps))
 
 
 def test_robots_see_each_other(fleet):

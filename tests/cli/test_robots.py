@@ -1,0 +1,119 @@
+"""Real processes: a robot with an arbiter, one of several robots, parameters that do not suit."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+import pytest
+
+pytestmark = pytest.mark.process
+
+LOCAL = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+
+TWO_ROBOTS = ("--robots", "robot1=waffle@-1,0,0", "robot2=burger@1,0,90")
+
+TURN = """\
+mission: turn
+tree:
+  retry: {attempts: 20, pause: 1}
+  do:
+    turn: {angle: 30}
+    timeout: 30
+"""
+
+
+@contextmanager
+def started(*arguments: str) -> Iterator[subprocess.Popen[str]]:
+    """Run ``bt-mission`` as a process; it is killed if the test leaves it running."""
+    process = subprocess.Popen(
+        [sys.executable, "-u", "-m", "bt_mission", *arguments],
+        env=os.environ | LOCAL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+    try:
+        yield process
+    finally:
+        if process.poll() is None:
+            process.kill()
+        process.wait()
+        if process.stdout:
+            process.stdout.close()
+
+
+def said_until(process: subprocess.Popen[str], words: str) -> str:
+    """Read lines until one has these words; gives all of them."""
+    assert process.stdout is not None
+    seen = ""
+    for line in process.stdout:
+        seen += line
+        if words in line:
+            return seen
+    raise AssertionError(f"'{words}' was never said in:\n{seen}")
+
+
+@pytest.mark.parametrize("command", ["servers", "arbiter"])
+def test_a_misspelt_parameter_ends_before_anything_starts(command: str, tmp_path: Path) -> None:
+    """With its place, exit code 2, and no traceback."""
+    path = tmp_path / "mine.yaml"
+    path.write_text("/**:\n  ros__parameters:\n    topics: {cmd_val: x}\n", encoding="utf-8")
+    with started(command, "--wall-clock", "--params", str(path)) as process:
+        said, _ = process.communicate(timeout=60)
+    assert process.returncode == 2
+    assert "mine.yaml:3:14: error: no such parameter 'topics.cmd_val'" in said
+    assert "did you mean 'topics.cmd_vel'?" in said
+    assert "Traceback" not in said
+
+
+def test_a_namespace_needs_a_running_graph(tmp_path: Path) -> None:
+    """On a stage of its own there is one robot, without a name."""
+    path = tmp_path / "turn.yaml"
+    path.write_text(TURN, encoding="utf-8")
+    with started("run", str(path), "--namespace", "robot1") as process:
+        said, _ = process.communicate(timeout=60)
+    assert process.returncode == 2
+    assert "--namespace names a robot of a running graph: add --attach" in said
+
+
+def test_servers_of_a_real_robot_say_that_nobody_listens() -> None:
+    """As an error, within a second; the arbiter does the same."""
+    for command, topic in (("servers", "/cmd_vel_mission"), ("arbiter", "/cmd_vel")):
+        with started(command, "--real", "--params", "waffle") as process:
+            said = said_until(process, "nobody listens on")
+            assert f"nobody listens on {topic}; is the robot's bringup running?" in said
+            process.send_signal(signal.SIGINT)
+            rest, _ = process.communicate(timeout=30)
+            assert "Traceback" not in rest
+            assert process.returncode == 0
+
+
+def test_a_mission_for_one_robot_of_two(tmp_path: Path) -> None:
+    """By its namespace: sim, servers and executive as three processes."""
+    path = tmp_path / "turn.yaml"
+    path.write_text(TURN, encoding="utf-8")
+    with ExitStack() as stack:
+        sim = stack.enter_context(
+            started("sim", "--no-camera", "--speed", "3", *TWO_ROBOTS, "--world", "dqn_stage1")
+        )
+        servers = stack.enter_context(
+            started("servers", "--namespace", "robot2", "--images", str(tmp_path))
+        )
+        said_until(sim, "dqn_stage1")
+        run = stack.enter_context(
+            started("run", str(path), "--attach", "--namespace", "robot2", "--json")
+        )
+        out, _ = run.communicate(timeout=100)
+        report = json.loads(out.splitlines()[-1])
+        assert (report["status"], report["goals_left_behind"]) == ("success", 0), out
+        for process in (servers, sim):
+            process.send_signal(signal.SIGINT)
+            rest, _ = process.communicate(timeout=30)
+            assert "Traceback" not in rest
