@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+from collections.abc import Callable
 from contextlib import AbstractContextManager, ExitStack
 from pathlib import Path
 from types import FrameType
@@ -87,6 +88,29 @@ class Interrupts:
         self.name = "Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name
 
 
+class Audience:
+    """A view that may lose its reader: a pipe that closes ends the mission in good order."""
+
+    def __init__(self, view: View) -> None:
+        self.has_left = False
+        self._view = view
+
+    def on_change(self, change: Change) -> None:
+        """Show a change, while somebody looks."""
+        self._show(lambda: self._view.on_change(change))
+
+    def refresh(self) -> None:
+        """Draw again, while somebody looks."""
+        self._show(self._view.refresh)
+
+    def _show(self, show: Callable[[], None]) -> None:
+        if not self.has_left:
+            try:
+                show()
+            except BrokenPipeError:
+                self.has_left = True
+
+
 def drive(
     session: Session, view: View, *, speed: float | None = None, trace_file: Path | None = None
 ) -> Report:
@@ -104,9 +128,12 @@ def drive(
         interrupts = stack.enter_context(Interrupts())
         view.open(session, wall)
         stack.enter_context(view)
-        session.executive.listeners.append(view.on_change)
+        audience = Audience(view)
+        session.executive.listeners.append(audience.on_change)
         pacer = Pacer(speed, session.start_ns)
         while not session.is_done:
+            if audience.has_left:
+                session.executive.interrupt("nobody reads the output any more")
             if interrupts.count == 1:
                 session.executive.interrupt(f"interrupted by {interrupts.name}")
             elif interrupts.count > 1:
@@ -114,7 +141,7 @@ def drive(
                 break
             _step(session)
             pacer.hold(session.now_ns)
-            view.refresh()
+            audience.refresh()
     return summarise(session, wall.elapsed_s)
 
 

@@ -21,7 +21,7 @@ resumed after every round of callbacks, as under rclpy's own executors.
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable, Coroutine
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -236,29 +236,51 @@ class LockstepExecutor(Executor):
         self._suspended.append((rest, entity))
 
     def _run_tasks(self) -> None:
-        """Resume suspended callbacks and tasks until none of them gets any further."""
-        progress = bool(self._new_tasks or self._waiting_tasks or self._suspended)
-        while progress:
-            progress = False
-            tasks, self._new_tasks = self._waiting_tasks + self._new_tasks, []
-            self._waiting_tasks = []
-            for task in tasks:
+        """Resume suspended callbacks and tasks until none of them gets any further.
+
+        What one of them raises comes out of here; the others keep their place.
+        """
+        while self._resume_tasks() or self._resume_callbacks() or self._new_tasks:
+            pass
+
+    def _resume_tasks(self) -> bool:
+        """Give each task a turn; tells whether one of them ended."""
+        turns = deque(self._waiting_tasks + self._new_tasks)
+        self._waiting_tasks, self._new_tasks = [], []
+        ended = False
+        try:
+            while turns:
+                task = turns.popleft()
                 task()
                 if task.done():
-                    progress = True
+                    ended = True
                     task.result()  # raises what the task raised
                 elif not task.cancelled():
                     self._waiting_tasks.append(task)
-            suspended, self._suspended = self._suspended, []
-            for coroutine, entity in suspended:
+        finally:
+            self._waiting_tasks.extend(turns)
+        return ended
+
+    def _resume_callbacks(self) -> bool:
+        """Give each suspended callback a turn; tells whether one of them ended."""
+        turns = deque(self._suspended)
+        self._suspended = []
+        ended = False
+        try:
+            while turns:
+                coroutine, entity = turns.popleft()
                 try:
                     coroutine.send(None)
-                except StopIteration:
-                    progress = True
+                except BaseException as end:
                     entity.callback_group.ending_execution(entity)
+                    if not isinstance(end, StopIteration):
+                        raise
+                    ended = True
                 else:
                     self._suspended.append((coroutine, entity))
-            progress = progress or bool(self._new_tasks)
+        finally:
+            self._suspended.extend(turns)
+        return ended
 
     def _report_stuck(self) -> None:
         names: Counter[str] = Counter()

@@ -203,3 +203,50 @@ def test_an_action_from_goal_to_result_in_exact_virtual_times(rig: Any) -> None:
     ]
     client.destroy()
     server.destroy()
+
+
+def test_a_task_that_raises_does_not_take_the_others_with_it(rig: Any) -> None:
+    """Tasks before and after it in the queue go on, and so do suspended callbacks."""
+    gate: Future = Future()
+    log: list[str] = []
+
+    async def wait(name: str) -> None:
+        await gate
+        log.append(name)
+
+    async def fail() -> None:
+        raise ZeroDivisionError("in a task")
+
+    node = rig.node("a")
+    timer: Any = node.create_timer(0.1, lambda: (timer.cancel(), wait("callback"))[1])
+    rig.executor.step()
+    rig.executor.create_task(wait("before"))
+    rig.executor.create_task(fail())
+    rig.executor.create_task(wait("after"))
+    with pytest.raises(ZeroDivisionError):
+        rig.executor.run_until_quiet()
+    gate.set_result(None)
+    rig.executor.run_until_quiet()
+    assert sorted(log) == ["after", "before", "callback"]
+
+
+def test_a_suspended_callback_that_raises_frees_its_callback_group(rig: Any) -> None:
+    """The node's other callbacks are served again."""
+    node = rig.node("a")
+    gate: Future = Future()
+    fired: list[str] = []
+
+    async def fail_later() -> None:
+        failing.cancel()
+        await gate
+        raise ZeroDivisionError("after waiting")
+
+    failing: Any = node.create_timer(0.1, fail_later)
+    node.create_timer(0.1, lambda: fired.append("other"))
+    rig.executor.step()
+    assert fired == []
+    gate.set_result(None)
+    with pytest.raises(ZeroDivisionError, match="after waiting"):
+        rig.executor.run_until_quiet()
+    rig.executor.step()
+    assert fired == ["other"]
