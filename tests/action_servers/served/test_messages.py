@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from bt_mission_interfaces.action import CameraSweep, ExploreForward, Turn
+from bt_mission_interfaces.action import CameraSweep, ExploreForward, TakePictures, Turn
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Quaternion, Transform
 from nav2_msgs.action import FollowWaypoints, NavigateToPose
@@ -199,6 +199,32 @@ def test_mappings_fill_nested_messages():
     (waypoint,) = result.missed_waypoints
     assert (waypoint.index, waypoint.error_code) == (2, 208)
     assert waypoint.goal.pose.position.x == 1.0
+
+
+def test_bytes_fill_data_and_seconds_a_stamp():
+    """A picture goes through in one piece."""
+    picture: dict[str, Any] = {
+        "header": {"stamp": 12.5, "frame_id": "eye"},
+        "format": "jpeg",
+        "data": bytes(range(256)),
+    }
+    result = fill(TakePictures.Result(), {"all_pictures": (picture, picture)}, NOW)
+    assert len(result.all_pictures) == 2
+    header = result.all_pictures[1].header
+    assert (header.stamp.sec, header.stamp.nanosec, header.frame_id) == (12, 500_000_000, "eye")
+    assert bytes(result.all_pictures[1].data) == bytes(range(256))
+
+
+@pytest.mark.parametrize("ranges", [[], [math.nan] * 3, [0.0, 0.0], [math.nan, 0.0]])
+def test_a_scan_that_measures_nothing_is_none(ranges):
+    """Neither NaN nor 0 says that the way is free."""
+    assert scan_of(LaserScan(angle_increment=0.1, range_max=3.5, ranges=ranges)) is None
+
+
+def test_a_scan_that_measures_that_nothing_is_there_is_one():
+    """Inf is a measurement."""
+    message = LaserScan(angle_increment=0.1, range_max=3.5, ranges=[math.inf, math.nan])
+    assert scan_of(message) is not None
 
 
 def test_a_field_that_is_not_there_is_told_with_those_that_are():
