@@ -5,9 +5,10 @@ from types import SimpleNamespace
 
 import pytest
 
-from action_servers.maneuver import ErrorCode, Refusal
+from action_servers.maneuver import ErrorCode, Finished, Refusal
 from action_servers.mapping import explore
 from action_servers.mapping.explore import ExploreFrontiers, plan
+from action_servers.navigation.codes import Code
 
 
 def goal(max_duration=0.0, min_frontier=0.0):
@@ -102,6 +103,27 @@ def test_a_robot_that_cannot_move_gives_up_each_frontier_and_ends(waffle, mappin
     ended = robot.run(ExploreFrontiers(waffle, 0.0, 0.5))
     assert (ended.status, ended.error_code) == ("aborted", ErrorCode.BLOCKED)
     assert "could not be driven to" in ended.reason
+
+
+def test_a_frontier_that_the_map_shuts_off_on_the_way_is_left_alone_the_second_time(
+    waffle, mapping_robot, two_rooms, monkeypatch
+):
+    """No failure of driving: with nothing else to do, the goal succeeds."""
+    legs = []
+
+    class ShutOff:
+        def __init__(self, pose, *_):
+            legs.append(pose)
+
+        def step(self, _):
+            return Finished("aborted", Code.GOAL_OCCUPIED, "a wall is there")
+
+    monkeypatch.setattr(explore, "NavigateToPose", ShutOff)
+    robot = mapping_robot(two_rooms)
+    maneuver = ExploreFrontiers(waffle, 0.0, 0.5)
+    assert robot.run(maneuver).status == "succeeded"
+    assert len(legs) >= 2
+    assert maneuver.result()["frontiers_visited"] == 0
 
 
 def test_scans_that_stop_end_it(waffle, mapping_robot, two_rooms):

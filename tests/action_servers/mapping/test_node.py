@@ -89,8 +89,8 @@ class Bench:
 
 @pytest.fixture
 def bench(tmp_path: Path) -> Iterator[Bench]:
-    """A bench in an arena with inner walls."""
-    bench = Bench(load_world("dqn_stage4"), tmp_path)
+    """A bench among nine columns."""
+    bench = Bench(load_world("turtlebot3_world"), tmp_path)
     yield bench
     bench.close()
 
@@ -110,7 +110,7 @@ def test_what_it_maps_agrees_with_the_world(bench: Bench) -> None:
     bench.run_for(1.0)
     _, message = bench.maps[-1]
     cells = np.array(message.data, dtype=np.int8).reshape(message.info.height, message.info.width)
-    truth = rasterise(load_world("dqn_stage4"))
+    truth = rasterise(load_world("turtlebot3_world"))
     size = message.info.resolution
     wrong = {0: 0, 100: 0}
     for value in wrong:
