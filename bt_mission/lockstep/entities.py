@@ -105,9 +105,16 @@ class Entities:
         found += [waitable for waitable in self.waitables if waitable.is_ready(wait_set)]
         return found
 
-    def ns_until_next_timer(self) -> int | None:
-        """Nanoseconds until the next timer is due, or None when none is set."""
-        waits = [wait for wait in map(_ns_until_due, self.timers) if wait is not None]
+    def ns_until_next_timer(self, *, any_suspended: bool) -> int | None:
+        """Nanoseconds until the next timer is due, or None when none is set.
+
+        A timer whose callback group is held by a suspended callback is not due before that
+        callback ends: time goes on without it.
+        """
+        timers = self.timers
+        if any_suspended:
+            timers = [timer for timer in timers if timer.callback_group.can_execute(timer)]
+        waits = [wait for wait in map(_ns_until_due, timers) if wait is not None]
         return min(waits, default=None)
 
 

@@ -147,7 +147,7 @@ class LockstepExecutor(Executor):
         :raises NothingDueError: when there is neither.
         """
         self._refresh()
-        wait_ns = self._entities.ns_until_next_timer()
+        wait_ns = self._entities.ns_until_next_timer(any_suspended=bool(self._suspended))
         due = [] if wait_ns is None else [self._now_ns + wait_ns]
         if self.world is not None:
             due.append(self.world.next_due_ns)

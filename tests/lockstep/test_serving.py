@@ -250,3 +250,24 @@ def test_a_suspended_callback_that_raises_frees_its_callback_group(rig: Any) -> 
         rig.executor.run_until_quiet()
     rig.executor.step()
     assert fired == ["other"]
+
+
+def test_time_goes_on_while_a_callback_holds_its_group(rig: Any) -> None:
+    """The node's own timers wait for it, those of others do not; afterwards it catches up."""
+    node, other = rig.node("a"), rig.node("b")
+    gate: Future = Future()
+    fired: list[tuple[str, int]] = []
+
+    async def hold() -> None:
+        holding.cancel()
+        await gate
+
+    holding: Any = node.create_timer(0.1, hold)
+    node.create_timer(0.2, lambda: fired.append(("held", rig.now(node))))
+    other.create_timer(0.3, lambda: fired.append(("free", rig.now(other))))
+    rig.steps_until(S + 700 * MS)
+    assert fired == [("free", S + 300 * MS), ("free", S + 600 * MS)]
+    gate.set_result(None)
+    rig.executor.run_until_quiet()
+    rig.executor.step()
+    assert fired[2:] == [("held", S + 600 * MS)]
