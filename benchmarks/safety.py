@@ -1,0 +1,122 @@
+"""How safely the base stops: the figures of docs/safety.md, which this command writes.
+
+All but the killed processes runs on the virtual clock, seeded, and is the same on every run.
+Run it as: python benchmarks/safety.py [--poses N] [--only drives|stops|kills]
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import statistics
+from collections.abc import Iterable, Iterator
+from itertools import chain
+from multiprocessing import get_context
+from pathlib import Path
+
+from safety_kills import Kill, kill
+from safety_stops import GOALS, by_lost_scan, by_service
+from safety_trials import SPEEDS, WORLDS, Drive, Stop, drives
+
+PAGE = Path(__file__).resolve().parent.parent / "docs" / "safety.md"
+
+
+def in_one_world(world: str, poses: int, appears: bool) -> list[Drive]:  # noqa: FBT001 - starmap
+    """All drives of a world, as a process of its own makes them."""
+    return list(drives(world, count=poses, appears=appears))
+
+
+def drive_table(found: list[Drive]) -> Iterator[str]:
+    """Yield a row for each world and speed."""
+    yield "| world | m/s | drives | collisions | least | 5 % | median | 95 % | failed |"
+    yield "|---|---|---|---|---|---|---|---|---|"
+    for world in WORLDS:
+        for speed in SPEEDS:
+            chosen = [d for d in found if (d.world, d.speed) == (world, speed)]
+            left = sorted(drive.surplus for drive in chosen)
+            collisions = sum(drive.collisions for drive in chosen)
+            failed = sum(drive.status != "succeeded" for drive in chosen)
+            yield (
+                f"| {world} | {speed:g} | {len(chosen)} | {collisions} | {_mm(left[0])} "
+                f"| {_mm(left[len(left) // 20])} | {_mm(statistics.median(left))} "
+                f"| {_mm(left[-1 - len(left) // 20])} | {failed} |"
+            )
+    left = sorted(drive.surplus for drive in found)
+    yield (
+        f"| **all** | | **{len(found)}** | **{sum(d.collisions for d in found)}** "
+        f"| **{_mm(left[0])}** | {_mm(left[len(left) // 20])} "
+        f"| **{_mm(statistics.median(left))}** | {_mm(left[-1 - len(left) // 20])} "
+        f"| {sum(d.status != 'succeeded' for d in found)} |"
+    )
+
+
+def stop_table(found: Iterable[Stop], limit_s: float) -> Iterator[str]:
+    """Yield a row for each action."""
+    yield f"| action | stands after | within {limit_s:g} s | ends | reason |"
+    yield "|---|---|---|---|---|"
+    for stop in found:
+        held = "yes" if stop.stood_after_s <= limit_s else "**no**"
+        yield (
+            f"| `{stop.action}` | {stop.stood_after_s:.3f} s | {held} | {stop.status} "
+            f"| {stop.reason} |"
+        )
+
+
+def kill_table(found: Iterable[Kill]) -> Iterator[str]:
+    """Yield a row for each process that was killed."""
+    yield "| killed | between servers and base | stands after | within 0.5 s | goes on for |"
+    yield "|---|---|---|---|---|"
+    for one in found:
+        way = "arbiter" if one.with_arbiter else "nothing"
+        held = "yes" if one.stood_after_s <= 0.5 + 1e-6 else "**no**"
+        yield f"| {one.killed} | {way} | {one.stood_after_s:.2f} s | {held} | {one.way_m:.2f} m |"
+
+
+def write(mark: str, lines: Iterable[str]) -> None:
+    """Put lines between the marks of that name on the page, and onto the terminal."""
+    text = "\n".join(lines)
+    print(f"{mark}\n{text}\n", flush=True)
+    page = PAGE.read_text(encoding="utf-8")
+    begin, end = f"<!-- {mark} -->\n", f"\n<!-- end of {mark} -->"
+    head, _, rest = page.partition(begin)
+    _, found, tail = rest.partition(end)
+    if not found:
+        raise SystemExit(f"{PAGE} has no place for '{mark}'")
+    PAGE.write_text(f"{head}{begin}{text}{end}{tail}", encoding="utf-8")
+
+
+def main() -> None:
+    """Measure, and write the page."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--poses", type=int, default=100, help="poses in each world")
+    parser.add_argument("--processes", type=int, default=2, help="worlds at a time")
+    parser.add_argument("--kills", type=int, default=3, help="times that each process is killed")
+    parser.add_argument("--only", choices=["drives", "stops", "kills"])
+    options = parser.parse_args()
+    if options.only in (None, "drives"):
+        runs = [(world, options.poses, appears) for appears in (False, True) for world in WORLDS]
+        with get_context("spawn").Pool(options.processes) as pool:
+            found = pool.starmap(in_one_world, runs, chunksize=1)
+        for mark, part in (("walls", slice(3)), ("appearing obstacle", slice(3, 6))):
+            write(mark, drive_table(list(chain(*found[part]))))
+    if options.only in (None, "stops"):
+        write("stop service", stop_table(map(by_service, GOALS), 0.3))
+        write("lost scan", stop_table(map(by_lost_scan, GOALS), 1.0))
+    if options.only in (None, "kills"):
+        write(
+            "killed processes",
+            kill_table(
+                kill(what, with_arbiter=with_arbiter)
+                for what in ("servers", "executive")
+                for with_arbiter in (True, False)
+                for _ in range(options.kills)
+            ),
+        )
+
+
+def _mm(metres: float) -> str:
+    return f"{1000 * metres:+.0f} mm" if math.isfinite(metres) else "free"
+
+
+if __name__ == "__main__":
+    main()

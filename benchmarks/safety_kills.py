@@ -1,0 +1,149 @@
+"""Processes that are killed while the robot drives: how soon the base stands, by its true pose.
+
+Sim, arbiter, servers and executive are processes, at the speed of the wall clock. Times are those
+of the simulation; the truth is published 20 times a second, so each is exact to 0.05 s.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Self
+
+import rclpy
+from nav_msgs.msg import Odometry
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+
+from bt_mission.pacing import Stopwatch
+
+SPEED = 0.26
+PATIENCE_S = 60.0
+"""Seconds of the wall clock until the robot must drive."""
+
+MISSION = """\
+mission: drive
+world: {world}
+tree:
+  retry: {{attempts: 20, pause: 1}}
+  do:
+    explore_forward: {{fwd_velocity: {speed}, stopping_distance: 0.3}}
+    timeout: 100
+"""
+PARAMETERS = """\
+bt_mission_servers:
+  ros__parameters:
+    topics.cmd_vel: cmd_vel_mission
+"""
+
+
+@dataclass(frozen=True)
+class Kill:
+    """A process that was killed at full speed, and when the base then stood."""
+
+    killed: str
+    with_arbiter: bool
+    stood_after_s: float
+    way_m: float
+    """How far the base still went."""
+
+
+class Truth:
+    """Hears the true motion of the base, as `(time s, x, linear, angular)`."""
+
+    def __init__(self) -> None:
+        self._exit = ExitStack()
+        self.context = Context()
+        rclpy.init(context=self.context)
+        self._exit.callback(self.context.shutdown)
+        node = rclpy.create_node("truth", context=self.context, enable_rosout=False)
+        self._exit.callback(node.destroy_node)
+        node.create_subscription(Odometry, "ground_truth/odom", self._take, 50)
+        self._executor = SingleThreadedExecutor(context=self.context)
+        self._executor.add_node(node)
+        self._exit.callback(self._executor.shutdown)
+        self.seen: list[tuple[float, float, float, float]] = []
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._exit.close()
+
+    def _take(self, message: Any) -> None:
+        stamp, twist = message.header.stamp, message.twist.twist
+        self.seen.append(
+            (
+                stamp.sec + stamp.nanosec * 1e-9,
+                message.pose.pose.position.x,
+                twist.linear.x,
+                twist.angular.z,
+            )
+        )
+
+    def newest(self) -> tuple[float, float, float, float]:
+        """Return the newest truth that there is, after a look for more."""
+        before = len(self.seen)
+        watch = Stopwatch()
+        while len(self.seen) == before and watch.elapsed_s < PATIENCE_S:
+            self._executor.spin_once(timeout_sec=0.5)
+        for _ in range(20):
+            self._executor.spin_once(timeout_sec=0.0)
+        return self.seen[-1]
+
+
+@contextmanager
+def process(*arguments: str) -> Iterator[subprocess.Popen[bytes]]:
+    """Run ``bt-mission`` in a process that is killed at the end."""
+    started = subprocess.Popen(  # noqa: S603 - starts our own program
+        [sys.executable, "-m", "bt_mission", *arguments],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    try:
+        yield started
+    finally:
+        started.kill()
+        started.wait()
+
+
+def kill(what: str, *, with_arbiter: bool, world: str = "empty_arena") -> Kill:
+    """Kill "servers" or "executive" when the base drives at full speed.
+
+    Raises RuntimeError when it never does.
+    """
+    os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+    with ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        mission, parameters = folder / "drive.yaml", folder / "parameters.yaml"
+        mission.write_text(MISSION.format(world=world, speed=SPEED), encoding="utf-8")
+        parameters.write_text(PARAMETERS, encoding="utf-8")
+        options = ["--params", str(parameters)] if with_arbiter else []
+        stack.enter_context(process("sim", "--world", world, "--no-camera"))
+        if with_arbiter:
+            stack.enter_context(process("arbiter"))
+        victims = {
+            "servers": stack.enter_context(
+                process("servers", "--images", str(folder / "images"), *options)
+            ),
+            "executive": stack.enter_context(process("run", str(mission), "--attach")),
+        }
+        truth = stack.enter_context(Truth())
+        watch = Stopwatch()
+        while truth.newest()[2] < 0.98 * SPEED:
+            if watch.elapsed_s > PATIENCE_S:
+                raise RuntimeError("the robot never drove; are the processes alive?")
+        killed_s, killed_x, *_ = truth.newest()
+        victims[what].kill()
+        while True:
+            now_s, x, linear, angular = truth.newest()
+            if abs(linear) < 0.01 and abs(angular) < 0.02:
+                return Kill(what, with_arbiter, now_s - killed_s, x - killed_x)
+            if now_s - killed_s > 5.0:
+                return Kill(what, with_arbiter, float("inf"), x - killed_x)
