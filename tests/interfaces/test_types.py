@@ -242,6 +242,22 @@ def test_every_action_has_type_support(action):
             "FollowWaypoints",
             "RIHS01_09e36a19e0374ab692e78b877e3345daa223ca4186b8af90f77939b78c6e6d7b",
         ),
+        (
+            "Spin",
+            "RIHS01_9fc4653cfb2982465e9ca4e2710f0532de8f6dce77d6a6eada55e4e22273b55c",
+        ),
+        (
+            "BackUp",
+            "RIHS01_28d3ef6f5c43fdb860f960f4be61825e80d3c6fd54a12af77005eb477ad60d50",
+        ),
+        (
+            "DriveOnHeading",
+            "RIHS01_9eca8a3505f973b994ac18f4aaf76c0c4563cc7cde1ce7384be2f70e53479c11",
+        ),
+        (
+            "Wait",
+            "RIHS01_0c5d418b19d8d009bb5bce6dca27687d9d43659016a70dc08307e38a032af2c3",
+        ),
     ],
 )
 def test_nav2_actions_have_the_type_hash_of_jazzy(action, expected):
