@@ -37,6 +37,7 @@ _BLOCK_M = 1.0
 _LARGEST_M = 100.0
 _BEHIND_SURFACE_M = 0.0125
 _THROUGH = 0.25
+_FINEST_RAD = 1e-5
 
 _Odds = npt.NDArray[np.float32]
 
@@ -176,7 +177,7 @@ class OccupancyMapper:
         """Tell which cells of a window the scan has seen through.
 
         Each cell asks the ray that comes nearest to its middle how far it went, so that no cell
-        between two rays is left out.
+        between two rays is left out. Rays less than 10 microradians apart are no scan.
         """
         size = self._resolution
         x = (np.arange(*columns, dtype=np.float32) + 0.5) * size - lidar.x
@@ -184,7 +185,7 @@ class OccupancyMapper:
         x, y = x.astype(np.float32)[None, :], y.astype(np.float32)[:, None]
         gaps = np.sqrt(x * x + y * y)
         step, count = abs(scan.angle_increment), rays.clear.size
-        if step == 0.0:
+        if step < _FINEST_RAD:
             return np.zeros(gaps.shape, dtype=np.bool_)
         bearings = np.arctan2(y, x) - np.float32(lidar.yaw + scan.angle_min)
         # A lidar that turns to the right counts its rays the other way round.

@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from action_servers.maneuver import Pose2D, Scan
@@ -181,6 +181,8 @@ def test_a_pose_that_jumps_far_away_is_refused(make_scan):
     yaw=st.floats(-10, 10),
     increment=st.floats(-0.5, 0.5, width=32),
 )
+@example(ranges=[1.0, 2.0], x=0.0, yaw=0.0, increment=1e-45)
+@example(ranges=[1.0, 2.0], x=0.0, yaw=0.0, increment=0.0)
 def test_any_scan_from_anywhere_leaves_a_sound_map(ranges, x, yaw, increment):
     """Whatever a driver sends: three kinds of cells, and bounds around them."""
     mapper = OccupancyMapper(LIDAR)
