@@ -44,6 +44,11 @@ class Action:
     during: Callable[[Any, str], AbstractContextManager[None]] = _nothing
 
 
+RESULT_TIMEOUT_S = 10
+"""How long a result is kept, s, as by rcl_action's C++ servers; rclpy's own default of 900 s makes
+every status message carry all goals of a quarter of an hour."""
+
+
 class ActionAdapter:
     """Offers one action on a node, carried out by a pilot.
 
@@ -75,6 +80,7 @@ class ActionAdapter:
             goal_callback=self._check,
             handle_accepted_callback=self._begin,
             cancel_callback=self._cancel,
+            result_timeout=RESULT_TIMEOUT_S,
         )
 
     def close(self, reason: str) -> None:

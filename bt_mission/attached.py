@@ -10,6 +10,7 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 
+from bt_mission.executive import MissionStatus
 from bt_mission.node import MissionNode
 from bt_mission.pacing import Stopwatch
 
@@ -24,6 +25,9 @@ CLOCK_WAIT_S = 4.0
 """Wall time to look for a publisher of ``/clock`` before this machine's clock is taken; and to
 see time stand still without a publisher before it counts as gone. Fast DDS announces a
 participant anew every 3 s, so discovery may take that long."""
+
+END_WAIT_S = 10.0
+"""Wall time after which a mission that ends leaves the goals that nobody confirms."""
 
 
 class Attached:
@@ -74,6 +78,7 @@ class Attached:
         self.trace = self.node.trace
         self._since_last_time = Stopwatch()
         self._seen_ns = 0
+        self._ending: Stopwatch | None = None
 
     def __enter__(self) -> Self:
         return self
@@ -104,6 +109,15 @@ class Attached:
             self.executive.fail(f"a callback failed: {type(error).__name__}: {error}")
         if self._follows_clock:
             self._watch_clock()
+        if self.executive.status is MissionStatus.ENDING:
+            self._see_to_the_end()
+
+    def _see_to_the_end(self) -> None:
+        """Look at the last goals also while ROS time stands still, for a bounded wall time."""
+        self._ending = self._ending or Stopwatch()
+        self.executive.tick()
+        if self._ending.elapsed_s > END_WAIT_S:
+            self.executive.abandon(f"not every goal had ended after {END_WAIT_S:g} s")
 
     def _find_clock(self, probe: Node) -> bool:
         watch = Stopwatch()

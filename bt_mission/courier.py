@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from action_msgs.srv import CancelGoal
 from rclpy.action import ActionClient, get_action_names_and_types
 from unique_identifier_msgs.msg import UUID
 
@@ -56,6 +57,8 @@ class ActionCourier:
             handle = future.result()
             if handle.accepted:
                 self._handles[goal.id] = handle
+            else:  # rclpy forgets it only with a result
+                self._client._feedback_callbacks.pop(goal.id, None)  # noqa: SLF001
             goal.on(Event.ACCEPTED if handle.accepted else Event.REJECTED)
 
         self._client.send_goal_async(
@@ -75,14 +78,20 @@ class ActionCourier:
         self._handles[goal.id].get_result_async().add_done_callback(on_result)
 
     def send_cancel(self, goal: Goal) -> None:
-        """Ask the server to cancel; an empty list in its answer is a refusal."""
+        """Ask the server to cancel.
+
+        An answer without the goal is a refusal, unless the goal has ended: then its result is on
+        the way, and decides.
+        """
         handle = self._handles.get(goal.id)
         if handle is None:
             return  # the result is here already
 
         def on_answer(future: Future) -> None:
-            ids = {bytes(info.goal_id.uuid) for info in future.result().goals_canceling}
-            if goal.id not in ids:
+            answer = future.result()
+            if answer.return_code == CancelGoal.Response.ERROR_GOAL_TERMINATED:
+                return
+            if goal.id not in {bytes(info.goal_id.uuid) for info in answer.goals_canceling}:
                 goal.on(Event.CANCEL_REFUSED)
 
         handle.cancel_goal_async().add_done_callback(on_answer)

@@ -69,6 +69,7 @@ class Executive:
         self._verdict = MissionStatus.FAILURE
         self._paths: dict[Behaviour, str] = {}
         self._known: dict[Behaviour, Status] = {}
+        self._running: dict[Behaviour, None] = {}
         self._name_nodes(root, "0")
         for node in root.iterate():
             node.setup(runtime=runtime)
@@ -153,6 +154,7 @@ class Executive:
             for node in self.root.tick():
                 if node.status is not self._known[node]:
                     self._note(node)
+            self._note_halted()
         except BtMissionError as error:
             self._halt(MissionStatus.FAILURE, str(error))
         except Exception as error:  # noqa: BLE001 - a user's leaf may raise anything
@@ -163,8 +165,17 @@ class Executive:
             elif self.root.status is not Status.RUNNING:
                 self._end(MissionStatus.FAILURE, self._why_failed())
 
+    def _note_halted(self) -> None:
+        """A node that the tree halts is not visited by the tick, but has changed all the same."""
+        for node in [node for node in self._running if node.status is not Status.RUNNING]:
+            self._note(node)
+
     def _note(self, node: Behaviour) -> None:
         self._known[node] = node.status
+        if node.status is Status.RUNNING:
+            self._running[node] = None
+        else:
+            self._running.pop(node, None)
         change = Change(
             self._runtime.now_ns, node, self._paths[node], node.status, node.feedback_message
         )
@@ -189,13 +200,14 @@ class Executive:
                     node.stop(Status.INVALID)
             except Exception as error:  # noqa: BLE001 - the others must still be stopped
                 reason += f"; stopping '{node.name}' raised {_describe(error)}"
-        for node in self.root.iterate():
-            if node.status is not self._known[node]:
-                self._note(node)
         self._end(verdict, reason)
+        self._note_halted()
 
     def _end(self, verdict: MissionStatus, reason: str) -> None:
+        """See every goal to its end, whether or not its leaf has handed it over."""
         self.status, self._verdict, self.reason = MissionStatus.ENDING, verdict, reason
+        for goal in self._runtime.ledger.open_goals:
+            self._runtime.ledger.hand_over(goal, self._runtime.now_ns)
 
     def _finish(self) -> None:
         left = self.goals_left_behind

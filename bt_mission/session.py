@@ -93,6 +93,7 @@ class Audience:
 
     def __init__(self, view: View) -> None:
         self.has_left = False
+        self.fault: Exception | None = None
         self._view = view
 
     def on_change(self, change: Change) -> None:
@@ -103,12 +104,20 @@ class Audience:
         """Draw again, while somebody looks."""
         self._show(self._view.refresh)
 
+    @property
+    def why_left(self) -> str:
+        """What ended the view, for people."""
+        if isinstance(self.fault, BrokenPipeError):
+            return "nobody reads the output any more"
+        return f"the view failed: {type(self.fault).__name__}: {self.fault}"
+
     def _show(self, show: Callable[[], None]) -> None:
         if not self.has_left:
             try:
                 show()
-            except BrokenPipeError:
+            except Exception as error:  # noqa: BLE001 - what shows a mission must not break it
                 self.has_left = True
+                self.fault = error
 
 
 def drive(
@@ -133,10 +142,11 @@ def drive(
         pacer = Pacer(speed, session.start_ns)
         while not session.is_done:
             if audience.has_left:
-                session.executive.interrupt("nobody reads the output any more")
+                session.executive.interrupt(audience.why_left)
             if interrupts.count == 1:
                 session.executive.interrupt(f"interrupted by {interrupts.name}")
             elif interrupts.count > 1:
+                session.executive.interrupt(f"interrupted by {interrupts.name}")
                 session.executive.abandon(f"left at once after a second {interrupts.name}")
                 break
             _step(session)

@@ -135,7 +135,7 @@ class Attempt:
         if self._accepted_ns is None:
             self._accepted_ns = self._heard_ns = now_ns
         if self._server_is_gone(now_ns):
-            self.goal.on(Event.GIVEN_UP)
+            self._ledger.hand_over(self.goal, now_ns)
             return Ending(Outcome.SERVER_LOST, f"{self._courier.name} has gone from the graph")
         if self._cause is None:
             self._check_feedback(self.goal, now_ns)

@@ -170,7 +170,7 @@ class Goal:
         self.on(Event.RESULT)
 
     def on_feedback(self, feedback: Any) -> None:
-        """Take in feedback; before acceptance and after the end it is stale and dropped."""
-        if self.phase in (Phase.ACTIVE, Phase.CANCELING):
+        """Take in feedback; it may overtake the acceptance, and after the end it is dropped."""
+        if self.phase is not Phase.ENDED:
             self.feedback = feedback
             self.unread.append(feedback)

@@ -61,7 +61,11 @@ class Ledger:
         goal = Goal(bytes(digest), courier, owner)
         self._open[goal.id] = goal
         self._on_event("sent", goal)
-        courier.send(goal, request)
+        try:
+            courier.send(goal, request)
+        except Exception:
+            del self._open[goal.id]  # it never left
+            raise
         return goal
 
     def hand_over(self, goal: Goal, now_ns: int) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from rclpy.clock_type import ClockType
+from rclpy.action import ActionServer
 from rclpy.event_handler import EventHandler
 from rclpy.exceptions import InvalidHandle
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from rclpy.context import Context
     from rclpy.node import Node
     from rclpy.timer import Timer
+    from rclpy.waitable import Waitable
 
 COUNTS = (
     "num_subscriptions",
@@ -46,15 +47,19 @@ class Entities:
             e for node in nodes for e in node.waitables if not isinstance(e, EventHandler)
         ]
         self.timers: list[Timer] = [e for node in nodes for e in node.timers]
-        for timer in self.timers:
-            if timer.clock.clock_type != ClockType.ROS_TIME:
-                raise BtMissionError(
-                    f"a timer on a {timer.clock.clock_type.name} clock cannot run in virtual "
-                    "time; create it with the clock of its node"
-                )
+        for node in nodes:
+            for timer in node.timers:
+                if timer.clock is not node.get_clock():
+                    raise BtMissionError(
+                        f"a timer of {node.get_name()} on a {timer.clock.clock_type.name} clock "
+                        "cannot run in virtual time; create it with the clock of its node"
+                    )
         sizes = self._sizes()
-        self._is_empty = not any(sizes)
+        sizes[1] += 1
         with context.handle:
+            # Always triggered, so that a wait never gives up the processor: even a wait of zero
+            # sleeps for the kernel's timer slack, which took nine tenths of its time.
+            self._awake = _rclpy.GuardCondition(context.handle)
             self._wait_set = _rclpy.WaitSet(*sizes, context.handle)
 
     def _sizes(self) -> list[int]:
@@ -75,10 +80,10 @@ class Entities:
 
     def ready(self) -> list[Any]:
         """The entities that have something to serve now, in the order of their creation."""
-        if self._is_empty:
-            return []
         wait_set = self._wait_set
         wait_set.clear_entities()
+        wait_set.add_guard_condition(self._awake)
+        self._awake.trigger_guard_condition()
         for subscription in self.subscriptions:
             wait_set.add_subscription(subscription.handle)
         for guard in self.guards:
@@ -102,7 +107,7 @@ class Entities:
                 pointers = wait_set.get_ready_entities(kind)
                 if pointers:
                     found += [e for e in entities if e.handle.pointer in pointers]
-        found += [waitable for waitable in self.waitables if waitable.is_ready(wait_set)]
+        found += [waitable for waitable in self.waitables if _has_work(waitable, wait_set)]
         return found
 
     def ns_until_next_timer(self, *, any_suspended: bool) -> int | None:
@@ -116,6 +121,21 @@ class Entities:
             timers = [timer for timer in timers if timer.callback_group.can_execute(timer)]
         waits = [wait for wait in map(_ns_until_due, timers) if wait is not None]
         return min(waits, default=None)
+
+
+def _has_work(waitable: Waitable, wait_set: Any) -> bool:
+    """Is there something to serve, other than old results of goals to forget?
+
+    Those stay due for a whole instant, at which virtual time would then stand still; they go
+    with the next request.
+    """
+    if not waitable.is_ready(wait_set):
+        return False
+    return not isinstance(waitable, ActionServer) or (
+        waitable._is_goal_request_ready
+        or waitable._is_cancel_request_ready
+        or waitable._is_result_request_ready
+    )
 
 
 def _ns_until_due(timer: Timer) -> int | None:

@@ -205,10 +205,14 @@ class LockstepExecutor(Executor):
 
     def _refresh(self) -> None:
         """Read the entities again if any was made or destroyed, and see them matched."""
-        if self._structure_changed:
+        while self._structure_changed:
             self._structure_changed = False
-            self._entities = Entities(self._ordered_nodes, self._context)
-            settle(self._ordered_nodes)
+            try:
+                self._entities = Entities(self._ordered_nodes, self._context)
+                settle(self._ordered_nodes)
+            except BaseException:
+                self._structure_changed = True  # so that the next step sees it, too
+                raise
 
     def _serve_round(self) -> list[Any]:
         """Run tasks as far as they get, then serve each ready entity once; gives those."""
@@ -222,6 +226,8 @@ class LockstepExecutor(Executor):
                 continue
             self.callbacks_served += 1
             self._begin(entity, serve(entity, self))
+            if self._structure_changed:
+                break  # what is ready may be gone; the next round looks again
         return ready
 
     def _begin(self, entity: Any, rest: Rest) -> None:
@@ -240,8 +246,12 @@ class LockstepExecutor(Executor):
 
         What one of them raises comes out of here; the others keep their place.
         """
+        limit = self.callbacks_served + CALLBACKS_PER_INSTANT
         while self._resume_tasks() or self._resume_callbacks() or self._new_tasks:
-            pass
+            if self.callbacks_served > limit:
+                raise TimeStuckError(
+                    f"virtual time is stuck at {self._now_ns / 1e9:.3f} s: tasks make tasks"
+                )
 
     def _resume_tasks(self) -> bool:
         """Give each task a turn; tells whether one of them ended."""
@@ -251,6 +261,7 @@ class LockstepExecutor(Executor):
         try:
             while turns:
                 task = turns.popleft()
+                self.callbacks_served += 1
                 task()
                 if task.done():
                     ended = True

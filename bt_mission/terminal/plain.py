@@ -9,6 +9,7 @@ from py_trees.common import Status
 
 from bt_mission.executive import Change
 from bt_mission.terminal.glyphs import glyphs_for
+from bt_mission.tree.leaves import Log
 
 
 class PlainLines:
@@ -25,9 +26,15 @@ class PlainLines:
 
     def on_change(self, change: Change) -> None:
         """Show a change of a leaf's status; composites follow from their leaves."""
-        if change.node.children or change.status is Status.INVALID:
-            return
+        if change.node.children or isinstance(change.node, Log):
+            return  # what a log leaf says is shown as it is said
         words = "" if change.status is Status.RUNNING else change.message
-        seconds = (change.time_ns - self._start_ns()) / 1e9
-        line = f"{seconds:9.2f} s  {self._glyphs[change.status]} {change.node.name}  {words}"
-        print(line.rstrip(), file=self._stream, flush=True)
+        self._line(change.time_ns, f"{self._glyphs[change.status]} {change.node.name}  {words}")
+
+    def say(self, time_ns: int, text: str) -> None:
+        """Show what a mission says."""
+        self._line(time_ns, f"  {text}")
+
+    def _line(self, time_ns: int, text: str) -> None:
+        seconds = (time_ns - self._start_ns()) / 1e9
+        print(f"{seconds:9.2f} s  {text}".rstrip(), file=self._stream, flush=True)

@@ -53,9 +53,11 @@ class Plain(Quiet):
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
         self._lines: PlainLines | None = None
+        self._session: Session | None = None
 
     def open(self, session: Session, _wall: Stopwatch, /) -> None:
         """Say what is run."""
+        self._session = session
         self._lines = PlainLines(self._stream, lambda: session.start_ns)
         print(_title(session), file=self._stream, flush=True)
 
@@ -65,7 +67,9 @@ class Plain(Quiet):
             self._lines.on_change(change)
 
     def say(self, text: str) -> None:
-        """Nothing more: the line of the leaf that speaks has the text."""
+        """Show what the mission says."""
+        if self._lines and self._session:
+            self._lines.say(self._session.now_ns, text)
 
 
 class Live(Quiet):

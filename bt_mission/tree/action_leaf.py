@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -146,7 +147,8 @@ class ActionLeaf(Behaviour):
         feedback = self.attempt.feedback
         if self._target and feedback is not None:
             label, limit = self._target
-            return Progress(label, float(read_field(feedback, label)), limit)
+            value = float(read_field(feedback, label))
+            return Progress(label, value, limit) if math.isfinite(value) else None
         if self._limits.goal is not None:
             elapsed_s = (self._runtime.now_ns - self._started_ns) / 1e9
             return Progress("s", elapsed_s, self._limits.goal)
