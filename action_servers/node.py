@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -60,12 +60,10 @@ class ServersNode(Node):
     :param command_type: the type of `cmd_vel`; "auto" is what the robot listens for, and goals
         that drive are refused while it would not hear.
     :param parameters: values of parameters by name, instead of their defaults.
-    :param only: names of the actions to offer, such as `turn`; None offers all. Each action costs
-        an executor several entities to wait for.
     :raises rclpy.exceptions.ParameterException: for a parameter out of its range.
     """
 
-    def __init__(  # noqa: PLR0913 - everything that a node is told once
+    def __init__(
         self,
         robot: RobotModel,
         *,
@@ -76,7 +74,6 @@ class ServersNode(Node):
         use_sim_time: bool = False,
         command_type: Choice = "stamped",
         parameters: Mapping[str, Any] | None = None,
-        only: Collection[str] | None = None,
     ) -> None:
         super().__init__(
             NODE_NAME,
@@ -125,7 +122,6 @@ class ServersNode(Node):
         self._adapters = [
             ActionAdapter(self, self._pilot, self._base.guarded(action), refusal)
             for action in actions(kit)
-            if only is None or action.name in only
         ]
         if not lean:
             watch_executives(self, self._lose_base)

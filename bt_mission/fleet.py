@@ -14,9 +14,10 @@ from rclpy.context import Context
 
 from action_servers.node import ServersNode
 from bt_mission.common.robot import load_robot
+from bt_mission.isolation import isolate
 from bt_mission.lockstep import LockstepExecutor, self_test
 from bt_mission.node import MissionNode
-from bt_mission.stage import START_NS, StageError, free_folder, wanted_actions
+from bt_mission.stage import START_NS, StageError, free_folder
 from bt_mission.trace import Trace
 from sim.node import SimNode
 from sim.simulation import Entrant, SimRobot
@@ -98,6 +99,7 @@ class FleetStage:
             )
             for member in members
         ]
+        isolate(visible=False)
         self_test()
         images = free_folder(image_folder)
         with ExitStack() as made:
@@ -109,14 +111,13 @@ class FleetStage:
             )
             made.callback(self.sim.destroy_node)
             servers = []
-            for entrant, member in zip(entrants, members, strict=True):
+            for entrant in entrants:
                 one = ServersNode(
                     entrant.robot,
                     image_folder=images / entrant.name,
                     lean=True,
                     context=context,
                     namespace=entrant.name,
-                    only=wanted_actions(member.mission),
                 )
                 made.callback(one.destroy_node)
                 servers.append(one)

@@ -20,8 +20,9 @@ from action_servers.mapping.node import MapperNode
 from action_servers.node import ServersNode
 from bt_mission.common.errors import BtMissionError
 from bt_mission.common.robot import load_robot
+from bt_mission.executive import MissionStatus
+from bt_mission.isolation import isolate
 from bt_mission.lockstep import LockstepExecutor, self_test
-from bt_mission.mission.steps import Action
 from bt_mission.node import MissionNode
 from bt_mission.trace import Trace
 from sim.node import SimNode
@@ -44,15 +45,6 @@ def free_folder(parent: Path) -> Path:
     return next(path for n in count(1) if not (path := parent / f"run_{n:03d}").exists())
 
 
-def wanted_actions(mission: Mission) -> frozenset[str]:
-    """The names of the actions that a mission uses, without a leading slash.
-
-    The stage offers these alone: each server makes the clock's wait set larger by four.
-    """
-    actions = (step.action for step in mission.tree.walk() if isinstance(step, Action))
-    return frozenset(action.strip("/") for action in actions)
-
-
 class Stage:
     """A world with a robot, its action servers, and the executive of one mission.
 
@@ -64,6 +56,7 @@ class Stage:
     :param mission: what to carry out; it names world, robot and seed.
     :param image_folder: where this run makes a folder of its own for pictures, if it takes any.
     :param say: where ``log`` nodes speak to; None is the ROS log.
+    :param visible: may other processes of this machine look on, and take part?
     :raises BtMissionError: for a world, robot or action type that is not there, and where this
         machine cannot keep virtual time.
     """
@@ -74,9 +67,10 @@ class Stage:
         *,
         image_folder: Path,
         say: Callable[[str], None] | None = None,
+        visible: bool = False,
     ) -> None:
         self.mission = mission
-        self._exit = ExitStack()
+        isolate(visible=visible)
         world = load_world(mission.world or DEFAULT_WORLD, near=mission.file)
         robot = load_robot(mission.robot, near=mission.file)
         self_test()
@@ -95,13 +89,7 @@ class Stage:
                 with_map=mission.map == "known",
             )
             made.callback(self.sim.destroy_node)
-            self.servers = ServersNode(
-                robot,
-                image_folder=images,
-                lean=True,
-                context=context,
-                only=wanted_actions(mission),
-            )
+            self.servers = ServersNode(robot, image_folder=images, lean=True, context=context)
             made.callback(self.servers.destroy_node)
             self.mapper: MapperNode | None = None
             if mission.map == "unknown":
@@ -169,7 +157,7 @@ class Stage:
             self.clock.step()
         except Exception as error:
             failing = f"{type(error).__name__}: {error}"
-            if self.executive.status != "running":
+            if self.executive.status is not MissionStatus.RUNNING:
                 raise StageError(f"the stage broke while the mission ended: {failing}") from error
             self.executive.fail(f"a callback failed: {failing}")
         if self.executive.ticks != self._ticks or self.is_done:

@@ -9,9 +9,9 @@ import rclpy
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
-from rclpy.task import Future
 
 from bt_mission.common.robot import load_robot
 from sim.entrants import read
@@ -22,6 +22,9 @@ from sim.world import load_world
 
 CLOCK_HZ = 100.0
 _TICK_S = 0.01
+
+LOOK_S = 0.1
+"""How often at least a signal is looked for, s."""
 
 
 def main(
@@ -45,9 +48,9 @@ def main(
     who = load_robot(robot) if isinstance(robot, str) else [read(text) for text in robot]
     # With handlers of our own: rclpy's would pull the context from under the callback that runs.
     rclpy.init(args=["--ros-args", *ros_args], signal_handler_options=SignalHandlerOptions.NO)
-    ended: Future = Future()
+    received: list[int] = []
     handlers = {
-        number: signal.signal(number, lambda *_: ended.done() or ended.set_result(None))
+        number: signal.signal(number, lambda number, _: received.append(number))
         for number in (signal.SIGINT, signal.SIGTERM)
     }
     try:
@@ -56,7 +59,10 @@ def main(
         _declare_parameters(node, seed)
         _pace(node, speed)
         log(node).info(f"{_names(node)} in {scene.name}, seed {seed}, speed {speed:g}")
-        rclpy.spin_until_future_complete(node, ended)
+        executor = SingleThreadedExecutor()
+        executor.add_node(node)
+        while not received:
+            executor.spin_once(timeout_sec=LOOK_S)
         node.destroy_node()
     finally:
         rclpy.shutdown()

@@ -49,6 +49,11 @@ def add_parser(commands: Any) -> None:
         default="",
         help="with --attach: namespace of the robot whose servers carry the mission out",
     )
+    parser.add_argument(
+        "--visible",
+        action="store_true",
+        help="let other processes of this machine see the simulated run (and be heard by it)",
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON object at the end")
     parser.add_argument(
         "--plain", action="store_true", help="plain lines, also when the output is a terminal"
@@ -73,6 +78,7 @@ def run(options: argparse.Namespace) -> int:
     from bt_mission.terminal.views import view_for
 
     refuse_absent_middleware()
+    refuse_contradictions(options)
     mission = load_checked(options)
     view = view_for(sys.stdout, plain=options.plain, quiet=options.json)
     with _open_session(options, mission, view.say) as session:
@@ -89,6 +95,19 @@ def run(options: argparse.Namespace) -> int:
     return codes[MissionStatus(report.status)]
 
 
+def refuse_contradictions(options: argparse.Namespace) -> None:
+    """Refuse options that would be ignored.
+
+    :raises BtMissionError: with what to do instead.
+    """
+    if options.attach and options.speed is not None:
+        raise BtMissionError("--speed: an attached run has the pace of the graph that it joins")
+    if options.attach and options.visible:
+        raise BtMissionError("--visible: an attached run is on the network anyway")
+    if options.wall_clock and not options.attach:
+        raise BtMissionError("--wall-clock goes with --attach; a simulation has a clock of its own")
+
+
 def _open_session(options: argparse.Namespace, mission: Any, say: Any) -> Session:
     if options.attach:
         from bt_mission.attached import Attached
@@ -100,7 +119,7 @@ def _open_session(options: argparse.Namespace, mission: Any, say: Any) -> Sessio
         raise BtMissionError("--namespace names a robot of a running graph: add --attach")
     from bt_mission.stage import Stage
 
-    return Stage(mission, image_folder=options.images, say=say)
+    return Stage(mission, image_folder=options.images, say=say, visible=options.visible)
 
 
 def _speed(text: str) -> float:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import os
 from typing import Any
 
 from bt_mission.cli.middleware import refuse_absent_middleware
+from bt_mission.isolation import RANGE
 
 
 def add_parser(commands: Any) -> None:
@@ -38,6 +40,8 @@ def add_parser(commands: Any) -> None:
 def sim(options: argparse.Namespace) -> int:
     """Simulate until interrupted."""
     refuse_absent_middleware()
+    # Who starts a simulation next to a robot does not mean to drive that robot with it.
+    os.environ.setdefault(RANGE, "LOCALHOST")
     from sim.live import main
 
     return main(

@@ -13,6 +13,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import rclpy
+from geometry_msgs.msg import TwistStamped
+from rclpy.executors import SingleThreadedExecutor
 
 pytestmark = pytest.mark.process
 
@@ -113,3 +116,32 @@ def test_sim_servers_and_executive_as_three_processes(drive: str, tmp_path: Path
             process.send_signal(signal.SIGINT)
             rest, _ = process.communicate(timeout=30)
             assert "Traceback" not in rest
+
+
+def test_nobody_hears_a_simulated_run_unless_asked(drive: str) -> None:
+    """A robot on the same network would otherwise drive along."""
+    context = rclpy.Context()
+    os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+    try:
+        rclpy.init(context=context)
+    finally:
+        os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "OFF"
+    bystander = rclpy.create_node("bystander", context=context, enable_rosout=False)
+    executor = SingleThreadedExecutor(context=context)
+    executor.add_node(bystander)
+    heard: list[TwistStamped] = []
+    bystander.create_subscription(TwistStamped, "cmd_vel", heard.append, 10)
+    found = []
+    for options in ([], ["--visible"]):
+        with started("run", drive, "--speed", "1", *options) as process:
+            read_until(process, "▶ drive")
+            for _ in range(60):
+                executor.spin_once(timeout_sec=0.1)
+                if heard:
+                    break
+            process.send_signal(signal.SIGINT)
+            process.communicate(timeout=30)
+        found.append(bool(heard))
+    bystander.destroy_node()
+    context.shutdown()
+    assert found == [False, True]

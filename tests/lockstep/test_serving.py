@@ -252,6 +252,29 @@ def test_a_suspended_callback_that_raises_frees_its_callback_group(rig: Any) -> 
     assert fired == ["other"]
 
 
+def test_results_that_expire_do_not_stop_time(rig: Any) -> None:
+    """At the instant at which a result is exactly as old as it may be, it stays due in rcl."""
+    serving, asking = rig.node("serving"), rig.node("asking")
+
+    async def execute(handle: Any) -> Any:
+        handle.succeed()
+        return Turn.Result()
+
+    server = ActionServer(serving, Turn, "turn", execute, result_timeout=3)
+    client = ActionClient(asking, Turn, "turn")
+    ended: list[int] = []
+
+    async def ask() -> None:
+        handle = await client.send_goal_async(Turn.Goal())
+        ended.append((await handle.get_result_async()).status)
+
+    asking.create_timer(1.0, lambda: rig.executor.create_task(ask()))
+    rig.steps_until(9 * S)
+    assert ended == [4] * 8
+    client.destroy()
+    server.destroy()
+
+
 def test_time_goes_on_while_a_callback_holds_its_group(rig: Any) -> None:
     """The node's own timers wait for it, those of others do not; afterwards it catches up."""
     node, other = rig.node("a"), rig.node("b")
