@@ -62,6 +62,7 @@ class Executive:
         self.status = MissionStatus.RUNNING
         self.reason = ""
         self.ticks = 0
+        self.beats = 0
         self.started_ns = 0
         self.listeners: list[Callable[[Change], None]] = []
         self._runtime = runtime
@@ -93,6 +94,7 @@ class Executive:
         """Tick the tree once, or see the last goals to their end."""
         if self.is_done:
             return
+        self.beats += 1
         if self.status is MissionStatus.RUNNING:
             if self.ticks == 0:
                 self.started_ns = self._runtime.now_ns

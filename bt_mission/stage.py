@@ -106,7 +106,7 @@ class Stage:
             self._exit = made.pop_all()
         self.executive = self.node.executive
         self.trace = self.node.trace
-        self._ticks = 0
+        self._beats = 0
         self.trace.record(
             START_NS,
             "start",
@@ -160,8 +160,8 @@ class Stage:
             if self.executive.status is not MissionStatus.RUNNING:
                 raise StageError(f"the stage broke while the mission ended: {failing}") from error
             self.executive.fail(f"a callback failed: {failing}")
-        if self.executive.ticks != self._ticks or self.is_done:
-            self._ticks = self.executive.ticks
+        if self.executive.beats != self._beats:
+            self._beats = self.executive.beats
             x, y, yaw = self.sim.simulation.pose
             self.trace.record(
                 self.now_ns, "pose", x=x, y=y, yaw=yaw, collisions=self.sim.simulation.collisions

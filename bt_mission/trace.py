@@ -51,21 +51,22 @@ class Trace:
 
     @contextmanager
     def written_to(self, path: Path) -> Iterator[None]:
-        """Write every line, those so far and those to come, to a file.
+        """Write every line to a file: the newest so far, and those to come.
 
         :raises BtMissionError: when the file cannot be written.
         """
         try:
-            with path.open("w", encoding="utf-8") as file:
-                file.writelines(f"{line}\n" for line in self.newest)
-                write = partial(print, file=file)
-                self.listeners.append(write)
-                try:
-                    yield
-                finally:
-                    self.listeners.remove(write)
+            file = path.open("w", encoding="utf-8")
         except OSError as error:
             raise BtMissionError(f"{path}: cannot write the trace: {error.strerror}") from error
+        with file:
+            file.writelines(f"{line}\n" for line in self.newest)
+            write = partial(print, file=file)
+            self.listeners.append(write)
+            try:
+                yield
+            finally:
+                self.listeners.remove(write)
 
     def _add(self, line: str) -> None:
         for text, shown in self._hide.items():

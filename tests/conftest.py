@@ -2,7 +2,7 @@
 
 import os
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +10,7 @@ import pytest
 from hypothesis import settings
 
 from bt_mission.goals.goal import Event, Goal
+from tests.support.play import Play
 
 # Domain ids above 101 reach into Linux' range of ephemeral ports.
 _DOMAINS = 101
@@ -96,3 +97,13 @@ class ScriptedServer:
 def server() -> ScriptedServer:
     """A server at ``/turn`` that the test plays."""
     return ScriptedServer()
+
+
+@pytest.fixture
+def play(server: ScriptedServer) -> Callable[[str], Play]:
+    """Set a mission's tree up: ``play(yaml_of_the_tree)``."""
+
+    def start(tree: str, head: str = "mission: test") -> Play:
+        return Play(f"{head}\ntree:\n{tree}", type(server))
+
+    return start

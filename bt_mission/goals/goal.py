@@ -131,7 +131,6 @@ class Goal:
     feedback: Any = None
     unread: deque[Any] = field(default_factory=lambda: deque(maxlen=UNREAD_FEEDBACK))
     orphaned_ns: int | None = None
-    history: list[Event] = field(default_factory=list)
 
     @property
     def is_live(self) -> bool:
@@ -145,7 +144,6 @@ class Goal:
 
     def on(self, event: Event) -> None:
         """Take in an event, by the table; do what it commands."""
-        self.history.append(event)
         if (self.phase, event) not in TRANSITIONS:
             return
         self.phase, commands = TRANSITIONS[self.phase, event]

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from bt_mission.goals.goal import TRANSITIONS, Command, Event, Goal, Phase
+from bt_mission.goals.goal import Event, Goal, Phase
 
 
 class Requests:
@@ -40,15 +40,42 @@ def goal_in(phase: Phase) -> tuple[Goal, Requests]:
     return Goal(bytes(16), requests, "turn left", phase=phase), requests
 
 
+# phase, event: next phase, requests; everything that is not here changes nothing.
+TABLE = """
+sent       accepted         active     result
+sent       rejected         ended
+sent       unwanted         recalled
+sent       given up         lost
+recalled   accepted         canceling  result cancel
+recalled   rejected         ended
+recalled   given up         lost
+active     unwanted         canceling  cancel
+active     result           ended
+active     given up         lost
+canceling  cancel refused   active
+canceling  result           ended
+canceling  given up         lost
+lost       accepted         canceling  result cancel
+lost       rejected         ended
+lost       result           ended
+"""
+
+
+def expected(phase: Phase, event: Event) -> tuple[str, list[str]]:
+    """What the table above says of a pair."""
+    for line in TABLE.strip().splitlines():
+        if line.startswith(f"{phase:<11}{event:<17}"):
+            next_phase, *requests = line[28:].split()
+            return next_phase, requests
+    return str(phase), []
+
+
 @pytest.mark.parametrize(("phase", "event"), list(itertools.product(Phase, Event)))
 def test_each_event_in_each_phase_follows_the_table(phase: Phase, event: Event) -> None:
-    """A pair in the table changes phase and sends its requests; any other changes nothing."""
+    """Every pair, those that change nothing too."""
     goal, requests = goal_in(phase)
     goal.on(event)
-    expected_phase, commands = TRANSITIONS.get((phase, event), (phase, ()))
-    assert goal.phase is expected_phase
-    words = {Command.ASK_RESULT: "result", Command.SEND_CANCEL: "cancel"}
-    assert requests.asked == [words[command] for command in commands]
+    assert (str(goal.phase), requests.asked) == expected(phase, event)
 
 
 def test_an_ended_goal_stays_ended_in_every_order_of_arrival() -> None:

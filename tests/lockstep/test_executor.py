@@ -10,7 +10,13 @@ import rclpy
 from std_msgs.msg import Int64
 
 from bt_mission.common.errors import BtMissionError
-from bt_mission.lockstep import LockstepExecutor, NothingDueError, TimeStuckError, self_test
+from bt_mission.lockstep import (
+    LockstepExecutor,
+    NothingDueError,
+    NotLockstepError,
+    TimeStuckError,
+    self_test,
+)
 from bt_mission.lockstep import executor as executor_module
 
 S = 1_000_000_000
@@ -25,6 +31,13 @@ def hear(callback: Callable[[Any], None]) -> Any:
 def test_this_machine_delivers_at_once() -> None:
     """The self-test that virtual time rests on passes here."""
     self_test()
+
+
+def test_a_machine_on_which_messages_come_late_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With what to set: virtual time would not repeat there."""
+    monkeypatch.setattr(LockstepExecutor, "run_until_quiet", lambda self: None)
+    with pytest.raises(NotLockstepError, match=r"50 of 50 exchanges .* came late with rmw_fastrtps"):
+        self_test()
 
 
 def test_time_starts_above_zero(rig: Any) -> None:

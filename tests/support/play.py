@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping
 from types import SimpleNamespace
 from typing import Any
 
-import pytest
 from py_trees.behaviour import Behaviour
 
 from bt_mission.executive import Executive
@@ -139,13 +138,3 @@ class Play:
     @property
     def turn(self) -> Any:
         return self.servers["/turn"]
-
-
-@pytest.fixture
-def play(server: Any) -> Callable[[str], Play]:
-    """Set a mission's tree up: ``play(yaml_of_the_tree)``."""
-
-    def start(tree: str, head: str = "mission: test") -> Play:
-        return Play(f"{head}\ntree:\n{tree}", type(server))
-
-    return start
