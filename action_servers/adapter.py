@@ -68,10 +68,13 @@ class ActionAdapter:
         self._log = node.get_logger().get_child(action.name)
         self._pilot = pilot
         self._action = action
+        self.name = node.resolve_topic_name(action.name)
         self._refusal = refusal
         self._planned: Maneuver | None = None
         self._running: dict[bytes, tuple[Run, Future]] = {}
         self._closed: str | None = None
+        self.refused = ""
+        """Why the last goal was rejected; a rejection itself carries no reason in ROS."""
         self._server = ActionServer(
             node,
             action.type,
@@ -94,6 +97,7 @@ class ActionAdapter:
     def _check(self, goal: Any) -> GoalResponse:
         planned = Refusal(self._closed) if self._closed else self._plan(goal)
         if isinstance(planned, Refusal):
+            self.refused = planned.reason
             self._log.warning(f"goal rejected: {planned.reason}")
             return GoalResponse.REJECT
         self._planned = planned

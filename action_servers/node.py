@@ -127,6 +127,10 @@ class ServersNode(Node):
             watch_executives(self, self._lose_base)
         self._control_timer = self.create_timer(1.0 / robot.control_rate, self._pilot.step)
 
+    def why_rejected(self, action: str) -> str:
+        """Why the last goal of an action, by its resolved name, was rejected; empty if unknown."""
+        return next((one.refused for one in self._adapters if one.name == action), "")
+
     def stop(self, reason: str) -> None:
         """Command zero velocity, end every goal as aborted with `reason`, and accept no more.
 

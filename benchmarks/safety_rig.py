@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import os
 import random
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
@@ -61,7 +61,6 @@ class Sent:
 class Rig:
     """One world with one robot; `seed` decides sensor noise and goal ids.
 
-    :param only: the names of the actions that are offered: each makes every instant longer.
     :param intruder: have a box ready that can be put in the way at any time.
     """
 
@@ -69,7 +68,6 @@ class Rig:
         self,
         world: str,
         *,
-        only: Collection[str],
         robot: str = "waffle",
         seed: int = 0,
         intruder: bool = False,
@@ -91,7 +89,7 @@ class Rig:
             context=self.context,
         )
         self.servers = ServersNode(
-            self.robot, image_folder=Path("images"), lean=True, context=self.context, only=only
+            self.robot, image_folder=Path("images"), lean=True, context=self.context
         )
         self.client = Node(
             "client", context=self.context, enable_rosout=False, start_parameter_services=False

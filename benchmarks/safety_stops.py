@@ -63,7 +63,7 @@ def by_lost_scan(name: str) -> Stop:
 
 def _stopped(name: str, happening: Callable[[Rig], Any]) -> Stop:
     action_type, goal = GOALS[name]
-    with Rig(WORLD, only={name}, seed=1) as rig:
+    with Rig(WORLD, seed=1) as rig:
         rig.prepare(name, action_type)
         rig.wait(0.5)
         return stopped(rig, name, goal(), happening)

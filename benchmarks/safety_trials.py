@@ -116,12 +116,12 @@ def drives(
     world: str, *, count: int, speeds: tuple[float, ...] = SPEEDS, seed: int = 1, appears: bool
 ) -> Iterator[Drive]:
     """Drive from each pose at each speed; where one `appears`, at an obstacle on the way, too."""
-    with Rig(world, only=()) as rig:
+    with Rig(world) as rig:
         starts = poses(rig, count, seed)
     todo = [(pose, speed) for speed in speeds for pose in starts]
     for begin in range(0, len(todo), DRIVES_A_RIG):
         noise = seed + begin + sum(world.encode())  # another in each world and rig
-        with Rig(world, only={"explore_forward"}, seed=noise, intruder=True) as rig:
+        with Rig(world, seed=noise, intruder=True) as rig:
             rig.prepare("explore_forward", ExploreForward)
             rig.wait(SETTLE_S)
             for pose, speed in todo[begin : begin + DRIVES_A_RIG]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import secrets
 from collections.abc import Callable
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Self
@@ -68,6 +69,8 @@ class Attached:
                 namespace=namespace,
                 use_sim_time=self._follows_clock,
                 say=say,
+                # A server remembers ids for a while: another run must not repeat them.
+                goal_seed=secrets.token_hex(8),
             )
             made.callback(self.node.destroy_node)
             # Not earlier: with its last node a context leaves the graph, and all it has found.

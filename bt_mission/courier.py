@@ -14,7 +14,7 @@ from bt_mission.goals.goal import Event, Goal
 from bt_mission.ros_types import action_type, fill
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
     from rclpy.action.client import ClientGoalHandle
     from rclpy.node import Node
@@ -27,10 +27,14 @@ class ActionCourier:
     :param node: owns the action client.
     :param name: the action's name; resolved against the node's namespace.
     :param type_name: such as ``bt_mission_interfaces/action/Turn``.
+    :param why_rejected: asked with the resolved name; empty where nobody knows.
     :raises BtMissionError: when the type is not installed, or the action has another one.
     """
 
-    def __init__(self, node: Node, name: str, type_name: str) -> None:
+    def __init__(
+        self, node: Node, name: str, type_name: str, why_rejected: Callable[[str], str]
+    ) -> None:
+        self._why_rejected = why_rejected
         self._type = action_type(type_name)
         self.name = node.resolve_topic_name(name)
         types = dict(get_action_names_and_types(node)).get(self.name, [])
@@ -57,7 +61,9 @@ class ActionCourier:
             handle = future.result()
             if handle.accepted:
                 self._handles[goal.id] = handle
-            else:  # rclpy forgets it only with a result
+            else:
+                goal.refusal = self._why_rejected(self.name)
+                # rclpy forgets it only with a result
                 self._client._feedback_callbacks.pop(goal.id, None)  # noqa: SLF001
             goal.on(Event.ACCEPTED if handle.accepted else Event.REJECTED)
 

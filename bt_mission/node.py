@@ -47,10 +47,12 @@ class MissionNode(Node):
     :param use_sim_time: follow ``/clock``.
     :param say: where ``log`` nodes speak to; None is the ROS log.
     :param trace: where to record what happens; None makes a new one.
+    :param goal_seed: goal ids are made from it; None is the mission's seed.
+    :param why_rejected: tells why an action, by its resolved name, rejected its last goal.
     :raises BtMissionError: when the mission cannot be set up, such as an unknown action type.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 - everything that a node is told once
         self,
         mission: Mission,
         *,
@@ -60,6 +62,8 @@ class MissionNode(Node):
         use_sim_time: bool = False,
         say: Callable[[str], None] | None = None,
         trace: Trace | None = None,
+        goal_seed: str | None = None,
+        why_rejected: Callable[[str], str] | None = None,
     ) -> None:
         overrides = [Parameter("use_sim_time", value=use_sim_time)]
         if lean:
@@ -75,13 +79,14 @@ class MissionNode(Node):
         if not lean:
             # Held, never used: servers in other processes see by it that this one is alive.
             self._presence = self.create_publisher(Empty, TOPIC, PRESENCE)
+        self._why_rejected = why_rejected or (lambda _: "")
         self._say = say or self._log_line
         self._couriers: dict[tuple[str, str], ActionCourier] = {}
         self._callers: dict[tuple[str, str], ServiceCaller] = {}
         self._readers: dict[tuple[str, str], TopicReader] = {}
         self.scope = Scope(dict(mission.inputs), mission.seed)
         self.trace = trace or Trace()
-        self.ledger = Ledger(mission.seed, CANCEL_GRACE_NS, self._on_goal)
+        self.ledger = Ledger(goal_seed or mission.seed, CANCEL_GRACE_NS, self._on_goal)
         self.executive = Executive(build_tree(mission, self.scope), self, self.trace)
         self.create_timer(1 / TICK_RATE_HZ, self.executive.tick)
 
@@ -94,7 +99,7 @@ class MissionNode(Node):
         """The client of an action; one for each name and type."""
         key = (self.resolve_topic_name(action), type_name)
         if key not in self._couriers:
-            self._couriers[key] = ActionCourier(self, action, type_name)
+            self._couriers[key] = ActionCourier(self, action, type_name, self._why_rejected)
         return self._couriers[key]
 
     def caller(self, service: str, type_name: str) -> ServiceCaller:

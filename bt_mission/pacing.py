@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 
 NS = 1_000_000_000
+
+LONGEST_SLEEP_S = 0.1
+"""How long Ctrl-C waits at most."""
 
 
 class Stopwatch:
@@ -31,10 +35,10 @@ class Pacer:
         self._start_ns = start_ns
         self._watch = Stopwatch()
 
-    def hold(self, time_ns: int) -> None:
-        """Return when the wall has reached virtual time ``time_ns``."""
+    def hold(self, time_ns: int, is_wanted: Callable[[], bool]) -> None:
+        """Return when the wall has reached virtual time ``time_ns``, or when somebody is wanted."""
         if self._speed is None:
             return
-        ahead_s = (time_ns - self._start_ns) / NS / self._speed - self._watch.elapsed_s
-        if ahead_s > 0:
-            time.sleep(ahead_s)
+        due_s = (time_ns - self._start_ns) / NS / self._speed
+        while (ahead_s := due_s - self._watch.elapsed_s) > 0 and not is_wanted():
+            time.sleep(min(ahead_s, LONGEST_SLEEP_S))

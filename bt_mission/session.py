@@ -150,7 +150,7 @@ def drive(
                 session.executive.abandon(f"left at once after a second {interrupts.name}")
                 break
             _step(session)
-            pacer.hold(session.now_ns)
+            pacer.hold(session.now_ns, lambda: interrupts.count > 0 and not session.is_done)
             audience.refresh()
     return summarise(session, wall.elapsed_s)
 

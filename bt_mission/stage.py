@@ -96,7 +96,14 @@ class Stage:
                 self.mapper = MapperNode(robot, lean=True, context=context)
                 made.callback(self.mapper.destroy_node)
             trace = Trace(hide={str(images): "<images>"})
-            self.node = MissionNode(mission, context=context, lean=True, say=say, trace=trace)
+            self.node = MissionNode(
+                mission,
+                context=context,
+                lean=True,
+                say=say,
+                trace=trace,
+                why_rejected=self.servers.why_rejected,
+            )
             made.callback(self.node.destroy_node)
             self.clock = LockstepExecutor(start_ns=START_NS, world=self.sim, context=context)
             made.callback(self.clock.shutdown)

@@ -28,7 +28,9 @@ def load_checked(options: argparse.Namespace) -> Any:
     :raises InputError: with every fault.
     """
     from bt_mission.common.located import InputError
+    from bt_mission.common.robot import load_robot
     from bt_mission.mission.check import examine
+    from sim.world import load_world
 
     mission, faults = examine(
         mission_file(options),
@@ -41,6 +43,9 @@ def load_checked(options: argparse.Namespace) -> Any:
         raise InputError(faults)
     for warning in faults:
         print(warning, file=sys.stderr)
+    if mission.world:
+        load_world(mission.world, near=mission.file)
+    load_robot(mission.robot, near=mission.file)
     return mission
 
 

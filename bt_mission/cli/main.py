@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import argparse
+import io
+import os
 import sys
 from collections.abc import Sequence
 
 from bt_mission.cli import arbiter, check, doctor, mapper, run, servers, sim
-from bt_mission.cli.exits import BAD_INPUT, INTERRUPTED
+from bt_mission.cli.exits import BAD_INPUT, INTERRUPTED, MISSION_FAILED
 from bt_mission.common.errors import BtMissionError
 
 COMMANDS = (run, check, sim, servers, mapper, arbiter, doctor)
+
+TRACEBACK = "BT_MISSION_TRACEBACK"
+"""Set in the environment, it shows where an unexpected error came from."""
 
 EPILOG = """\
 examples:
@@ -34,6 +39,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     commands = parser.add_subparsers(metavar="command", required=True)
     for command in COMMANDS:
         command.add_parser(commands)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a sign that a terminal lacks ends no mission
     options = parser.parse_args(arguments)
     try:
         return int(options.command(options))
@@ -45,3 +53,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         sys.stderr.close()  # whoever read our output has left; there is nobody to tell
         return INTERRUPTED
+    except Exception as error:  # a fault of ours or of the machine: a line instead of a traceback
+        if os.environ.get(TRACEBACK):
+            raise
+        print(f"{type(error).__name__}: {error}", file=sys.stderr)
+        print(
+            f"`bt-mission doctor` checks this machine; {TRACEBACK}=1 shows where", file=sys.stderr
+        )
+        return MISSION_FAILED

@@ -7,12 +7,18 @@ import os
 
 from bt_mission.common.errors import BtMissionError
 
+LAST_DOMAIN = 232
+"""Beyond it the ports of DDS would be beyond 65535."""
+
 
 def refuse_absent_middleware() -> None:
     """Look for the ROS middleware that the environment names; without it rclpy ends the process.
 
-    :raises BtMissionError: when it cannot be loaded.
+    :raises BtMissionError: when it cannot be loaded, or the domain id is none.
     """
+    domain = os.environ.get("ROS_DOMAIN_ID", "0") or "0"
+    if not domain.isdecimal() or int(domain) > LAST_DOMAIN:
+        raise BtMissionError(f"ROS_DOMAIN_ID: expected 0 to {LAST_DOMAIN}, got '{domain}'")
     name = os.environ.get("RMW_IMPLEMENTATION")
     if not name:
         return

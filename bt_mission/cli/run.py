@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
+import signal
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -72,6 +76,11 @@ def add_parser(commands: Any) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the mission; gives the exit code."""
+    with leaving_at_once():
+        return _run(options)
+
+
+def _run(options: argparse.Namespace) -> int:
     from bt_mission.cli.check import load_checked
     from bt_mission.executive import MissionStatus
     from bt_mission.session import drive
@@ -95,6 +104,20 @@ def run(options: argparse.Namespace) -> int:
     return codes[MissionStatus(report.status)]
 
 
+@contextmanager
+def leaving_at_once() -> Iterator[None]:
+    """Before a mission starts and after it has ended there is nothing to halt on Ctrl-C."""
+    before = {
+        number: signal.signal(number, lambda *_: os._exit(INTERRUPTED))
+        for number in (signal.SIGINT, signal.SIGTERM)
+    }
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
 def refuse_contradictions(options: argparse.Namespace) -> None:
     """Refuse options that would be ignored.
 
@@ -102,6 +125,8 @@ def refuse_contradictions(options: argparse.Namespace) -> None:
     """
     if options.attach and options.speed is not None:
         raise BtMissionError("--speed: an attached run has the pace of the graph that it joins")
+    if options.attach and (options.world or options.robot):
+        raise BtMissionError("--world, --robot: an attached run has those of its graph")
     if options.attach and options.visible:
         raise BtMissionError("--visible: an attached run is on the network anyway")
     if options.wall_clock and not options.attach:

@@ -212,7 +212,8 @@ class Attempt:
     def _read_end(self, goal: Goal) -> Ending:
         name = self._courier.name
         if not goal.accepted:
-            return Ending(Outcome.REJECTED, f"{name} rejected the goal; its log says why")
+            why = f": {goal.refusal}" if goal.refusal else "; its log says why"
+            return Ending(Outcome.REJECTED, f"{name} rejected the goal{why}")
         if goal.status is GoalStatus.SUCCEEDED:
             return Ending(Outcome.SUCCEEDED, "succeeded", goal.result)
         if goal.status is GoalStatus.CANCELED:

@@ -128,6 +128,7 @@ class Goal:
     cancel_refused: bool = False
     status: GoalStatus | None = None
     result: Any = None
+    refusal: str = ""
     feedback: Any = None
     unread: deque[Any] = field(default_factory=lambda: deque(maxlen=UNREAD_FEEDBACK))
     orphaned_ns: int | None = None

@@ -31,7 +31,7 @@ class Ledger:
 
     def __init__(
         self,
-        seed: int,
+        seed: int | str,
         grace_ns: int,
         on_event: Callable[[str, Goal], None] = _tell_nobody,
     ) -> None:

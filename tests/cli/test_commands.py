@@ -154,6 +154,40 @@ def test_a_shipped_mission_is_found_by_its_name(
     assert "did you mean 'square'?" in err
 
 
+@pytest.mark.parametrize("domain", ["abc", "999", "-1"])
+def test_a_domain_that_is_none_is_named(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], domain: str
+) -> None:
+    """Before DDS says so in its own words."""
+    monkeypatch.setenv("ROS_DOMAIN_ID", domain)
+    assert main(["run", "square"]) == 2
+    assert f"ROS_DOMAIN_ID: expected 0 to 232, got '{domain}'" in capsys.readouterr().err
+
+
+def test_an_unexpected_error_is_a_line_and_no_traceback(
+    mission: Any, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """With what to do next."""
+
+    def explode(*_: object, **__: object) -> None:
+        raise RuntimeError("something broke")
+
+    monkeypatch.setattr("bt_mission.stage.Stage", explode)
+    assert main(["run", mission(WAIT)]) == 1
+    err = capsys.readouterr().err
+    assert err.startswith("RuntimeError: something broke\n`bt-mission doctor` checks")
+
+
+def test_a_faulty_world_is_found_by_check(
+    mission: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """And not only when it is run."""
+    world = tmp_path / "world.yaml"
+    world.write_text("name: w\nsize: [4, 4]\nwals: []\n", encoding="utf-8")
+    assert main(["check", mission(WAIT), "--world", str(world)]) == 2
+    assert f"{world}:3:1: error:" in capsys.readouterr().err
+
+
 def test_a_middleware_that_is_absent_is_named(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

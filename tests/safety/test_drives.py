@@ -26,7 +26,7 @@ def test_no_drive_ends_in_a_collision(benchmark: Any, world: str, *, appears: bo
 def test_every_obstacle_of_a_world_is_aimed_at(benchmark: Any) -> None:
     """In turn, from where the robot fits."""
     trials = benchmark("safety_trials")
-    with benchmark("safety_rig").Rig("nav_arena", only=()) as rig:
+    with benchmark("safety_rig").Rig("nav_arena") as rig:
         poses = trials.poses(rig, 26, 1)
         targets = {obstacle.name for obstacle in rig.world.obstacles}
     assert len(poses) == 26
@@ -35,7 +35,7 @@ def test_every_obstacle_of_a_world_is_aimed_at(benchmark: Any) -> None:
 
 def test_a_robot_that_is_driven_into_a_wall_is_counted(benchmark: Any) -> None:
     """The trial itself can tell a collision: nobody looks at the lidar here."""
-    with benchmark("safety_rig").Rig("nav_arena", only=(), intruder=True) as rig:
+    with benchmark("safety_rig").Rig("nav_arena", intruder=True) as rig:
         rig.place(0.0, 0.0, 0.0)
         rig.intrude(0.2)
         assert rig.gap_ahead() == pytest.approx(0.2, abs=1e-6)

@@ -103,7 +103,9 @@ def test_a_goal_outside_the_limits_is_rejected_and_nothing_moves(on_stage: Any) 
     run = on_stage(text=DRIVE_EMPTY.replace("0.2", "0.9"))
     run.until_done()
     assert run.status == "failure"
-    assert run.reason.startswith("'drive' rejected")
+    assert run.reason.startswith(
+        "'drive' rejected: /explore_forward rejected the goal: fwd_velocity"
+    )
     assert run.stage.distance_travelled_m < 0.001
 
 
