@@ -21,9 +21,15 @@ def add_mission_options(parser: argparse.ArgumentParser) -> None:
         type=_assignment,
         help="give an input of the mission another value; may be repeated",
     )
-    parser.add_argument("--seed", type=int, help="seed of everything random in the run")
+    parser.add_argument("--seed", type=_seed, help="seed of everything random in the run")
     parser.add_argument("--world", help="a world's name or file instead of the mission's")
     parser.add_argument("--robot", help="a robot's name or file instead of the mission's")
+
+
+def _seed(text: str) -> int:
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"expected a whole number from 0, got '{text}'")
+    return int(text)
 
 
 def mission_file(options: argparse.Namespace) -> Path:

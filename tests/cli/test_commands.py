@@ -107,6 +107,7 @@ def test_bad_overrides_exit_with_2_and_are_named(
         ["run", "x.yaml", "--speed", "0"],
         ["run", "x.yaml", "--speed", "nan"],
         ["run", "x.yaml", "--seed", "many"],
+        ["run", "x.yaml", "--seed=-1"],
         ["run"],
         ["fly"],
         [],
