@@ -5,10 +5,7 @@ from __future__ import annotations
 import json
 import os
 import signal
-import subprocess
-import sys
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +13,8 @@ import pytest
 import rclpy
 from geometry_msgs.msg import TwistStamped
 from rclpy.executors import SingleThreadedExecutor
+
+from tests.support.processes import read_until, started
 
 pytestmark = pytest.mark.process
 
@@ -30,37 +29,6 @@ tree:
     name: drive
     timeout: 100
 """
-
-
-@contextmanager
-def started(*arguments: str, **environment: str) -> Iterator[subprocess.Popen[str]]:
-    """Run ``bt-mission`` as a process; it is killed if the test leaves it running."""
-    process = subprocess.Popen(
-        [sys.executable, "-u", "-m", "bt_mission", *arguments],
-        env=os.environ | environment,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-    )
-    try:
-        yield process
-    finally:
-        if process.poll() is None:
-            process.kill()
-        process.wait()
-        if process.stdout:
-            process.stdout.close()
-
-
-def read_until(process: subprocess.Popen[str], words: str) -> str:
-    """Read lines until one has these words; gives all of them."""
-    assert process.stdout is not None
-    seen = ""
-    for line in process.stdout:
-        seen += line
-        if words in line:
-            return seen
-    raise AssertionError(f"'{words}' was never said in:\n{seen}")
 
 
 @pytest.fixture

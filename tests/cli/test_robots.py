@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import json
-import os
 import signal
-import subprocess
-import sys
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
 
-pytestmark = pytest.mark.process
+from tests.support.processes import LOCAL, read_until, started
 
-LOCAL = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+pytestmark = pytest.mark.process
 
 TWO_ROBOTS = ("--robots", "robot1=waffle@-1,0,0", "robot2=burger@1,0,90")
 
@@ -29,43 +25,12 @@ tree:
 """
 
 
-@contextmanager
-def started(*arguments: str) -> Iterator[subprocess.Popen[str]]:
-    """Run ``bt-mission`` as a process; it is killed if the test leaves it running."""
-    process = subprocess.Popen(
-        [sys.executable, "-u", "-m", "bt_mission", *arguments],
-        env=os.environ | LOCAL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-    )
-    try:
-        yield process
-    finally:
-        if process.poll() is None:
-            process.kill()
-        process.wait()
-        if process.stdout:
-            process.stdout.close()
-
-
-def said_until(process: subprocess.Popen[str], words: str) -> str:
-    """Read lines until one has these words; gives all of them."""
-    assert process.stdout is not None
-    seen = ""
-    for line in process.stdout:
-        seen += line
-        if words in line:
-            return seen
-    raise AssertionError(f"'{words}' was never said in:\n{seen}")
-
-
 @pytest.mark.parametrize("command", ["servers", "arbiter"])
 def test_a_misspelt_parameter_ends_before_anything_starts(command: str, tmp_path: Path) -> None:
     """With its place, exit code 2, and no traceback."""
     path = tmp_path / "mine.yaml"
     path.write_text("/**:\n  ros__parameters:\n    topics: {cmd_val: x}\n", encoding="utf-8")
-    with started(command, "--wall-clock", "--params", str(path)) as process:
+    with started(command, "--wall-clock", "--params", str(path), **LOCAL) as process:
         said, _ = process.communicate(timeout=60)
     assert process.returncode == 2
     assert "mine.yaml:3:14: error: no such parameter 'topics.cmd_val'" in said
@@ -77,7 +42,7 @@ def test_a_namespace_needs_a_running_graph(tmp_path: Path) -> None:
     """On a stage of its own there is one robot, without a name."""
     path = tmp_path / "turn.yaml"
     path.write_text(TURN, encoding="utf-8")
-    with started("run", str(path), "--namespace", "robot1") as process:
+    with started("run", str(path), "--namespace", "robot1", **LOCAL) as process:
         said, _ = process.communicate(timeout=60)
     assert process.returncode == 2
     assert "--namespace names a robot of a running graph: add --attach" in said
@@ -86,8 +51,8 @@ def test_a_namespace_needs_a_running_graph(tmp_path: Path) -> None:
 def test_servers_of_a_real_robot_say_that_nobody_listens() -> None:
     """As an error, within a second; the arbiter does the same."""
     for command, topic in (("servers", "/cmd_vel_mission"), ("arbiter", "/cmd_vel")):
-        with started(command, "--real", "--params", "waffle") as process:
-            said = said_until(process, "nobody listens on")
+        with started(command, "--real", "--params", "waffle", **LOCAL) as process:
+            said = read_until(process, "nobody listens on")
             assert f"nobody listens on {topic}; is the robot's bringup running?" in said
             process.send_signal(signal.SIGINT)
             rest, _ = process.communicate(timeout=30)
@@ -101,14 +66,16 @@ def test_a_mission_for_one_robot_of_two(tmp_path: Path) -> None:
     path.write_text(TURN, encoding="utf-8")
     with ExitStack() as stack:
         sim = stack.enter_context(
-            started("sim", "--no-camera", "--speed", "3", *TWO_ROBOTS, "--world", "dqn_stage1")
+            started(
+                "sim", "--no-camera", "--speed", "3", *TWO_ROBOTS, "--world", "dqn_stage1", **LOCAL
+            )
         )
         servers = stack.enter_context(
-            started("servers", "--namespace", "robot2", "--images", str(tmp_path))
+            started("servers", "--namespace", "robot2", "--images", str(tmp_path), **LOCAL)
         )
-        said_until(sim, "dqn_stage1")
+        read_until(sim, "dqn_stage1")
         run = stack.enter_context(
-            started("run", str(path), "--attach", "--namespace", "robot2", "--json")
+            started("run", str(path), "--attach", "--namespace", "robot2", "--json", **LOCAL)
         )
         out, _ = run.communicate(timeout=100)
         report = json.loads(out.splitlines()[-1])
