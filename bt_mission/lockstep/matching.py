@@ -20,6 +20,7 @@ from bt_mission.common.errors import BtMissionError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from rclpy.context import Context
     from rclpy.node import Node
     from rclpy.publisher import Publisher
     from rclpy.subscription import Subscription
@@ -41,8 +42,7 @@ def settle(nodes: Sequence[Node]) -> None:
         return
     context = nodes[0].context
     for _ in range(ATTEMPTS):
-        with context.handle:
-            _rclpy.WaitSet(0, 0, 0, 0, 0, 0, context.handle).wait(PAUSE_NS)
+        pause(context)
         if next(unmatched(nodes), None) is None:
             return
     missing = ", ".join(sorted(set(unmatched(nodes))))
@@ -50,6 +50,15 @@ def settle(nodes: Sequence[Node]) -> None:
         f"these did not find each other within this process: {missing}; "
         "run `bt-mission doctor` to check DDS on this machine"
     )
+
+
+def pause(context: Context) -> None:
+    """Leave the processor to the middleware's threads for a millisecond of wall time."""
+    with context.handle:
+        never = _rclpy.GuardCondition(context.handle)
+        wait_set = _rclpy.WaitSet(0, 1, 0, 0, 0, 0, context.handle)
+        wait_set.add_guard_condition(never)
+        wait_set.wait(PAUSE_NS)
 
 
 def unmatched(nodes: Sequence[Node]) -> Iterator[str]:

@@ -11,6 +11,7 @@ from rclpy.context import Context
 from rclpy.node import Node
 
 from bt_mission.lockstep import LockstepExecutor
+from bt_mission.lockstep.matching import pause
 
 
 class Graph:
@@ -36,6 +37,7 @@ class Graph:
             self._executor.run_until_quiet()
             if condition():
                 return
+            pause(self._context)  # latched messages come by a thread of the middleware
         raise AssertionError("it never came")
 
 
