@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib.util
 import os
-import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -114,7 +113,7 @@ def test_three_terminals(tmp_path: Path) -> None:
             server = stack.enter_context(
                 subprocess.Popen([sys.executable, str(CODE / f"{name}.py")], env=environment)
             )
-            stack.callback(server.send_signal, signal.SIGTERM)
+            stack.callback(server.kill)
         mission = [sys.executable, "-m", "bt_mission", "run", str(CODE / "numbers.yaml")]
         done = subprocess.run(
             [*mission, "--attach", "--wall-clock"],
