@@ -63,8 +63,8 @@ class Ledger:
         self._on_event("sent", goal)
         try:
             courier.send(goal, request)
-        except Exception:
-            del self._open[goal.id]  # it never left
+        except Exception:  # whatever it was, it goes on to the caller
+            del self._open[goal.id]  # the goal never left
             raise
         return goal
 

@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+from contextlib import ExitStack
 
 import pytest
 import rclpy
@@ -47,9 +48,13 @@ def beside():
 @pytest.fixture
 def live(beside):
     """The simulator, started beside; killed if it does not end by itself."""
-    with subprocess.Popen(
-        [sys.executable, "-c", LIVE], stderr=subprocess.PIPE, text=True
-    ) as process:
+    with (
+        subprocess.Popen(
+            [sys.executable, "-c", LIVE], stderr=subprocess.PIPE, text=True
+        ) as process,
+        ExitStack() as last,
+    ):
+        last.callback(process.kill)  # a failed assertion must not wait for it
         yield process
         process.kill()
 
@@ -112,9 +117,11 @@ def test_several_robots_live_under_their_names(beside):
             lambda _, name=name: scans.append(name),
             qos_profile_sensor_data,
         )
-    with subprocess.Popen(
-        [sys.executable, "-c", TWO], stderr=subprocess.PIPE, text=True
-    ) as process:
+    with (
+        subprocess.Popen([sys.executable, "-c", TWO], stderr=subprocess.PIPE, text=True) as process,
+        ExitStack() as last,
+    ):
+        last.callback(process.kill)  # a failed assertion must not wait for it
         while set(scans) != {"one", "two"}:
             assert process.poll() is None
             executor.spin_once(timeout_sec=0.1)

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
@@ -39,7 +40,11 @@ def test_the_command_serves_until_it_is_interrupted(
     """It answers that there is no map yet, and leaves with exit code 0."""
     node, executor = user
     command = [sys.executable, "-m", "bt_mission", "mapper", "--wall-clock", "--save-as"]
-    with subprocess.Popen([*command, str(tmp_path / "map")], env=dict(os.environ)) as mapper:
+    with (
+        subprocess.Popen([*command, str(tmp_path / "map")], env=dict(os.environ)) as mapper,
+        ExitStack() as last,
+    ):
+        last.callback(mapper.kill)  # a failed assertion must not wait for it
         saver = node.create_client(Trigger, "save_map")
         assert saver.wait_for_service(timeout_sec=60.0)
         answer = saver.call_async(Trigger.Request())

@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+from contextlib import ExitStack
 from typing import Any
 
 import pytest
@@ -53,12 +54,16 @@ def live(fake, waffle, robot_node, monkeypatch):
 def test_a_signal_stops_the_robot_ends_the_goal_and_leaves_cleanly(live, tmp_path, number):
     """Zero velocity, an aborted goal with its reason, exit code 0."""
     robot, spin_until = live
-    with subprocess.Popen(
-        [sys.executable, "-c", PROGRAM.format(folder=str(tmp_path))],
-        env=dict(os.environ),
-        stderr=subprocess.PIPE,
-        text=True,
-    ) as servers:
+    with (
+        subprocess.Popen(
+            [sys.executable, "-c", PROGRAM.format(folder=str(tmp_path))],
+            env=dict(os.environ),
+            stderr=subprocess.PIPE,
+            text=True,
+        ) as servers,
+        ExitStack() as last,
+    ):
+        last.callback(servers.kill)  # a failed assertion must not wait for it
         client = ActionClient(robot, Turn, "turn")
         spin_until(client.server_is_ready)
         handle: Any = None
