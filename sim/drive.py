@@ -1,7 +1,7 @@
 """The base's own control: limits, acceleration ramp, and a stop when commands stop coming.
 
 Pure arithmetic. It stands for the firmware of the robot: a command is clipped to the limits of
-the model, reached at limited acceleration, and holds for `command_timeout`.
+the model, reached at limited acceleration, and holds for `command_timeout` times `patience`.
 """
 
 from __future__ import annotations
@@ -22,6 +22,8 @@ class Drive:
     """The velocity now asked of the wheels, m/s."""
     angular: float = 0.0
     """The turn rate now asked of the wheels, rad/s, left positive."""
+    patience: float = 1.0
+    """How many times the command timeout a command holds."""
     _target_linear: float = field(default=0.0, init=False)
     _target_angular: float = field(default=0.0, init=False)
     _expires_ns: int = field(default=0, init=False)
@@ -41,7 +43,7 @@ class Drive:
         robot = self.robot
         self._target_linear = _clip(linear, robot.max_linear_velocity)
         self._target_angular = _clip(angular, robot.max_angular_velocity)
-        self._expires_ns = time_ns + round(robot.command_timeout * 1e9)
+        self._expires_ns = time_ns + round(robot.command_timeout * self.patience * 1e9)
         self._settled = False
 
     def switch(self, *, on: bool) -> None:

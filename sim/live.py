@@ -96,6 +96,7 @@ def _pace(node: SimNode, speed: float) -> None:
     descriptor = ParameterDescriptor(description=description, floating_point_range=[allowed])
     speed = node.declare_parameter("speed", speed, descriptor).value
     pacer = Pacer(speed, wall.now().nanoseconds, node.next_due_ns)
+    _be_patient(node, speed)
 
     def tick() -> None:
         now_ns = wall.now().nanoseconds
@@ -108,6 +109,13 @@ def _pace(node: SimNode, speed: float) -> None:
         for parameter in parameters:
             if parameter.name == "speed":
                 pacer.set_speed(parameter.value, wall.now().nanoseconds, node.physics.time_ns)
+                _be_patient(node, parameter.value)
 
     node.add_post_set_parameters_callback(on_parameters)
     node.create_timer(_TICK_S, tick, clock=wall)
+
+
+def _be_patient(node: SimNode, speed: float) -> None:
+    """Let commands hold as long on the wall as at real time: their way here does not get shorter."""
+    for robot in node.robots:
+        robot.be_patient(max(1.0, speed))

@@ -66,6 +66,7 @@ class SimRobot:
         self._imu = Imu(model, self.robot, seed, math.radians(spawn.yaw), prefix)
         self._encoders = Encoders(self.robot.sensors.odometry.slip, seed, prefix)
         self._drive = Drive(self.robot, STEP_NS / 1e9)
+        self.patience = 1.0
         self.odometry = Odometry(self.robot)
         self.battery = Battery(self.robot.battery)
         self.motors_on = True
@@ -76,11 +77,15 @@ class SimRobot:
         """Be as at the start, where the physics has been put. What was counted stays counted."""
         self._encoders.start(*self._qpos[7:9].tolist())
         self._milestone = self.pose[:2]
-        self._drive = Drive(self.robot, STEP_NS / 1e9)
+        self._drive = Drive(self.robot, STEP_NS / 1e9, patience=self.patience)
         self.battery = Battery(self.robot.battery)
         self._contacts.forget()
         self._switch_motors(on=True)
         self.reset_odometry()
+
+    def be_patient(self, patience: float) -> None:
+        """Let commands hold for so many times the robot's command timeout, from the next one on."""
+        self.patience = self._drive.patience = patience
 
     # ---- driving -------------------------------------------------------------------------
 

@@ -56,7 +56,7 @@ class RobotModel(BaseModel):
     max_angular_velocity: Positive
     max_linear_acceleration: Positive
     max_angular_acceleration: Positive
-    command_timeout: Positive = 0.5
+    command_timeout: Positive = 0.2
     control_rate: Positive = 20.0
     wheel_radius: Positive
     wheel_width: Positive

@@ -173,7 +173,7 @@ def test_a_reset_in_company_is_one_for_all(make_stage, make_world, waffle, call)
     here.clock.run_until_quiet()
     here.run(2 * S)
     one, two = here.sim.robots
-    assert one.pose[0] > -0.95
+    assert one.pose[0] > -0.97
     call(here, Trigger, "reset_simulation")
     assert one.pose[0] == pytest.approx(-1, abs=1e-5)
     assert two.pose[0] == pytest.approx(1, abs=1e-5)
