@@ -9,12 +9,15 @@ from __future__ import annotations
 import argparse
 import math
 import statistics
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from itertools import chain
 from multiprocessing import get_context
 from pathlib import Path
 
 from safety_kills import Kill, kill
+from safety_movers import WORLDS as MOVING_WORLDS
+from safety_movers import Outing, outing
 from safety_stops import GOALS, by_lost_scan, by_service
 from safety_trials import SPEEDS, WORLDS, Drive, Stop, drives
 
@@ -62,6 +65,24 @@ def stop_table(found: Iterable[Stop], limit_s: float) -> Iterator[str]:
         )
 
 
+def outing_table(found: list[Outing]) -> Iterator[str]:
+    """Yield a row for each world."""
+    yield (
+        "| world | runs | driven | drove into it | was hit driving | turning | standing "
+        "| collisions with what stands still |"
+    )
+    yield "|---|---|---|---|---|---|---|---|"
+    for world in MOVING_WORLDS:
+        chosen = [one for one in found if one.world == world]
+        met: Counter[tuple[str, str]] = sum((one.collisions for one in chosen), Counter())
+        fixed = sum(count for (_, what), count in met.items() if what == "fixed")
+        yield (
+            f"| {world} | {len(chosen)} | {sum(one.driven_m for one in chosen):.0f} m "
+            f"| {met['driving into', 'mover']} | {met['driving', 'mover']} "
+            f"| {met['turning', 'mover']} | {met['standing', 'mover']} | {fixed} |"
+        )
+
+
 def kill_table(found: Iterable[Kill]) -> Iterator[str]:
     """Yield a row for each process that was killed."""
     yield "| killed | between servers and base | stands after | within 0.5 s | goes on for |"
@@ -91,7 +112,8 @@ def main() -> None:
     parser.add_argument("--poses", type=int, default=100, help="poses in each world")
     parser.add_argument("--processes", type=int, default=2, help="worlds at a time")
     parser.add_argument("--kills", type=int, default=3, help="times that each process is killed")
-    parser.add_argument("--only", choices=["drives", "stops", "kills"])
+    parser.add_argument("--outings", type=int, default=20, help="seeds in each moving world")
+    parser.add_argument("--only", choices=["drives", "movers", "stops", "kills"])
     options = parser.parse_args()
     if options.only in (None, "drives"):
         runs = [(world, options.poses, appears) for appears in (False, True) for world in WORLDS]
@@ -99,6 +121,11 @@ def main() -> None:
             found = pool.starmap(in_one_world, runs, chunksize=1)
         for mark, part in (("walls", slice(3)), ("appearing obstacle", slice(3, 6))):
             write(mark, drive_table(list(chain(*found[part]))))
+    if options.only in (None, "movers"):
+        seeds = range(1, options.outings + 1)
+        todo = [(world, seed) for world in MOVING_WORLDS for seed in seeds]
+        with get_context("spawn").Pool(options.processes) as pool:
+            write("moving obstacles", outing_table(pool.starmap(outing, todo, chunksize=1)))
     if options.only in (None, "stops"):
         write("stop service", stop_table(map(by_service, GOALS), 0.3))
         write("lost scan", stop_table(map(by_lost_scan, GOALS), 1.0))
