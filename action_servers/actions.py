@@ -37,7 +37,9 @@ from action_servers.adapter import Action
 from action_servers.camera import CameraSwitch
 from action_servers.maneuver import Maneuver, Observation, Refusal
 from action_servers.mapping import explore
+from action_servers.mapping.tuning import FrontierTuning
 from action_servers.navigation.actions import plan_follow_waypoints, plan_navigate_to_pose
+from action_servers.navigation.tuning import NavigationTuning
 from action_servers.sensors import Sensors
 from action_servers.storage import ImageFolder
 from action_servers.tuning import Tuning
@@ -50,6 +52,8 @@ class Kit:
 
     robot: RobotModel
     tuning: Tuning
+    navigation: NavigationTuning
+    frontiers: FrontierTuning
     sensors: Sensors
     image_folder: Path
     turn_velocity: Callable[[], float]
@@ -76,9 +80,12 @@ def _driving(kit: Kit, observe: Callable[[], Observation]) -> tuple[Action, ...]
         with kit.sensors.localization():
             yield
 
-    navigate = partial(plan_navigate_to_pose, robot=kit.robot)
-    follow = partial(plan_follow_waypoints, robot=kit.robot)
-    explore_map = partial(explore.plan, robot=kit.robot)
+    on_roads: dict[str, Any] = {"robot": kit.robot, "tuning": kit.navigation}
+    navigate = partial(plan_navigate_to_pose, **on_roads)
+    follow = partial(plan_follow_waypoints, **on_roads)
+    explore_map = partial(
+        explore.plan, robot=kit.robot, tuning=kit.frontiers, navigation=kit.navigation
+    )
     return (
         Action("move", Move, partial(move.plan, **common), observe),
         Action("turn", Turn, plan_turn, observe),

@@ -21,6 +21,8 @@ from action_servers.adapter import ActionAdapter
 from action_servers.interlock import Interlock
 from action_servers.interrupts import Interrupts
 from action_servers.maneuver import Maneuver
+from action_servers.mapping.tuning import FrontierTuning
+from action_servers.navigation.tuning import NavigationTuning
 from action_servers.parameters import declare_on_new_goal, declare_tuning
 from action_servers.pilot import Pilot
 from action_servers.real_base import Base
@@ -30,6 +32,7 @@ from action_servers.real_listeners import Choice
 from action_servers.real_parameters import declare_wiring, made_with, overrides
 from action_servers.sensors import Sensors
 from action_servers.switches import Switches
+from action_servers.tuning import Tuning
 from bt_mission.common.robot import RobotModel, load_robot
 
 if TYPE_CHECKING:
@@ -93,7 +96,7 @@ class ServersNode(Node):
         self._robot = robot
         self._image_folder = image_folder
         self._declare_parameters()
-        tuning = declare_tuning(self)
+        tuning = declare_tuning(self, Tuning)
         self._sensors = Sensors(self, wiring, robot.lidar)
         self._base = Base(self, wiring, self._lose_base)
         self._pilot = Pilot(
@@ -110,6 +113,8 @@ class ServersNode(Node):
         kit = Kit(
             robot=robot,
             tuning=tuning,
+            navigation=declare_tuning(self, NavigationTuning, "navigation."),
+            frontiers=declare_tuning(self, FrontierTuning, "frontiers."),
             sensors=self._sensors,
             image_folder=image_folder,
             turn_velocity=lambda: self.get_parameter(DEFAULT_TURN_VELOCITY).value,

@@ -1,15 +1,16 @@
-"""The tuning of the maneuvers, and the pilot's rule for a new goal, as declared ROS parameters."""
+"""Tunings, and the pilot's rule for a new goal, as declared ROS parameters."""
 
 from __future__ import annotations
 
-from dataclasses import fields
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, TypeAlias, TypeVar
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.exceptions import InvalidParameterValueException
 from rclpy.node import Node
 
-from action_servers.tuning import RANGES, TUNING, Range, Tuning
+from action_servers.tuning import Range, ranges
+
+T = TypeVar("T")
 
 OnNewGoal: TypeAlias = Literal["replace", "refuse"]
 
@@ -17,23 +18,26 @@ ON_NEW_GOAL = "on_new_goal"
 ON_NEW_GOAL_CHOICES: tuple[OnNewGoal, ...] = ("replace", "refuse")
 
 
-def declare_tuning(node: Node) -> Tuning:
-    """Declare every tuning on a node, and return their values, which then stay.
+def declare_tuning(node: Node, tunings: type[T], prefix: str = "") -> T:
+    """Declare every field of a class of tunings on a node, and return their values, which stay.
 
-    Raises InvalidParameterTypeException or InvalidParameterValueException for an override of
-    another type or out of its range.
+    `prefix` comes before each name, such as `navigation.`. Raises InvalidParameterTypeException or
+    InvalidParameterValueException for an override of another type or out of its range.
     """
-    values = {one.name: _declared(node, one.name) for one in fields(Tuning)}
-    return Tuning(**values)
+    defaults = tunings()
+    values = {
+        name: node.declare_parameter(
+            prefix + name, getattr(defaults, name), _descriptor(allowed, getattr(defaults, name))
+        ).value
+        for name, allowed in ranges(tunings).items()
+    }
+    return tunings(**values)
 
 
-def _declared(node: Node, name: str) -> Any:
-    default = getattr(TUNING, name)
-    return node.declare_parameter(name, default, _descriptor(RANGES[name], default)).value
-
-
-def _descriptor(allowed: Range, default: float) -> ParameterDescriptor:
+def _descriptor(allowed: Range, default: Any) -> ParameterDescriptor:
     descriptor = ParameterDescriptor(description=allowed.description, read_only=True)
+    if isinstance(default, bool):
+        return descriptor
     if isinstance(default, int):
         low, high = int(allowed.low), int(allowed.high)
         descriptor.integer_range = [IntegerRange(from_value=low, to_value=high, step=1)]

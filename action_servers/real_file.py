@@ -11,7 +11,7 @@ from bt_mission.common.faults import Fault, InputError, did_you_mean, in_order, 
 from bt_mission.common.located import Document, read
 
 ANY_NODE = "/**"
-NODES = ("bt_mission_servers", "bt_mission_arbiter")
+NODES = ("bt_mission_servers", "bt_mission_arbiter", "bt_mission_mapper")
 PARAMETERS = "ros__parameters"
 
 Keys = tuple[str | int, ...]

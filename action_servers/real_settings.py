@@ -7,7 +7,7 @@ those of a TurtleBot3 on Jazzy and of the robot's model.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from action_servers.real_listeners import CHOICES, Choice
@@ -79,18 +79,25 @@ def base_settings(command_type: Choice) -> tuple[Setting, ...]:
     )
 
 
-def settings(robot: RobotModel, command_type: Choice) -> tuple[Setting, ...]:
-    """Return every setting, with its default for this robot."""
+def sensor_settings() -> tuple[Setting, ...]:
+    """Return the settings of whatever listens to a robot."""
     names = Topics()
-    linear, angular = robot.max_linear_velocity, robot.max_angular_velocity
     return (
         *(
             Setting(f"topics.{key}", getattr(names, key), description)
             for key, description in _TOPICS.items()
             if key != "cmd_vel"
         ),
+        Setting("frames.map", Wiring().map_frame, "Frame of the map, in transforms."),
+    )
+
+
+def settings(robot: RobotModel, command_type: Choice) -> tuple[Setting, ...]:
+    """Return every setting, with its default for this robot."""
+    linear, angular = robot.max_linear_velocity, robot.max_angular_velocity
+    return (
+        *sensor_settings(),
         *base_settings(command_type),
-        Setting("frames.map", "map", "Frame of the map, in transforms."),
         Setting(
             "control_rate",
             robot.control_rate,
@@ -138,12 +145,16 @@ def applied(
         name: float(values[name])
         for name in ("control_rate", "max_linear_velocity", "max_angular_velocity")
     }
-    topics = Topics(**{key: values[f"topics.{key}"] for key in _TOPICS})
-    wiring = Wiring(
-        topics,
+    wiring = replace(
+        listening(values),
         base_frame=values["frames.base"],
-        map_frame=values["frames.map"],
         command_type=values["cmd_vel_type"],
         watched=watched,
     )
     return robot.model_copy(update=limited), wiring
+
+
+def listening(values: Mapping[str, Any]) -> Wiring:
+    """Return the wiring of what only listens, from the values of the sensors' settings at least."""
+    topics = {key: values[f"topics.{key}"] for key in _TOPICS if f"topics.{key}" in values}
+    return Wiring(Topics(**topics), map_frame=values["frames.map"])

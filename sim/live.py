@@ -116,6 +116,6 @@ def _pace(node: SimNode, speed: float) -> None:
 
 
 def _be_patient(node: SimNode, speed: float) -> None:
-    """Let commands hold as long on the wall as at real time: their way here does not get shorter."""
+    """Let commands hold as long on the wall as at real time: they do not come any sooner."""
     for robot in node.robots:
         robot.be_patient(max(1.0, speed))

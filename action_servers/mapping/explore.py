@@ -19,29 +19,20 @@ from action_servers.maneuver import (
     Value,
 )
 from action_servers.mapping.frontiers import Frontier, Target, choose, frontiers
+from action_servers.mapping.tuning import FRONTIERS, FrontierTuning
 from action_servers.navigation.codes import Code
 from action_servers.navigation.navigate import NavigateToPose
 from action_servers.navigation.planner import Point
 from action_servers.navigation.senses import missing
 from action_servers.navigation.surroundings import Surroundings
+from action_servers.navigation.tuning import NAVIGATION, NavigationTuning
 from bt_mission.common.robot import RobotModel
-
-DEFAULT_MIN_FRONTIER_M = 0.4
-"""Length of the shortest frontier worth a visit: a Waffle passes where 0.5 m is free, and a cell on
-either side is the seam of the wall."""
 
 LEAST_MIN_FRONTIER_M = 0.05
 """One cell of a map of the usual resolution, m."""
 
 MOST_MIN_FRONTIER_M = 100.0
 LONGEST_S = 86_400.0
-
-MAP_WAIT_S = 5.0
-"""How long it waits for a map, and for the robot's place on it, before it gives up, s."""
-
-SETTLE_S = 2.5
-"""How long it stands and looks before it believes what the map says of frontiers: the map comes
-once a second, and a cell is free when two scans say so."""
 
 GIVEN_UP_M = 0.35
 """Frontier cells within this distance of one that was given up are not tried again."""
@@ -75,7 +66,13 @@ class Goal(Protocol):
         """Length of the shortest frontier worth a visit, m; 0 for the default."""
 
 
-def plan(goal: Goal, _now: Observation, robot: RobotModel) -> ExploreFrontiers | Refusal:
+def plan(
+    goal: Goal,
+    _now: Observation,
+    robot: RobotModel,
+    tuning: FrontierTuning = FRONTIERS,
+    navigation: NavigationTuning = NAVIGATION,
+) -> ExploreFrontiers | Refusal:
     """Check a goal. A map that has not come yet is no reason to refuse: it is waited for."""
     shortest = goal.min_frontier
     fault = first_fault(
@@ -86,7 +83,9 @@ def plan(goal: Goal, _now: Observation, robot: RobotModel) -> ExploreFrontiers |
     )
     if fault is not None:
         return Refusal(fault)
-    return ExploreFrontiers(robot, goal.max_duration, shortest or DEFAULT_MIN_FRONTIER_M)
+    return ExploreFrontiers(
+        robot, goal.max_duration, shortest or tuning.min_length, tuning, navigation
+    )
 
 
 class ExploreFrontiers:
@@ -99,11 +98,19 @@ class ExploreFrontiers:
 
     needs_base = True
 
-    def __init__(self, robot: RobotModel, max_duration: float, shortest: float) -> None:
+    def __init__(
+        self,
+        robot: RobotModel,
+        max_duration: float,
+        shortest: float,
+        tuning: FrontierTuning = FRONTIERS,
+        navigation: NavigationTuning = NAVIGATION,
+    ) -> None:
         self._robot = robot
+        self._tuning = tuning
         self._max_duration = max_duration or math.inf
         self._shortest = shortest
-        self._around = Surroundings(robot)
+        self._around = Surroundings(robot, navigation)
         self._grid: Grid | None = None
         self._maps = 0
         self._area = 0.0
@@ -133,7 +140,7 @@ class ExploreFrontiers:
         unready = missing(now)
         if unready is not None and self._leg is None:
             # Once it drives, the leg watches over scan and pose.
-            if elapsed_s >= MAP_WAIT_S:
+            if elapsed_s >= self._tuning.map_wait:
                 return Finished("aborted", _code_for(now), unready)
             return ZERO
         self._take_in(now)
@@ -214,7 +221,7 @@ class ExploreFrontiers:
 
     def _settle(self, now: Observation) -> Twist2D:
         self._leg = None
-        self._settled_s = now.time_s + SETTLE_S
+        self._settled_s = now.time_s + self._tuning.settle
         return ZERO
 
     def _turn_away(self, target: Target) -> None:
@@ -244,9 +251,10 @@ class ExploreFrontiers:
         return ZERO if isinstance(answer, Finished) else answer
 
     def _not_ready(self, now: Observation) -> Twist2D | Finished:
-        if self._start_s is None or now.time_s - self._start_s < MAP_WAIT_S:
+        if self._start_s is None or now.time_s - self._start_s < self._tuning.map_wait:
             return ZERO
-        reason = f"no scan could be placed on the map within {MAP_WAIT_S:g} s; do the clocks agree?"
+        within = f"within {self._tuning.map_wait:g} s"
+        reason = f"no scan could be placed on the map {within}; do the clocks agree?"
         return Finished("aborted", ErrorCode.NO_SCAN, reason)
 
     def _all_done(self) -> Finished:

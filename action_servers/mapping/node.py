@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import array
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,9 +24,12 @@ from action_servers.maneuver import Grid, Scan
 from action_servers.mapping.coverage import Coverage, Measure
 from action_servers.mapping.files import MapFileError, save
 from action_servers.mapping.occupancy import FREE, OccupancyMapper
-from action_servers.messages import MAP_FRAME
+from action_servers.mapping.tuning import MapperTuning
 from action_servers.navigation.history import PoseHistory
-from action_servers.real_settings import Wiring
+from action_servers.parameters import declare_tuning
+from action_servers.real_file import read_parameters
+from action_servers.real_parameters import declare, made_with, overrides
+from action_servers.real_settings import listening, sensor_settings
 from action_servers.sensors import LATCHED, Sensors
 from bt_mission.common.robot import RobotModel, load_robot
 
@@ -34,12 +38,6 @@ if TYPE_CHECKING:
 
 NODE_NAME = "bt_mission_mapper"
 MAP_PREFIX = "map_prefix"
-
-UPDATE_S = 0.2
-"""How often a scan is added: every scan of an LDS-01, every other one of a Waffle in simulation."""
-
-UPDATES_PER_MAP = 5
-"""The map and its coverage go out once a second."""
 
 
 class MapperNode(Node):
@@ -55,6 +53,8 @@ class MapperNode(Node):
     :param context: the rclpy context; None is the default one.
     :param use_sim_time: follow `/clock`.
     :param map_prefix: where `save_map` writes, `.pgm` and `.yaml` appended.
+    :param parameters: values of parameters by name, instead of their defaults.
+    :raises rclpy.exceptions.ParameterException: for a parameter out of its range.
     """
 
     def __init__(
@@ -66,6 +66,7 @@ class MapperNode(Node):
         namespace: str | None = None,
         use_sim_time: bool = False,
         map_prefix: str = "map",
+        parameters: Mapping[str, Any] | None = None,
     ) -> None:
         super().__init__(
             NODE_NAME,
@@ -76,6 +77,7 @@ class MapperNode(Node):
             parameter_overrides=[
                 Parameter("use_sim_time", value=use_sim_time),
                 Parameter("start_type_description_service", value=not lean),
+                *overrides(parameters or {}),
             ],
         )
         if lean:
@@ -85,6 +87,7 @@ class MapperNode(Node):
             map_prefix,
             ParameterDescriptor(description="Where save_map writes; .pgm and .yaml are appended."),
         )
+        self._tuning = declare_tuning(self, MapperTuning)
         self._mapper = OccupancyMapper(robot.lidar)
         self._coverage = Coverage()
         self._poses = PoseHistory()
@@ -92,11 +95,13 @@ class MapperNode(Node):
         self._grid: Grid | None = None
         self._told: tuple[float, int] | None = None
         self._updates = 0
-        self._sensors = Sensors(self, Wiring(), robot.lidar, listen_to_map=False)
-        self._map_out = self.create_publisher(OccupancyGrid, "map", LATCHED)
+        wiring = listening(declare(self, sensor_settings()))
+        self._sensors = Sensors(self, wiring, robot.lidar, listen_to_map=False)
+        self._map_frame = wiring.map_frame
+        self._map_out = self.create_publisher(OccupancyGrid, wiring.topics.map, LATCHED)
         self._coverage_out = self.create_publisher(CoverageMessage, "coverage", LATCHED)
         self.create_service(Trigger, "save_map", self._save)
-        self.create_timer(UPDATE_S, self._update)
+        self.create_timer(self._tuning.update_period, self._update)
 
     @property
     def grid(self) -> Grid | None:
@@ -124,7 +129,7 @@ class MapperNode(Node):
                         throttle_duration_sec=5.0,
                     )
         self._updates += 1
-        if self._updates >= UPDATES_PER_MAP or self._grid is None:
+        if self._updates >= self._tuning.updates_per_map or self._grid is None:
             self._tell(now.time_s)
 
     def _tell(self, time_s: float) -> None:
@@ -159,7 +164,7 @@ class MapperNode(Node):
         return message
 
     def _stamp(self, header: Any) -> None:
-        header.frame_id = MAP_FRAME
+        header.frame_id = self._map_frame
         header.stamp = self.get_clock().now().to_msg()
 
     def _save(self, _request: Any, response: Any) -> Any:
@@ -178,17 +183,31 @@ def _log(node: Node) -> Any:
 
 
 def main(
-    *, robot: str, namespace: str = "", use_sim_time: bool = False, map_prefix: str = "map"
+    *,
+    robot: str,
+    namespace: str = "",
+    use_sim_time: bool = False,
+    map_prefix: str = "map",
+    parameters: Path | None = None,
 ) -> int:
     """Map until SIGINT or SIGTERM. Returns the exit code 0.
 
-    `robot` is a name or a path; raises BtMissionError for one that cannot be used.
+    `robot` is a name or a path, `parameters` a ROS parameter file; raises BtMissionError for one
+    that cannot be used.
     """
     model = load_robot(robot)
+    file = None if parameters is None else read_parameters(parameters, NODE_NAME)
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     try:
-        node = MapperNode(
-            model, namespace=namespace, use_sim_time=use_sim_time, map_prefix=map_prefix
+        node = made_with(
+            file,
+            lambda values: MapperNode(
+                model,
+                namespace=namespace,
+                use_sim_time=use_sim_time,
+                map_prefix=map_prefix,
+                parameters=values,
+            ),
         )
         executor = SingleThreadedExecutor()
         executor.add_node(node)

@@ -17,6 +17,8 @@ from action_servers.maneuver import Observation, Pose2D, Refusal
 from action_servers.navigation.geometry import composed, relative
 from action_servers.navigation.navigate import NavigateToPose
 from action_servers.navigation.senses import missing
+from action_servers.navigation.surroundings import Surroundings
+from action_servers.navigation.tuning import NAVIGATION, NavigationTuning
 from action_servers.navigation.waypoints import FollowWaypoints
 from bt_mission.common.robot import RobotModel
 
@@ -25,7 +27,10 @@ _UNIT_TOLERANCE = 0.01
 
 
 def plan_navigate_to_pose(
-    goal: NavigateToPoseAction.Goal, now: Observation, robot: RobotModel
+    goal: NavigateToPoseAction.Goal,
+    now: Observation,
+    robot: RobotModel,
+    tuning: NavigationTuning = NAVIGATION,
 ) -> NavigateToPose | Refusal:
     """Check a goal of NavigateToPose; a pose in `odom` is moved to the map as of now."""
     if goal.behavior_tree:
@@ -37,11 +42,16 @@ def plan_navigate_to_pose(
     if unready is not None:
         return Refusal(unready)
     pose = _on_map(goal.pose, "pose", now)
-    return pose if isinstance(pose, Refusal) else NavigateToPose(pose, robot)
+    if isinstance(pose, Refusal):
+        return pose
+    return NavigateToPose(pose, robot, Surroundings(robot, tuning))
 
 
 def plan_follow_waypoints(
-    goal: FollowWaypointsAction.Goal, now: Observation, robot: RobotModel
+    goal: FollowWaypointsAction.Goal,
+    now: Observation,
+    robot: RobotModel,
+    tuning: NavigationTuning = NAVIGATION,
 ) -> FollowWaypoints | Refusal:
     """Check a goal of FollowWaypoints. An empty list is accepted and then aborted, as by Nav2."""
     unready = _unready(now)
@@ -52,7 +62,9 @@ def plan_follow_waypoints(
         return poses
     if poses and goal.goal_index >= len(poses):
         return Refusal(f"goal_index must be from 0 to {len(poses) - 1}, got {goal.goal_index}")
-    return FollowWaypoints(poses, robot, loops=goal.number_of_loops, first=goal.goal_index)
+    return FollowWaypoints(
+        poses, robot, loops=goal.number_of_loops, first=goal.goal_index, tuning=tuning
+    )
 
 
 def _unready(now: Observation) -> str | None:

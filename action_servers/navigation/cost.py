@@ -7,11 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from action_servers.navigation.grid import Floats
+from action_servers.navigation.tuning import NAVIGATION, NavigationTuning
 
-MARGIN_M = 0.01
-"""Kept on top of the robot's turning circle, for what a follower strays from its path."""
-
-_COMFORT_M = 0.25
 _DISLIKE = 4.0
 
 
@@ -20,19 +17,20 @@ class CostModel:
     """Price of one metre of path: 1 in the open, up to 5 where the robot only just fits.
 
     `radius` is the least clearance allowed, `comfort` the clearance from which more is of no use,
-    both in metres from the middle of the axle.
+    both in metres from the middle of the axle; `margin` is what `radius` has beyond the robot's.
     """
 
     radius: float
     comfort: float
+    margin: float
 
     def price(self, clearance: Floats) -> Floats:
         """Return the price at each clearance; finite below `radius` too, and no less than there."""
-        lack = np.clip((self.comfort - clearance) / (self.comfort - self.radius), 0.0, 1.0)
+        lack = np.clip((self.comfort - clearance) / max(1e-6, self.comfort - self.radius), 0.0, 1.0)
         return 1.0 + _DISLIKE * lack * lack
 
 
-def cost_model(turning_radius: float) -> CostModel:
+def cost_model(turning_radius: float, tuning: NavigationTuning = NAVIGATION) -> CostModel:
     """Return the cost model of a robot whose turning circle has a radius in metres."""
-    radius = turning_radius + MARGIN_M
-    return CostModel(radius, radius + _COMFORT_M)
+    radius = turning_radius + tuning.margin
+    return CostModel(radius, radius + tuning.comfort, tuning.margin)

@@ -12,17 +12,12 @@ import math
 import numpy as np
 
 from action_servers.maneuver import Pose2D, Twist2D
-from action_servers.navigation.cost import MARGIN_M, CostModel
+from action_servers.navigation.cost import CostModel
 from action_servers.navigation.geometry import wrapped
 from action_servers.navigation.grid import Bools, Floats, Survey
 from action_servers.navigation.limits import Limits
 from action_servers.navigation.path import Path
-
-ARRIVED_M = 0.01
-"""The drive ends this far before the end of the path, m."""
-
-ALIGNED_RAD = 0.02
-"""The last turn ends this close to the goal's yaw, rad."""
+from action_servers.navigation.tuning import NAVIGATION, NavigationTuning
 
 _THERE_M = 0.05
 _LOOKAHEAD_M = 0.20
@@ -39,8 +34,15 @@ class Follower:
     """Follows one path to its end, then turns to a yaw."""
 
     def __init__(
-        self, path: Path, goal_yaw: float, limits: Limits, cost: CostModel, survey: Survey
+        self,
+        path: Path,
+        goal_yaw: float,
+        limits: Limits,
+        cost: CostModel,
+        survey: Survey,
+        tuning: NavigationTuning = NAVIGATION,
     ) -> None:
+        self._tuning = tuning
         self._path = path
         self._goal_yaw = goal_yaw
         self._limits = limits
@@ -51,8 +53,8 @@ class Follower:
         start = path.points[0]
         self._driven = math.hypot(end[0] - start[0], end[1] - start[1]) <= _THERE_M
         # A path may begin closer to obstacles than is allowed: no news, and no reason to stop.
-        needed = np.minimum(cost.radius - MARGIN_M, survey.clearance_at(path.points))
-        self._needed: Floats = needed - MARGIN_M
+        needed = np.minimum(cost.radius - cost.margin, survey.clearance_at(path.points))
+        self._needed: Floats = needed - cost.margin
         self._checked: Survey = survey
         self._blocked: Floats = np.empty(0)
         self.off_path = 0.0
@@ -86,11 +88,11 @@ class Follower:
                 pose.x, pose.y, self._along, self._along + _WINDOW_M
             )
             self._along = max(self._along, along)
-            if self._path.length - self._along > ARRIVED_M:
+            if self._path.length - self._along > self._tuning.arrival_distance:
                 return self._drive(pose, survey, speed, limit)
             self._driven = True
         error = wrapped(self._goal_yaw - pose.yaw)
-        if abs(error) <= ALIGNED_RAD:
+        if abs(error) <= self._tuning.arrival_angle:
             return None
         return Twist2D(0.0, self._limits.spin(error))
 
@@ -107,9 +109,10 @@ class Follower:
             max(_SLOWEST_SHARE, 1.0 / max(1e-6, abs(curvature) * _BEND_RADIUS_M)),
             self._room(pose, survey),
         )
+        left = self._path.length - self._along - self._tuning.arrival_distance
         linear = min(
             share * self._limits.linear,
-            max(_CREEP, self._limits.approach(self._path.length - self._along - ARRIVED_M)),
+            max(_CREEP, self._limits.approach(left)),
             limit,
         )
         return Twist2D(linear, curvature * linear)
@@ -125,7 +128,7 @@ class Follower:
         here = survey.clearance_of(pose.x, pose.y)
         if here > self._cost.radius + lookahead:
             return self._beyond_end(self._path.at(self._along + lookahead), lookahead)
-        needed = min(here, self._cost.radius - MARGIN_M) - 0.5 * MARGIN_M
+        needed = min(here, self._cost.radius - self._cost.margin) - 0.5 * self._cost.margin
         for share in (1.0, 0.6):
             point = self._path.at(self._along + share * lookahead)
             line = np.linspace((pose.x, pose.y), point, 6)[1:]

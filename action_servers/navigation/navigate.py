@@ -7,26 +7,16 @@ from collections.abc import Mapping
 
 from action_servers.maneuver import SUCCEEDED, ZERO, Finished, Observation, Pose2D, Twist2D, Value
 from action_servers.navigation.codes import Code
-from action_servers.navigation.cost import MARGIN_M
 from action_servers.navigation.escape import Escape, way_out
 from action_servers.navigation.follower import Follower
 from action_servers.navigation.geometry import distance
 from action_servers.navigation.guard import footprint, held_back
 from action_servers.navigation.limits import Ramp, limits
-from action_servers.navigation.planner import GOAL_TOLERANCE_M, NoPath, at, plan, road_map
+from action_servers.navigation.planner import NoPath, at, plan, road_map
 from action_servers.navigation.progress import Progress
 from action_servers.navigation.senses import Senses
 from action_servers.navigation.surroundings import Surroundings
 from bt_mission.common.robot import RobotModel
-
-WAIT_S = 1.0
-"""How long the robot waits for what is in its way to leave, before it plans around it, s."""
-
-RECOVER_AFTER_S = 5.0
-"""How long it gets nowhere before it forgets what it saw, looks again and plans afresh, s."""
-
-PATIENCE_S = 10.0
-"""How long it gets nowhere before it gives up, s (that of Nav2's progress checker)."""
 
 _LOOK_AHEAD_M = 2.5
 _STOP_BEFORE_M = 0.05
@@ -47,11 +37,13 @@ class NavigateToPose:
     ) -> None:
         """Make a maneuver to `goal`, in the map frame.
 
-        `surroundings` may be those of the last, and `twist` what it commanded, to drive on from.
+        `surroundings`, with their tuning, may be those of the last, and `twist` what it commanded,
+        to drive on from.
         """
         self._goal = goal
         self._step_s = 1.0 / robot.control_rate
         self._around = surroundings or Surroundings(robot)
+        self._tuning = self._around.tuning
         self._body = footprint(robot)
         self._limits = limits(robot)
         self._ramp = Ramp(self._limits, twist)
@@ -71,7 +63,7 @@ class NavigateToPose:
     def step(self, now: Observation) -> Twist2D | Finished:
         """Return the twist for this control step, or how the goal ends."""
         if self._senses is None:
-            self._senses = Senses(now.time_s)
+            self._senses = Senses(now.time_s, self._tuning)
             self._start_s = now.time_s
         self._time_s = now.time_s
         self._around.observe(now)
@@ -109,17 +101,17 @@ class NavigateToPose:
         else:
             self._progress.restart()
             idle_s = self._time_s - self._no_path_s
-        if idle_s >= PATIENCE_S:
+        if idle_s >= self._tuning.patience:
             return self._given_up(pose, idle_s)
         if idle_s < self._step_s:
             self._recovered = False
-        elif idle_s >= RECOVER_AFTER_S and not self._recovered:
+        elif idle_s >= self._tuning.recover_after and not self._recovered:
             self._recovered = True
             self._recoveries += 1
             self._around.forget()
             self._follower = self._escape = None
             # The next scans show again what is really there.
-            self._plan_at_s = self._time_s + WAIT_S
+            self._plan_at_s = self._time_s + self._tuning.wait
         return None
 
     def _given_up(self, pose: Pose2D, idle_s: float) -> Finished:
@@ -142,22 +134,23 @@ class NavigateToPose:
 
     def _plan(self, pose: Pose2D) -> Finished | None:
         start, goal = (pose.x, pose.y), (self._goal.x, self._goal.y)
-        path = plan(self._around.roads, start, goal)
+        path = plan(self._around.roads, start, goal, self._tuning)
         if isinstance(path, NoPath):
             if self._no_path is None:
-                hopeless = plan(road_map(self._around.mapped, self._around.cost), start, goal)
+                known = road_map(self._around.mapped, self._around.cost)
+                hopeless = plan(known, start, goal, self._tuning)
                 if isinstance(hopeless, NoPath) and hopeless.code is not Code.START_OCCUPIED:
                     return Finished("aborted", hopeless.code, hopeless.reason)
                 self._no_path_s = self._time_s
             self._no_path = path
-            self._plan_at_s = self._time_s + WAIT_S
+            self._plan_at_s = self._time_s + self._tuning.wait
             return None
         if self._plan_at_s is not None and self._follower is not None:
             self._recoveries += 1
         self._no_path = self._plan_at_s = None
         survey, cost = self._around.survey, self._around.cost
-        self._follower = Follower(path, self._goal.yaw, self._limits, cost, survey)
-        if survey.clearance_of(*start) < cost.radius - 1.5 * MARGIN_M:
+        self._follower = Follower(path, self._goal.yaw, self._limits, cost, survey, self._tuning)
+        if survey.clearance_of(*start) < cost.radius - 1.5 * cost.margin:
             way = way_out(pose, self._around.near(pose), self._body, survey, cost.radius)
             self._escape = None if way is None else Escape(way, self._limits)
         return None
@@ -169,7 +162,7 @@ class NavigateToPose:
         allowed = held_back(wanted, self._around.near(pose), self._body, self._limits)
         if blocked or (allowed == ZERO and wanted != ZERO):
             if self._plan_at_s is None:
-                self._plan_at_s = self._time_s + WAIT_S
+                self._plan_at_s = self._time_s + self._tuning.wait
         elif self._follower is not None:
             self._plan_at_s = self._no_path = None
         return self._ramp.toward(allowed, self._step_s)
@@ -187,7 +180,7 @@ class NavigateToPose:
         ahead = self._follower.blocked_in(survey)
         limit = self._limits.approach(ahead - _STOP_BEFORE_M) if ahead < math.inf else math.inf
         wanted = self._follower.steer(pose, survey, self._ramp.twist.linear, limit)
-        if wanted is None and distance(pose, self._goal) > 2 * GOAL_TOLERANCE_M:
+        if wanted is None and distance(pose, self._goal) > 2 * self._tuning.goal_distance:
             self._follower = None
             return ZERO, False
         return wanted, ahead < _LOOK_AHEAD_M

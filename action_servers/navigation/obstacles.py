@@ -9,9 +9,7 @@ import numpy as np
 from action_servers.maneuver import Pose2D, Scan
 from action_servers.navigation.geometry import into_frame
 from action_servers.navigation.grid import Bools, Floats, Survey
-
-MEMORY_S = 60.0
-"""How long a mark stays that no ray has confirmed or passed through."""
+from action_servers.navigation.tuning import NAVIGATION
 
 _MARK_RANGE_M = 3.0
 _KNOWN_M = 0.12
@@ -22,15 +20,19 @@ _THROUGH_M = 0.10
 class ObstacleLayer:
     """Cells of a survey that are occupied for now, each with the time it was last seen."""
 
-    def __init__(self, survey: Survey) -> None:
-        """Make a layer over a map, with no mark."""
+    def __init__(self, survey: Survey, memory_s: float = NAVIGATION.obstacle_memory) -> None:
+        """Make a layer over a map, with no mark.
+
+        `memory_s` is how long a mark stays that no ray has confirmed or passed through, s.
+        """
         self._survey = survey
+        self._memory_s = memory_s
         self._seen: Floats = np.full(survey.shape, -np.inf)
         self.marks: Bools = np.zeros(survey.shape, dtype=np.bool_)
 
     def over(self, survey: Survey) -> ObstacleLayer:
         """Return a layer over another map, with the marks that are no obstacles of that map."""
-        layer = ObstacleLayer(survey)
+        layer = ObstacleLayer(survey, self._memory_s)
         rows, columns = np.nonzero(self.marks)
         layer.mark(self._survey.centres(rows, columns), self._seen[rows, columns], 0.0)
         return layer
@@ -82,5 +84,5 @@ class ObstacleLayer:
             & (gaps > scan.range_min)
             & (whole_turn | (ray < count))
         )
-        gone = seen_through | (self._seen[rows, columns] < time_s - MEMORY_S)
+        gone = seen_through | (self._seen[rows, columns] < time_s - self._memory_s)
         self._seen[rows[gone], columns[gone]] = -np.inf

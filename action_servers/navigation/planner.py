@@ -12,18 +12,13 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from action_servers.navigation.codes import Code
-from action_servers.navigation.cost import MARGIN_M, CostModel
+from action_servers.navigation.cost import CostModel
 from action_servers.navigation.grid import Floats, Survey
 from action_servers.navigation.path import Path, smooth, straighten
+from action_servers.navigation.tuning import NAVIGATION, NavigationTuning
 
 Point: TypeAlias = tuple[float, float]
 _Number = TypeVar("_Number", np.int32, np.float64)
-
-GOAL_TOLERANCE_M = 0.10
-"""How far beside the goal a path may end when the robot does not fit at the goal itself."""
-
-START_REACH_M = 0.50
-"""How far from the robot a path may begin when the robot stands closer than it should."""
 
 _INSIDE_M = 0.05
 """Nearer than this to an occupied square, the middle of the axle cannot be: the pose is wrong."""
@@ -91,26 +86,28 @@ def road_map(survey: Survey, cost: CostModel) -> RoadMap:
     return RoadMap(survey, cost, node, survey.centres(*np.nonzero(free)), edges)
 
 
-def plan(roads: RoadMap, start: Point, goal: Point) -> Path | NoPath:
+def plan(
+    roads: RoadMap, start: Point, goal: Point, tuning: NavigationTuning = NAVIGATION
+) -> Path | NoPath:
     """Find the cheapest path between two points in metres, straightened and smoothed.
 
     A robot that stands too close to an obstacle is led to the nearest free cell first. The path
     ends at the goal if the robot can turn there, else at the nearest free cell within
-    GOAL_TOLERANCE_M of it.
+    `goal_distance` of it.
     """
     survey = roads.survey
     if not survey.contains(*start):
         return NoPath(Code.START_OUTSIDE_MAP, f"the robot, at {at(start)}, is outside the map")
     if not survey.contains(*goal):
         return NoPath(Code.GOAL_OUTSIDE_MAP, f"the goal {at(goal)} is outside the map")
-    nearby = roads.free_near(goal, GOAL_TOLERANCE_M)
+    nearby = roads.free_near(goal, tuning.goal_distance)
     if not nearby:
         return NoPath(
             Code.GOAL_OCCUPIED, f"the robot does not fit at the goal {_room(roads, goal)}"
         )
     # Searched from the goal, because a robot in a tight place has several cells to begin at.
     price, towards = csgraph.dijkstra(roads.edges, indices=nearby[0], return_predecessors=True)
-    starts = departures(roads, start)
+    starts = departures(roads, start, tuning.start_reach)
     if not starts:
         return NoPath(Code.START_OCCUPIED, f"the robot is stuck at {_room(roads, start)}")
     node = next((node for node in starts if np.isfinite(price[node])), None)
@@ -123,16 +120,17 @@ def plan(roads: RoadMap, start: Point, goal: Point) -> Path | NoPath:
     nodes = [node]
     while nodes[-1] != nearby[0]:
         nodes.append(int(towards[nodes[-1]]))
-    turns_at_goal = survey.clearance_of(*goal) >= roads.cost.radius - MARGIN_M
+    turns_at_goal = survey.clearance_of(*goal) >= roads.cost.radius - roads.cost.margin
     ends = [goal] if turns_at_goal else [roads.centres[nearby[0]]]
     points = np.concatenate(([start], roads.centres[nodes], ends))
     return smooth(straighten(points, survey, roads.cost), survey, roads.cost)
 
 
-def departures(roads: RoadMap, start: Point) -> list[int]:
+def departures(roads: RoadMap, start: Point, reach: float = NAVIGATION.start_reach) -> list[int]:
     """Return the nodes at which a way from a point can begin, the nearest first.
 
-    A robot that stands closer to an obstacle than it should has only those that lead away from it.
+    A robot that stands closer to an obstacle than it should has only those within `reach` metres
+    that lead away from it.
     """
     clearance = roads.survey.clearance_of(*start)
     row, column = roads.survey.cell(*start)
@@ -142,13 +140,13 @@ def departures(roads: RoadMap, start: Point) -> list[int]:
         return []
     return [
         node
-        for node in roads.free_near(start, START_REACH_M)
-        if _leads_out(roads.survey, start, roads.centres[node], clearance)
+        for node in roads.free_near(start, reach)
+        if _leads_out(roads.survey, start, roads.centres[node], clearance, reach)
     ]
 
 
-def _leads_out(survey: Survey, start: Point, end: Floats, clearance: float) -> bool:
-    line = np.linspace(start, end, max(2, int(START_REACH_M / _INSIDE_M)))
+def _leads_out(survey: Survey, start: Point, end: Floats, clearance: float, reach: float) -> bool:
+    line = np.linspace(start, end, max(2, int(reach / _INSIDE_M)))
     return bool(np.all(survey.clearance_at(line) >= clearance - _INSIDE_M / 2))
 
 

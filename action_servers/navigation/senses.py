@@ -4,12 +4,7 @@ from __future__ import annotations
 
 from action_servers.maneuver import Finished, Observation
 from action_servers.navigation.codes import Code
-
-BLIND_AFTER_S = 0.5
-"""Age of a scan or pose at which the robot stops: five scans of a Waffle, ten poses."""
-
-GIVE_UP_AFTER_S = 3.0
-"""Age of a scan or pose at which the goal is given up."""
+from action_servers.navigation.tuning import NAVIGATION, NavigationTuning
 
 
 def missing(now: Observation) -> str | None:
@@ -28,7 +23,8 @@ def missing(now: Observation) -> str | None:
 class Senses:
     """Watches the age of pose and scan, from the first step of a goal on."""
 
-    def __init__(self, start_s: float) -> None:
+    def __init__(self, start_s: float, tuning: NavigationTuning = NAVIGATION) -> None:
+        self._tuning = tuning
         self._pose_s = start_s
         self._scan_s = start_s
 
@@ -38,28 +34,26 @@ class Senses:
         `seen_s` is the stamp of the newest scan that found its place on the map. `driving` tells
         which of the codes for a lost pose fits: the controller's or the planner's.
         """
-        pose_ok = now.map_pose is not None and _recent(now.odom_stamp_s, now.time_s)
-        scan_ok = seen_s is not None and _recent(seen_s, now.time_s)
+        pose_ok = now.map_pose is not None and self._recent(now.odom_stamp_s, now.time_s)
+        scan_ok = seen_s is not None and self._recent(seen_s, now.time_s)
         if pose_ok:
             self._pose_s = now.time_s
         if scan_ok:
             self._scan_s = now.time_s
         lost_s = now.time_s - self._pose_s
-        if lost_s > GIVE_UP_AFTER_S:
+        if lost_s > self._tuning.give_up_after:
             code = Code.TF_ERROR_WHILE_DRIVING if driving else Code.TF_ERROR_WHILE_PLANNING
-            return Finished("aborted", code, _text("pose of the robot on the map", lost_s))
+            return Finished("aborted", code, self._text("pose of the robot on the map", lost_s))
         blind_s = now.time_s - self._scan_s
-        if blind_s > GIVE_UP_AFTER_S:
-            return Finished("aborted", Code.CONTROLLER_TIMED_OUT, _text("scan", blind_s))
+        if blind_s > self._tuning.give_up_after:
+            return Finished("aborted", Code.CONTROLLER_TIMED_OUT, self._text("scan", blind_s))
         return pose_ok and scan_ok
 
+    def _recent(self, stamp_s: float, time_s: float) -> bool:
+        return abs(time_s - stamp_s) <= self._tuning.blind_after
 
-def _recent(stamp_s: float, time_s: float) -> bool:
-    return abs(time_s - stamp_s) <= BLIND_AFTER_S
-
-
-def _text(what: str, seconds: float) -> str:
-    return (
-        f"no {what} with a stamp less than {BLIND_AFTER_S:g} s from now for {seconds:.1f} s; "
-        "is the robot running, and do the clocks agree?"
-    )
+    def _text(self, what: str, seconds: float) -> str:
+        return (
+            f"no {what} with a stamp less than {self._tuning.blind_after:g} s from now for "
+            f"{seconds:.1f} s; is the robot running, and do the clocks agree?"
+        )

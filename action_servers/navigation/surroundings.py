@@ -12,6 +12,7 @@ from action_servers.navigation.grid import Floats, Survey, survey
 from action_servers.navigation.history import PoseHistory
 from action_servers.navigation.obstacles import ObstacleLayer
 from action_servers.navigation.planner import RoadMap, road_map
+from action_servers.navigation.tuning import NAVIGATION, NavigationTuning
 from bt_mission.common.robot import RobotModel
 
 _NEAR_M = 1.2
@@ -23,10 +24,11 @@ class Surroundings:
     A scan is placed by the pose that the robot had at the scan's stamp.
     """
 
-    def __init__(self, robot: RobotModel) -> None:
+    def __init__(self, robot: RobotModel, tuning: NavigationTuning = NAVIGATION) -> None:
+        self.tuning = tuning
         self._lidar = robot.lidar
         self._mount = Pose2D(robot.lidar.x, robot.lidar.y, 0.0)
-        self.cost: CostModel = cost_model(robot.turning_radius)
+        self.cost: CostModel = cost_model(robot.turning_radius, tuning)
         self._poses = PoseHistory()
         self._grid: Grid | None = None
         self._scan: Scan | None = None
@@ -42,7 +44,7 @@ class Surroundings:
             if self._grid is None or _differ(self._grid, now.grid):
                 mapped = survey(now.grid)
                 # A map that grows or moves under the robot does not remove what was seen.
-                self._layer = self._layer.over(mapped) if self._layer else ObstacleLayer(mapped)
+                self._layer = self._layer.over(mapped) if self._layer else self._no_marks(mapped)
                 self._mapped, self._survey = mapped, mapped.with_obstacles(self._layer.marks)
             self._grid = now.grid
         if now.map_pose is not None:
@@ -85,8 +87,11 @@ class Surroundings:
 
     def forget(self) -> None:
         """Drop what was seen, and start again from the map."""
-        self._layer = ObstacleLayer(self.mapped)
+        self._layer = self._no_marks(self.mapped)
         self._survey = self._mapped
+
+    def _no_marks(self, mapped: Survey) -> ObstacleLayer:
+        return ObstacleLayer(mapped, self.tuning.obstacle_memory)
 
     def _look(self, scan: Scan) -> None:
         pose = self._poses.at(scan.stamp_s)

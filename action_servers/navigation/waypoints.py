@@ -8,6 +8,7 @@ from action_servers.maneuver import SUCCEEDED, ZERO, Finished, Observation, Pose
 from action_servers.navigation.codes import Code
 from action_servers.navigation.navigate import NavigateToPose
 from action_servers.navigation.surroundings import Surroundings
+from action_servers.navigation.tuning import NAVIGATION, NavigationTuning
 from bt_mission.common.robot import RobotModel
 
 _SIGN_OF_LIFE_S = 1.0
@@ -25,19 +26,19 @@ class FollowWaypoints:
         *,
         loops: int = 0,
         first: int = 0,
-        stop_on_failure: bool = True,
+        tuning: NavigationTuning = NAVIGATION,
     ) -> None:
         """Make a maneuver through `poses` in the map frame, beginning at the index `first`.
 
         `loops` is the number of rounds after the first one; these begin at index 0, as in Nav2.
-        `stop_on_failure`, Nav2's default, ends the goal at the first pose that is not reached.
+        With `stop_on_failure` in the tuning, the first pose that is not reached ends the goal.
         """
         self._poses = tuple(poses)
         self._robot = robot
-        self._around = Surroundings(robot)
+        self._around = Surroundings(robot, tuning)
         self._loops_left = loops
         self._index = first
-        self._stop_on_failure = stop_on_failure
+        self._stop_on_failure = tuning.stop_on_failure
         self._leg: NavigateToPose | None = None
         self._missed: list[Mapping[str, Value]] = []
         self._time_s: float | None = None

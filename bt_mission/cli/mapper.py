@@ -23,6 +23,9 @@ def add_parser(commands: Any) -> None:
         "--save-as", default="map", metavar="PREFIX", help="where save_map writes (default: map)"
     )
     parser.add_argument(
+        "--params", metavar="FILE", help="values of parameters: a ROS parameter file"
+    )
+    parser.add_argument(
         "--wall-clock",
         action="store_true",
         help="keep to this machine's clock instead of /clock, as with a real robot",
@@ -34,10 +37,12 @@ def mapper(options: argparse.Namespace) -> int:
     """Map until interrupted."""
     refuse_absent_middleware()
     from action_servers.mapping.node import main
+    from bt_mission.common.data import find
 
     return main(
         robot=options.robot,
         namespace=options.namespace,
         use_sim_time=not options.wall_clock,
         map_prefix=options.save_as,
+        parameters=find("parameters", options.params) if options.params else None,
     )

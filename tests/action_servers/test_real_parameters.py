@@ -9,6 +9,7 @@ import pytest
 import rclpy
 from rclpy.context import Context
 
+from action_servers.mapping import node as mapper
 from action_servers.node import NODE_NAME, ServersNode
 from action_servers.real_file import read_parameters
 from action_servers.real_parameters import made_with
@@ -39,6 +40,26 @@ def servers(context: Context, folder: Path, text: str) -> ServersNode:
             parameters=values,
         ),
     )
+
+
+def test_the_mapper_has_a_section_of_its_own(context, tmp_path):
+    """Topics, the frame of the map, and how often it goes out."""
+    path = tmp_path / "mapper.yaml"
+    path.write_text(
+        "bt_mission_mapper:\n  ros__parameters:\n"
+        "    topics: {scan: laser, map: slam/map}\n    updates_per_map: 2\n",
+        encoding="utf-8",
+    )
+    node = made_with(
+        read_parameters(path, mapper.NODE_NAME),
+        lambda values: mapper.MapperNode(
+            load_robot("waffle"), lean=True, context=context, parameters=values
+        ),
+    )
+    assert node.count_subscribers("laser") == 1
+    assert node.count_publishers("slam/map") == 1
+    assert node.get_parameter("updates_per_map").value == 2
+    node.destroy_node()
 
 
 def test_values_of_the_file_hold(context, tmp_path):

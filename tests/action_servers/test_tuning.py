@@ -6,12 +6,18 @@ from dataclasses import fields
 
 import pytest
 
-from action_servers.tuning import RANGES, TUNING, Tuning
+from action_servers.mapping.tuning import FrontierTuning, MapperTuning
+from action_servers.navigation.tuning import NavigationTuning
+from action_servers.tuning import Tuning, ranges
+
+ALL = (Tuning, NavigationTuning, FrontierTuning, MapperTuning)
 
 
-@pytest.mark.parametrize("name", [one.name for one in fields(Tuning)])
-def test_each_has_a_range_that_its_default_lies_in_and_a_description(name):
+@pytest.mark.parametrize(
+    ("tunings", "name"), [(tunings, one.name) for tunings in ALL for one in fields(tunings)]
+)
+def test_each_has_a_range_that_its_default_lies_in_and_a_description(tunings, name):
     """Which says the unit, where there is one."""
-    allowed = RANGES[name]
-    assert allowed.low <= getattr(TUNING, name) <= allowed.high
+    allowed = ranges(tunings)[name]
+    assert allowed.low <= getattr(tunings(), name) <= allowed.high
     assert allowed.description.endswith(".")

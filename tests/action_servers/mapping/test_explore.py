@@ -8,6 +8,7 @@ import pytest
 from action_servers.maneuver import ErrorCode, Finished, Refusal
 from action_servers.mapping import explore
 from action_servers.mapping.explore import ExploreFrontiers, plan
+from action_servers.mapping.tuning import FRONTIERS
 from action_servers.navigation.codes import Code
 
 
@@ -83,7 +84,7 @@ def test_without_a_map_it_waits_a_while_and_gives_up(waffle, fake):
     ended = robot.run(ExploreFrontiers(waffle, 0.0, 0.5))
     assert (ended.status, ended.error_code) == ("aborted", ErrorCode.NO_MAP)
     assert "no map has arrived" in ended.reason
-    assert robot.time_s == pytest.approx(10.0 + explore.MAP_WAIT_S)
+    assert robot.time_s == pytest.approx(10.0 + FRONTIERS.map_wait)
 
 
 def test_a_map_that_never_changes_is_no_place_to_explore(waffle, mapping_robot, two_rooms):

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from action_servers.maneuver import SUCCEEDED, ZERO, Finished, Maneuver, Pose2D
-from action_servers.navigation.navigate import PATIENCE_S, NavigateToPose
+from action_servers.navigation.navigate import NavigateToPose
+from action_servers.navigation.tuning import NAVIGATION
 
 ROOM = """
     ################
@@ -267,7 +268,7 @@ def test_a_robot_that_cannot_move_gives_up(drive):
     assert robot.finished == Finished(
         "aborted", 105, "the robot has not got away from (0.70, 1.10) for 10.0 s"
     )
-    assert robot.time_s == 10.0 + PATIENCE_S
+    assert robot.time_s == 10.0 + NAVIGATION.patience
     assert maneuver.feedback()["number_of_recoveries"] == 1
 
 

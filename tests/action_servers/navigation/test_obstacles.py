@@ -5,7 +5,8 @@ import pytest
 
 from action_servers.maneuver import Grid, Pose2D, Scan
 from action_servers.navigation.grid import survey
-from action_servers.navigation.obstacles import MEMORY_S, ObstacleLayer
+from action_servers.navigation.obstacles import ObstacleLayer
+from action_servers.navigation.tuning import NAVIGATION
 
 LIDAR = Pose2D(2.02, 2.02, 0.0)
 RAYS = 360
@@ -103,13 +104,13 @@ def test_a_mark_stays_when_its_rays_measured_nothing(room, nothing):
 
 
 def test_a_mark_behind_something_stays_until_it_is_forgotten(room):
-    """Out of sight it is believed for MEMORY_S, and not longer."""
+    """Out of sight it is believed for `obstacle_memory`, and not longer."""
     layer = ObstacleLayer(room)
     look(layer, scan_of({0: 1.51}))
     hidden = dict.fromkeys((-1, 0, 1), 0.8)
-    look(layer, scan_of(hidden, 1.0 + MEMORY_S))
+    look(layer, scan_of(hidden, 1.0 + NAVIGATION.obstacle_memory))
     assert (40, 70) in marked(layer)
-    look(layer, scan_of(hidden, 1.1 + MEMORY_S))
+    look(layer, scan_of(hidden, 1.1 + NAVIGATION.obstacle_memory))
     assert (40, 70) not in marked(layer)
 
 

@@ -8,7 +8,8 @@ from action_servers.navigation.codes import Code
 from action_servers.navigation.cost import cost_model
 from action_servers.navigation.grid import survey
 from action_servers.navigation.path import Path
-from action_servers.navigation.planner import GOAL_TOLERANCE_M, NoPath, plan, road_map
+from action_servers.navigation.planner import NoPath, plan, road_map
+from action_servers.navigation.tuning import NAVIGATION
 
 RADIUS = 0.2377
 """The turning circle of a Waffle."""
@@ -111,11 +112,11 @@ def test_a_goal_in_a_wall_is_occupied():
 
 
 def test_a_goal_close_to_a_wall_is_reached_as_far_as_the_robot_fits():
-    """Within GOAL_TOLERANCE_M, the path ends beside the goal."""
+    """Within `goal_distance`, the path ends beside the goal."""
     path = plan(roads_of(room(60, 60)), (1.5, 1.5), (0.28, 1.5))
     assert isinstance(path, Path)
     beside = float(np.hypot(*(path.points[-1] - (0.28, 1.5))))
-    assert 0.0 < beside <= GOAL_TOLERANCE_M
+    assert 0.0 < beside <= NAVIGATION.goal_distance
 
 
 def test_outside_the_map_has_codes_of_its_own():

@@ -3,6 +3,7 @@ import dataclasses
 import pytest
 
 from action_servers.maneuver import SUCCEEDED, Finished, Pose2D
+from action_servers.navigation.tuning import NavigationTuning
 from action_servers.navigation.waypoints import FollowWaypoints
 
 ROOM = """
@@ -91,7 +92,9 @@ def test_a_pose_that_cannot_be_reached_ends_the_tour(tour):
 
 def test_it_can_go_on_after_a_pose_that_was_missed(tour):
     """The tour succeeds, and the result says what was left out."""
-    robot, maneuver, _ = tour([IN_WALL, RIGHT, IN_WALL], stop_on_failure=False)
+    robot, maneuver, _ = tour(
+        [IN_WALL, RIGHT, IN_WALL], tuning=NavigationTuning(stop_on_failure=False)
+    )
     assert robot.finished == SUCCEEDED
     assert [missed["index"] for missed in maneuver.result()["missed_waypoints"]] == [0, 2]
     assert robot.distance_to(RIGHT) < 0.05

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
-
 import pytest
 import rclpy
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 from rclpy.parameter import Parameter
 
+from action_servers.mapping.tuning import FrontierTuning
+from action_servers.navigation.tuning import NavigationTuning
 from action_servers.node import ServersNode
-from action_servers.tuning import RANGES, TUNING, Tuning
+from action_servers.tuning import Tuning, ranges
+
+TUNINGS = (("", Tuning), ("navigation.", NavigationTuning), ("frontiers.", FrontierTuning))
 
 
 @pytest.fixture
@@ -37,14 +39,15 @@ def make_node(waffle, tmp_path):
 def test_each_tuning_is_a_parameter_with_description_and_range(make_node):
     """Read when the node is made, and fixed from then on."""
     node = make_node()
-    for name in (one.name for one in fields(Tuning)):
-        described = node.describe_parameter(name)
-        (allowed,) = described.floating_point_range or described.integer_range
-        assert described.description == RANGES[name].description
-        assert (allowed.from_value, allowed.to_value) == (RANGES[name].low, RANGES[name].high)
-        assert node.get_parameter(name).value == getattr(TUNING, name)
-        (answer,) = node.set_parameters([Parameter(name, value=getattr(TUNING, name))])
-        assert not answer.successful
+    for prefix, tunings in TUNINGS:
+        for name, allowed in ranges(tunings).items():
+            described, default = node.describe_parameter(prefix + name), getattr(tunings(), name)
+            assert described.description == allowed.description
+            for declared in described.floating_point_range or described.integer_range:
+                assert (declared.from_value, declared.to_value) == (allowed.low, allowed.high)
+            assert node.get_parameter(prefix + name).value == default
+            (answer,) = node.set_parameters([Parameter(prefix + name, value=default)])
+            assert not answer.successful
 
 
 def test_a_value_out_of_its_range_is_refused(make_node):
@@ -63,3 +66,12 @@ def test_a_tuning_reaches_the_maneuvers(make_node, waffle):
     (move,) = [one for one in node._adapters if one._action.name == "move"]
     planned = move._action.plan(move._action.type.Goal(secs=8), node._sensors.observe())
     assert planned.reason == "secs must be from 1 to 7 s, got 8"
+
+
+def test_a_tuning_of_navigation_reaches_its_maneuvers(make_node):
+    """A pose in a wall is given up after the patience that was set."""
+    node = make_node(**{"navigation.patience": 2.5, "frontiers.map_wait": 1.5})
+    (explore,) = [one for one in node._adapters if one._action.name == "explore_frontiers"]
+    planned = explore._action.plan(explore._action.type.Goal(), node._sensors.observe())
+    assert planned._around.tuning.patience == 2.5
+    assert planned._tuning.map_wait == 1.5
