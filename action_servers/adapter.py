@@ -15,6 +15,7 @@ from typing import Any
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.node import Node
+from rclpy.qos import QoSProfile
 from rclpy.task import Future
 
 from action_servers.maneuver import Maneuver, Observation, Refusal
@@ -47,6 +48,10 @@ class Action:
 RESULT_TIMEOUT_S = 10
 """How long a result is kept, s, as by rcl_action's C++ servers; rclpy's own default of 900 s makes
 every status message carry all goals of a quarter of an hour."""
+
+BURST = QoSProfile(depth=1024)
+"""Requests that may wait; of ROS's own default, 10, the middleware drops what is more without a
+word, and a client waits for an answer that never comes."""
 
 
 class ActionAdapter:
@@ -84,6 +89,9 @@ class ActionAdapter:
             handle_accepted_callback=self._begin,
             cancel_callback=self._cancel,
             result_timeout=RESULT_TIMEOUT_S,
+            goal_service_qos_profile=BURST,
+            result_service_qos_profile=BURST,
+            cancel_service_qos_profile=BURST,
         )
 
     def close(self, reason: str) -> None:

@@ -74,18 +74,20 @@ def test_goals_that_do_not_drive_are_limited_in_number(make_bench, beside):
     assert following.accepted is True
 
 
-def test_a_thousand_goals_in_a_burst_end_each_exactly_once(bench, name):
-    """From two clients at one instant; the middleware keeps those that its queue has room for.
+def test_goals_in_a_burst_end_each_exactly_once(bench, name):
+    """A thousand from two clients at one instant; each is answered.
 
-    Of what was heard, at the end runs what may run; the server takes the next goal as usual.
+    At the end runs what may run, and the server takes the next goal as usual. Of the servers that
+    drive only one gets the whole thousand: each end tells all clients of all goals, for 13 s.
     """
-    sent = [bench.send(name, client=number % 2) for number in range(1000)]
+    count = 200 if SERVED[name].drives and name != "turn" else 1000
+    sent = [bench.send(name, client=number % 2) for number in range(count)]
     bench.steps(5)
     heard = [one for one in sent if one.accepted is not None]
     refused = [one for one in heard if not one.accepted]
     running = [one for one in heard if one.accepted and one.status is None]
     most = 1 if SERVED[name].drives else 8
-    assert len(heard) >= 10
+    assert len(heard) == count
     assert len(running) == most
     assert len(refused) == (0 if SERVED[name].drives else len(heard) - most)
     ends = [event for event in bench.events if isinstance(event, tuple)]
