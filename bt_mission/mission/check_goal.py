@@ -10,7 +10,7 @@ from typing import Any
 from bt_mission.common.faults import MOST_FAULTS, Fault
 from bt_mission.common.located import Document
 from bt_mission.mission.expressions import Expression, Late, Template, Text, Value
-from bt_mission.mission.scope import Variables, expression_faults, located, template_faults
+from bt_mission.mission.scope import expression_faults, located, template_faults
 from bt_mission.mission.shapes import (
     SHORTHANDS,
     ListOf,
@@ -23,6 +23,7 @@ from bt_mission.mission.shapes import (
     conform,
 )
 from bt_mission.mission.values import WORDS, ExpressionError, LooseText, Type
+from bt_mission.mission.variables import Variables
 
 
 def goal_faults(

@@ -10,7 +10,7 @@ from bt_mission.common.located import Document
 from bt_mission.mission.check_goal import goal_faults
 from bt_mission.mission.expressions import Name
 from bt_mission.mission.review import condition, sent, short_name
-from bt_mission.mission.scope import Variables, expression_faults, step_faults, walk
+from bt_mission.mission.scope import expression_faults, step_faults, walk
 from bt_mission.mission.shapes import (
     ActionShapes,
     Message,
@@ -23,6 +23,7 @@ from bt_mission.mission.shapes import (
 )
 from bt_mission.mission.steps import Action, Mission, Service, WaitFor, Writer
 from bt_mission.mission.values import Type
+from bt_mission.mission.variables import Variables
 
 Shapes = ActionShapes | ServiceShapes | Message
 FindShapes = Callable[[str], Shapes]

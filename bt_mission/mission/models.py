@@ -9,13 +9,22 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, PlainValidator, WithJsonSchema, create_model
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    PlainValidator,
+    WithJsonSchema,
+    create_model,
+)
 
 from bt_mission.mission import rules
 from bt_mission.mission.short_names import SHORT_NAMES
 
 _NUMBER_SCHEMA = WithJsonSchema({"type": ["number", "string"]})
 _TEXT_SCHEMA = WithJsonSchema({"type": "string"})
+_OBJECT_SCHEMA = WithJsonSchema({"type": "object", "minProperties": 1, "maxProperties": 1})
 _NODE_SCHEMA = WithJsonSchema({"type": "object", "title": "node"})
 
 Child = Annotated[Any, _NODE_SCHEMA]
@@ -26,7 +35,15 @@ Limit = Annotated[Any, PlainValidator(rules.LIMIT.parse), _NUMBER_SCHEMA]
 FixedLimit = Annotated[
     float, PlainValidator(rules.LIMIT.parse_constant), WithJsonSchema({"type": "number"})
 ]
-Condition = Annotated[Any, PlainValidator(rules.condition), _TEXT_SCHEMA]
+Weight = Annotated[
+    float, PlainValidator(rules.WEIGHT.parse_constant), WithJsonSchema({"type": "number"})
+]
+FeedbackCondition = Annotated[Any, PlainValidator(rules.condition), _TEXT_SCHEMA]
+Condition = Annotated[Any, PlainValidator(rules.question), _TEXT_SCHEMA]
+Computed = Annotated[Any, PlainValidator(rules.computed), WithJsonSchema({})]
+Elements = Annotated[
+    Any, PlainValidator(rules.elements), WithJsonSchema({"type": ["array", "string"]})
+]
 Message = Annotated[Any, PlainValidator(rules.message), _TEXT_SCHEMA]
 Variable = Annotated[str, PlainValidator(rules.variable), _TEXT_SCHEMA]
 ResultField = Annotated[str, PlainValidator(rules.result_field), _TEXT_SCHEMA]
@@ -79,7 +96,16 @@ class ParallelNode(Node):
     """Children all at once."""
 
     parallel: Children
-    succeed_when: Literal["all", "any"] = "all"
+    succeed_when: Literal["all", "any"] | Annotated[list[Line], Field(min_length=1)] = "all"
+    fail_when: Literal["any", "impossible"] = "any"
+    rest: Literal["halt", "finish"] = "halt"
+
+
+class ChooseNode(Node):
+    """One of the children, drawn by lot each time."""
+
+    choose: Children
+    weights: list[Weight] = []
 
 
 class RepeatSettings(Written):
@@ -109,6 +135,63 @@ class RetryNode(Node):
     do: Child
 
 
+class TimeoutNode(Node):
+    """A node, for some seconds at most."""
+
+    timeout: Annotated[Any, PlainValidator(rules.LIMIT.parse), _NUMBER_SCHEMA]
+    do: Child
+
+
+class InvertNode(Node):
+    """A node, its success for failure and its failure for success."""
+
+    invert: Child
+
+
+class ForceNode(Node):
+    """A node whose end counts as success, or as failure."""
+
+    force: Literal["success", "failure"]
+    do: Child
+
+
+class GuardNode(Node):
+    """A node, as long as a condition holds."""
+
+    guard: Condition
+    do: Child
+
+
+class _WhenNode(Node):
+    """A node if a condition holds, and another one if not."""
+
+    when: Condition
+    do: Child
+
+
+# `else` cannot be written as the name of a field.
+WhenNode = create_model("WhenNode", __base__=_WhenNode, **{"else": (Child, None)})  # type: ignore[call-overload]
+
+
+class ForEachNode(Node):
+    """A node, once for each element of a list."""
+
+    for_each: Annotated[dict[Variable, Elements], BeforeValidator(rules.one_name), _OBJECT_SCHEMA]
+    do: Child
+
+
+class CheckNode(Node):
+    """Success where a condition holds, else failure."""
+
+    check: Condition
+
+
+class SetNode(Node):
+    """New values for variables."""
+
+    set: Annotated[dict[Variable, Computed], Field(min_length=1)]
+
+
 class WaitNode(Node):
     """Nothing, for some seconds."""
 
@@ -125,7 +208,7 @@ class GoalNode(Node):
     """The modifiers of every action. Times are seconds of ROS time."""
 
     timeout: Limit = None
-    cancel_when: Condition = None
+    cancel_when: FeedbackCondition = None
     on_cancel: Literal["success", "failure"] = "failure"
     outputs: dict[ResultField, Variable] = {}
     server_timeout: FixedLimit = 5.0
@@ -193,6 +276,15 @@ KINDS: dict[str, type[Node]] = {
     "parallel": ParallelNode,
     "repeat": RepeatNode,
     "retry": RetryNode,
+    "choose": ChooseNode,
+    "timeout": TimeoutNode,
+    "invert": InvertNode,
+    "force": ForceNode,
+    "guard": GuardNode,
+    "when": WhenNode,
+    "for_each": ForEachNode,
+    "check": CheckNode,
+    "set": SetNode,
     "wait": WaitNode,
     "log": LogNode,
     "action": ActionNode,

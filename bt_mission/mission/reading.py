@@ -20,6 +20,9 @@ from bt_mission.mission.short_names import SHORT_NAMES
 from bt_mission.mission.steps import Key, Step
 
 NODE = "a node such as 'wait: 2.0'"
+TIMEOUT = "timeout"
+_LISTS = frozenset({"sequence", "fallback", "parallel", "choose"})
+_SINGLES = frozenset({"do", "else", "invert"})
 
 WrittenModel = TypeVar("WrittenModel", bound=models.Written)
 
@@ -64,12 +67,10 @@ class Reader:
         kind = self.kind(data, path)
         step = None if kind is None else self.step(kind, data, path)
         if len(self.faults) > before and isinstance(data, dict):
-            lost = data.get("outputs")
-            self.lost.update(
-                name
-                for name in (lost.values() if isinstance(lost, dict) else ())
-                if isinstance(name, str)
-            )
+            outputs, values = data.get("outputs"), data.get("set")
+            lost = [*outputs.values()] if isinstance(outputs, dict) else []
+            lost += values if isinstance(values, dict) else ()
+            self.lost.update(name for name in lost if isinstance(name, str))
         return step
 
     def step(self, kind: str, data: dict[str, Any], path: tuple[Key, ...]) -> Step | None:
@@ -82,7 +83,7 @@ class Reader:
                 self.fault((*path, key), message, did_you_mean(key, known), key=True)
         fields = {key: data[key] for key in data if key in model.model_fields}
         written = self.written(model, path, fields)
-        below = [self.node(part, place) for place, part in _children(data, path)]
+        below = [self.node(part, place) for place, part in _children(model, data, path)]
         kept = [step for step in below if step is not None]
         line, column = self.document.position(path)
         common: dict[str, Any] = {
@@ -92,8 +93,41 @@ class Reader:
             "path": path,
         }
         if written is not None and len(kept) == len(below):
-            return _step(kind, written, kept, common)
+            return self.built(kind, written, kept, common)
         return steps.Sequence(children=tuple(kept), **common) if kept else None
+
+    def built(self, kind: str, written: Any, kept: list[Step], common: dict[str, Any]) -> Step:
+        """Return a sound node as a step; note what only its parts together show."""
+        if kind == "parallel":
+            return self.parallel(written, kept, common)
+        if kind == "choose" and written.weights and len(written.weights) != len(kept):
+            message = f"expected {len(kept)} weights, one a child, got {len(written.weights)}"
+            self.fault((*common["path"], "weights"), message)
+        return _step(kind, written, kept, common)
+
+    def parallel(
+        self, written: models.ParallelNode, kept: list[Step], common: dict[str, Any]
+    ) -> Step:
+        """Return a parallel, the names of children in it replaced by their places."""
+        wanted: Any = written.succeed_when
+        if not isinstance(wanted, str):
+            names = [step.name for step in kept]
+            wanted = tuple(names.index(name) for name in wanted if name in names)
+            for index, name in enumerate(written.succeed_when):
+                if names.count(name) != 1:
+                    known = [known for known in names if known]
+                    what = "no child" if name not in names else "more than one child"
+                    message = f"{what} is called {quoted(name)} (children with names: "
+                    message += f"{listed(known) if known else 'none'})"
+                    place = (*common["path"], "succeed_when", index)
+                    self.fault(place, message, did_you_mean(name, known))
+        return steps.Parallel(
+            children=tuple(kept),
+            succeed_when=wanted,
+            fail_when=written.fail_when,
+            rest=written.rest,
+            **common,
+        )
 
     def kind(self, data: Any, path: tuple[Key, ...]) -> str | None:
         """Return the one kind that a node has; note what is wrong where it has not one."""
@@ -103,6 +137,10 @@ class Reader:
             self.fault(path, f"expected {NODE}, got {describe(data)}", hint)
             return None
         kinds: list[str] = [key for key in data if key in KINDS]
+        if len(kinds) > 1 and TIMEOUT in kinds:
+            kinds.remove(TIMEOUT)  # beside another kind it is that kind's modifier
+        if kinds == [TIMEOUT] and "do" not in data and data.keys() - _MODIFIERS - {TIMEOUT}:
+            kinds = []  # a modifier of a kind that is misspelt
         if len(kinds) == 1:
             return kinds[0]
         if kinds:
@@ -112,7 +150,8 @@ class Reader:
         elif not data:
             self.fault(path, f"expected {NODE}, got an empty mapping")
         else:
-            key = next((key for key in data if key not in _MODIFIERS), next(iter(data)))
+            strange = (key for key in data if key not in _MODIFIERS and key != TIMEOUT)
+            key = next(strange, next(iter(data)))
             message = f"no kind of node is called {quoted(key)} (kinds: {listed(KINDS)})"
             self.fault((*path, key), message, did_you_mean(key, KINDS), key=True)
         return None
@@ -132,14 +171,16 @@ def _without(data: Any, loc: tuple[Key, ...]) -> Any:
 _MODIFIERS = frozenset(name for model in KINDS.values() for name in model.model_fields) - {*KINDS}
 
 
-def _children(data: dict[str, Any], path: tuple[Key, ...]) -> Iterator[tuple[tuple[Key, ...], Any]]:
+def _children(
+    model: type[models.Node], data: dict[str, Any], path: tuple[Key, ...]
+) -> Iterator[tuple[tuple[Key, ...], Any]]:
     """Yield the nodes directly inside a node, each with its path."""
-    for key in ("sequence", "fallback", "parallel"):
-        if isinstance(data.get(key), list):
+    for key in model.model_fields:
+        if key in _LISTS and isinstance(data.get(key), list):
             for index, part in enumerate(data[key]):
                 yield (*path, key, index), part
-    if "do" in data and ("repeat" in data or "retry" in data):
-        yield (*path, "do"), data["do"]
+        elif key in _SINGLES and key in data:
+            yield (*path, key), data[key]
 
 
 def _step(kind: str, written: Any, below: list[Step], common: dict[str, Any]) -> Step:
@@ -158,8 +199,9 @@ def _retry(written: models.RetryNode, below: list[Step], common: dict[str, Any])
     return steps.Retry(child=below[0], attempts=settings.attempts, pause=settings.pause, **common)
 
 
-def _parallel(written: models.ParallelNode, below: list[Step], common: dict[str, Any]) -> Step:
-    return steps.Parallel(children=tuple(below), succeed_when=written.succeed_when, **common)
+def _for_each(written: models.ForEachNode, below: list[Step], common: dict[str, Any]) -> Step:
+    ((variable, elements),) = written.for_each.items()
+    return steps.ForEach(child=below[0], variable=variable, elements=elements, **common)
 
 
 def _action(
@@ -204,7 +246,25 @@ _BUILD: dict[str, Callable[[Any, list[Step], dict[str, Any]], Step]] = {
     "fallback": lambda written, below, common: steps.Fallback(
         children=tuple(below), memory=written.memory, **common
     ),
-    "parallel": _parallel,
+    "choose": lambda written, below, common: steps.Choose(
+        children=tuple(below), weights=tuple(written.weights), **common
+    ),
+    "timeout": lambda written, below, common: steps.Timeout(
+        child=below[0], seconds=written.timeout, **common
+    ),
+    "invert": lambda _written, below, common: steps.Invert(child=below[0], **common),
+    "force": lambda written, below, common: steps.Force(
+        child=below[0], status=written.force, **common
+    ),
+    "guard": lambda written, below, common: steps.Guard(
+        child=below[0], condition=written.guard, **common
+    ),
+    "when": lambda written, below, common: steps.When(
+        children=tuple(below), condition=written.when, **common
+    ),
+    "for_each": _for_each,
+    "check": lambda written, _below, common: steps.Check(condition=written.check, **common),
+    "set": lambda written, _below, common: steps.Set(values=written.set, **common),
     "repeat": _repeat,
     "retry": _retry,
     "wait": lambda written, _below, common: steps.Wait(seconds=written.wait, **common),

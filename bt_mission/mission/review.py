@@ -8,9 +8,10 @@ from typing import Any
 from bt_mission.common.faults import Fault
 from bt_mission.common.located import Document
 from bt_mission.mission.expressions import Expression, Text, Value
-from bt_mission.mission.scope import Variables, names_read, reference_faults, step_faults, walk
+from bt_mission.mission.scope import names_read, reference_faults, step_faults, walk
 from bt_mission.mission.short_names import SHORT_NAMES
 from bt_mission.mission.steps import Action, Key, Mission, Service, Step, WaitFor, Writer
+from bt_mission.mission.variables import Variables
 
 
 def scope_faults(
@@ -39,11 +40,6 @@ def _writer_faults(document: Document, step: Writer, variables: Variables) -> It
     if asked is not None:
         marked = [name for name in asked.references if name.variable]
         yield from reference_faults(document, path, marked, variables)
-    for result_field, variable in step.outputs.items():
-        if variable in variables.inputs:
-            path = (*step.path, "outputs", result_field)
-            message = f"'{variable}' is an input, and inputs never change; choose another name"
-            yield document.fault(path, message)
 
 
 def sent(document: Document, step: Step) -> tuple[Mapping[str, Value], tuple[Key, ...]]:

@@ -63,6 +63,7 @@ class NumberRule:
 TIMES = NumberRule("a whole number of at least 1", 1, whole=True)
 SECONDS = NumberRule("seconds, 0 or more", 0)
 LIMIT = NumberRule("seconds above 0", 0, itself=False)
+WEIGHT = NumberRule("a weight above 0", 0, itself=False)
 
 
 def refusal(
@@ -96,6 +97,35 @@ def condition(value: Any, example: str = "current_image >= 5") -> Expression:
 def until(value: Any) -> Expression:
     """Return the expression of a condition on a message; `data` alone is one, too."""
     return condition(value, "percentage < 20")
+
+
+def question(value: Any) -> Expression | bool:
+    """Return the expression of a condition on variables; true and false are conditions, too."""
+    return value if isinstance(value, bool) else condition(value, "$speed > 0.1")
+
+
+def computed(value: Any) -> Any:
+    """Return what a variable is set to: a constant, or the expression that a text holds."""
+    if isinstance(value, str):
+        return parsed(Expression, value)
+    return plain(value)
+
+
+def one_name(value: Any) -> Any:
+    """Return a mapping that has one name in it."""
+    if not isinstance(value, dict) or len(value) != 1:
+        what = "one variable and a list, such as 'place: [1, 2]'"
+        raise refusal(f"expected {what}, got {describe(value)}")
+    return value
+
+
+def elements(value: Any) -> Any:
+    """Return a list, whose texts are constants, or the expression that gives one."""
+    if isinstance(value, str):
+        return parsed(Expression, value)
+    if not isinstance(value, list):
+        raise refusal(f"expected a list, or an expression that gives one, got {describe(value)}")
+    return plain(value)
 
 
 def message(value: Any) -> Template:

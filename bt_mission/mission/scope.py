@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 
-from bt_mission.common.faults import Fault, describe, did_you_mean, listed, quoted
+from bt_mission.common.faults import Fault, describe, quoted
 from bt_mission.common.located import Document
 from bt_mission.mission.expressions import (
     Expression,
@@ -25,45 +25,30 @@ from bt_mission.mission.expressions import (
 from bt_mission.mission.rules import LIMIT, SECONDS, TIMES, NumberRule
 from bt_mission.mission.steps import (
     Action,
+    Check,
+    ForEach,
+    Guard,
     Key,
     Log,
     Repeat,
     Retry,
     Service,
+    Set,
     Step,
+    Timeout,
     Wait,
     WaitFor,
+    When,
     Writer,
 )
 from bt_mission.mission.values import type_of
+from bt_mission.mission.variables import Variables
 
 OutputType = Callable[[Writer, str], Type | None]
 """The type of a field that a step reads; None where it is not known."""
 
 FieldType = Callable[[str], Type | None]
 """The type of a field of a message by its dotted name; raises KeyError where there is none."""
-
-
-@dataclass
-class Variables:
-    """The names known at one step. It changes as the file is walked: use it at once."""
-
-    inputs: Mapping[str, Plain]
-    types: dict[str, Type | None]
-    lines: Mapping[str, int]
-
-    def unknown(self, name: Name) -> tuple[str, str | None] | None:
-        """Return what is wrong with a name that is not known here, and a hint, or None."""
-        if name.name in self.types:
-            return None
-        if name.name in self.lines:
-            return f"is only written later, in line {self.lines[name.name]}", None
-        why = f"is written by nothing (known here: {listed(self.types)})"
-        return why, did_you_mean(name.name, [*self.types, "true", "false"])
-
-    def fixes(self, names: frozenset[str]) -> bool:
-        """Return whether these names have the same values in every run of this mission."""
-        return names <= self.inputs.keys()
 
 
 def walk(
@@ -76,22 +61,48 @@ def walk(
 
     `lost` are names that are known everywhere, because their writer could not be read.
     """
-    steps = list(tree.walk())
     lines: dict[str, int] = {}
-    for step in steps:
-        if isinstance(step, Writer):
-            for variable in step.outputs.values():
-                lines.setdefault(variable, step.line)
+    for step in tree.walk():
+        for name in written_by(step):
+            lines.setdefault(name, step.line)
     known: dict[str, Type | None] = dict.fromkeys(sorted(lost))
     known |= {name: type_of(value) for name, value in inputs.items()}
-    variables = Variables(inputs, known, lines)
-    for step in steps:
-        yield step, variables
-        if isinstance(step, Writer):
-            for field, variable in step.outputs.items():
-                found = output_type(step, field)
-                same = known.get(variable, found) == found
-                known[variable] = found if same else None
+    yield from _walk(tree, Variables(inputs, known, lines), output_type)
+
+
+def _walk(
+    step: Step, variables: Variables, output_type: OutputType
+) -> Iterator[tuple[Step, Variables]]:
+    yield step, variables
+    types = variables.types
+    match step:
+        case Writer():
+            for field, name in step.outputs.items():
+                variables.note(name, output_type(step, field))
+        case Set():
+            for name, value in step.values.items():
+                variables.note(name, variables.type_of(value))
+        case ForEach():
+            shadowed = {step.variable: types[step.variable]} if step.variable in types else {}
+            types[step.variable] = variables.element_type(step.elements)
+            variables.loops[step.variable] = step.line
+            yield from _walk(step.child, variables, output_type)
+            del types[step.variable]
+            variables.left[step.variable] = variables.loops.pop(step.variable)
+            types.update(shadowed)
+            return
+    for below in step.steps:
+        yield from _walk(below, variables, output_type)
+
+
+def written_by(step: Step) -> tuple[str, ...]:
+    """Return the variables that a step writes for the steps behind it."""
+    match step:
+        case Writer():
+            return tuple(step.outputs.values())
+        case Set():
+            return tuple(step.values)
+    return ()
 
 
 def values_of(step: Step) -> Iterator[tuple[tuple[Key, ...], Value, NumberRule]]:
@@ -105,6 +116,8 @@ def values_of(step: Step) -> Iterator[tuple[tuple[Key, ...], Value, NumberRule]]
             yield (*path, "retry", "pause"), step.pause, SECONDS
         case Wait():
             yield (*path, "wait"), step.seconds, SECONDS
+        case Timeout():
+            yield (*path, "timeout"), step.seconds, LIMIT
         case Service() | WaitFor():
             if step.timeout is not None:
                 yield (*path, "timeout"), step.timeout, LIMIT
@@ -115,6 +128,22 @@ def values_of(step: Step) -> Iterator[tuple[tuple[Key, ...], Value, NumberRule]]
                 yield (*path, "silence_timeout"), step.silence_timeout, LIMIT
 
 
+def asked_of(step: Step) -> Iterator[tuple[tuple[Key, ...], Expression, Type | None]]:
+    """Yield what a step asks of variables: path in the document, expression, the type it needs.
+
+    Numbers with a rule, goals, requests, `set`, and conditions on messages are left out.
+    """
+    match step:
+        case Guard(condition=Expression() as condition):
+            yield (*step.path, "guard"), condition, "bool"
+        case When(condition=Expression() as condition):
+            yield (*step.path, "when"), condition, "bool"
+        case Check(condition=Expression() as condition):
+            yield (*step.path, "check"), condition, "bool"
+        case ForEach(elements=Expression() as elements):
+            yield (*step.path, "for_each", step.variable), elements, "list"
+
+
 def step_faults(document: Document, step: Step, variables: Variables) -> Iterator[Fault]:
     """Yield what is wrong with the names and types in a step, goals and conditions left out."""
     for path, value, rule in values_of(step):
@@ -123,6 +152,36 @@ def step_faults(document: Document, step: Step, variables: Variables) -> Iterato
     if isinstance(step, Log):
         path = (*step.path, "log")
         yield from template_faults(document, path, step.message, variables)
+    if isinstance(step, Set):
+        # Each value may read what the ones before it have set.
+        variables = replace(variables, types=dict(variables.types))
+        for name, value in step.values.items():
+            if isinstance(value, Expression):
+                path = (*step.path, "set", name)
+                yield from expression_faults(document, path, value, variables, None)
+            variables.note(name, variables.type_of(value))
+    for path, expression, wanted in asked_of(step):
+        yield from expression_faults(document, path, expression, variables, wanted)
+    yield from _naming_faults(document, step, variables)
+
+
+def _naming_faults(document: Document, step: Step, variables: Variables) -> Iterator[Fault]:
+    """Yield the variables that a step must not write."""
+    match step:
+        case Writer():
+            for result_field, name in step.outputs.items():
+                why = variables.fixed(name)
+                if why is not None:
+                    yield document.fault((*step.path, "outputs", result_field), why)
+        case Set():
+            for name in step.values:
+                why = variables.fixed(name)
+                if why is not None:
+                    yield document.fault((*step.path, "set", name), why, key=True)
+        case ForEach(variable=name):
+            if name in variables.types:
+                message = f"'{name}' is a variable already; choose another name"
+                yield document.fault((*step.path, "for_each", name), message, key=True)
 
 
 def number_faults(
@@ -231,6 +290,9 @@ def located(
 def names_read(step: Step) -> frozenset[str]:
     """Return every variable that a step may read."""
     read = [names_in(value) for _, value, _ in values_of(step)]
+    read += [value.names for _, value, _ in asked_of(step)]
+    if isinstance(step, Set):
+        read += [names_in(value) for value in step.values.values()]
     if isinstance(step, Log):
         read.append(step.message.names)
     if isinstance(step, Action):

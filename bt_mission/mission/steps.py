@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, TypeAlias
 
 from typing_extensions import override
 
@@ -16,6 +16,9 @@ from bt_mission.common.located import Document, Fault
 from bt_mission.mission.expressions import Expression, Plain, Template, Value
 
 Key = str | int
+
+Condition: TypeAlias = Expression | bool
+"""A condition on variables; a constant where it holds always or never."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,10 +76,24 @@ class Fallback(Composite):
 
 @dataclass(frozen=True, kw_only=True)
 class Parallel(Composite):
-    """All children at once; succeeds when all have, or when any has. Fails as soon as it must."""
+    """All children at once.
+
+    It succeeds when all children have, when any has, or when those of these indices have. It fails
+    when any has failed, or once it can no longer succeed. The `rest` is then halted, or finishes.
+    """
 
     kind: ClassVar[str] = "parallel"
-    succeed_when: Literal["all", "any"] = "all"
+    succeed_when: Literal["all", "any"] | tuple[int, ...] = "all"
+    fail_when: Literal["any", "impossible"] = "any"
+    rest: Literal["halt", "finish"] = "halt"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Choose(Composite):
+    """One child, drawn at each entry; `weights` are in proportion, none means all alike."""
+
+    kind: ClassVar[str] = "choose"
+    weights: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -106,6 +123,70 @@ class Retry(Decorator):
     kind: ClassVar[str] = "retry"
     attempts: Value
     pause: Value = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Timeout(Decorator):
+    """Runs its child, and halts it and fails after some seconds."""
+
+    kind: ClassVar[str] = "timeout"
+    seconds: Value
+
+
+@dataclass(frozen=True, kw_only=True)
+class Invert(Decorator):
+    """Takes its child's success for failure, and its failure for success."""
+
+    kind: ClassVar[str] = "invert"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Force(Decorator):
+    """Takes its child's end for success, or for failure."""
+
+    kind: ClassVar[str] = "force"
+    status: Literal["success", "failure"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Guard(Decorator):
+    """Runs its child while a condition holds, which is looked at before every tick."""
+
+    kind: ClassVar[str] = "guard"
+    condition: Condition
+
+
+@dataclass(frozen=True, kw_only=True)
+class When(Composite):
+    """Runs its first child if a condition holds at entry, else its second; succeeds without one."""
+
+    kind: ClassVar[str] = "when"
+    condition: Condition
+
+
+@dataclass(frozen=True, kw_only=True)
+class ForEach(Decorator):
+    """Runs its child once for each element of a list, with `variable` set to it."""
+
+    kind: ClassVar[str] = "for_each"
+    variable: str
+    elements: Value
+
+
+@dataclass(frozen=True, kw_only=True)
+class Check(Step):
+    """Succeeds where a condition holds, else fails."""
+
+    kind: ClassVar[str] = "check"
+    condition: Condition
+
+
+@dataclass(frozen=True, kw_only=True)
+class Set(Step):
+    """Gives variables new values, one after another."""
+
+    kind: ClassVar[str] = "set"
+    values: Mapping[str, Value]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -14,7 +14,7 @@ from bt_mission.common.errors import BtMissionError
 from bt_mission.goals.attempt import Attempt, Limits
 from bt_mission.goals.goal import Courier
 from bt_mission.goals.outcome import Ending, Outcome
-from bt_mission.tree.runtime import MissionFailure, Runtime, placed, read_field, scalars
+from bt_mission.tree.runtime import MissionFailure, Runtime, Scope, placed, read_field, scalars
 
 
 @dataclass(frozen=True)
@@ -55,6 +55,7 @@ class ActionLeaf(Behaviour):
     :param plan: called at each start.
     :param on_cancel: status when the condition cancels the goal.
     :param outputs: result field to variable.
+    :param scope: holds the variables that outputs go to.
     :param place: ``file:line:column`` of the step.
     """
 
@@ -66,6 +67,7 @@ class ActionLeaf(Behaviour):
         plan: Callable[[], Plan],
         on_cancel: Status,
         outputs: Mapping[str, str],
+        scope: Scope,
         place: str,
     ) -> None:
         super().__init__(name)
@@ -74,6 +76,7 @@ class ActionLeaf(Behaviour):
         self._plan = plan
         self._on_cancel = on_cancel
         self._outputs = outputs
+        self._scope = scope
         self._place = place
         self.attempt: Attempt | None = None
         self._target: tuple[str, float] | None = None
@@ -120,7 +123,7 @@ class ActionLeaf(Behaviour):
         self.feedback_message = _say(ending)
         if ending.result is not None:
             for field, variable in self._outputs.items():
-                self._runtime.scope.values[variable] = read_field(ending.result, field)
+                self._scope.values[variable] = read_field(ending.result, field)
         if ending.outcome is Outcome.SUCCEEDED:
             return Status.SUCCESS
         if ending.outcome is Outcome.CANCELED_BY_CONDITION:

@@ -9,9 +9,7 @@ import py_trees
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from bt_mission.tree.runtime import Runtime
-
-NS = 1_000_000_000
+from bt_mission.tree.runtime import NS, Runtime
 
 
 class Repeat(py_trees.decorators.Repeat):

@@ -8,9 +8,8 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from bt_mission.tree.runtime import Runtime
-
-NS = 1_000_000_000
+from bt_mission.tree.control import Question
+from bt_mission.tree.runtime import NS, Runtime
 
 
 class Wait(Behaviour):
@@ -53,4 +52,34 @@ class Log(Behaviour):
         """Say it."""
         self.feedback_message = self._text()
         self._runtime.log(self.feedback_message)
+        return Status.SUCCESS
+
+
+class Check(Behaviour):
+    """Succeeds where a condition holds, else fails."""
+
+    def __init__(self, name: str, question: Question) -> None:
+        super().__init__(name)
+        self._question = question
+
+    def update(self) -> Status:
+        """Ask once."""
+        verdict = self._question()
+        self.feedback_message = verdict.text
+        return Status.SUCCESS if verdict.holds else Status.FAILURE
+
+
+class Set(Behaviour):
+    """Gives variables new values, and succeeds.
+
+    :param assign: does it, and tells what was set.
+    """
+
+    def __init__(self, name: str, assign: Callable[[], str]) -> None:
+        super().__init__(name)
+        self._assign = assign
+
+    def update(self) -> Status:
+        """Do it."""
+        self.feedback_message = self._assign()
         return Status.SUCCESS

@@ -12,6 +12,9 @@ from bt_mission.common.errors import BtMissionError
 from bt_mission.goals.goal import Courier
 from bt_mission.goals.ledger import Ledger
 
+NS = 1_000_000_000
+"""Nanoseconds in a second."""
+
 
 class MissionFailure(BtMissionError):  # noqa: N818 - it is the mission that fails, not our code
     """A fault of the mission itself that shows only while it runs; it ends the mission."""

@@ -10,7 +10,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from bt_mission.common.errors import BtMissionError
-from bt_mission.tree.runtime import Caller, MissionFailure, Runtime, placed, read_field
+from bt_mission.tree.runtime import Caller, MissionFailure, Runtime, Scope, placed, read_field
 
 NS = 1_000_000_000
 
@@ -40,6 +40,7 @@ class ServiceLeaf(Behaviour):
     :param type_name: its type, such as ``std_srvs/srv/Trigger``.
     :param plan: called at each start.
     :param outputs: response field to variable.
+    :param scope: holds the variables that outputs go to.
     :param place: ``file:line:column`` of the step.
     """
 
@@ -50,6 +51,7 @@ class ServiceLeaf(Behaviour):
         type_name: str,
         plan: Callable[[], Call],
         outputs: Mapping[str, str],
+        scope: Scope,
         place: str,
     ) -> None:
         super().__init__(name)
@@ -57,6 +59,7 @@ class ServiceLeaf(Behaviour):
         self.type_name = type_name
         self._plan = plan
         self._outputs = outputs
+        self._scope = scope
         self._place = place
         self._call = Call({}, 0.0, 0.0)
         self._request: Any = None
@@ -112,7 +115,7 @@ class ServiceLeaf(Behaviour):
 
     def _read(self, response: Any) -> Status:
         for field, variable in self._outputs.items():
-            self._runtime.scope.values[variable] = read_field(response, field)
+            self._scope.values[variable] = read_field(response, field)
         message = getattr(response, "message", "")
         said = message if isinstance(message, str) else ""
         if getattr(response, "success", True) is False:

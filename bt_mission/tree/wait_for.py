@@ -9,7 +9,7 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from bt_mission.tree.runtime import MissionFailure, Reader, Runtime, placed, read_field
+from bt_mission.tree.runtime import MissionFailure, Reader, Runtime, Scope, placed, read_field
 
 NS = 1_000_000_000
 
@@ -39,6 +39,7 @@ class WaitFor(Behaviour):
     :param plan: called at each start.
     :param outputs: field of the message that met the condition, to variable.
     :param text: the condition as it is written.
+    :param scope: holds the variables that outputs go to.
     :param place: ``file:line:column`` of the step.
     """
 
@@ -50,6 +51,7 @@ class WaitFor(Behaviour):
         plan: Callable[[], Watch],
         outputs: Mapping[str, str],
         text: str,
+        scope: Scope,
         place: str,
     ) -> None:
         super().__init__(name)
@@ -58,6 +60,7 @@ class WaitFor(Behaviour):
         self._plan = plan
         self._outputs = outputs
         self._text = text
+        self._scope = scope
         self._place = place
         self._watch: Watch | None = None
         self._since_ns = 0
@@ -89,7 +92,7 @@ class WaitFor(Behaviour):
         if self._met is not None:
             self.feedback_message, message = self._met
             for field, variable in self._outputs.items():
-                self._runtime.scope.values[variable] = read_field(message, field)
+                self._scope.values[variable] = read_field(message, field)
             return Status.SUCCESS
         limit_s = self._watch.timeout_s
         if limit_s is not None and self._runtime.now_ns - self._since_ns >= limit_s * NS:

@@ -1,0 +1,210 @@
+"""What a mission writes as expressions, computed when a step is entered."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
+
+from bt_mission.mission import steps
+from bt_mission.mission.expressions import Expression, ExpressionError, Value, resolve
+from bt_mission.mission.nodes import Comparison, Constant, Name
+from bt_mission.mission.nodes import Scope as Evaluation
+from bt_mission.mission.rules import LIMIT, SECONDS, TIMES, NumberRule
+from bt_mission.mission.values import show
+from bt_mission.tree.control import Question, Verdict
+from bt_mission.tree.runtime import MissionFailure, Scope, read_field
+
+
+class Evaluator:
+    """Computes the values of one step.
+
+    :param path: of its node in the tree; what is random in it follows from that and the seed.
+    :param file: that it stands in, for messages.
+    :param scope: the variables that it reads and writes.
+    """
+
+    def __init__(self, step: steps.Step, path: str, file: str, scope: Scope) -> None:
+        self._step = step
+        self._path = path
+        self._scope = scope
+        self.place = f"{file}:{step.line}:{step.column}"
+
+    def failure(self, message: str) -> MissionFailure:
+        """The end of the mission at this step."""
+        return MissionFailure(f"{self.place}: '{name_of(self._step)}' cannot start: {message}")
+
+    def resolve(self, value: Any) -> Any:
+        """A value with everything in it computed. Raises MissionFailure."""
+        try:
+            return resolve(value, self._scope.values, self._scope.random(self._path))
+        except ExpressionError as error:
+            raise self.failure(str(error)) from error
+
+    # ---- numbers -------------------------------------------------------------------------
+
+    def number(self, value: Value, rule: NumberRule) -> float:
+        """A number that keeps to a rule. Raises MissionFailure."""
+        number = self.resolve(value)
+        if not rule.allows(number):
+            raise self.failure(f"expected {rule.words}, got {show(number)}")
+        return float(number)
+
+    def limit(self, value: Value | None) -> float | None:
+        """Seconds above 0, or None for no limit."""
+        return None if value is None else self.number(value, LIMIT)
+
+    def seconds(self, value: Value) -> Callable[[], float]:
+        """What reads seconds at entry."""
+        return lambda: self.number(value, SECONDS)
+
+    def times(self, value: Value) -> Callable[[], int]:
+        """What reads a whole number of times at entry."""
+        return lambda: int(self.number(value, TIMES))
+
+    # ---- variables -----------------------------------------------------------------------
+
+    def assign(self, values: Mapping[str, Value]) -> str:
+        """Give variables new values, one after another; tells which."""
+        for name, value in values.items():
+            self._scope.values[name] = self.resolve(value)
+        return ", ".join(f"{name} = {_brief(self._scope.values[name])}" for name in values)
+
+    def elements(self, value: Value) -> Sequence[Any]:
+        """A list to go through."""
+        found = self.resolve(value)
+        if not isinstance(found, list):
+            raise self.failure(f"expected a list, got {show(found)}")
+        return found
+
+    def loop(self, variable: str) -> tuple[Callable[[Any], None], Callable[[], None]]:
+        """What sets the variable of a loop, and what takes it away."""
+        values = self._scope.values
+        return lambda element: values.update({variable: element}), lambda: values.pop(
+            variable, None
+        )
+
+    # ---- decisions -----------------------------------------------------------------------
+
+    def question(self, condition: steps.Condition) -> Question:
+        """A condition on variables. Asking raises MissionFailure where it cannot be answered."""
+        if isinstance(condition, bool):
+            constant = Verdict(condition, "always" if condition else "never")
+            return lambda: constant
+        random, variables = self._scope.random(self._path), self._scope.values
+        names = dict.fromkeys(name.name for name in condition.references)
+
+        def ask() -> Verdict:
+            try:
+                answer = condition.evaluate(variables, random)
+            except ExpressionError as error:
+                raise self.failure(str(error)) from error
+            if not isinstance(answer, bool):
+                raise self.failure(f"'{condition.text}' gave {show(answer)}, not true or false")
+            values = ", ".join(
+                f"{name} = {_brief(variables[name])}" for name in names if name in variables
+            )
+            holds = "holds" if answer else "does not hold"
+            return Verdict(answer, f"{condition.text} {holds}" + (f" ({values})" if values else ""))
+
+        return ask
+
+    def fork(self, condition: steps.Condition) -> Callable[[], tuple[int, str]]:
+        """What picks the first child where a condition holds, else the second."""
+        ask = self.question(condition)
+
+        def pick() -> tuple[int, str]:
+            verdict = ask()
+            return 0 if verdict.holds else 1, verdict.text
+
+        return pick
+
+    def lot(self, count: int, weights: Sequence[float]) -> Callable[[], tuple[int, str]]:
+        """What draws one of so many children."""
+
+        def draw() -> tuple[int, str]:
+            random = self._scope.random(self._path)
+            (index,) = random.choices(range(count), weights=weights or None)
+            return index, f"drew {index + 1} of {count}"
+
+        return draw
+
+    # ---- conditions on messages ----------------------------------------------------------
+
+    def condition(self, key: str, expression: Expression) -> Callable[[Any], str | None]:
+        """What says whether a message meets a condition, with the values that it names."""
+        random = self._scope.random(f"{self._path}/{key}")
+
+        def met(message: Any) -> str | None:
+            fields = MessageFields(message)
+            try:
+                if not expression.evaluate(self._scope.values, random, fields):
+                    return None
+            except ExpressionError as error:
+                name = name_of(self._step)
+                raise MissionFailure(f"{self.place}: '{name}' {key}: {error}") from error
+            values = values_read(expression, fields)
+            return f"{expression.text}" + (f" ({values})" if values else "")
+
+        return met
+
+    def target(self, condition: Expression | None) -> tuple[str, float] | None:
+        """The field and the bound of a condition such as ``current_image >= 5``."""
+        match condition and condition.root:
+            case Comparison(first=Name(variable=False) as name, rest=((sign, _, bound),)) if (
+                sign in (">", ">=") and name.name not in self._scope.values
+            ):
+                random = self._scope.random(f"{self._path}/target")
+                nodes = Evaluation(self._scope.values, {}, random)
+                limit = bound.evaluate(nodes) if isinstance(bound, Constant | Name) else None
+                if isinstance(limit, int | float):
+                    return name.name, float(limit)
+        return None
+
+
+class MessageFields(Mapping[str, Any]):
+    """The fields of a message by dotted name."""
+
+    def __init__(self, message: Any) -> None:
+        self._message = message
+
+    def __getitem__(self, dotted: str) -> Any:
+        try:
+            return read_field(self._message, dotted)
+        except AttributeError:
+            raise KeyError(dotted) from None
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._message.get_fields_and_field_types())
+
+    def __len__(self) -> int:
+        return len(self._message.get_fields_and_field_types())
+
+
+def name_of(step: steps.Step) -> str:
+    """What a step is called in the tree."""
+    if step.name:
+        return step.name
+    match step:
+        case steps.Action(action=name) | steps.Service(service=name):
+            return name.strip("/")
+        case steps.WaitFor(topic=topic):
+            return f"wait for {topic.strip('/')}"
+        case steps.Check(condition=Expression(text=text)):
+            return f"check {text}"
+        case steps.Set(values=values):
+            return f"set {', '.join(values)}"
+    return step.kind
+
+
+def values_read(condition: Expression, fields: Mapping[str, Any]) -> str:
+    """What a condition reads of a message, for people."""
+    names = dict.fromkeys(name.name for name in condition.references if not name.variable)
+    found = {name: fields[name] for name in names if name in fields}
+    return ", ".join(
+        f"{name} of {len(value)}" if isinstance(value, list) else f"{name} = {show(value)}"
+        for name, value in found.items()
+    )
+
+
+def _brief(value: Any) -> str:
+    return f"a list of {len(value)}" if isinstance(value, list) else show(value)
