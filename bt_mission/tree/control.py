@@ -17,7 +17,7 @@ from bt_mission.tree.runtime import NS, Runtime
 
 @dataclass(frozen=True)
 class Verdict:
-    """What a condition said: whether it holds, and its text with the values it read."""
+    """What a condition said: whether it holds, and in words, with the values it read."""
 
     holds: bool
     text: str

@@ -88,7 +88,7 @@ class Evaluator:
     def question(self, condition: steps.Condition) -> Question:
         """A condition on variables. Asking raises MissionFailure where it cannot be answered."""
         if isinstance(condition, bool):
-            constant = Verdict(condition, "always" if condition else "never")
+            constant = Verdict(condition, "always holds" if condition else "never holds")
             return lambda: constant
         random, variables = self._scope.random(self._path), self._scope.values
         names = dict.fromkeys(name.name for name in condition.references)
@@ -104,7 +104,7 @@ class Evaluator:
                 f"{name} = {_brief(variables[name])}" for name in names if name in variables
             )
             holds = "holds" if answer else "does not hold"
-            return Verdict(answer, f"{condition.text} {holds}" + (f" ({values})" if values else ""))
+            return Verdict(answer, holds + (f" ({values})" if values else ""))
 
         return ask
 
@@ -189,8 +189,12 @@ def name_of(step: steps.Step) -> str:
             return name.strip("/")
         case steps.WaitFor(topic=topic):
             return f"wait for {topic.strip('/')}"
-        case steps.Check(condition=Expression(text=text)):
-            return f"check {text}"
+        case (
+            steps.Check(condition=Expression(text=text))
+            | steps.Guard(condition=Expression(text=text))
+            | steps.When(condition=Expression(text=text))
+        ):
+            return f"{step.kind} {text}"
         case steps.Set(values=values):
             return f"set {', '.join(values)}"
     return step.kind
