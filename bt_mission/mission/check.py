@@ -13,6 +13,7 @@ from itertools import islice
 from pathlib import Path
 
 from bt_mission.common import data
+from bt_mission.common.errors import BtMissionError
 from bt_mission.common.faults import (
     MOST_FAULTS,
     Fault,
@@ -23,6 +24,7 @@ from bt_mission.common.faults import (
     quoted,
 )
 from bt_mission.common.located import Document, read
+from bt_mission.common.robot import load_robot
 from bt_mission.mission.check_types import type_faults
 from bt_mission.mission.expressions import Plain
 from bt_mission.mission.load import draft
@@ -30,6 +32,7 @@ from bt_mission.mission.review import warnings
 from bt_mission.mission.short_names import SHORT_NAMES
 from bt_mission.mission.steps import Action, Mission, Parallel, Step
 
+NEEDS_A_CAMERA = frozenset(short.type for short in SHORT_NAMES.values() if short.needs_camera)
 MOVES_THE_BASE = frozenset(short.type for short in SHORT_NAMES.values() if short.moves_base)
 
 
@@ -70,6 +73,7 @@ def examine(
 
 def _faults(document: Document, mission: Mission, lost: frozenset[str]) -> list[Fault]:
     faults = [*_place_faults(document, mission), *_base_faults(document, mission)]
+    faults += _camera_faults(document, mission)
     try:
         from bt_mission import ros_types  # noqa: PLC0415 - the rest works without ROS
     except ImportError as error:
@@ -111,6 +115,19 @@ def _base_faults(document: Document, mission: Mission) -> Iterator[Fault]:
         if len(movers) > 1:
             message = "two branches of a parallel move the base; the later goal ends the earlier"
             yield document.fault(movers[1].path, message, severity="warning")
+
+
+def _camera_faults(document: Document, mission: Mission) -> Iterator[Fault]:
+    """Yield a fault for every goal that takes pictures with a robot that has no camera."""
+    try:
+        robot = load_robot(mission.robot, near=mission.file)
+    except BtMissionError:
+        return  # said elsewhere, or when it is used
+    for step in mission.tree.walk():
+        if robot.camera is None and isinstance(step, Action) and step.type in NEEDS_A_CAMERA:
+            yield document.fault(
+                step.path, f"{step.action} needs a camera; a {robot.name} has none"
+            )
 
 
 def _moves(step: Step) -> bool:

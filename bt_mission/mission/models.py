@@ -10,6 +10,7 @@ from __future__ import annotations
 from typing import Annotated, Any, Literal
 
 from pydantic import (
+    AfterValidator,
     BaseModel,
     BeforeValidator,
     ConfigDict,
@@ -50,7 +51,7 @@ ResultField = Annotated[str, PlainValidator(rules.result_field), _TEXT_SCHEMA]
 InputValue = Annotated[Any, PlainValidator(rules.plain), WithJsonSchema({})]
 GoalPart = Annotated[Any, PlainValidator(rules.goal_part), WithJsonSchema({})]
 Goal = dict[str, GoalPart]
-Line = Annotated[str, Field(min_length=1, max_length=200)]
+Line = Annotated[str, Field(min_length=1, max_length=200), AfterValidator(rules.printable)]
 
 
 class Written(BaseModel):

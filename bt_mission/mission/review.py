@@ -8,9 +8,20 @@ from typing import Any
 from bt_mission.common.faults import Fault
 from bt_mission.common.located import Document
 from bt_mission.mission.expressions import Expression, Text, Value
+from bt_mission.mission.flow import restarted, unreached
 from bt_mission.mission.scope import names_read, reference_faults, step_faults, walk
 from bt_mission.mission.short_names import SHORT_NAMES
-from bt_mission.mission.steps import Action, Key, Mission, Service, Step, WaitFor, Writer
+from bt_mission.mission.steps import (
+    Action,
+    ForEach,
+    Key,
+    Mission,
+    Service,
+    Set,
+    Step,
+    WaitFor,
+    Writer,
+)
 from bt_mission.mission.variables import Variables
 
 
@@ -90,18 +101,37 @@ def warnings(document: Document, mission: Mission) -> Iterator[Fault]:
         if name not in read:
             message = f"the input '{name}' is never read"
             yield document.fault(("inputs", name), message, key=True, severity="warning")
+    yield from unreached(document, mission.tree)
+    yield from restarted(document, mission.tree)
     for step in mission.tree.walk():
-        if not isinstance(step, Writer):
-            continue
-        hint = "add 'timeout: SECONDS'"
-        if isinstance(step, Action) and step.timeout is None:
-            message = f"{step.action} has no timeout: it may take for ever"
-            yield document.fault(step.path, message, hint, severity="warning")
-        if isinstance(step, WaitFor) and step.timeout is None:
-            message = f"the wait for {step.topic} has no timeout: it may take for ever"
-            yield document.fault(step.path, message, hint, severity="warning")
-        for result_field, variable in step.outputs.items():
-            if variable not in read:
-                message = f"the output '{variable}' is never read"
-                path = (*step.path, "outputs", result_field)
+        yield from _unlimited(document, step)
+        for path, what, name in _written(step):
+            if name not in read:
+                message = f"the {what} '{name}' is never read"
                 yield document.fault(path, message, severity="warning")
+
+
+def _written(step: Step) -> Iterator[tuple[tuple[Key, ...], str, str]]:
+    """Yield where a step writes something, what, and its name."""
+    match step:
+        case Set():
+            for name in step.values:
+                yield (*step.path, "set", name), "variable", name
+        case ForEach(variable=name):
+            yield (*step.path, "for_each", name), "variable", name
+        case Writer():
+            for result_field, name in step.outputs.items():
+                yield (*step.path, "outputs", result_field), "output", name
+
+
+def _unlimited(document: Document, step: Step) -> Iterator[Fault]:
+    """Yield a warning for what may take for ever."""
+    match step:
+        case Action(timeout=None):
+            what = step.action
+        case WaitFor(timeout=None):
+            what = f"the wait for {step.topic}"
+        case _:
+            return
+    message = f"{what} has no timeout: it may take for ever"
+    yield document.fault(step.path, message, "add 'timeout: SECONDS'", severity="warning")

@@ -156,6 +156,15 @@ def result_field(name: str) -> str:
     return name
 
 
+def printable(line: str) -> str:
+    """Return a line that can be shown: no control characters, which would reach a terminal."""
+    for index, character in enumerate(line):
+        if not character.isprintable():
+            message = f"expected characters that can be shown, got {character!a}"
+            raise refusal(message, offset=index)
+    return line
+
+
 def variable(name: Any) -> str:
     """Return the name of a variable."""
     if not isinstance(name, str) or not VARIABLE.fullmatch(name):

@@ -15,6 +15,7 @@ class ShortName:
     action: str
     type: str
     moves_base: bool = True
+    needs_camera: bool = False
 
 
 SHORT_NAMES = {
@@ -24,12 +25,20 @@ SHORT_NAMES = {
     ),
     "move": ShortName("move", "bt_mission_interfaces/action/Move"),
     "turn": ShortName("turn", "bt_mission_interfaces/action/Turn"),
-    "camera_sweep": ShortName("camera_sweep", "bt_mission_interfaces/action/CameraSweep"),
+    "camera_sweep": ShortName(
+        "camera_sweep", "bt_mission_interfaces/action/CameraSweep", needs_camera=True
+    ),
     "take_pictures": ShortName(
-        "take_pictures", "bt_mission_interfaces/action/TakePictures", moves_base=False
+        "take_pictures",
+        "bt_mission_interfaces/action/TakePictures",
+        moves_base=False,
+        needs_camera=True,
     ),
     "find_colour": ShortName(
-        "find_colour", "bt_mission_interfaces/action/FindColour", moves_base=False
+        "find_colour",
+        "bt_mission_interfaces/action/FindColour",
+        moves_base=False,
+        needs_camera=True,
     ),
     "record_distance": ShortName(
         "record_distance", "bt_mission_interfaces/action/RecordDistance", moves_base=False
