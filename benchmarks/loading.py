@@ -1,0 +1,123 @@
+"""How long it takes to load and check a mission, against its size: medians, and memory a node.
+
+Run it as: python benchmarks/loading.py [--rounds N]
+"""
+
+from __future__ import annotations
+
+import argparse
+import gc
+import statistics
+import tracemalloc
+from itertools import cycle
+
+from bt_mission.mission import load_text
+from bt_mission.mission.check import check
+from bt_mission.pacing import Stopwatch
+
+SIZES = (1000, 3000, 10_000)
+
+HEAD = "mission: big\ninputs: {speed: 0.2, legs: 3}\ntree:\n  sequence:\n"
+
+PARTS = (
+    (
+        4,
+        """\
+    - sequence:
+        - turn: {{angle: "-sign(speed) * uniform(60, 120)"}}
+          timeout: 30
+          outputs: {{angle_turned: turned_{0}}}
+        - log: turned $turned_{0} deg
+        - wait: uniform(1, 3)
+""",
+    ),
+    (
+        2,
+        """\
+    - repeat: {{count: $legs}}
+      do:
+        explore_forward: {{fwd_velocity: $speed, stopping_distance: 0.5}}
+        timeout: 30
+        cancel_when: current_distance_travelled > 2.0
+        on_cancel: success
+""",
+    ),
+    (
+        4,
+        """\
+    - fallback:
+        - check: speed > 0.1 and legs < 5
+        - navigate_to_pose: {{pose: [1.5, 0.5, 90]}}
+          timeout: 90
+        - wait: 1
+""",
+    ),
+    (
+        3,
+        """\
+    - parallel:
+        - camera_sweep: {{sweep_angle: 180, image_count: 8}}
+          timeout: 60
+        - wait: 2.0
+      succeed_when: any
+""",
+    ),
+    (3, "    - set: {{far_{0}: speed * 2}}\n    - when: far_{0} > 0.3\n      do: {{wait: 1}}\n"),
+)
+"""Pieces of a mission with the number of their nodes; `{0}` is another number in each."""
+
+
+def mission_of(nodes: int) -> str:
+    """A mission of about so many nodes, of mixed kinds."""
+    text, count = [HEAD], 1
+    for index, (size, part) in enumerate(cycle(PARTS)):
+        if count >= nodes:
+            return "".join(text)
+        text.append(part.format(index))
+        count += size
+    raise AssertionError
+
+
+def main() -> None:
+    """Measure and print a table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--rounds", type=int, default=7)
+    options = parser.parse_args()
+    check(load_text(mission_of(10)))  # the ROS types are imported once
+    print("| nodes | bytes | load | check | both, us a node | memory, KiB a node |")
+    print("|---|---|---|---|---|---|")
+    for size in SIZES:
+        text = mission_of(size)
+        loads, checks = [], []
+        for _ in range(options.rounds):
+            gc.collect()
+            watch = Stopwatch()
+            mission = load_text(text)
+            loads.append(watch.elapsed_s)
+            assert check(mission) == ()
+            checks.append(watch.elapsed_s - loads[-1])
+        nodes = sum(1 for _ in mission.tree.walk())
+        both = [load + looked for load, looked in zip(loads, checks, strict=True)]
+        print(
+            f"| {nodes} | {len(text)} | {_ms(loads)} | {_ms(checks)} "
+            f"| {1e6 * statistics.median(both) / nodes:.0f} | {_memory(text, nodes):.1f} |"
+        )
+
+
+def _ms(seconds: list[float]) -> str:
+    median, least, most = statistics.median(seconds), min(seconds), max(seconds)
+    return f"{1000 * median:.0f} ms ({1000 * least:.0f} to {1000 * most:.0f})"
+
+
+def _memory(text: str, nodes: int) -> float:
+    gc.collect()
+    tracemalloc.start()
+    mission = load_text(text)
+    kept, _ = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    del mission
+    return kept / nodes / 1024
+
+
+if __name__ == "__main__":
+    main()
