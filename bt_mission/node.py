@@ -18,6 +18,7 @@ from bt_mission.goals.goal import Goal
 from bt_mission.goals.ledger import Ledger
 from bt_mission.service_caller import ServiceCaller
 from bt_mission.topic_reader import TopicReader
+from bt_mission.topic_writer import TopicWriter
 from bt_mission.trace import Trace
 from bt_mission.tree.build import build_tree
 from bt_mission.tree.runtime import Scope
@@ -84,6 +85,7 @@ class MissionNode(Node):
         self._couriers: dict[tuple[str, str], ActionCourier] = {}
         self._callers: dict[tuple[str, str], ServiceCaller] = {}
         self._readers: dict[tuple[str, str], TopicReader] = {}
+        self._writers: dict[tuple[str, str], TopicWriter] = {}
         self.scope = Scope(dict(mission.inputs), mission.seed)
         self.trace = trace or Trace()
         self.ledger = Ledger(goal_seed or mission.seed, CANCEL_GRACE_NS, self._on_goal)
@@ -115,6 +117,13 @@ class MissionNode(Node):
         if key not in self._readers:
             self._readers[key] = TopicReader(self, topic, type_name)
         return self._readers[key]
+
+    def speech(self, topic: str, type_name: str) -> TopicWriter:
+        """The publisher of a topic; one for each name and type."""
+        key = (self.resolve_topic_name(topic), type_name)
+        if key not in self._writers:
+            self._writers[key] = TopicWriter(self, topic, type_name)
+        return self._writers[key]
 
     def log(self, text: str) -> None:
         """Say a line of the mission's to the people who watch, and to the trace."""

@@ -39,6 +39,7 @@ ROS_MODULES = (
     "bt_mission/service_caller.py",
     "bt_mission/stage.py",
     "bt_mission/topic_reader.py",
+    "bt_mission/topic_writer.py",
     "sim/live.py",
     "sim/node.py",
     "sim/pictures.py",

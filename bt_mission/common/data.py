@@ -40,11 +40,11 @@ def look_for(kind: Kind, name_or_path: str | Path, near: str | Path | None = Non
     is_path = wanted.suffix in SUFFIXES or len(wanted.parts) > 1
     if is_path:
         candidates = [wanted, *(folder / wanted for folder in beside[:1])]
-        candidates += [folder / wanted for folder in _folders(kind)]
+        candidates += [folder / wanted for folder in folders(kind)]
     else:
         candidates = [
             folder / f"{wanted}{suffix}"
-            for folder in [*beside, *_folders(kind)]
+            for folder in [*beside, *folders(kind)]
             for suffix in SUFFIXES
         ]
     return next((path for path in candidates if _is_file(path)), None)
@@ -55,7 +55,7 @@ def names(kind: Kind) -> list[str]:
     return sorted(
         {
             path.stem
-            for folder in _folders(kind)
+            for folder in folders(kind)
             if folder.is_dir()
             for path in folder.iterdir()
             if path.suffix in SUFFIXES
@@ -63,7 +63,8 @@ def names(kind: Kind) -> list[str]:
     )
 
 
-def _folders(kind: Kind) -> list[Path]:
+def folders(kind: Kind) -> list[Path]:
+    """Return where files of a kind lie: in the working folder, the sources, the environment."""
     return [Path(kind), _SOURCE / kind, Path(sys.prefix) / "share" / "bt_mission" / kind]
 
 

@@ -68,8 +68,10 @@ class InputError(BtMissionError):
 
 
 def in_order(faults: Iterable[Fault]) -> tuple[Fault, ...]:
-    """Return faults in the order of the file, each once."""
-    return tuple(sorted(dict.fromkeys(faults), key=lambda fault: (fault.line, fault.column)))
+    """Return faults in the order of their file, each once; one file after another."""
+    found = dict.fromkeys(faults)
+    files = list(dict.fromkeys(fault.file for fault in found))
+    return tuple(sorted(found, key=lambda one: (files.index(one.file), one.line, one.column)))
 
 
 def did_you_mean(name: str, valid: Iterable[str]) -> str | None:

@@ -2,7 +2,8 @@
 
 from bt_mission.mission.expressions import Expression, ExpressionError, Template, resolve
 from bt_mission.mission.load import load, load_text
-from bt_mission.mission.steps import Mission, Step
+from bt_mission.mission.loaded import Mission
+from bt_mission.mission.steps import Step
 
 __all__ = [
     "Expression",

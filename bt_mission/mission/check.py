@@ -25,12 +25,14 @@ from bt_mission.common.faults import (
 )
 from bt_mission.common.located import Document, read
 from bt_mission.common.robot import load_robot
+from bt_mission.mission.check_python import python_faults
 from bt_mission.mission.check_types import type_faults
 from bt_mission.mission.expressions import Plain
 from bt_mission.mission.load import draft
+from bt_mission.mission.loaded import Mission
 from bt_mission.mission.review import warnings
 from bt_mission.mission.short_names import SHORT_NAMES
-from bt_mission.mission.steps import Action, Mission, Parallel, Step
+from bt_mission.mission.steps import Action, Parallel, Step, Subtree
 
 NEEDS_A_CAMERA = frozenset(short.type for short in SHORT_NAMES.values() if short.needs_camera)
 MOVES_THE_BASE = frozenset(short.type for short in SHORT_NAMES.values() if short.moves_base)
@@ -41,9 +43,7 @@ def check(mission: Mission) -> tuple[Fault, ...]:
 
     The warnings that loading gave (`mission.warnings`) are not repeated.
     """
-    document = mission.document
-    assert document is not None, "a mission to check comes from a file or a text"
-    return in_order(_faults(document, mission, frozenset()))
+    return in_order(_faults(mission))
 
 
 def examine(
@@ -64,16 +64,18 @@ def examine(
         return None, error.faults
     if found.mission is None:
         return None, found.faults
-    faults = [*found.faults, *_faults(found.document, found.mission, found.lost)]
+    faults = [*found.faults, *_faults(found.mission)]
     if any(fault.severity == "error" for fault in faults):
         return None, in_order(faults)
-    noted = tuple(warnings(found.document, found.mission))
+    noted = tuple(warnings(found.mission))
     return replace(found.mission, warnings=noted), in_order([*noted, *faults])
 
 
-def _faults(document: Document, mission: Mission, lost: frozenset[str]) -> list[Fault]:
-    faults = [*_place_faults(document, mission), *_base_faults(document, mission)]
-    faults += _camera_faults(document, mission)
+def _faults(mission: Mission) -> list[Fault]:
+    document = mission.document
+    assert document is not None, "a mission to check comes from a file or a text"
+    faults = [*_place_faults(document, mission), *_base_faults(mission), *_camera_faults(mission)]
+    faults += islice(python_faults(mission), MOST_FAULTS)
     try:
         from bt_mission import ros_types  # noqa: PLC0415 - the rest works without ROS
     except ImportError as error:
@@ -81,7 +83,7 @@ def _faults(document: Document, mission: Mission, lost: frozenset[str]) -> list[
         hint = "try 'bt-mission doctor'"
         faults.append(Fault(message, mission.file, hint=hint, severity="warning"))
     else:
-        found = type_faults(document, mission, ros_types.shapes, lost)
+        found = type_faults(mission, ros_types.shapes)
         faults += islice(found, MOST_FAULTS)
     return faults
 
@@ -106,29 +108,42 @@ def _place_faults(document: Document, mission: Mission) -> Iterator[Fault]:
         )
 
 
-def _base_faults(document: Document, mission: Mission) -> Iterator[Fault]:
+def _base_faults(mission: Mission) -> Iterator[Fault]:
     """Yield a warning for every parallel of which two children move the base."""
-    for step in mission.tree.walk():
-        if not isinstance(step, Parallel):
-            continue
-        movers = [child for child in step.children if any(_moves(part) for part in child.walk())]
-        if len(movers) > 1:
-            message = "two branches of a parallel move the base; the later goal ends the earlier"
-            yield document.fault(movers[1].path, message, severity="warning")
+    for tree in mission.all_trees:
+        for step in tree.body.walk():
+            if not isinstance(step, Parallel):
+                continue
+            movers = [child for child in step.children if _moves(child, mission)]
+            if len(movers) > 1:
+                what = "two branches of a parallel move the base"
+                message = f"{what}; the later goal ends the earlier"
+                yield tree.document.fault(movers[1].path, message, severity="warning")
 
 
-def _camera_faults(document: Document, mission: Mission) -> Iterator[Fault]:
+def _camera_faults(mission: Mission) -> Iterator[Fault]:
     """Yield a fault for every goal that takes pictures with a robot that has no camera."""
     try:
         robot = load_robot(mission.robot, near=mission.file)
     except BtMissionError:
         return  # said elsewhere, or when it is used
-    for step in mission.tree.walk():
-        if robot.camera is None and isinstance(step, Action) and step.type in NEEDS_A_CAMERA:
-            yield document.fault(
-                step.path, f"{step.action} needs a camera; a {robot.name} has none"
-            )
+    if robot.camera is not None:
+        return
+    for tree in mission.all_trees:
+        for step in tree.body.walk():
+            if isinstance(step, Action) and step.type in NEEDS_A_CAMERA:
+                message = f"{step.action} needs a camera; a {robot.name} has none"
+                yield tree.document.fault(step.path, message)
 
 
-def _moves(step: Step) -> bool:
-    return isinstance(step, Action) and step.type in MOVES_THE_BASE
+def _moves(step: Step, mission: Mission) -> bool:
+    """Return whether anything below a step moves the base, also in the trees that it uses."""
+    waiting, seen = [step], set[str]()
+    while waiting:
+        for part in waiting.pop().walk():
+            if isinstance(part, Action) and part.type in MOVES_THE_BASE:
+                return True
+            if isinstance(part, Subtree) and part.tree not in seen and part.tree in mission.trees:
+                seen.add(part.tree)
+                waiting.append(mission.trees[part.tree].body)
+    return False

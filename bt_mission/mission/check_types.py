@@ -9,6 +9,7 @@ from bt_mission.common.faults import Fault, listed, quoted
 from bt_mission.common.located import Document
 from bt_mission.mission.check_goal import goal_faults
 from bt_mission.mission.expressions import Name
+from bt_mission.mission.loaded import Mission
 from bt_mission.mission.review import condition, sent, short_name
 from bt_mission.mission.scope import expression_faults, step_faults, walk
 from bt_mission.mission.shapes import (
@@ -21,7 +22,7 @@ from bt_mission.mission.shapes import (
     field_at,
     value_type,
 )
-from bt_mission.mission.steps import Action, Mission, Service, WaitFor, Writer
+from bt_mission.mission.steps import Action, Publish, Speaker
 from bt_mission.mission.values import Type
 from bt_mission.mission.variables import Variables
 
@@ -30,21 +31,15 @@ FindShapes = Callable[[str], Shapes]
 """Gives what a type holds, by its full name. Raises UnknownType."""
 
 
-def type_faults(
-    document: Document,
-    mission: Mission,
-    find: FindShapes,
-    lost: frozenset[str] = frozenset(),
-) -> Iterator[Fault]:
-    """Yield everything in a mission that does not fit its types.
-
-    `lost` are outputs of nodes that could not be read.
-    """
-    checker = _Checker(document, find)
-    for step, variables in walk(mission.tree, mission.inputs, checker.output_type, lost):
-        yield from step_faults(document, step, variables)
-        if isinstance(step, Writer):
-            yield from checker.faults(step, variables)
+def type_faults(mission: Mission, find: FindShapes) -> Iterator[Fault]:
+    """Yield everything in a mission that does not fit its types."""
+    known: dict[str, _Talk | UnknownType] = {}
+    for tree in mission.all_trees:
+        checker = _Checker(tree.document, find, known)
+        for step, variables in walk(tree, checker.output_type):
+            yield from step_faults(tree.document, step, variables)
+            if isinstance(step, Speaker):
+                yield from checker.faults(step, variables)
 
 
 @dataclass(frozen=True)
@@ -68,14 +63,15 @@ def _talk(shapes: Shapes) -> _Talk:
 class _Checker:
     """Compares steps with their types, each type looked up once."""
 
-    def __init__(self, document: Document, find: FindShapes) -> None:
+    def __init__(
+        self, document: Document, find: FindShapes, known: dict[str, _Talk | UnknownType]
+    ) -> None:
         self.document = document
         self.find = find
-        self.known: dict[str, _Talk | UnknownType] = {}
+        self.known = known
 
-    def talk(self, step: Writer) -> _Talk | UnknownType:
+    def talk(self, step: Speaker) -> _Talk | UnknownType:
         """Return the messages of a step, or why they are not known."""
-        assert isinstance(step, Action | Service | WaitFor)
         if step.type not in self.known:
             try:
                 self.known[step.type] = _talk(self.find(step.type))
@@ -83,7 +79,7 @@ class _Checker:
                 self.known[step.type] = error
         return self.known[step.type]
 
-    def output_type(self, step: Writer, field: str) -> Type | None:
+    def output_type(self, step: Speaker, field: str) -> Type | None:
         """Return the type of a field that a step keeps; None where there is no such field."""
         talk = self.talk(step)
         if isinstance(talk, UnknownType):
@@ -93,20 +89,21 @@ class _Checker:
         except UnknownField:
             return None
 
-    def faults(self, step: Writer, variables: Variables) -> Iterator[Fault]:
+    def faults(self, step: Speaker, variables: Variables) -> Iterator[Fault]:
         """Yield everything in one step that does not fit its type."""
         talk = self.talk(step)
         if isinstance(talk, UnknownType):
             yield self.type_fault(step, talk)
             return
-        if talk.sends is not None:
+        sends = talk.keeps if isinstance(step, Publish) else talk.sends
+        if sends is not None:
             values, path = sent(self.document, step)
-            yield from goal_faults(self.document, path, values, talk.sends, variables)
+            yield from goal_faults(self.document, path, values, sends, variables)
         if talk.asks is not None:
             yield from self.condition_faults(step, talk.asks, variables)
         yield from self.output_faults(step, talk.keeps)
 
-    def type_fault(self, step: Writer, error: UnknownType) -> Fault:
+    def type_fault(self, step: Speaker, error: UnknownType) -> Fault:
         """Return the fault of a step whose type is not installed."""
         short = short_name(self.document, step)
         if short is not None:
@@ -114,7 +111,7 @@ class _Checker:
         return self.document.fault((*step.path, step.kind, "type"), error.message, error.hint)
 
     def condition_faults(
-        self, step: Writer, message: Message, variables: Variables
+        self, step: Speaker, message: Message, variables: Variables
     ) -> Iterator[Fault]:
         """Yield what is wrong with a condition on the feedback, or on the message of a topic."""
         path, asked = condition(step)
@@ -153,7 +150,7 @@ class _Checker:
             if isinstance(shape, Message):
                 yield self.document.fault(path, _too_much(name.name, shape), offset=offset)
 
-    def output_faults(self, step: Writer, kept: Message) -> Iterator[Fault]:
+    def output_faults(self, step: Speaker, kept: Message) -> Iterator[Fault]:
         """Yield the outputs that a result, response or message does not have."""
         for field in step.outputs:
             path = (*step.path, "outputs", field)

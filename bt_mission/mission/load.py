@@ -14,23 +14,20 @@ from bt_mission.common.located import Document, read
 from bt_mission.common.located import read_text as read_yaml
 from bt_mission.mission.expressions import Plain
 from bt_mission.mission.inputs import overridden
+from bt_mission.mission.loaded import Mission
 from bt_mission.mission.models import MissionFile
 from bt_mission.mission.reading import Reader
 from bt_mission.mission.review import scope_faults, warnings
-from bt_mission.mission.steps import Mission
+from bt_mission.mission.trees import Shelf, read_trees, size_faults
 
 
 @dataclass(frozen=True)
 class Draft:
-    """What could be read of a mission, and everything that is wrong with it.
-
-    `lost` are the outputs of nodes that could not be kept as they are.
-    """
+    """What could be read of a mission, and everything that is wrong with it."""
 
     document: Document
     mission: Mission | None
     faults: tuple[Fault, ...]
-    lost: frozenset[str] = frozenset()
 
 
 def load(
@@ -74,12 +71,18 @@ def draft(
     if written is None and isinstance(document.data, dict):
         # Without a name or a tree the rest can still be looked at.
         written = _stand_in(document.data)
+    shelf = Shelf()
+    if written is not None:
+        shelf.gather(document, written)
     tree = None
     if isinstance(document.data, dict) and "tree" in document.data:
+        reader.signatures = shelf.signatures
         tree = reader.node(document.data["tree"], ("tree",))
+    trees, faults = read_trees(shelf)
+    faults = [*reader.faults, *shelf.faults, *faults]
     if written is None or tree is None:
-        return Draft(document, None, in_order(reader.faults))
-    inputs, faults = overridden(written.inputs, set or {})
+        return Draft(document, None, in_order(faults))
+    inputs, wrong = overridden(written.inputs, set or {})
     mission = Mission(
         name=written.mission,
         description=written.description,
@@ -88,14 +91,15 @@ def draft(
         seed=written.seed if seed is None else seed,
         map=written.map,
         inputs=inputs,
+        trees=trees,
         tree=tree,
+        lost=frozenset(reader.lost),
         file=document.file,
         document=document,
     )
-    lost = frozenset(reader.lost)
-    reader.faults += faults
-    reader.faults += islice(scope_faults(document, mission, lost), MOST_FAULTS)
-    return Draft(document, mission, in_order(reader.faults), lost)
+    faults += [*wrong, *size_faults(document, mission)]
+    faults += islice(scope_faults(mission), MOST_FAULTS)
+    return Draft(document, mission, in_order(faults))
 
 
 def _stand_in(data: Mapping[str, Any]) -> MissionFile | None:
@@ -107,5 +111,5 @@ def _stand_in(data: Mapping[str, Any]) -> MissionFile | None:
 def _sound(found: Draft) -> Mission:
     if found.faults or found.mission is None:
         raise InputError(found.faults)
-    noted = tuple(warnings(found.document, found.mission))
+    noted = tuple(warnings(found.mission))
     return replace(found.mission, warnings=noted)

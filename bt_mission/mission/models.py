@@ -10,10 +10,7 @@ from __future__ import annotations
 from typing import Annotated, Any, Literal
 
 from pydantic import (
-    AfterValidator,
-    BaseModel,
     BeforeValidator,
-    ConfigDict,
     Field,
     PlainValidator,
     WithJsonSchema,
@@ -21,43 +18,33 @@ from pydantic import (
 )
 
 from bt_mission.mission import rules
+from bt_mission.mission.model_parts import (
+    NUMBER_SCHEMA,
+    OBJECT_SCHEMA,
+    TEXT_SCHEMA,
+    Child,
+    Children,
+    Computed,
+    Condition,
+    Elements,
+    FeedbackCondition,
+    FixedLimit,
+    Goal,
+    InputValue,
+    Limit,
+    Line,
+    Message,
+    Node,
+    ResultField,
+    Seconds,
+    Times,
+    TreeName,
+    Trees,
+    Variable,
+    Weight,
+    Written,
+)
 from bt_mission.mission.short_names import SHORT_NAMES
-
-_NUMBER_SCHEMA = WithJsonSchema({"type": ["number", "string"]})
-_TEXT_SCHEMA = WithJsonSchema({"type": "string"})
-_OBJECT_SCHEMA = WithJsonSchema({"type": "object", "minProperties": 1, "maxProperties": 1})
-_NODE_SCHEMA = WithJsonSchema({"type": "object", "title": "node"})
-
-Child = Annotated[Any, _NODE_SCHEMA]
-Children = Annotated[list[Child], Field(min_length=1)]
-Times = Annotated[Any, PlainValidator(rules.TIMES.parse), _NUMBER_SCHEMA]
-Seconds = Annotated[Any, PlainValidator(rules.SECONDS.parse), _NUMBER_SCHEMA]
-Limit = Annotated[Any, PlainValidator(rules.LIMIT.parse), _NUMBER_SCHEMA]
-FixedLimit = Annotated[
-    float, PlainValidator(rules.LIMIT.parse_constant), WithJsonSchema({"type": "number"})
-]
-Weight = Annotated[
-    float, PlainValidator(rules.WEIGHT.parse_constant), WithJsonSchema({"type": "number"})
-]
-FeedbackCondition = Annotated[Any, PlainValidator(rules.condition), _TEXT_SCHEMA]
-Condition = Annotated[Any, PlainValidator(rules.question), _TEXT_SCHEMA]
-Computed = Annotated[Any, PlainValidator(rules.computed), WithJsonSchema({})]
-Elements = Annotated[
-    Any, PlainValidator(rules.elements), WithJsonSchema({"type": ["array", "string"]})
-]
-Message = Annotated[Any, PlainValidator(rules.message), _TEXT_SCHEMA]
-Variable = Annotated[str, PlainValidator(rules.variable), _TEXT_SCHEMA]
-ResultField = Annotated[str, PlainValidator(rules.result_field), _TEXT_SCHEMA]
-InputValue = Annotated[Any, PlainValidator(rules.plain), WithJsonSchema({})]
-GoalPart = Annotated[Any, PlainValidator(rules.goal_part), WithJsonSchema({})]
-Goal = dict[str, GoalPart]
-Line = Annotated[str, Field(min_length=1, max_length=200), AfterValidator(rules.printable)]
-
-
-class Written(BaseModel):
-    """What all models of the mission file share: strict, frozen, no unknown keys."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
 class MissionFile(Written):
@@ -69,14 +56,10 @@ class MissionFile(Written):
     robot: Line = "waffle"
     seed: Annotated[int, Field(ge=0, lt=2**63)] = 0
     map: Literal["known", "unknown"] = "known"
+    include: list[Line] = []
     inputs: dict[Variable, InputValue] = {}
+    trees: dict[TreeName, Trees] = {}
     tree: Child
-
-
-class Node(Written):
-    """A node's modifiers that every kind takes."""
-
-    name: Line = ""
 
 
 class SequenceNode(Node):
@@ -139,7 +122,7 @@ class RetryNode(Node):
 class TimeoutNode(Node):
     """A node, for some seconds at most."""
 
-    timeout: Annotated[Any, PlainValidator(rules.LIMIT.parse), _NUMBER_SCHEMA]
+    timeout: Annotated[Any, PlainValidator(rules.LIMIT.parse), NUMBER_SCHEMA]
     do: Child
 
 
@@ -177,7 +160,7 @@ WhenNode = create_model("WhenNode", __base__=_WhenNode, **{"else": (Child, None)
 class ForEachNode(Node):
     """A node, once for each element of a list."""
 
-    for_each: Annotated[dict[Variable, Elements], BeforeValidator(rules.one_name), _OBJECT_SCHEMA]
+    for_each: Annotated[dict[Variable, Elements], BeforeValidator(rules.one_name), OBJECT_SCHEMA]
     do: Child
 
 
@@ -221,8 +204,8 @@ class GoalNode(Node):
 class ActionSettings(Written):
     """An action by its ROS name and type, and a goal for it."""
 
-    name: Annotated[str, PlainValidator(rules.action_name), _TEXT_SCHEMA]
-    type: Annotated[str, PlainValidator(rules.action_type), _TEXT_SCHEMA]
+    name: Annotated[str, PlainValidator(rules.action_name), TEXT_SCHEMA]
+    type: Annotated[str, PlainValidator(rules.action_type), TEXT_SCHEMA]
     goal: Goal = {}
 
 
@@ -235,8 +218,8 @@ class ActionNode(GoalNode):
 class ServiceSettings(Written):
     """A service by its ROS name and type, and a request for it."""
 
-    name: Annotated[str, PlainValidator(rules.service_name), _TEXT_SCHEMA]
-    type: Annotated[str, PlainValidator(rules.service_type), _TEXT_SCHEMA]
+    name: Annotated[str, PlainValidator(rules.service_name), TEXT_SCHEMA]
+    type: Annotated[str, PlainValidator(rules.service_type), TEXT_SCHEMA]
     request: Goal = {}
 
 
@@ -252,9 +235,9 @@ class ServiceNode(Node):
 class WaitForSettings(Written):
     """A topic by its ROS name and type, and what a message of it must meet."""
 
-    topic: Annotated[str, PlainValidator(rules.topic_name), _TEXT_SCHEMA]
-    type: Annotated[str, PlainValidator(rules.message_type), _TEXT_SCHEMA]
-    until: Annotated[Any, PlainValidator(rules.until), _TEXT_SCHEMA]
+    topic: Annotated[str, PlainValidator(rules.topic_name), TEXT_SCHEMA]
+    type: Annotated[str, PlainValidator(rules.message_type), TEXT_SCHEMA]
+    until: Annotated[Any, PlainValidator(rules.until), TEXT_SCHEMA]
 
 
 class WaitForNode(Node):
@@ -263,6 +246,68 @@ class WaitForNode(Node):
     wait_for: WaitForSettings
     timeout: Limit = None
     outputs: dict[ResultField, Variable] = {}
+
+
+class PublishSettings(Written):
+    """A topic by its ROS name and type, and a message for it."""
+
+    topic: Annotated[str, PlainValidator(rules.topic_name), TEXT_SCHEMA]
+    type: Annotated[str, PlainValidator(rules.message_type), TEXT_SCHEMA]
+    message: Goal = {}
+
+
+class PublishNode(Node):
+    """A message on any topic. Times are seconds of ROS time."""
+
+    publish: PublishSettings
+    readers: Annotated[int, Field(ge=0, le=1000)] = 1
+    server_timeout: FixedLimit = 5.0
+
+
+class TreeSettings(Written):
+    """A named tree, and values for its inputs."""
+
+    name: TreeName
+    inputs: dict[Variable, Computed] = {}
+
+
+class TreeNode(Node):
+    """A tree that has a name."""
+
+    tree: Annotated[
+        TreeSettings,
+        BeforeValidator(rules.tree_use),
+        WithJsonSchema({"type": ["string", "object"]}),
+    ]
+    outputs: dict[Variable, Variable] = {}
+
+
+class PythonNode(Node):
+    """A behaviour written in Python."""
+
+    python: Annotated[str, PlainValidator(rules.python_target), TEXT_SCHEMA]
+    inputs: dict[Variable, Computed] = {}
+    outputs: dict[Variable, Variable] = {}
+
+
+TypeWord = Literal["number", "integer", "bool", "text", "list"]
+
+
+class TreeDefinition(Written):
+    """A tree with a name: what it takes, what it gives, and what it does."""
+
+    description: str = ""
+    needs: dict[Variable, TypeWord] = {}
+    inputs: dict[Variable, InputValue] = {}
+    outputs: dict[Variable, TypeWord] = {}
+    do: Child
+
+
+class Library(Written):
+    """A file with trees for other files."""
+
+    include: list[Line] = []
+    trees: dict[TreeName, Trees] = {}
 
 
 def _short_node(name: str) -> type[GoalNode]:
@@ -291,6 +336,9 @@ KINDS: dict[str, type[Node]] = {
     "action": ActionNode,
     "service": ServiceNode,
     "wait_for": WaitForNode,
-    **{name: _short_node(name) for name in SHORT_NAMES},
+    "publish": PublishNode,
+    "tree": TreeNode,
+    "python": PythonNode,
 }
+KINDS |= {name: _short_node(name) for name in SHORT_NAMES if name not in KINDS}
 """Every kind of node, and the model of what stands in it."""

@@ -6,7 +6,7 @@ below and behind it is looked at too; such a draft is never run.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
@@ -15,26 +15,43 @@ import pydantic
 from bt_mission.common.faults import MOST_FAULTS, Fault, describe, did_you_mean, listed, quoted
 from bt_mission.common.located import Document, model_faults
 from bt_mission.mission import models, steps
+from bt_mission.mission.building import step_of
+from bt_mission.mission.expressions import Expression
+from bt_mission.mission.model_parts import Node, Written
 from bt_mission.mission.models import KINDS
-from bt_mission.mission.short_names import SHORT_NAMES
+from bt_mission.mission.short_names import BROKEN
 from bt_mission.mission.steps import Key, Step
+from bt_mission.mission.values import WORDS, Type, fits, type_of
 
 NODE = "a node such as 'wait: 2.0'"
 TIMEOUT = "timeout"
 _LISTS = frozenset({"sequence", "fallback", "parallel", "choose"})
 _SINGLES = frozenset({"do", "else", "invert"})
 
-WrittenModel = TypeVar("WrittenModel", bound=models.Written)
+WrittenModel = TypeVar("WrittenModel", bound=Written)
+
+
+@dataclass(frozen=True)
+class Signature:
+    """A named tree, as far as those who use it have to know it; `types` are those of its inputs."""
+
+    name: str
+    definition: models.TreeDefinition
+    types: Mapping[str, Type | None]
+    document: Document
+    path: tuple[Key, ...]
 
 
 @dataclass
 class Reader:
     """Reads nodes and collects the faults of all.
 
-    `lost` are the outputs of nodes with faults: they have a writer, though none that is kept.
+    `signatures` are the named trees that may be used. `lost` are the outputs of nodes with faults:
+    they have a writer, though none that is kept.
     """
 
     document: Document
+    signatures: Mapping[str, Signature] = field(default_factory=dict)
     faults: list[Fault] = field(default_factory=list)
     lost: set[str] = field(default_factory=set)
 
@@ -100,10 +117,12 @@ class Reader:
         """Return a sound node as a step; note what only its parts together show."""
         if kind == "parallel":
             return self.parallel(written, kept, common)
+        if kind == "tree":
+            return self.subtree(written, common)
         if kind == "choose" and written.weights and len(written.weights) != len(kept):
             message = f"expected {len(kept)} weights, one a child, got {len(written.weights)}"
             self.fault((*common["path"], "weights"), message)
-        return _step(kind, written, kept, common)
+        return step_of(kind, written, kept, common)
 
     def parallel(
         self, written: models.ParallelNode, kept: list[Step], common: dict[str, Any]
@@ -126,6 +145,46 @@ class Reader:
             succeed_when=wanted,
             fail_when=written.fail_when,
             rest=written.rest,
+            **common,
+        )
+
+    def subtree(self, written: models.TreeNode, common: dict[str, Any]) -> Step:
+        """Return the use of a named tree, compared with what that tree takes and gives."""
+        settings, path = written.tree, (*common["path"], "tree")
+        inside = (*path, "name") if self.document.find(path).keys else path
+        signature = self.signatures.get(settings.name)
+        if signature is None:
+            known = listed(self.signatures) if self.signatures else "none"
+            message = f"no tree is called {quoted(settings.name)} (trees: {known})"
+            self.fault(inside, message, did_you_mean(settings.name, self.signatures))
+            return steps.Subtree(tree=settings.name, outputs=written.outputs, **common)
+        name, definition = signature.name, signature.definition
+        for given, value in settings.inputs.items():
+            place = (*path, "inputs", given)
+            if given not in signature.types:
+                known = listed(signature.types) if signature.types else "none"
+                message = f"no input {quoted(given)} in {name} (it takes: {known})"
+                self.fault(place, message, did_you_mean(given, signature.types), key=True)
+            elif not isinstance(value, Expression):
+                wanted, got = signature.types[given], type_of(value)
+                if wanted is not None and not fits(got, wanted):
+                    self.fault(place, f"expected {WORDS[wanted]}, got {describe(value)}")
+        missing = [one for one in definition.needs if one not in settings.inputs]
+        if missing:
+            message = f"{name} needs a value for {listed(missing)}"
+            self.fault(inside, message, "give it under 'inputs'")
+        for result in written.outputs:
+            if result not in definition.outputs:
+                known = listed(definition.outputs) if definition.outputs else "none"
+                message = f"no output {quoted(result)} of {name} (it gives: {known})"
+                hint = did_you_mean(result, definition.outputs)
+                self.fault((*common["path"], "outputs", result), message, hint, key=True)
+        return steps.Subtree(
+            tree=name,
+            inputs=settings.inputs,
+            outputs=written.outputs,
+            takes=signature.types,
+            gives=definition.outputs,
             **common,
         )
 
@@ -153,7 +212,10 @@ class Reader:
             strange = (key for key in data if key not in _MODIFIERS and key != TIMEOUT)
             key = next(strange, next(iter(data)))
             message = f"no kind of node is called {quoted(key)} (kinds: {listed(KINDS)})"
-            self.fault((*path, key), message, did_you_mean(key, KINDS), key=True)
+            hint = did_you_mean(key, KINDS)
+            if key in BROKEN:
+                message, hint = f"the plug-in {quoted(key)} does not work: {BROKEN[key]}", None
+            self.fault((*path, key), message, hint, key=True)
         return None
 
 
@@ -172,7 +234,7 @@ _MODIFIERS = frozenset(name for model in KINDS.values() for name in model.model_
 
 
 def _children(
-    model: type[models.Node], data: dict[str, Any], path: tuple[Key, ...]
+    model: type[Node], data: dict[str, Any], path: tuple[Key, ...]
 ) -> Iterator[tuple[tuple[Key, ...], Any]]:
     """Yield the nodes directly inside a node, each with its path."""
     for key in model.model_fields:
@@ -181,97 +243,3 @@ def _children(
                 yield (*path, key, index), part
         elif key in _SINGLES and key in data:
             yield (*path, key), data[key]
-
-
-def _step(kind: str, written: Any, below: list[Step], common: dict[str, Any]) -> Step:
-    if kind in SHORT_NAMES:
-        short = SHORT_NAMES[kind]
-        return _action(short.action, short.type, getattr(written, kind), written, common)
-    return _BUILD[kind](written, below, common)
-
-
-def _repeat(written: models.RepeatNode, below: list[Step], common: dict[str, Any]) -> Step:
-    return steps.Repeat(child=below[0], count=written.repeat.count, **common)
-
-
-def _retry(written: models.RetryNode, below: list[Step], common: dict[str, Any]) -> Step:
-    settings = written.retry
-    return steps.Retry(child=below[0], attempts=settings.attempts, pause=settings.pause, **common)
-
-
-def _for_each(written: models.ForEachNode, below: list[Step], common: dict[str, Any]) -> Step:
-    ((variable, elements),) = written.for_each.items()
-    return steps.ForEach(child=below[0], variable=variable, elements=elements, **common)
-
-
-def _action(
-    name: str, type_name: str, goal: Mapping[str, Any], written: Any, common: dict[str, Any]
-) -> Step:
-    modifiers = {key: getattr(written, key) for key in _GOAL_MODIFIERS}
-    return steps.Action(action=name, type=type_name, goal=goal, **modifiers, **common)
-
-
-def _service(written: models.ServiceNode, _: list[Step], common: dict[str, Any]) -> Step:
-    settings = written.service
-    return steps.Service(
-        service=settings.name,
-        type=settings.type,
-        request=settings.request,
-        timeout=written.timeout,
-        server_timeout=written.server_timeout,
-        outputs=written.outputs,
-        **common,
-    )
-
-
-def _wait_for(written: models.WaitForNode, _: list[Step], common: dict[str, Any]) -> Step:
-    settings = written.wait_for
-    return steps.WaitFor(
-        topic=settings.topic,
-        type=settings.type,
-        until=settings.until,
-        timeout=written.timeout,
-        outputs=written.outputs,
-        **common,
-    )
-
-
-_GOAL_MODIFIERS = tuple(models.GoalNode.model_fields.keys() - models.Node.model_fields.keys())
-
-
-_BUILD: dict[str, Callable[[Any, list[Step], dict[str, Any]], Step]] = {
-    "sequence": lambda written, below, common: steps.Sequence(
-        children=tuple(below), memory=written.memory, **common
-    ),
-    "fallback": lambda written, below, common: steps.Fallback(
-        children=tuple(below), memory=written.memory, **common
-    ),
-    "choose": lambda written, below, common: steps.Choose(
-        children=tuple(below), weights=tuple(written.weights), **common
-    ),
-    "timeout": lambda written, below, common: steps.Timeout(
-        child=below[0], seconds=written.timeout, **common
-    ),
-    "invert": lambda _written, below, common: steps.Invert(child=below[0], **common),
-    "force": lambda written, below, common: steps.Force(
-        child=below[0], status=written.force, **common
-    ),
-    "guard": lambda written, below, common: steps.Guard(
-        child=below[0], condition=written.guard, **common
-    ),
-    "when": lambda written, below, common: steps.When(
-        children=tuple(below), condition=written.when, **common
-    ),
-    "for_each": _for_each,
-    "check": lambda written, _below, common: steps.Check(condition=written.check, **common),
-    "set": lambda written, _below, common: steps.Set(values=written.set, **common),
-    "repeat": _repeat,
-    "retry": _retry,
-    "wait": lambda written, _below, common: steps.Wait(seconds=written.wait, **common),
-    "log": lambda written, _below, common: steps.Log(message=written.log, **common),
-    "action": lambda written, _below, common: _action(
-        written.action.name, written.action.type, written.action.goal, written, common
-    ),
-    "service": _service,
-    "wait_for": _wait_for,
-}

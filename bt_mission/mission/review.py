@@ -9,36 +9,60 @@ from bt_mission.common.faults import Fault
 from bt_mission.common.located import Document
 from bt_mission.mission.expressions import Expression, Text, Value
 from bt_mission.mission.flow import restarted, unreached
-from bt_mission.mission.scope import names_read, reference_faults, step_faults, walk
+from bt_mission.mission.loaded import Mission, Tree
+from bt_mission.mission.scope import (
+    names_read,
+    reference_faults,
+    step_faults,
+    types_at_end,
+    walk,
+    written_by,
+)
 from bt_mission.mission.short_names import SHORT_NAMES
 from bt_mission.mission.steps import (
     Action,
     ForEach,
     Key,
-    Mission,
+    Publish,
     Service,
     Set,
+    Speaker,
     Step,
     WaitFor,
     Writer,
 )
+from bt_mission.mission.trees import used
+from bt_mission.mission.values import WORDS, fits
 from bt_mission.mission.variables import Variables
 
 
-def scope_faults(
-    document: Document, mission: Mission, lost: frozenset[str] = frozenset()
-) -> Iterator[Fault]:
-    """Yield the names that are not known where they stand, and clashes of types.
-
-    `lost` are outputs of nodes that could not be read.
-    """
-    for step, variables in walk(mission.tree, mission.inputs, lambda _action, _field: None, lost):
-        yield from step_faults(document, step, variables)
-        if isinstance(step, Writer):
-            yield from _writer_faults(document, step, variables)
+def scope_faults(mission: Mission) -> Iterator[Fault]:
+    """Yield the names that are not known where they stand, and clashes of types."""
+    for tree in mission.all_trees:
+        for step, variables in walk(tree, lambda _step, _field: None):
+            yield from step_faults(tree.document, step, variables)
+            if isinstance(step, Speaker):
+                yield from _speaker_faults(tree.document, step, variables)
+        yield from _promise_faults(tree)
 
 
-def _writer_faults(document: Document, step: Writer, variables: Variables) -> Iterator[Fault]:
+def _promise_faults(tree: Tree) -> Iterator[Fault]:
+    """Yield the outputs of a tree that nothing in it writes, or that have another type."""
+    if not tree.outputs:
+        return
+    written = {name for step in tree.body.walk() for name in written_by(step)}
+    types = types_at_end(tree)
+    for name, wanted in tree.outputs.items():
+        path = (*tree.path, "outputs", name)
+        if name not in written | tree.types.keys():
+            message = f"nothing in the tree '{tree.name}' writes '{name}'"
+            yield tree.document.fault(path, message, key=True)
+        elif not fits(types.get(name), wanted):
+            message = f"'{name}' is written as {WORDS[types[name]]}, not as {WORDS[wanted]}"
+            yield tree.document.fault(path, message, key=True)
+
+
+def _speaker_faults(document: Document, step: Speaker, variables: Variables) -> Iterator[Fault]:
     """Yield what is wrong with the names in a step, as far as that is seen without its types."""
     for path, text in texts(*sent(document, step)):
         readings = (text.template, text.expression)
@@ -62,6 +86,8 @@ def sent(document: Document, step: Step) -> tuple[Mapping[str, Value], tuple[Key
             return goal, (*step.path, *place)
         case Service(request=request):
             return request, (*step.path, "service", "request")
+        case Publish(message=message):
+            return message, (*step.path, "publish", "message")
     return {}, step.path
 
 
@@ -94,21 +120,43 @@ def texts(value: Any, path: tuple[Key, ...]) -> Iterator[tuple[tuple[Key, ...], 
                 yield from texts(part, (*path, index))
 
 
-def warnings(document: Document, mission: Mission) -> Iterator[Fault]:
-    """Yield what a mission would better not do, as far as that is seen without ROS."""
-    read = frozenset().union(*(names_read(step) for step in mission.tree.walk()))
-    for name in mission.inputs:
+def warnings(mission: Mission) -> Iterator[Fault]:
+    """Yield what a mission would better not do, as far as that is seen without ROS.
+
+    Of named trees only those are looked at that the mission uses.
+    """
+    names = used(mission)
+    for tree in mission.all_trees:
+        if tree.is_main or tree.name in names:
+            yield from _tree_warnings(tree)
+    for name, tree in mission.trees.items():
+        if name not in names and tree.document is mission.document:
+            message = f"the tree '{name}' is never used"
+            yield tree.document.fault(tree.path, message, key=True, severity="warning")
+
+
+def _tree_warnings(tree: Tree) -> Iterator[Fault]:
+    document = tree.document
+    read = frozenset(tree.outputs).union(*(names_read(step) for step in tree.body.walk()))
+    head = () if tree.is_main else tree.path
+    for name in tree.types:
         if name not in read:
+            place = next(one for one in ("inputs", "needs") if _has(document, (*head, one), name))
             message = f"the input '{name}' is never read"
-            yield document.fault(("inputs", name), message, key=True, severity="warning")
-    yield from unreached(document, mission.tree)
-    yield from restarted(document, mission.tree)
-    for step in mission.tree.walk():
+            yield document.fault((*head, place, name), message, key=True, severity="warning")
+    yield from unreached(document, tree.body)
+    yield from restarted(document, tree.body)
+    for step in tree.body.walk():
         yield from _unlimited(document, step)
         for path, what, name in _written(step):
             if name not in read:
                 message = f"the {what} '{name}' is never read"
                 yield document.fault(path, message, severity="warning")
+
+
+def _has(document: Document, path: tuple[Key, ...], name: str) -> bool:
+    place = document.find(path)
+    return name in (place.keys or {})
 
 
 def _written(step: Step) -> Iterator[tuple[tuple[Key, ...], str, str]]:

@@ -17,6 +17,8 @@ from bt_mission.mission.values import ExpressionError, LooseText, Type
 VARIABLE = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _ROS_NAME = re.compile(r"(~/|/)?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
 _ROS_TYPE = re.compile(r"[a-z][a-z0-9_]*/(action|srv|msg)/[A-Z][A-Za-z0-9]*")
+_TARGET = re.compile(r"[\w./-]+\.py:[A-Za-z_]\w*|[A-Za-z_]\w*(\.\w+)*:[A-Za-z_]\w*|[A-Za-z_][\w-]*")
+_TREE_NAME = re.compile(r"[A-Za-z_][\w-]*")
 _FIELD = re.compile(r"[a-z][a-z0-9_]*(\.[a-z][a-z0-9_]*)*")
 
 
@@ -116,6 +118,31 @@ def one_name(value: Any) -> Any:
     if not isinstance(value, dict) or len(value) != 1:
         what = "one variable and a list, such as 'place: [1, 2]'"
         raise refusal(f"expected {what}, got {describe(value)}")
+    return value
+
+
+def tree_use(value: Any) -> Any:
+    """Return the use of a named tree; the name alone is one."""
+    if isinstance(value, str):
+        return {"name": value}
+    if not isinstance(value, dict):
+        example = "the name of a tree, or 'name' and 'inputs'"
+        raise refusal(f"expected {example}, got {describe(value)}")
+    return value
+
+
+def tree_name(value: Any) -> str:
+    """Return the name of a tree."""
+    if not isinstance(value, str) or not _TREE_NAME.fullmatch(value):
+        raise refusal(f"expected a name of letters, digits, '_' and '-', got {describe(value)}")
+    return value
+
+
+def python_target(value: Any) -> str:
+    """Return where a behaviour is: "module:Class", "file.py:Class", or the name of a plug-in."""
+    if not isinstance(value, str) or not _TARGET.fullmatch(value):
+        example = "'my_package.leaves:Approach', 'leaves.py:Approach' or the name of a plug-in"
+        raise refusal(f"expected {example}, got {describe(value)}")
     return value
 
 

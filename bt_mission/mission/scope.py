@@ -7,7 +7,7 @@ the file. That an earlier step has really written its outputs, only the run can 
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 
 from bt_mission.common.faults import Fault, describe, quoted
@@ -16,12 +16,12 @@ from bt_mission.mission.expressions import (
     Expression,
     ExpressionError,
     Name,
-    Plain,
     Template,
     Type,
     Value,
     names_in,
 )
+from bt_mission.mission.loaded import Tree
 from bt_mission.mission.rules import LIMIT, SECONDS, TIMES, NumberRule
 from bt_mission.mission.steps import (
     Action,
@@ -30,69 +30,81 @@ from bt_mission.mission.steps import (
     Guard,
     Key,
     Log,
+    Publish,
+    Python,
     Repeat,
     Retry,
     Service,
     Set,
+    Speaker,
     Step,
+    Subtree,
     Timeout,
     Wait,
     WaitFor,
     When,
     Writer,
 )
-from bt_mission.mission.values import type_of
 from bt_mission.mission.variables import Variables
 
-OutputType = Callable[[Writer, str], Type | None]
+OutputType = Callable[[Speaker, str], Type | None]
 """The type of a field that a step reads; None where it is not known."""
 
 FieldType = Callable[[str], Type | None]
 """The type of a field of a message by its dotted name; raises KeyError where there is none."""
 
 
-def walk(
-    tree: Step,
-    inputs: Mapping[str, Plain],
-    output_type: OutputType,
-    lost: frozenset[str] = frozenset(),
-) -> Iterator[tuple[Step, Variables]]:
-    """Yield every step in the order of the file, with the variables that are known at it.
-
-    `lost` are names that are known everywhere, because their writer could not be read.
-    """
+def walk(tree: Tree, output_type: OutputType) -> Iterator[tuple[Step, Variables]]:
+    """Yield every step of a tree in the order of the file, with the variables known at it."""
     lines: dict[str, int] = {}
-    for step in tree.walk():
+    for step in tree.body.walk():
         for name in written_by(step):
             lines.setdefault(name, step.line)
-    known: dict[str, Type | None] = dict.fromkeys(sorted(lost))
-    known |= {name: type_of(value) for name, value in inputs.items()}
-    yield from _walk(tree, Variables(inputs, known, lines), output_type)
+    known: dict[str, Type | None] = dict.fromkeys(sorted(tree.lost))
+    known |= tree.types
+    variables = Variables(tree.constants, known, lines, frozenset(tree.types))
+    yield from _walk(tree.body, variables, output_type)
+
+
+def types_at_end(tree: Tree) -> dict[str, Type | None]:
+    """Return the types of a tree's variables behind its last step; of messages nothing is known."""
+    (*_, (_, variables)) = walk(tree, lambda _step, _field: None)
+    return variables.types
 
 
 def _walk(
     step: Step, variables: Variables, output_type: OutputType
 ) -> Iterator[tuple[Step, Variables]]:
     yield step, variables
-    types = variables.types
+    if not isinstance(step, ForEach):
+        for name, found in _written(step, variables, output_type):
+            variables.note(name, found)
+        for below in step.steps:
+            yield from _walk(below, variables, output_type)
+        return
+    types, name = variables.types, step.variable
+    shadowed = {name: types[name]} if name in types else {}
+    types[name] = variables.element_type(step.elements)
+    variables.loops[name] = step.line
+    yield from _walk(step.child, variables, output_type)
+    del types[name]
+    variables.left[name] = variables.loops.pop(name)
+    types.update(shadowed)
+
+
+def _written(
+    step: Step, variables: Variables, output_type: OutputType
+) -> Iterator[tuple[str, Type | None]]:
+    """Yield the variables that a step writes, each with its type as far as it is known."""
     match step:
+        case Subtree():
+            yield from ((name, step.gives.get(field)) for field, name in step.outputs.items())
+        case Speaker():
+            yield from ((name, output_type(step, field)) for field, name in step.outputs.items())
         case Writer():
-            for field, name in step.outputs.items():
-                variables.note(name, output_type(step, field))
+            yield from ((name, None) for name in step.outputs.values())
         case Set():
-            for name, value in step.values.items():
-                variables.note(name, variables.type_of(value))
-        case ForEach():
-            shadowed = {step.variable: types[step.variable]} if step.variable in types else {}
-            types[step.variable] = variables.element_type(step.elements)
-            variables.loops[step.variable] = step.line
-            yield from _walk(step.child, variables, output_type)
-            del types[step.variable]
-            variables.left[step.variable] = variables.loops.pop(step.variable)
-            types.update(shadowed)
-            return
-    for below in step.steps:
-        yield from _walk(below, variables, output_type)
+            yield from ((name, variables.type_of(value)) for name, value in step.values.items())
 
 
 def written_by(step: Step) -> tuple[str, ...]:
@@ -142,6 +154,12 @@ def asked_of(step: Step) -> Iterator[tuple[tuple[Key, ...], Expression, Type | N
             yield (*step.path, "check"), condition, "bool"
         case ForEach(elements=Expression() as elements):
             yield (*step.path, "for_each", step.variable), elements, "list"
+        case Subtree() | Python():
+            at = ("tree", "inputs") if isinstance(step, Subtree) else ("inputs",)
+            takes = step.takes if isinstance(step, Subtree) else {}
+            for name, value in step.inputs.items():
+                if isinstance(value, Expression):
+                    yield (*step.path, *at, name), value, takes.get(name)
 
 
 def step_faults(document: Document, step: Step, variables: Variables) -> Iterator[Fault]:
@@ -301,4 +319,6 @@ def names_read(step: Step) -> frozenset[str]:
         read.append(names_in(step.request))
     if isinstance(step, WaitFor):
         read.append(step.until.names)
+    if isinstance(step, Publish):
+        read.append(names_in(step.message))
     return frozenset().union(*read)

@@ -1,8 +1,10 @@
-"""Actions that have a kind of node of their own in the mission language."""
+"""Actions that have a kind of node of their own in the mission language: ours, and plug-ins'."""
 
 from __future__ import annotations
 
+from collections.abc import Container
 from dataclasses import dataclass
+from importlib.metadata import entry_points
 
 
 @dataclass(frozen=True)
@@ -18,7 +20,10 @@ class ShortName:
     needs_camera: bool = False
 
 
-SHORT_NAMES = {
+GROUP = "bt_mission.actions"
+"""The entry points by which a package gives its actions short names; each is a `ShortName`."""
+
+_OURS = {
     "explore_forward": ShortName("explore_forward", "bt_mission_interfaces/action/ExploreForward"),
     "explore_frontiers": ShortName(
         "explore_frontiers", "bt_mission_interfaces/action/ExploreFrontiers"
@@ -49,4 +54,29 @@ SHORT_NAMES = {
     "back_up": ShortName("backup", "nav2_msgs/action/BackUp"),
     "drive_on_heading": ShortName("drive_on_heading", "nav2_msgs/action/DriveOnHeading"),
 }
-"""The kinds, whose values are goals. Nav2's `Wait` has none: `wait` is the language's own."""
+"""Those that come with the package. Nav2's `Wait` has none: `wait` is the language's own."""
+
+BROKEN: dict[str, str] = {}
+"""Plug-ins that cannot be used, and why."""
+
+
+def plugged(taken: Container[str]) -> dict[str, ShortName]:
+    """Return the short names of installed packages; those that are broken go to `BROKEN`."""
+    found: dict[str, ShortName] = {}
+    for one in entry_points(group=GROUP):
+        try:
+            short = one.load()
+        except Exception as error:  # noqa: BLE001 - whatever a user's module raises
+            BROKEN[one.name] = f"{one.value} cannot be imported: {type(error).__name__}: {error}"
+            continue
+        if not isinstance(short, ShortName):
+            BROKEN[one.name] = f"{one.value} is no ShortName, but {type(short).__name__}"
+        elif one.name in taken or not one.name.isidentifier():
+            BROKEN[one.name] = f"{one.value} has a name that is taken or no name"
+        else:
+            found[one.name] = short
+    return found
+
+
+SHORT_NAMES = {**_OURS, **plugged(_OURS)}
+"""The kinds whose values are goals."""

@@ -12,8 +12,7 @@ from typing import ClassVar, Literal, TypeAlias
 
 from typing_extensions import override
 
-from bt_mission.common.located import Document, Fault
-from bt_mission.mission.expressions import Expression, Plain, Template, Value
+from bt_mission.mission.expressions import Expression, Template, Type, Value
 
 Key = str | int
 
@@ -207,52 +206,98 @@ class Log(Step):
 
 @dataclass(frozen=True, kw_only=True)
 class Writer(Step):
-    """A step that hears from ROS; `outputs` names the variable for each field it reads.
-
-    Nested fields have dotted names.
-    """
+    """A step with results; `outputs` names the variable that each of them goes to."""
 
     outputs: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Service(Writer):
+class Subtree(Writer):
+    """A named tree with values for its inputs; `outputs` takes variables of the tree.
+
+    `takes` and `gives` are the types of its inputs and outputs.
+    Its body is not among the steps below this one: a tree stands by itself.
+    """
+
+    kind: ClassVar[str] = "tree"
+    tree: str
+    inputs: Mapping[str, Value] = field(default_factory=dict)
+    takes: Mapping[str, Type | None] = field(default_factory=dict, repr=False)
+    gives: Mapping[str, Type] = field(default_factory=dict, repr=False)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Python(Writer):
+    """A behaviour written in Python: "module:Class", "file.py:Class", or the name of a plug-in.
+
+    `inputs` become attributes of it whenever it is entered; `outputs` takes attributes.
+    """
+
+    kind: ClassVar[str] = "python"
+    target: str
+    inputs: Mapping[str, Value] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Speaker(Writer):
+    """A step that speaks ROS; its outputs are fields of messages, dotted where they are nested.
+
+    `type` is the full name of the type.
+    """
+
+    type: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Publish(Speaker):
+    """One message on a topic ("/lamp"), once at least `readers` subscriptions are matched.
+
+    `server_timeout` bounds the wait for them.
+    """
+
+    kind: ClassVar[str] = "publish"
+    topic: str
+    message: Mapping[str, Value] = field(default_factory=dict)
+    readers: int = 1
+    server_timeout: float = 5.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Service(Speaker):
     """One call of a ROS 2 service.
 
-    `service` is the name ("/stop"), `type` the full type ("std_srvs/srv/Trigger"), `request`
-    holds fields by name. `timeout` bounds the time from the call to the answer, `server_timeout`
-    the wait for a server. `outputs` takes fields of the response.
+    `service` is the name ("/stop"), `request` holds fields by name. `timeout` bounds the time from
+    the call to the answer, `server_timeout` the wait for a server. `outputs` takes fields of
+    the response.
     """
 
     kind: ClassVar[str] = "service"
     service: str
-    type: str
     request: Mapping[str, Value] = field(default_factory=dict)
     timeout: Value = 5.0
     server_timeout: float = 5.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class WaitFor(Writer):
+class WaitFor(Speaker):
     """Waits until a message of a topic meets a condition.
 
-    `topic` is the name ("/battery_state"), `type` the full type ("sensor_msgs/msg/BatteryState").
+    `topic` is the name ("/battery_state").
     `until` is asked on every message; `outputs` takes fields of the one that met it. `timeout`
     bounds the wait; None means no limit.
     """
 
     kind: ClassVar[str] = "wait_for"
     topic: str
-    type: str
     until: Expression
     timeout: Value | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
-class Action(Writer):
+class Action(Speaker):
     """One goal of a ROS 2 action, from sending it to its end.
 
-    `action` is the name ("/turn"), `type` the full type ("bt_mission_interfaces/action/Turn").
+    `action` is the name ("/turn").
     `goal` holds fields by name. `timeout` bounds the whole goal, `silence_timeout` the time
     without feedback; None means no limit. `cancel_when` is asked on every feedback; the step
     then ends as `on_cancel` says. `outputs` takes fields of the result, also when the goal was
@@ -261,7 +306,6 @@ class Action(Writer):
 
     kind: ClassVar[str] = "action"
     action: str
-    type: str
     goal: Mapping[str, Value] = field(default_factory=dict)
     timeout: Value | None = None
     cancel_when: Expression | None = None
@@ -270,23 +314,3 @@ class Action(Writer):
     answer_timeout: float = 2.0
     silence_timeout: Value | None = None
     cancel_timeout: float = 3.0
-
-
-@dataclass(frozen=True, kw_only=True)
-class Mission:
-    """A mission file, loaded. `inputs` holds the values after `--set`.
-
-    `map` tells whether the robot is given the map of its world or has to make one.
-    """
-
-    name: str
-    tree: Step
-    description: str = ""
-    world: str | None = None
-    robot: str = "waffle"
-    seed: int = 0
-    map: Literal["known", "unknown"] = "known"
-    inputs: Mapping[str, Plain] = field(default_factory=dict)
-    file: str = "<text>"
-    warnings: tuple[Fault, ...] = ()
-    document: Document | None = field(default=None, repr=False, compare=False)

@@ -25,6 +25,8 @@ class Variables:
     inputs: Mapping[str, Plain]
     types: dict[str, Type | None]
     lines: Mapping[str, int]
+    given: frozenset[str] = frozenset()
+    """The inputs of this tree, which nobody writes."""
     loops: dict[str, int] = field(default_factory=dict)
     """Variables that a `for_each` around this step goes through, with its line."""
     left: dict[str, int] = field(default_factory=dict)
@@ -58,7 +60,7 @@ class Variables:
 
     def fixed(self, name: str) -> str | None:
         """Return why a variable cannot be written here, or None."""
-        if name in self.inputs:
+        if name in self.given:
             return f"'{name}' is an input, and inputs never change; choose another name"
         if name in self.loops:
             line = self.loops[name]

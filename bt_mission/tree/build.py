@@ -10,16 +10,21 @@ from py_trees.common import Status
 
 from bt_mission.goals.attempt import Limits
 from bt_mission.mission import steps
+from bt_mission.mission.loaded import Mission
+from bt_mission.mission.plugins import find_class
 from bt_mission.mission.rules import LIMIT
 from bt_mission.tree import control, decorators, leaves
 from bt_mission.tree.action_leaf import ActionLeaf, Plan
 from bt_mission.tree.evaluate import Evaluator, MessageFields, name_of, values_read
-from bt_mission.tree.runtime import Scope
+from bt_mission.tree.publish_leaf import PublishLeaf
+from bt_mission.tree.python_leaf import make
+from bt_mission.tree.runtime import Scope, placed
 from bt_mission.tree.service_leaf import Call, ServiceLeaf
+from bt_mission.tree.subtree import Subtree
 from bt_mission.tree.wait_for import WaitFor, Watch
 
 
-def build_tree(mission: steps.Mission, scope: Scope) -> Behaviour:
+def build_tree(mission: Mission, scope: Scope) -> Behaviour:
     """The tree of a mission; its leaves read and write ``scope``.
 
     A root with children takes the mission's name where it has none. Nothing of ROS is needed to
@@ -28,11 +33,12 @@ def build_tree(mission: steps.Mission, scope: Scope) -> Behaviour:
     root = mission.tree
     if root.name is None and root.steps:
         root = replace(root, name=mission.name)
-    return _Builder(mission.file, scope).build(root, "0")
+    return _Builder(mission, mission.file, scope).build(root, "0")
 
 
 class _Builder:
-    def __init__(self, file: str, scope: Scope) -> None:
+    def __init__(self, mission: Mission, file: str, scope: Scope) -> None:
+        self._mission = mission
         self._file = file
         self._scope = scope
 
@@ -50,7 +56,36 @@ class _Builder:
                 return self._service(step, values)
             case steps.WaitFor():
                 return self._wait_for(step, values)
+            case steps.Subtree():
+                return self._subtree(step, path, values)
+            case steps.Python():
+                return self._python(step, values)
         return _leaf(step, values)
+
+    def _subtree(self, step: steps.Subtree, path: str, values: Evaluator) -> Subtree:
+        tree = self._mission.trees[step.tree]
+        inner = self._scope.inner()
+        builder = _Builder(self._mission, tree.document.file, inner)
+        return Subtree(
+            name_of(step),
+            builder.build(tree.body, f"{path}.0"),
+            lambda: {**tree.inputs, **values.resolve(step.inputs)},
+            inner,
+            self._scope,
+            step.outputs,
+        )
+
+    def _python(self, step: steps.Python, values: Evaluator) -> Behaviour:
+        with placed(values.place):
+            kind = find_class(step.target, self._file)
+        return make(
+            kind,
+            name_of(step),
+            lambda: values.resolve(step.inputs),
+            step.outputs,
+            self._scope,
+            values.place,
+        )
 
     def _action(self, step: steps.Action, values: Evaluator) -> ActionLeaf:
         def plan() -> Plan:
@@ -129,6 +164,16 @@ def _leaf(step: steps.Step, values: Evaluator) -> Behaviour:
             return leaves.Check(name, values.question(step.condition))
         case steps.Set():
             return leaves.Set(name, lambda: values.assign(step.values))
+        case steps.Publish():
+            return PublishLeaf(
+                name,
+                step.topic,
+                step.type,
+                lambda: values.resolve(step.message),
+                step.readers,
+                step.server_timeout,
+                values.place,
+            )
     raise TypeError(f"no behaviour is known for a step of kind '{step.kind}'")
 
 

@@ -184,20 +184,28 @@ def name_of(step: steps.Step) -> str:
     """What a step is called in the tree."""
     if step.name:
         return step.name
-    match step:
-        case steps.Action(action=name) | steps.Service(service=name):
-            return name.strip("/")
-        case steps.WaitFor(topic=topic):
-            return f"wait for {topic.strip('/')}"
-        case (
-            steps.Check(condition=Expression(text=text))
-            | steps.Guard(condition=Expression(text=text))
-            | steps.When(condition=Expression(text=text))
-        ):
-            return f"{step.kind} {text}"
-        case steps.Set(values=values):
-            return f"set {', '.join(values)}"
-    return step.kind
+    find = _NAMES.get(type(step))
+    return step.kind if find is None else find(step)
+
+
+def _asking(step: Any) -> str:
+    condition = step.condition
+    text = condition.text if isinstance(condition, Expression) else str(condition).lower()
+    return f"{step.kind} {text}"
+
+
+_NAMES: dict[type[steps.Step], Callable[[Any], str]] = {
+    steps.Action: lambda step: step.action.strip("/"),
+    steps.Service: lambda step: step.service.strip("/"),
+    steps.Publish: lambda step: f"publish {step.topic.strip('/')}",
+    steps.WaitFor: lambda step: f"wait for {step.topic.strip('/')}",
+    steps.Subtree: lambda step: step.tree,
+    steps.Python: lambda step: step.target.rpartition(":")[2],
+    steps.Check: _asking,
+    steps.Guard: _asking,
+    steps.When: _asking,
+    steps.Set: lambda step: f"set {', '.join(step.values)}",
+}
 
 
 def values_read(condition: Expression, fields: Mapping[str, Any]) -> str:

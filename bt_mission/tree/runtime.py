@@ -41,6 +41,10 @@ class Scope:
     seed: int
     _generators: dict[str, random.Random] = field(default_factory=dict)
 
+    def inner(self) -> Scope:
+        """A scope for a named tree: variables of its own, the same generators."""
+        return Scope({}, self.seed, self._generators)
+
     def random(self, path: str) -> random.Random:
         """The generator of the node at ``path``, the same in every run of one seed."""
         if path not in self._generators:
@@ -84,6 +88,24 @@ class Reader(Protocol):
         """What is known of the topic's publishers, for people."""
 
 
+class Speech(Protocol):
+    """Messages for a topic: :class:`bt_mission.topic_writer.TopicWriter`, for one."""
+
+    name: str
+
+    def prepare(self, fields: Mapping[str, Any]) -> Any:
+        """A message with these fields.
+
+        :raises BtMissionError: when a value does not fit its field.
+        """
+
+    def count_readers(self) -> int:
+        """How many subscriptions are matched."""
+
+    def publish(self, message: Any) -> None:
+        """Send a message."""
+
+
 class Runtime(Protocol):
     """Handed to every node's ``setup`` as ``runtime``."""
 
@@ -108,6 +130,12 @@ class Runtime(Protocol):
 
     def reader(self, topic: str, type_name: str) -> Reader:
         """The messages of a topic; one for each name and type.
+
+        :raises BtMissionError: for a type that is not installed.
+        """
+
+    def speech(self, topic: str, type_name: str) -> Speech:
+        """The publisher of a topic; one for each name and type.
 
         :raises BtMissionError: for a type that is not installed.
         """

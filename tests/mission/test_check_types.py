@@ -36,7 +36,7 @@ def faults(*modifiers, goal="{}", after="wait: 1", inputs="{n: 2, word: hi, xs: 
         + f"    - {after}\n"
     )
     assert mission.document is not None
-    found = type_faults(mission.document, mission, lambda _: SHAPES)
+    found = type_faults(mission, lambda _: SHAPES)
     return [(fault.line, fault.source[fault.column - 1 :], fault.message) for fault in found]
 
 
@@ -158,7 +158,7 @@ def test_an_unknown_type_is_told_at_the_type_and_hides_nothing_else():
         "    - action: {name: /b, type: a/action/B, goal: {what: 1}}\n"
     )
     assert mission.document is not None
-    found = list(type_faults(mission.document, mission, find))
+    found = list(type_faults(mission, find))
     assert [(fault.line, fault.column) for fault in found] == [(4, 32), (5, 7), (6, 51)]
     assert found[0].message == "the action type a/action/C is not installed"
     assert found[0].hint == "did you mean 'x'?"

@@ -21,8 +21,9 @@ HEAD = "mission: example\ninputs: {speed: 0.2, legs: 4}\ntree:\n  sequence:\n"
 
 
 @pytest.mark.parametrize("example", EXAMPLES)
-def test_an_example_is_a_sound_mission(example):
+def test_an_example_is_a_sound_mission(example, monkeypatch):
     """A whole mission, or nodes of one; without warnings, unread inputs apart."""
+    monkeypatch.chdir(PAGE.parent / "tutorials" / "code")  # where leaves of one's own are
     whole = example.startswith("mission:")
     indented = "".join(f"    {line}\n" for line in example.splitlines())
     mission = load_text(example if whole else HEAD + indented, "example.yaml")

@@ -7,16 +7,7 @@ import pytest
 from bt_mission.common.faults import MOST_FAULTS, InputError
 from bt_mission.mission import Expression, Template, load, load_text
 from bt_mission.mission.expressions import Text
-from bt_mission.mission.steps import (
-    Action,
-    Fallback,
-    Log,
-    Parallel,
-    Repeat,
-    Retry,
-    Sequence,
-    Wait,
-)
+from bt_mission.mission.steps import Action, Fallback, Log, Parallel, Repeat, Retry, Sequence, Wait
 
 HEAD = "mission: test\ninputs: {speed: 0.2, legs: 3}\ntree:\n"
 

@@ -90,7 +90,7 @@ def test_types_of_outputs_come_from_the_one_who_knows_them():
         "    - log: end\n"
     )
     kinds: dict[str, Any] = {"a": "number", "b": "text"}
-    *_, (_, variables) = walk(mission.tree, mission.inputs, lambda _, field: kinds[field])
+    *_, (_, variables) = walk(mission.main, lambda _, field: kinds[field])
     assert variables.types == {"n": "integer", "x": None, "y": "text", "z": "number"}
 
 

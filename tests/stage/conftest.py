@@ -15,7 +15,7 @@ import pytest
 
 from bt_mission.common.data import find
 from bt_mission.mission import load, load_text
-from bt_mission.mission.steps import Mission
+from bt_mission.mission.loaded import Mission
 from bt_mission.stage import Stage
 
 LIMIT_S = 600.0

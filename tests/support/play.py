@@ -82,6 +82,24 @@ class ScriptedTopic:
             listener(message(**fields))
 
 
+class ScriptedSpeech:
+    """A topic on which a mission publishes, with as many subscriptions as the test says."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.readers = 1
+        self.published: list[Any] = []
+
+    def prepare(self, fields: Mapping[str, Any]) -> Any:
+        return fields
+
+    def count_readers(self) -> int:
+        return self.readers
+
+    def publish(self, message: Any) -> None:
+        self.published.append(message)
+
+
 class Play:
     """An executive without ROS."""
 
@@ -92,6 +110,7 @@ class Play:
         self.said: list[str] = []
         self.services: dict[str, ScriptedService] = {}
         self.topics: dict[str, ScriptedTopic] = {}
+        self.speeches: dict[str, ScriptedSpeech] = {}
         self._server_type = server_type
         self.scope = Scope(dict(mission.inputs), mission.seed)
         self.ledger = Ledger(mission.seed, 3 * S, self._on_goal)
@@ -113,6 +132,9 @@ class Play:
 
     def reader(self, topic: str, type_name: str) -> ScriptedTopic:
         return self.topics.setdefault(topic, ScriptedTopic(topic))
+
+    def speech(self, topic: str, type_name: str) -> ScriptedSpeech:
+        return self.speeches.setdefault(topic, ScriptedSpeech(topic))
 
     def log(self, text: str) -> None:
         self.said.append(text)

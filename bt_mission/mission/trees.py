@@ -1,0 +1,210 @@
+"""Trees that have names: gathered from a mission file and the files it includes, and read.
+
+An included file lies in the folder of the file that includes it, or below, or is a shipped
+mission. Links are followed before that is judged.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from itertools import chain
+from pathlib import Path
+
+from bt_mission.common import data
+from bt_mission.common.faults import Fault, InputError, quoted
+from bt_mission.common.located import Document, read
+from bt_mission.mission.loaded import Mission, Tree
+from bt_mission.mission.models import Library, MissionFile, TreeDefinition
+from bt_mission.mission.reading import Reader, Signature
+from bt_mission.mission.steps import Key, Step, Subtree
+from bt_mission.mission.values import Type, type_of
+
+MOST_FILES = 100
+"""The most files that a mission includes, directly or not."""
+
+MOST_NODES = 100_000
+"""The most nodes of a mission, each use of a tree counted."""
+
+
+@dataclass
+class Shelf:
+    """The named trees of a mission as they are gathered."""
+
+    signatures: dict[str, Signature] = field(default_factory=dict)
+    faults: list[Fault] = field(default_factory=list)
+    _read: set[Path] = field(default_factory=set)
+
+    def gather(self, document: Document, written: MissionFile | Library) -> None:
+        """Take in the trees of a mission file, and of all that it includes."""
+        path = _real(Path(document.file))
+        self._gather(document, written, () if path is None else (path,))
+
+    def _gather(
+        self, document: Document, written: MissionFile | Library, within: tuple[Path, ...]
+    ) -> None:
+        for index, entry in enumerate(written.include):
+            self._include(document, ("include", index), entry, within)
+        for name, content in written.trees.items():
+            path = ("trees", name)
+            if name in self.signatures:
+                other = self.signatures[name]
+                line, _ = other.document.position(other.path, key=True)
+                message = f"there is a tree '{name}' already, in {other.document.file}:{line}"
+                self.faults.append(document.fault(path, message, key=True))
+                continue
+            reader = Reader(document)
+            definition = reader.written(TreeDefinition, path, content)
+            self.faults += reader.faults
+            if definition is not None:
+                types: dict[str, Type | None] = dict(definition.needs)
+                for given, value in definition.inputs.items():
+                    if given in definition.needs:
+                        place = (*path, "inputs", given)
+                        message = f"'{given}' is needed, so it can have no value of its own"
+                        self.faults.append(document.fault(place, message, key=True))
+                    types[given] = type_of(value)
+                self.signatures[name] = Signature(name, definition, types, document, path)
+
+    def _include(
+        self, document: Document, place: tuple[Key, ...], entry: str, within: tuple[Path, ...]
+    ) -> None:
+        try:
+            shown, path = _located(document, entry)
+        except InputError as error:
+            self.faults += [document.fault(place, one.message, one.hint) for one in error.faults]
+            return
+        if path in within:
+            ring = " -> ".join(one.name for one in (*within[within.index(path) :], path))
+            self.faults.append(document.fault(place, f"the files include each other: {ring}"))
+        elif path not in self._read:
+            self._read.add(path)
+            if len(self._read) > MOST_FILES:
+                message = f"more than {MOST_FILES} files are included"
+                self.faults.append(document.fault(place, message))
+                return
+            try:
+                included = read(shown)
+            except InputError as error:
+                self.faults += error.faults
+                return
+            reader = Reader(included)
+            library = reader.written(Library, (), included.data)
+            self.faults += reader.faults
+            if library is not None:
+                self._gather(included, library, (*within, path))
+
+
+def read_trees(shelf: Shelf) -> tuple[dict[str, Tree], list[Fault]]:
+    """Return the named trees of a shelf as far as they can be read, and what is wrong with them."""
+    trees: dict[str, Tree] = {}
+    faults: list[Fault] = []
+    for name, signature in shelf.signatures.items():
+        document, path = signature.document, (*signature.path, "do")
+        found: object = document.data
+        for key in path:
+            found = found[key] if isinstance(found, dict) and key in found else None
+        reader = Reader(document, shelf.signatures)
+        body = reader.node(found, path)
+        faults += reader.faults
+        if body is not None:
+            trees[name] = Tree(
+                name=name,
+                body=body,
+                document=document,
+                path=signature.path,
+                inputs=signature.definition.inputs,
+                types=signature.types,
+                outputs=signature.definition.outputs,
+                lost=frozenset(reader.lost),
+            )
+    return trees, faults
+
+
+def size_faults(document: Document, mission: Mission) -> Iterator[Fault]:
+    """Yield a fault for trees that use themselves, or for a mission that grows without measure."""
+    sizes: dict[str, int] = {}
+    for tree in mission.trees.values():
+        ring = _ring(tree.name, mission.trees, ())
+        if ring and ring[0] == tree.name == min(ring):
+            names = " -> ".join((*ring, ring[0]))
+            message = f"a tree cannot use itself: {names}"
+            yield tree.document.fault(tree.path, message, key=True)
+            return
+    count = _size(mission.tree, mission.trees, sizes)
+    if count > MOST_NODES:
+        message = f"the mission has {count:,} nodes, each use of a tree counted"
+        yield document.fault(("tree",), f"{message}; at most {MOST_NODES:,} are built", key=True)
+
+
+def used(mission: Mission) -> dict[str, None]:
+    """Return the names of the trees that a mission uses, directly or not."""
+    found: dict[str, None] = {}
+    waiting = [mission.tree]
+    while waiting:
+        for step in waiting.pop().walk():
+            if isinstance(step, Subtree) and step.tree not in found and step.tree in mission.trees:
+                found[step.tree] = None
+                waiting.append(mission.trees[step.tree].body)
+    return found
+
+
+def _uses(body: Step) -> list[str]:
+    return list(dict.fromkeys(step.tree for step in body.walk() if isinstance(step, Subtree)))
+
+
+def _ring(name: str, trees: Mapping[str, Tree], above: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the names of a ring of trees that use each other, or nothing."""
+    visited: set[str] = set()
+    stack: list[tuple[str, tuple[str, ...]]] = [(name, above)]
+    while stack:
+        current, way = stack.pop()
+        if current in way:
+            return way[way.index(current) :]
+        if current in visited or current not in trees:
+            continue
+        visited.add(current)
+        stack += [(below, (*way, current)) for below in _uses(trees[current].body)]
+    return ()
+
+
+def _size(body: Step, trees: Mapping[str, Tree], sizes: dict[str, int]) -> int:
+    count = 0
+    for step in body.walk():
+        count += 1
+        if isinstance(step, Subtree) and step.tree in trees:
+            if step.tree not in sizes:
+                sizes[step.tree] = _size(trees[step.tree].body, trees, sizes)
+            count += sizes[step.tree]
+    return count
+
+
+def _located(document: Document, entry: str) -> tuple[Path, Path]:
+    """Return an included file as it is shown, and where it really is. Raises InputError."""
+    base = Path(document.file).parent
+    shipped = [folder.resolve() for folder in data.folders("missions")]
+    candidates = [base / entry] if _real(Path(document.file)) else []
+    candidates += [folder / entry for folder in data.folders("missions")]
+    found = next((one for one in candidates if _real(one) is not None), None)
+    if found is None:
+        raise InputError([Fault(f"no such file {quoted(entry)}", entry)])
+    real = _real(found)
+    assert real is not None
+    allowed = [base.resolve(), *shipped]
+    if not any(real.is_relative_to(folder) for folder in allowed):
+        message = f"{quoted(entry)} lies outside of the folder of the file that includes it"
+        raise InputError([Fault(message, entry)])
+    return found, real
+
+
+def _real(path: Path) -> Path | None:
+    """Return where a file really is, links followed; None where there is none."""
+    try:
+        return path.resolve(strict=True) if path.is_file() else None
+    except (OSError, RuntimeError, ValueError):  # a ring of links, a name that is too long
+        return None
+
+
+def all_steps(mission: Mission) -> Iterator[Step]:
+    """Yield every step of a mission and of its named trees."""
+    return chain.from_iterable(tree.body.walk() for tree in mission.all_trees)

@@ -1,0 +1,60 @@
+"""What control flow says and draws, beyond the statuses in test_statuses.py."""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+def test_choose_draws_from_the_missions_seed(play: Any) -> None:
+    """In proportion to the weights, and the same in every run of one seed."""
+    tree = "  repeat: {count: 400}\n  do:\n    choose: [{log: a}, {log: b}]\n    weights: [3, 1]"
+    said = []
+    for seed in (1, 1, 2):
+        story = play(tree, f"mission: t\nseed: {seed}")
+        story.tick(400)
+        said.append("".join(story.said))
+    assert said[0] == said[1] != said[2]
+    assert 0.7 < said[0].count("a") / 400 < 0.8
+
+
+def test_for_each_hands_over_each_element_and_takes_the_variable_away(play: Any) -> None:
+    """Lists of lists, too; behind the loop the name means nothing."""
+    story = play("  for_each: {p: [[1, 2], [3]]}\n  do: {log: '${len(p)} of $p'}")
+    story.tick(2)
+    assert story.status == "success"
+    assert story.said == ["2 of 1, 2", "1 of 3"]
+    assert story.scope.values == {}
+
+
+def test_set_works_one_after_another(play: Any) -> None:
+    """A value may read the one before it, and the message says what was set."""
+    story = play("  sequence: [{set: {a: 2, b: a * 3, c: \"'x'\", d: [1, 2]}}, {log: $b $c}]")
+    story.tick()
+    assert story.said == ["6 x"]
+    assert story.root.children[0].feedback_message == "a = 2, b = 6, c = x, d = a list of 2"
+
+
+def test_a_condition_says_what_it_read(play: Any) -> None:
+    """In the reason of the failure."""
+    story = play("  check: speed > 1 and legs == 2", "mission: t\ninputs: {speed: 2, legs: 3}")
+    story.tick()
+    assert story.executive.reason == (
+        "'check speed > 1 and legs == 2' does not hold (speed = 2, legs = 3)"
+    )
+
+
+def test_a_timeout_says_what_it_was(play: Any) -> None:
+    """And the mission's reason names the node, rather than the child that was halted."""
+    story = play("  timeout: 0.1\n  do: {wait: 5}\n  name: hurry")
+    assert story.tick() == "RR"
+    assert story.root.feedback_message == "0.1 s left"
+    story.tick(2)
+    assert story.executive.reason == "'hurry' not done within 0.1 s"
+
+
+def test_a_condition_that_is_neither_true_nor_false_fails_the_mission(play: Any) -> None:
+    """Its type shows only at run time, where an element of a mixed list is asked."""
+    story = play("  for_each: {one: [true, 3]}\n  do: {check: $one}")
+    story.tick(2)
+    assert story.status == "failure"
+    assert "'$one' gave 3, not true or false" in story.executive.reason

@@ -1,0 +1,120 @@
+"""Named trees: variables of their own, and what goes in and out."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bt_mission_interfaces.action import Turn
+
+HEAD = """\
+mission: t
+seed: 3
+inputs: {far: 5}
+trees:
+  visit:
+    needs: {place: number}
+    inputs: {speed: 0.5}
+    outputs: {turned: number, note: text}
+    do:
+      sequence:
+        - turn: {angle: $place}
+          timeout: 9
+          outputs: {angle_turned: turned}
+        - log: at $place with $speed, turned $turned
+        - set: {note: "'been there'"}
+"""
+
+
+def result(angle: float) -> Any:
+    """What /turn gives back."""
+    return Turn.Result(angle_turned=angle)
+
+
+def test_inputs_go_in_and_outputs_come_out(play: Any) -> None:
+    """The tree sees its own variables, the caller what it asked for."""
+    story = play(
+        "  sequence:\n"
+        "    - tree: {name: visit, inputs: {place: far * 2}}\n"
+        "      outputs: {turned: t, note: n}\n"
+        "    - log: $t, $n",
+        HEAD,
+    )
+    assert story.tick() == "RRRRII" + "I"
+    (request,) = story.turn.requests
+    assert request["angle"].as_value() == 10
+    story.turn.accept()
+    story.turn.succeed(result(9.5))
+    assert story.tick() == "SSSSSSS"
+    assert story.said == ["at 10 with 0.5, turned 9.5", "9.5, been there"]
+    assert story.scope.values == {"far": 5, "t": 9.5, "n": "been there"}
+
+
+def test_each_use_begins_afresh(play: Any) -> None:
+    """What one use has written, the next does not see; nor does the same one, when run again."""
+    head = (
+        "mission: t\ntrees:\n  count:\n    inputs: {n: 1}\n    outputs: {m: integer}\n"
+        "    do:\n      sequence: [{set: {m: n + 1}}, {log: $m}]\n"
+    )
+    story = play(
+        "  repeat: {count: 2}\n  do:\n    sequence:\n"
+        "      - {tree: count, outputs: {m: a}}\n"
+        "      - {tree: {name: count, inputs: {n: $a}}, outputs: {m: b}}\n",
+        head,
+    )
+    story.tick(2)
+    assert story.said == ["2", "3", "2", "3"]
+    assert story.status == "success"
+
+
+def test_a_failed_tree_hands_out_what_it_wrote(play: Any) -> None:
+    """As an action that was aborted does."""
+    head = (
+        "mission: t\ntrees:\n  half:\n    outputs: {m: integer, k: integer}\n"
+        "    do:\n      sequence: [{set: {m: 1}}, {check: m > 1}, {set: {k: 2}}]\n"
+    )
+    story = play("  fallback:\n    - {tree: half, outputs: {m: a, k: b}}\n    - log: $a\n", head)
+    story.tick()
+    assert story.said == ["1"]
+    assert story.scope.values == {"a": 1}
+
+
+def test_a_halted_tree_hands_out_nothing_and_its_goals_are_cancelled(play: Any) -> None:
+    """Halting goes through it as through any node."""
+    story = play(
+        "  parallel:\n"
+        "    - {tree: {name: visit, inputs: {place: 1}}, outputs: {turned: t}}\n"
+        "    - wait: 0.1\n"
+        "  succeed_when: any",
+        HEAD,
+    )
+    story.tick()
+    story.turn.accept()
+    assert story.tick(2)[0] == "S"
+    assert story.turn.cancels == [story.turn.goal]
+    assert "t" not in story.scope.values
+
+
+def test_two_uses_draw_from_generators_of_their_own(play: Any) -> None:
+    """What is random follows from the place of the node, in every use another one."""
+    head = "mission: t\ntrees:\n  lot:\n    do: {log: '${uniform(0, 1)}'}\n"
+    tree = "  sequence: [{tree: lot}, {tree: lot}]"
+    runs = []
+    for _ in range(2):
+        story = play(tree, head)
+        story.tick()
+        runs.append(story.said)
+    assert runs[0] == runs[1]
+    assert len(set(runs[0])) == 2
+
+
+def test_trees_may_use_trees(play: Any) -> None:
+    """Each with variables of its own."""
+    head = (
+        "mission: t\ntrees:\n"
+        "  inner:\n    needs: {x: number}\n    outputs: {y: number}\n    do: {set: {y: x * 2}}\n"
+        "  outer:\n    inputs: {x: 1}\n    outputs: {z: number}\n    do:\n      sequence:\n"
+        "        - {tree: {name: inner, inputs: {x: x + 1}}, outputs: {y: z}}\n"
+    )
+    story = play("  sequence:\n    - {tree: outer, outputs: {z: w}}\n    - log: $w", head)
+    assert story.tick() == "SSSSSS"
+    assert story.said == ["4"]
