@@ -28,6 +28,7 @@ ROS_MODULES = (
     "action_servers/sensors.py",
     "action_servers/switches.py",
     "bt_mission/__main__.py",
+    "bt_mission/against.py",
     "bt_mission/attached.py",
     "bt_mission/cli/*",
     "bt_mission/courier.py",

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 from typing import Any
 
 from bt_mission.cli.exits import BAD_INPUT, SUCCESS
+from bt_mission.cli.middleware import refuse_absent_middleware
 from bt_mission.cli.options import add_mission_options, mission_file
 
 
@@ -19,6 +21,19 @@ def add_parser(commands: Any) -> None:
         "and prints every fault with its file, line and column. Nothing moves.",
     )
     add_mission_options(parser)
+    parser.add_argument(
+        "--json",
+        action="store_true",
+        help="print a list with an object for each fault and warning, for editors and programs",
+    )
+    parser.add_argument(
+        "--against",
+        action="store_true",
+        help="also look for the mission's actions, services and topics in the running ROS graph",
+    )
+    parser.add_argument(
+        "--namespace", help="with --against: the robot's namespace (default: none)", default=None
+    )
     parser.set_defaults(command=check_file)
 
 
@@ -26,6 +41,17 @@ def load_checked(options: argparse.Namespace) -> Any:
     """Load the mission that the options name and check it; warnings go to standard error.
 
     :raises InputError: with every fault.
+    """
+    mission, warnings = examined(options)
+    for warning in warnings:
+        print(warning, file=sys.stderr)
+    return mission
+
+
+def examined(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
+    """Load the mission that the options name and check it; gives it with all warnings.
+
+    :raises InputError: with every fault, warnings included.
     """
     from bt_mission.common.located import InputError
     from bt_mission.common.robot import load_robot
@@ -41,18 +67,18 @@ def load_checked(options: argparse.Namespace) -> Any:
     )
     if mission is None:
         raise InputError(faults)
-    for warning in faults:
-        print(warning, file=sys.stderr)
     if mission.world:
         load_world(mission.world, near=mission.file)
     load_robot(mission.robot, near=mission.file)
-    return mission
+    return mission, faults
 
 
 def check_file(options: argparse.Namespace) -> int:
     """Print every fault, or that there is none."""
     from bt_mission.common.located import InputError
 
+    if options.json:
+        return _check_for_programs(options)
     try:
         mission = load_checked(options)
     except InputError as error:
@@ -63,4 +89,35 @@ def check_file(options: argparse.Namespace) -> int:
     count = sum(1 for _ in mission.tree.walk())
     nodes = "1 node" if count == 1 else f"{count} nodes"
     print(f"{mission.file}: mission '{mission.name}' is sound ({nodes})")
-    return SUCCESS
+    return _check_against(mission, options.namespace) if options.against else SUCCESS
+
+
+def _check_against(mission: Any, namespace: str | None) -> int:
+    """Print what the running graph has of what the mission uses."""
+    refuse_absent_middleware()
+    from bt_mission.against import look_for
+
+    findings = look_for(mission, namespace)
+    width = max((len(one.wanted.name) for one in findings), default=0)
+    for one in findings:
+        sign = "there" if one.is_there else "of another type" if one.types else "missing"
+        print(f"  {one.wanted.what:7}  {one.wanted.name:{width}}  {one.wanted.type}  {sign}")
+    missing = [one.fault() for one in findings if not one.is_there]
+    for fault in missing:
+        print(fault, file=sys.stderr)
+    print(f"{len(findings) - len(missing)} of {len(findings)} are in the graph")
+    return BAD_INPUT if missing else SUCCESS
+
+
+def _check_for_programs(options: argparse.Namespace) -> int:
+    """Print faults and warnings as one JSON list: file, line, column, severity, message, hint."""
+    from bt_mission.common.located import InputError
+
+    try:
+        _, faults = examined(options)
+        code = SUCCESS
+    except InputError as error:
+        faults, code = error.faults, BAD_INPUT
+    keys = ("file", "line", "column", "severity", "message", "hint")
+    print(json.dumps([{key: getattr(fault, key) for key in keys} for fault in faults], indent=2))
+    return code

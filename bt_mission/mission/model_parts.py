@@ -18,7 +18,10 @@ from bt_mission.mission import rules
 NUMBER_SCHEMA = WithJsonSchema({"type": ["number", "string"]})
 TEXT_SCHEMA = WithJsonSchema({"type": "string"})
 OBJECT_SCHEMA = WithJsonSchema({"type": "object", "minProperties": 1, "maxProperties": 1})
-NODE_SCHEMA = WithJsonSchema({"type": "object", "title": "node"})
+NODE_MARK, TREE_MARK = "x-node", "x-tree"
+"""Stand in a schema where a node or the definition of a tree does (`schema.py`)."""
+
+NODE_SCHEMA = WithJsonSchema({NODE_MARK: True})
 
 Child = Annotated[Any, NODE_SCHEMA]
 Children = Annotated[list[Child], Field(min_length=1)]
@@ -32,7 +35,9 @@ Weight = Annotated[
     float, PlainValidator(rules.WEIGHT.parse_constant), WithJsonSchema({"type": "number"})
 ]
 FeedbackCondition = Annotated[Any, PlainValidator(rules.condition), TEXT_SCHEMA]
-Condition = Annotated[Any, PlainValidator(rules.question), TEXT_SCHEMA]
+Condition = Annotated[
+    Any, PlainValidator(rules.question), WithJsonSchema({"type": ["string", "boolean"]})
+]
 Computed = Annotated[Any, PlainValidator(rules.computed), WithJsonSchema({})]
 Elements = Annotated[
     Any, PlainValidator(rules.elements), WithJsonSchema({"type": ["array", "string"]})
@@ -44,7 +49,7 @@ ResultField = Annotated[str, PlainValidator(rules.result_field), TEXT_SCHEMA]
 InputValue = Annotated[Any, PlainValidator(rules.plain), WithJsonSchema({})]
 GoalPart = Annotated[Any, PlainValidator(rules.goal_part), WithJsonSchema({})]
 Goal = dict[str, GoalPart]
-Trees = Annotated[Any, WithJsonSchema({"type": "object"})]
+Trees = Annotated[Any, WithJsonSchema({TREE_MARK: True})]
 Line = Annotated[str, Field(min_length=1, max_length=200), AfterValidator(rules.printable)]
 
 

@@ -154,7 +154,9 @@ class _WhenNode(Node):
 
 
 # `else` cannot be written as the name of a field.
-WhenNode = create_model("WhenNode", __base__=_WhenNode, **{"else": (Child, None)})  # type: ignore[call-overload]
+WhenNode = create_model(
+    "WhenNode", __base__=_WhenNode, __doc__=_WhenNode.__doc__, **{"else": (Child, None)}
+)  # type: ignore[call-overload]
 
 
 class ForEachNode(Node):

@@ -207,6 +207,23 @@ def test_check_says_that_a_mission_is_sound(
     assert capsys.readouterr().out == f"{path}: mission 'short' is sound (1 node)\n"
 
 
+def test_check_speaks_to_programs(mission: Any, capsys: pytest.CaptureFixture[str]) -> None:
+    """A JSON list, empty where nothing is to be said; the exit code is that of the words."""
+    assert main(["check", "--json", mission(WAIT)]) == 0
+    assert json.loads(capsys.readouterr().out) == []
+    path = mission("mission: short\ntree: {wate: 1}\n")
+    assert main(["check", "--json", path]) == 2
+    (fault,) = json.loads(capsys.readouterr().out)
+    assert (fault["file"], fault["line"], fault["column"]) == (path, 2, 8)
+    assert (fault["severity"], fault["hint"]) == ("error", "did you mean 'wait'?")
+
+
+def test_the_schema_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
+    """As JSON, to be put into a file."""
+    assert main(["schema"]) == 0
+    assert json.loads(capsys.readouterr().out)["title"] == "bt-mission"
+
+
 def test_the_trace_can_be_written_to_a_file(
     mission: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
