@@ -146,7 +146,8 @@ class Attempt:
     def _wait_for_server(self, now_ns: int) -> Ending | None:
         busy = self._ledger.has_orphan_at(self._courier)
         if not busy and self._courier.is_ready():
-            self.goal = self._ledger.send(self._courier, self._owner, self._request)
+            grace_ns = round(self._limits.cancel * NS)
+            self.goal = self._ledger.send(self._courier, self._owner, self._request, grace_ns)
             self._since_ns = now_ns
             return None
         if now_ns - self._since_ns < self._limits.server * NS:

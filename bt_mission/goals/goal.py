@@ -118,11 +118,13 @@ class Goal:
     :param id: the goal's UUID, 16 bytes.
     :param courier: carries its requests.
     :param owner: who sent it, for people.
+    :param grace_ns: how long it may take to end once nobody wants it, until it is left behind.
     """
 
     id: bytes
     courier: Courier
     owner: str
+    grace_ns: int = 0
     phase: Phase = Phase.SENT
     accepted: bool = False
     cancel_refused: bool = False

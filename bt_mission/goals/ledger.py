@@ -25,7 +25,8 @@ class Ledger:
     """Holds goals to their confirmed end.
 
     :param seed: goal UUIDs are made from it, so that a run repeats.
-    :param grace_ns: how long an orphaned goal may take to end before it counts as left behind.
+    :param grace_ns: how long an orphaned goal may take to end before it counts as left behind,
+        where its sender says nothing else.
     :param on_event: told of every goal that is sent, handed over, given up or ended.
     """
 
@@ -40,6 +41,7 @@ class Ledger:
         self._on_event = on_event
         self._open: dict[bytes, Goal] = {}
         self._retry_ns: dict[bytes, int] = {}
+        self._given_up: set[bytes] = set()
         self.goals_sent = 0
 
     @property
@@ -52,13 +54,17 @@ class Ledger:
         """Is no goal alive, as far as can still be found out?"""
         return not any(goal.is_live for goal in self._open.values())
 
-    def send(self, courier: Courier, owner: str, request: Any) -> Goal:
-        """Send ``request`` as a new goal and keep it until it ends."""
+    def send(self, courier: Courier, owner: str, request: Any, grace_ns: int | None = None) -> Goal:
+        """Send ``request`` as a new goal and keep it until it ends.
+
+        :param grace_ns: instead of the ledger's own.
+        """
         self.goals_sent += 1
         digest = bytearray(hashlib.sha256(f"{self._seed}/{self.goals_sent}".encode()).digest()[:16])
         digest[6] = digest[6] & 0x0F | 0x80  # RFC 9562: version 8, made by the application
         digest[8] = digest[8] & 0x3F | 0x80  # RFC 9562: variant
-        goal = Goal(bytes(digest), courier, owner)
+        grace_ns = self._grace_ns if grace_ns is None else grace_ns
+        goal = Goal(bytes(digest), courier, owner, grace_ns)
         self._open[goal.id] = goal
         self._on_event("sent", goal)
         try:
@@ -90,10 +96,17 @@ class Ledger:
             if goal.phase is Phase.ENDED:
                 del self._open[goal.id]
                 self._retry_ns.pop(goal.id, None)
+                self._given_up.discard(goal.id)
                 self._on_event("ended", goal)
             elif goal.orphaned_ns is None or not goal.is_live:
                 continue
-            elif now_ns >= goal.orphaned_ns + self._grace_ns:
+            elif goal.id in self._given_up:
+                # Heard of after all: it has as much time to end as if it were handed over now.
+                self._given_up.discard(goal.id)
+                goal.orphaned_ns = now_ns
+                self._retry_ns[goal.id] = now_ns + RETRY_NS
+            elif now_ns >= goal.orphaned_ns + goal.grace_ns:
+                self._given_up.add(goal.id)
                 goal.on(Event.GIVEN_UP)
                 self._on_event("given up", goal)
             elif goal.phase is Phase.ACTIVE and now_ns >= self._retry_ns[goal.id]:

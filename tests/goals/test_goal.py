@@ -78,22 +78,40 @@ def test_each_event_in_each_phase_follows_the_table(phase: Phase, event: Event) 
     assert (str(goal.phase), requests.asked) == expected(phase, event)
 
 
-def test_an_ended_goal_stays_ended_in_every_order_of_arrival() -> None:
-    """In every order of up to five events: what ended stays ended, and asks for nothing more."""
-    for events in itertools.product(Event, repeat=5):
+def test_what_holds_in_every_order_of_arrival() -> None:
+    """Of up to six events, repeated and out of place ones too: the promises of a goal's life."""
+    for events in itertools.product(Event, repeat=6):
         goal, requests = goal_in(Phase.SENT)
-        ended_with: list[str] | None = None
+        heard: list[Event] = []
         for event in events:
+            before, asked = goal.phase, len(requests.asked)
             goal.on(event)
-            if ended_with is not None:
-                assert goal.phase is Phase.ENDED, events
-                assert requests.asked == ended_with, events
-            elif goal.phase is Phase.ENDED:
-                ended_with = list(requests.asked)
-        if Event.ACCEPTED not in events:
-            assert requests.asked == [], events
-        if "cancel" in requests.asked:
-            assert requests.asked.index("result") < requests.asked.index("cancel")
+            heard.append(event)
+            new = requests.asked[asked:]
+            # What ended stays ended, and asks for nothing more.
+            if before is Phase.ENDED:
+                assert goal.phase is Phase.ENDED, heard
+                assert not new, heard
+            # It ends by an answer of the server, never by a wish of ours.
+            if goal.phase is Phase.ENDED and before is not Phase.ENDED:
+                assert event in (Event.REJECTED, Event.RESULT), heard
+            # An acceptance is asked for its result at once, and once alone until it is given up.
+            assert requests.asked.count("result") <= 1 + heard.count(Event.GIVEN_UP), heard
+            if goal.accepted:
+                assert "result" in requests.asked, heard
+            # Nothing is asked of a goal that was not accepted.
+            if requests.asked:
+                assert requests.asked[0] == "result", heard
+            # A goal that nobody wants is cancelled as soon as the server is known to have it.
+            if Event.UNWANTED in heard and goal.accepted and goal.phase is not Phase.ENDED:
+                assert "cancel" in requests.asked or Event.GIVEN_UP in heard, heard
+            # Only a wish, or an answer to one, cancels.
+            if "cancel" in new:
+                assert goal.phase is Phase.CANCELING, heard
+                assert event in (Event.UNWANTED, Event.ACCEPTED), heard
+            # To be lost is not to be forgotten.
+            if before is Phase.LOST and event is Event.ACCEPTED:
+                assert new == ["result", "cancel"], heard
 
 
 def test_a_goal_halted_before_its_answer_is_cancelled_on_acceptance() -> None:

@@ -72,3 +72,31 @@ def test_every_step_is_told(server: Any) -> None:
     server.cancel()
     ledger.tend(0)
     assert told == ["sent", "handed over", "ended"]
+
+
+def test_a_goal_that_is_heard_of_after_it_was_given_up_has_its_time_again(server: Any) -> None:
+    """From then on, and it is named again if that passes, too."""
+    ledger = Ledger(1, 3 * S)
+    goal = ledger.send(server, "leaf", {})
+    ledger.hand_over(goal, 0)
+    phases = []
+    for moment, moves in ((3, server.accept), (20, None), (23 - 1e-9, None), (23, None)):
+        ledger.tend(round(moment * S))
+        phases.append((str(goal.phase), ledger.is_settled))
+        if moves:
+            moves()
+    assert server.cancels == [goal]
+    assert phases == [("lost", True), ("canceling", False), ("canceling", False), ("lost", True)]
+
+
+def test_each_goal_has_the_grace_of_its_sender(server: Any) -> None:
+    """The limit of the leaf, not one for all."""
+    ledger = Ledger(1, 3 * S)
+    patient = ledger.send(server, "patient", {}, grace_ns=10 * S)
+    usual = ledger.send(server, "usual", {})
+    for goal in (patient, usual):
+        ledger.hand_over(goal, 0)
+    ledger.tend(3 * S)
+    assert (patient.phase, usual.phase) == (Phase.RECALLED, Phase.LOST)
+    ledger.tend(10 * S)
+    assert patient.phase is Phase.LOST
