@@ -10,12 +10,23 @@ from bt_mission.mission.model_parts import Node
 from bt_mission.mission.short_names import SHORT_NAMES
 from bt_mission.mission.steps import Step
 
+LimitsOf = Callable[[str], Mapping[str, Any]]
 
-def step_of(kind: str, written: Any, below: list[Step], common: dict[str, Any]) -> Step:
-    """Return a sound node as a step; `common` are the fields that every step has."""
+
+def step_of(
+    kind: str, written: Any, below: list[Step], common: dict[str, Any], limits: LimitsOf
+) -> Step:
+    """Return a sound node as a step; `common` are the fields that every step has.
+
+    `limits` tells what the mission says of the goals of an action, where its node says nothing.
+    """
+    if kind == "action":
+        settings = written.action
+        return _action(settings.name, settings.type, settings.goal, written, common, limits)
     if kind in SHORT_NAMES:
         short = SHORT_NAMES[kind]
-        return _action(short.action, short.type, getattr(written, kind), written, common)
+        goal = getattr(written, kind)
+        return _action(short.action, short.type, goal, written, common, limits)
     return _BUILD[kind](written, below, common)
 
 
@@ -34,9 +45,17 @@ def _for_each(written: models.ForEachNode, below: list[Step], common: dict[str, 
 
 
 def _action(
-    name: str, type_name: str, goal: Mapping[str, Any], written: Any, common: dict[str, Any]
+    name: str,
+    type_name: str,
+    goal: Mapping[str, Any],
+    written: Any,
+    common: dict[str, Any],
+    limits: LimitsOf,
 ) -> Step:
     modifiers = {key: getattr(written, key) for key in _GOAL_MODIFIERS}
+    for key, value in limits(name).items():
+        if modifiers[key] is None:
+            modifiers[key] = value
     return steps.Action(action=name, type=type_name, goal=goal, **modifiers, **common)
 
 
@@ -110,9 +129,6 @@ _BUILD: dict[str, Callable[[Any, list[Step], dict[str, Any]], Step]] = {
     "retry": _retry,
     "wait": lambda written, _below, common: steps.Wait(seconds=written.wait, **common),
     "log": lambda written, _below, common: steps.Log(message=written.log, **common),
-    "action": lambda written, _below, common: _action(
-        written.action.name, written.action.type, written.action.goal, written, common
-    ),
     "service": _service,
     "wait_for": _wait_for,
     "publish": _publish,

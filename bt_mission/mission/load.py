@@ -13,12 +13,14 @@ from bt_mission.common.faults import MOST_FAULTS, Fault, InputError, in_order
 from bt_mission.common.located import Document, read
 from bt_mission.common.located import read_text as read_yaml
 from bt_mission.mission.expressions import Plain
+from bt_mission.mission.goal_limits import GoalLimitsTable, server_faults
 from bt_mission.mission.inputs import overridden
 from bt_mission.mission.loaded import Mission
-from bt_mission.mission.models import MissionFile
+from bt_mission.mission.model_files import MissionFile
 from bt_mission.mission.reading import Reader
 from bt_mission.mission.review import scope_faults, warnings
-from bt_mission.mission.trees import Shelf, read_trees, size_faults
+from bt_mission.mission.steps import Action
+from bt_mission.mission.trees import Shelf, all_steps, read_trees, size_faults
 
 
 @dataclass(frozen=True)
@@ -74,11 +76,12 @@ def draft(
     shelf = Shelf()
     if written is not None:
         shelf.gather(document, written)
+        reader.limits = GoalLimitsTable.written(written)
     tree = None
     if isinstance(document.data, dict) and "tree" in document.data:
         reader.signatures = shelf.signatures
         tree = reader.node(document.data["tree"], ("tree",))
-    trees, faults = read_trees(shelf)
+    trees, faults = read_trees(shelf, reader.limits)
     faults = [*reader.faults, *shelf.faults, *faults]
     if written is None or tree is None:
         return Draft(document, None, in_order(faults))
@@ -98,6 +101,8 @@ def draft(
         document=document,
     )
     faults += [*wrong, *size_faults(document, mission)]
+    goals = (step.action for step in all_steps(mission) if isinstance(step, Action))
+    faults += server_faults(document, written.servers, goals)
     faults += islice(scope_faults(mission), MOST_FAULTS)
     return Draft(document, mission, in_order(faults))
 

@@ -43,6 +43,7 @@ Elements = Annotated[
     Any, PlainValidator(rules.elements), WithJsonSchema({"type": ["array", "string"]})
 ]
 Message = Annotated[Any, PlainValidator(rules.message), TEXT_SCHEMA]
+ActionName = Annotated[str, PlainValidator(rules.action_name), TEXT_SCHEMA]
 Variable = Annotated[str, PlainValidator(rules.variable), TEXT_SCHEMA]
 TreeName = Annotated[str, PlainValidator(rules.tree_name), TEXT_SCHEMA]
 ResultField = Annotated[str, PlainValidator(rules.result_field), TEXT_SCHEMA]

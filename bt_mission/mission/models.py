@@ -22,6 +22,7 @@ from bt_mission.mission.model_parts import (
     NUMBER_SCHEMA,
     OBJECT_SCHEMA,
     TEXT_SCHEMA,
+    ActionName,
     Child,
     Children,
     Computed,
@@ -30,7 +31,6 @@ from bt_mission.mission.model_parts import (
     FeedbackCondition,
     FixedLimit,
     Goal,
-    InputValue,
     Limit,
     Line,
     Message,
@@ -39,27 +39,11 @@ from bt_mission.mission.model_parts import (
     Seconds,
     Times,
     TreeName,
-    Trees,
     Variable,
     Weight,
     Written,
 )
 from bt_mission.mission.short_names import SHORT_NAMES
-
-
-class MissionFile(Written):
-    """The whole file."""
-
-    mission: Line
-    description: str = ""
-    world: Line = ""
-    robot: Line = "waffle"
-    seed: Annotated[int, Field(ge=0, lt=2**63)] = 0
-    map: Literal["known", "unknown"] = "known"
-    include: list[Line] = []
-    inputs: dict[Variable, InputValue] = {}
-    trees: dict[TreeName, Trees] = {}
-    tree: Child
 
 
 class SequenceNode(Node):
@@ -197,16 +181,16 @@ class GoalNode(Node):
     cancel_when: FeedbackCondition = None
     on_cancel: Literal["success", "failure"] = "failure"
     outputs: dict[ResultField, Variable] = {}
-    server_timeout: FixedLimit = 5.0
-    answer_timeout: FixedLimit = 2.0
+    server_timeout: FixedLimit | None = None
+    answer_timeout: FixedLimit | None = None
     silence_timeout: Limit = None
-    cancel_timeout: FixedLimit = 3.0
+    cancel_timeout: FixedLimit | None = None
 
 
 class ActionSettings(Written):
     """An action by its ROS name and type, and a goal for it."""
 
-    name: Annotated[str, PlainValidator(rules.action_name), TEXT_SCHEMA]
+    name: ActionName
     type: Annotated[str, PlainValidator(rules.action_type), TEXT_SCHEMA]
     goal: Goal = {}
 
@@ -290,26 +274,6 @@ class PythonNode(Node):
     python: Annotated[str, PlainValidator(rules.python_target), TEXT_SCHEMA]
     inputs: dict[Variable, Computed] = {}
     outputs: dict[Variable, Variable] = {}
-
-
-TypeWord = Literal["number", "integer", "bool", "text", "list"]
-
-
-class TreeDefinition(Written):
-    """A tree with a name: what it takes, what it gives, and what it does."""
-
-    description: str = ""
-    needs: dict[Variable, TypeWord] = {}
-    inputs: dict[Variable, InputValue] = {}
-    outputs: dict[Variable, TypeWord] = {}
-    do: Child
-
-
-class Library(Written):
-    """A file with trees for other files."""
-
-    include: list[Line] = []
-    trees: dict[TreeName, Trees] = {}
 
 
 def _short_node(name: str) -> type[GoalNode]:

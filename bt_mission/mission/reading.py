@@ -17,6 +17,8 @@ from bt_mission.common.located import Document, model_faults
 from bt_mission.mission import models, steps
 from bt_mission.mission.building import step_of
 from bt_mission.mission.expressions import Expression
+from bt_mission.mission.goal_limits import GoalLimitsTable
+from bt_mission.mission.model_files import TreeDefinition
 from bt_mission.mission.model_parts import Node, Written
 from bt_mission.mission.models import KINDS
 from bt_mission.mission.short_names import BROKEN
@@ -36,7 +38,7 @@ class Signature:
     """A named tree, as far as those who use it have to know it; `types` are those of its inputs."""
 
     name: str
-    definition: models.TreeDefinition
+    definition: TreeDefinition
     types: Mapping[str, Type | None]
     document: Document
     path: tuple[Key, ...]
@@ -46,12 +48,13 @@ class Signature:
 class Reader:
     """Reads nodes and collects the faults of all.
 
-    `signatures` are the named trees that may be used. `lost` are the outputs of nodes with faults:
-    they have a writer, though none that is kept.
+    `signatures` are the named trees that may be used, `limits` what the mission says of goals.
+    `lost` are the outputs of nodes with faults: they have a writer, though none that is kept.
     """
 
     document: Document
     signatures: Mapping[str, Signature] = field(default_factory=dict)
+    limits: GoalLimitsTable = field(default_factory=GoalLimitsTable)
     faults: list[Fault] = field(default_factory=list)
     lost: set[str] = field(default_factory=set)
 
@@ -122,7 +125,7 @@ class Reader:
         if kind == "choose" and written.weights and len(written.weights) != len(kept):
             message = f"expected {len(kept)} weights, one a child, got {len(written.weights)}"
             self.fault((*common["path"], "weights"), message)
-        return step_of(kind, written, kept, common)
+        return step_of(kind, written, kept, common, self.limits.of)
 
     def parallel(
         self, written: models.ParallelNode, kept: list[Step], common: dict[str, Any]

@@ -7,8 +7,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from bt_mission.mission.model_files import MissionFile, TreeDefinition
 from bt_mission.mission.model_parts import NODE_MARK, TREE_MARK
-from bt_mission.mission.models import KINDS, MissionFile, TreeDefinition
+from bt_mission.mission.models import KINDS
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 _NODE = {"$ref": "#/$defs/node"}

@@ -14,8 +14,9 @@ from pathlib import Path
 from bt_mission.common import data
 from bt_mission.common.faults import Fault, InputError, quoted
 from bt_mission.common.located import Document, read
+from bt_mission.mission.goal_limits import GoalLimitsTable
 from bt_mission.mission.loaded import Mission, Tree
-from bt_mission.mission.models import Library, MissionFile, TreeDefinition
+from bt_mission.mission.model_files import Library, MissionFile, TreeDefinition
 from bt_mission.mission.reading import Reader, Signature
 from bt_mission.mission.steps import Key, Step, Subtree
 from bt_mission.mission.values import Type, type_of
@@ -95,8 +96,11 @@ class Shelf:
                 self._gather(included, library, (*within, path))
 
 
-def read_trees(shelf: Shelf) -> tuple[dict[str, Tree], list[Fault]]:
-    """Return the named trees of a shelf as far as they can be read, and what is wrong with them."""
+def read_trees(shelf: Shelf, limits: GoalLimitsTable) -> tuple[dict[str, Tree], list[Fault]]:
+    """Return the named trees of a shelf as far as they can be read, and what is wrong with them.
+
+    `limits` are the mission's, also for the goals of trees that it includes.
+    """
     trees: dict[str, Tree] = {}
     faults: list[Fault] = []
     for name, signature in shelf.signatures.items():
@@ -104,7 +108,7 @@ def read_trees(shelf: Shelf) -> tuple[dict[str, Tree], list[Fault]]:
         found: object = document.data
         for key in path:
             found = found[key] if isinstance(found, dict) and key in found else None
-        reader = Reader(document, shelf.signatures)
+        reader = Reader(document, shelf.signatures, limits)
         body = reader.node(found, path)
         faults += reader.faults
         if body is not None:

@@ -10,7 +10,8 @@ import pytest
 from bt_mission.mission import Expression, load_text
 from bt_mission.mission.check import check
 from bt_mission.mission.expressions import RESERVED
-from bt_mission.mission.models import KINDS, MissionFile
+from bt_mission.mission.model_files import MissionFile
+from bt_mission.mission.models import KINDS
 from bt_mission.mission.values import show
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "mission-language.md"

@@ -3,7 +3,8 @@
 import pytest
 from pydantic import ValidationError
 
-from bt_mission.mission.models import KINDS, GoalNode, MissionFile
+from bt_mission.mission.model_files import MissionFile
+from bt_mission.mission.models import KINDS, GoalNode
 from bt_mission.mission.short_names import SHORT_NAMES
 
 
