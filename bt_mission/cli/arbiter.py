@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from bt_mission.cli.middleware import refuse_absent_middleware
+from bt_mission.cli.middleware import prepare_middleware
 from bt_mission.common.data import find
 
 
@@ -38,7 +38,7 @@ def add_parser(commands: Any) -> None:
 
 def arbiter(options: argparse.Namespace) -> int:
     """Arbitrate until interrupted."""
-    refuse_absent_middleware()
+    prepare_middleware()
     from action_servers.real_arbiter import main
 
     return main(

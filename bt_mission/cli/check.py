@@ -8,7 +8,7 @@ import sys
 from typing import Any
 
 from bt_mission.cli.exits import BAD_INPUT, SUCCESS
-from bt_mission.cli.middleware import refuse_absent_middleware
+from bt_mission.cli.middleware import prepare_middleware
 from bt_mission.cli.options import add_mission_options, mission_file
 
 
@@ -94,7 +94,7 @@ def check_file(options: argparse.Namespace) -> int:
 
 def _check_against(mission: Any, namespace: str | None) -> int:
     """Print what the running graph has of what the mission uses."""
-    refuse_absent_middleware()
+    prepare_middleware()
     from bt_mission.against import look_for
 
     findings = look_for(mission, namespace)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from bt_mission.cli.middleware import refuse_absent_middleware
+from bt_mission.cli.middleware import prepare_middleware
 
 
 def add_parser(commands: Any) -> None:
@@ -35,7 +35,7 @@ def add_parser(commands: Any) -> None:
 
 def mapper(options: argparse.Namespace) -> int:
     """Map until interrupted."""
-    refuse_absent_middleware()
+    prepare_middleware()
     from action_servers.mapping.node import main
     from bt_mission.common.data import find
 

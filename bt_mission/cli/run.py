@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
-from bt_mission.cli.middleware import refuse_absent_middleware
+from bt_mission.cli.middleware import prepare_middleware
 from bt_mission.cli.options import add_mission_options
 from bt_mission.common.errors import BtMissionError
 
@@ -86,7 +86,7 @@ def _run(options: argparse.Namespace) -> int:
     from bt_mission.session import drive
     from bt_mission.terminal.views import view_for
 
-    refuse_absent_middleware()
+    prepare_middleware()
     refuse_contradictions(options)
     mission = load_checked(options)
     view = view_for(sys.stdout, plain=options.plain, quiet=options.json)

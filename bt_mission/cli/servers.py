@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from bt_mission.cli.middleware import refuse_absent_middleware
+from bt_mission.cli.middleware import prepare_middleware
 from bt_mission.common.data import find
 
 
@@ -45,7 +45,7 @@ def add_parser(commands: Any) -> None:
 
 def servers(options: argparse.Namespace) -> int:
     """Serve until interrupted."""
-    refuse_absent_middleware()
+    prepare_middleware()
     from action_servers.node import main
 
     return main(

@@ -6,7 +6,7 @@ import argparse
 import os
 from typing import Any
 
-from bt_mission.cli.middleware import refuse_absent_middleware
+from bt_mission.cli.middleware import prepare_middleware
 from bt_mission.isolation import RANGE
 
 
@@ -39,7 +39,7 @@ def add_parser(commands: Any) -> None:
 
 def sim(options: argparse.Namespace) -> int:
     """Simulate until interrupted."""
-    refuse_absent_middleware()
+    prepare_middleware()
     # Who starts a simulation next to a robot does not mean to drive that robot with it.
     os.environ.setdefault(RANGE, "LOCALHOST")
     from sim.live import main

@@ -14,7 +14,7 @@ import rclpy
 from geometry_msgs.msg import TwistStamped
 from rclpy.executors import SingleThreadedExecutor
 
-from tests.support.processes import read_until, started
+from tests.support.processes import LOCAL, read_until, started
 
 pytestmark = pytest.mark.process
 
@@ -84,6 +84,28 @@ def test_sim_servers_and_executive_as_three_processes(drive: str, tmp_path: Path
             process.send_signal(signal.SIGINT)
             rest, _ = process.communicate(timeout=30)
             assert "Traceback" not in rest
+
+
+def test_servers_that_are_killed_are_missed(tmp_path: Path) -> None:
+    """Long before the goal's timeout; the goal that nobody confirms is named."""
+    mission = tmp_path / "move.yaml"
+    mission.write_text(
+        "mission: move\ntree:\n  retry: {attempts: 20, pause: 1}\n  do:\n"
+        "    sequence: [{move: {secs: 100, linear_velocity: 0.01}, timeout: 900}]\n"
+    )
+    with ExitStack() as stack:
+        options = ("--world", "empty_arena", "--no-camera")
+        sim = stack.enter_context(started("sim", *options, **LOCAL))
+        servers = stack.enter_context(started("servers", **LOCAL))
+        read_until(sim, "empty_arena")
+        run = stack.enter_context(started("run", str(mission), "--attach", "--plain", **LOCAL))
+        read_until(servers, "goal accepted")
+        servers.kill()
+        seen = read_until(run, "server lost: /move has gone from the graph")
+        run.send_signal(signal.SIGINT)
+        rest, _ = run.communicate(timeout=60)
+    assert "Traceback" not in seen + rest
+    assert "left behind: /move goal" in rest
 
 
 def test_nobody_hears_a_simulated_run_unless_asked(drive: str) -> None:
