@@ -4,12 +4,16 @@ The executive is driven by :meth:`Executive.tick`, called at the tick rate by a 
 clock. It goes through three stages: it ticks the tree until the root has a final status (or an
 exception, or an interruption halts it); it waits until the ledger has seen every goal to its
 confirmed end, which is bounded by the ledger's grace period; then it is done.
+
+It can be paused: then the tree is not ticked, or one tick at a time, while goals that nobody wants
+are still seen to their end. A breakpoint pauses it in the middle of a tick, just before a node
+starts.
 """
 
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -17,6 +21,7 @@ from pathlib import Path
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from bt_mission.breakpoints import Breakpoints
 from bt_mission.common.errors import BtMissionError
 from bt_mission.goals.goal import Goal
 from bt_mission.trace import Trace
@@ -64,6 +69,8 @@ class Executive:
         self.ticks = 0
         self.beats = 0
         self.started_ns = 0
+        self.paused: str | None = None
+        """Why it is paused; None while it is not."""
         self.listeners: list[Callable[[Change], None]] = []
         self._runtime = runtime
         self._trace = trace
@@ -71,7 +78,11 @@ class Executive:
         self._paths: dict[Behaviour, str] = {}
         self._known: dict[Behaviour, Status] = {}
         self._running: dict[Behaviour, None] = {}
+        self._walk: Iterator[Behaviour] | None = None
+        self._steps = 0
         self._name_nodes(root, "0")
+        self.breakpoints = Breakpoints(self._paths)
+        self._known[self.breakpoints.mark] = Status.RUNNING  # never its status, so always noted
         for node in root.iterate():
             node.setup(runtime=runtime)
 
@@ -96,10 +107,10 @@ class Executive:
             return
         self.beats += 1
         if self.status is MissionStatus.RUNNING:
-            if self.ticks == 0:
-                self.started_ns = self._runtime.now_ns
-            self.ticks += 1
-            self._tick_tree()
+            self.started_ns = self.started_ns or self._runtime.now_ns
+            if self.paused is None or self._steps > 0:
+                self._steps = 0
+                self._tick_tree()
         self._runtime.ledger.tend(self._runtime.now_ns)
         if self.status is MissionStatus.ENDING and self._runtime.ledger.is_settled:
             self._finish()
@@ -125,6 +136,52 @@ class Executive:
         self._runtime.ledger.tend(self._runtime.now_ns)
         self._finish()
 
+    # ---- pausing -------------------------------------------------------------------------
+
+    @property
+    def state(self) -> str:
+        """The status in one word for people; ``paused`` is one, too."""
+        is_paused = self.paused is not None and self.status is MissionStatus.RUNNING
+        return "paused" if is_paused else str(self.status)
+
+    @property
+    def nodes(self) -> tuple[Behaviour, ...]:
+        """Every node, depth first."""
+        return tuple(self._paths)
+
+    @property
+    def running_leaves(self) -> list[Behaviour]:
+        """The leaves that run, in the order in which they started."""
+        return [node for node in self._running if not node.children]
+
+    def pause(self, reason: str, *, keep_goals: bool = False) -> None:
+        """Tick the tree no more until resumed. ROS time, and with it every limit, goes on.
+
+        :param keep_goals: let goals run on, while no limit and no condition is looked at; else
+            they are cancelled, and their leaves start anew after the pause.
+        """
+        if self.status is not MissionStatus.RUNNING:
+            return
+        self.paused = reason
+        self._trace.record(self._runtime.now_ns, "paused", reason=reason, keep_goals=keep_goals)
+        if not keep_goals:
+            for leaf in self.running_leaves:
+                if isinstance(leaf, ActionLeaf):
+                    leaf.stop(Status.INVALID)
+            self._note_halted()
+
+    def resume(self) -> None:
+        """Go on after a pause."""
+        if self.paused is not None and self.status is MissionStatus.RUNNING:
+            self.paused = None
+            self._trace.record(self._runtime.now_ns, "resumed")
+
+    def step(self) -> None:
+        """While paused: let one tick pass, or the rest of the one that a breakpoint stopped."""
+        self._steps = 1
+
+    # ---- looking -------------------------------------------------------------------------
+
     def path_of(self, node: Behaviour) -> str:
         """The place of a node in the tree, such as ``0.1.0``."""
         return self._paths[node]
@@ -149,13 +206,21 @@ class Executive:
             current, place = stack.pop()
             self._paths[current] = place
             self._known[current] = Status.INVALID
-            stack += [(child, f"{place}.{i}") for i, child in enumerate(current.children)]
+            children = [(child, f"{place}.{i}") for i, child in enumerate(current.children)]
+            stack += reversed(children)
 
     def _tick_tree(self) -> None:
+        if self._walk is None:
+            self.ticks += 1
+            self._walk = self.root.tick()
         try:
-            for node in self.root.tick():
+            for node in self._walk:
                 if node.status is not self._known[node]:
+                    if node is self.breakpoints.mark:
+                        self._break()
+                        return
                     self._note(node)
+            self._walk = None
             self._note_halted()
         except BtMissionError as error:
             self._halt(MissionStatus.FAILURE, str(error))
@@ -166,6 +231,13 @@ class Executive:
                 self._end(MissionStatus.SUCCESS, "")
             elif self.root.status is not Status.RUNNING:
                 self._end(MissionStatus.FAILURE, self._why_failed())
+
+    def _break(self) -> None:
+        """Stop in the middle of a tick."""
+        node = self.breakpoints.reached
+        assert node is not None
+        self._note_halted()
+        self.pause(f"breakpoint at '{node.name}'")
 
     def _note_halted(self) -> None:
         """A node that the tree halts is not visited by the tick, but has changed all the same."""
@@ -208,6 +280,7 @@ class Executive:
     def _end(self, verdict: MissionStatus, reason: str) -> None:
         """See every goal to its end, whether or not its leaf has handed it over."""
         self.status, self._verdict, self.reason = MissionStatus.ENDING, verdict, reason
+        self.paused = self._walk = None
         for goal in self._runtime.ledger.open_goals:
             self._runtime.ledger.hand_over(goal, self._runtime.now_ns)
 

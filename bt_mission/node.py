@@ -12,11 +12,13 @@ from rclpy.qos import LivelinessPolicy, QoSProfile
 from std_msgs.msg import Empty
 
 from bt_mission.common.presence import LEASE_S, TOPIC
+from bt_mission.controls import Controls
 from bt_mission.courier import ActionCourier
 from bt_mission.executive import Executive
 from bt_mission.goals.goal import Goal
 from bt_mission.goals.ledger import Ledger
 from bt_mission.service_caller import ServiceCaller
+from bt_mission.status_topics import StatusTopics
 from bt_mission.topic_reader import TopicReader
 from bt_mission.topic_writer import TopicWriter
 from bt_mission.trace import Trace
@@ -49,6 +51,8 @@ class MissionNode(Node):
     :param say: where ``log`` nodes speak to; None is the ROS log.
     :param trace: where to record what happens; None makes a new one.
     :param goal_seed: goal ids are made from it; None is the mission's seed.
+    :param name: of the node.
+    :param has_controls: offer the topics and services for tools; None does, unless it is lean.
     :param why_rejected: tells why an action, by its resolved name, rejected its last goal.
     :raises BtMissionError: when the mission cannot be set up, such as an unknown action type.
     """
@@ -64,13 +68,15 @@ class MissionNode(Node):
         say: Callable[[str], None] | None = None,
         trace: Trace | None = None,
         goal_seed: str | None = None,
+        name: str = "bt_mission",
+        has_controls: bool | None = None,
         why_rejected: Callable[[str], str] | None = None,
     ) -> None:
         overrides = [Parameter("use_sim_time", value=use_sim_time)]
         if lean:
             overrides.append(Parameter("start_type_description_service", value=False))
         super().__init__(
-            "bt_mission",
+            name,
             context=context,
             namespace=namespace,
             enable_rosout=not lean,
@@ -90,7 +96,12 @@ class MissionNode(Node):
         self.trace = trace or Trace()
         self.ledger = Ledger(goal_seed or mission.seed, CANCEL_GRACE_NS, self._on_goal)
         self.executive = Executive(build_tree(mission, self.scope), self, self.trace)
-        self.create_timer(1 / TICK_RATE_HZ, self.executive.tick)
+        self._topics: StatusTopics | None = None
+        if has_controls if has_controls is not None else not lean:
+            Controls(self, lambda: self.executive)
+            self._topics = StatusTopics(self)
+            self._topics.begin(mission.name, self.executive)
+        self.create_timer(1 / TICK_RATE_HZ, self._tick)
 
     @property
     def now_ns(self) -> int:
@@ -129,6 +140,11 @@ class MissionNode(Node):
         """Say a line of the mission's to the people who watch, and to the trace."""
         self.trace.record(self.now_ns, "log", text=text)
         self._say(text)
+
+    def _tick(self) -> None:
+        self.executive.tick()
+        if self._topics is not None:
+            self._topics.flush()
 
     def _on_goal(self, what: str, goal: Goal) -> None:
         self.executive.record_goal(what, goal)

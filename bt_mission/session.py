@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 from collections.abc import Callable
 from contextlib import AbstractContextManager, ExitStack
+from dataclasses import replace
 from pathlib import Path
 from types import FrameType
 from typing import Protocol, Self
@@ -164,9 +165,19 @@ def _step(session: Session) -> None:
 
 def summarise(session: Session, wall_s: float) -> Report:
     """The report of a session that has ended."""
-    executive, mission = session.executive, session.mission
     virtual_s = (session.now_ns - session.start_ns) / 1e9
     distance = session.distance_travelled_m
+    return replace(
+        report_on(session.mission, session.executive, session.trace, virtual_s, wall_s),
+        collisions=session.collisions,
+        distance_travelled_m=None if distance is None else round(distance, 6),
+    )
+
+
+def report_on(
+    mission: Mission, executive: Executive, trace: Trace, virtual_s: float, wall_s: float
+) -> Report:
+    """The report of a mission that has ended, as far as its executive knows."""
     return Report(
         mission=mission.name,
         status=str(executive.status),
@@ -180,7 +191,7 @@ def summarise(session: Session, wall_s: float) -> Report:
         ticks=executive.ticks,
         goals_sent=executive.goals_sent,
         goals_left_behind=len(executive.goals_left_behind),
-        collisions=session.collisions,
-        distance_travelled_m=None if distance is None else round(distance, 6),
-        trace_sha256=session.trace.sha256,
+        collisions=None,
+        distance_travelled_m=None,
+        trace_sha256=trace.sha256,
     )

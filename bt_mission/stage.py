@@ -102,6 +102,7 @@ class Stage:
                 lean=True,
                 say=say,
                 trace=trace,
+                has_controls=visible,
                 why_rejected=self.servers.why_rejected,
             )
             made.callback(self.node.destroy_node)

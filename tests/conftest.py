@@ -2,7 +2,7 @@
 
 import os
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -107,3 +107,13 @@ def play(server: ScriptedServer) -> Callable[[str], Play]:
         return Play(f"{head}\ntree:\n{tree}", type(server))
 
     return start
+
+
+@pytest.fixture
+def ros() -> Iterator[Any]:
+    """Missions, and servers that the test plays, over real rclpy on one virtual clock."""
+    from tests.support.graph import Graph  # noqa: PLC0415 - after the environment is set
+
+    graph = Graph()
+    yield graph
+    graph.close()

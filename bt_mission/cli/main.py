@@ -8,11 +8,11 @@ import os
 import sys
 from collections.abc import Sequence
 
-from bt_mission.cli import arbiter, check, doctor, mapper, run, schema, servers, sim
+from bt_mission.cli import arbiter, check, doctor, mapper, run, schema, serve, servers, sim
 from bt_mission.cli.exits import BAD_INPUT, INTERRUPTED, MISSION_FAILED
 from bt_mission.common.errors import BtMissionError
 
-COMMANDS = (run, check, schema, sim, servers, mapper, arbiter, doctor)
+COMMANDS = (run, check, schema, serve, sim, servers, mapper, arbiter, doctor)
 
 TRACEBACK = "BT_MISSION_TRACEBACK"
 """Set in the environment, it shows where an unexpected error came from."""

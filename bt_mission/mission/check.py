@@ -7,7 +7,7 @@ a warning says that this was not done.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
@@ -23,12 +23,12 @@ from bt_mission.common.faults import (
     listed,
     quoted,
 )
-from bt_mission.common.located import Document, read
+from bt_mission.common.located import Document, read, read_text
 from bt_mission.common.robot import load_robot
 from bt_mission.mission.check_python import python_faults
 from bt_mission.mission.check_types import type_faults
 from bt_mission.mission.expressions import Plain
-from bt_mission.mission.load import draft
+from bt_mission.mission.load import Draft, draft
 from bt_mission.mission.loaded import Mission
 from bt_mission.mission.review import warnings
 from bt_mission.mission.short_names import SHORT_NAMES
@@ -58,8 +58,22 @@ def examine(
     What `load` refuses is checked as far as it goes, so that nothing hides behind something
     else. Nothing is raised.
     """
+    return _examined(lambda: draft(read(path), set, seed, world, robot))
+
+
+def examine_text(
+    text: str,
+    file: str = "<text>",
+    set: Mapping[str, Plain] | None = None,  # noqa: A002 - as in examine
+    seed: int | None = None,
+) -> tuple[Mission | None, tuple[Fault, ...]]:
+    """Load and check a mission in a text, as `examine` does a file."""
+    return _examined(lambda: draft(read_text(text, file), set, seed))
+
+
+def _examined(read_draft: Callable[[], Draft]) -> tuple[Mission | None, tuple[Fault, ...]]:
     try:
-        found = draft(read(path), set, seed, world, robot)
+        found = read_draft()
     except InputError as error:
         return None, error.faults
     if found.mission is None:

@@ -48,6 +48,7 @@ _OURS = {
     "record_distance": ShortName(
         "record_distance", "bt_mission_interfaces/action/RecordDistance", moves_base=False
     ),
+    "execute_mission": ShortName("execute_mission", "bt_mission_interfaces/action/ExecuteMission"),
     "navigate_to_pose": ShortName("navigate_to_pose", "nav2_msgs/action/NavigateToPose"),
     "follow_waypoints": ShortName("follow_waypoints", "nav2_msgs/action/FollowWaypoints"),
     "spin": ShortName("spin", "nav2_msgs/action/Spin"),

@@ -108,6 +108,36 @@ def test_servers_that_are_killed_are_missed(tmp_path: Path) -> None:
     assert "left behind: /move goal" in rest
 
 
+def test_a_mission_runs_missions_until_their_executive_is_told_to_end(tmp_path: Path) -> None:
+    """Ctrl-C at the executive that serves: its goals end, and the outer mission learns why."""
+    mission = tmp_path / "outer.yaml"
+    mission.write_text(
+        "mission: outer\ntree:\n  sequence:\n"
+        "    - execute_mission: {text: $first}\n      timeout: 60\n"
+        "    - execute_mission: {text: $second}\n      timeout: 300\n"
+        "inputs:\n  first: '{mission: inner, tree: {log: hello}}'\n"
+        "  second: '{mission: long, tree: {move: {secs: 100}, timeout: 200}}'\n"
+    )
+    with ExitStack() as stack:
+        options = ("--world", "empty_arena", "--no-camera")
+        sim = stack.enter_context(started("sim", *options, **LOCAL))
+        servers = stack.enter_context(started("servers", **LOCAL))
+        serve = stack.enter_context(started("serve", **LOCAL))
+        read_until(sim, "empty_arena")
+        read_until(serve, "waits for missions")
+        run = stack.enter_context(started("run", str(mission), "--attach", "--plain", **LOCAL))
+        read_until(servers, "goal accepted")
+        serve.send_signal(signal.SIGINT)
+        served, _ = serve.communicate(timeout=60)
+        seen, _ = run.communicate(timeout=60)
+    assert (serve.returncode, run.returncode) == (0, 1)
+    assert "inner: success" in served
+    assert "long: interrupted: interrupted by Ctrl-C" in served
+    assert "1 goals sent, 0 left behind" in served
+    assert "interrupted by Ctrl-C (code 901)" in seen
+    assert "Traceback" not in served + seen
+
+
 def test_nobody_hears_a_simulated_run_unless_asked(drive: str) -> None:
     """A robot on the same network would otherwise drive along."""
     context = rclpy.Context()

@@ -8,6 +8,7 @@ import pytest
 import rclpy
 from bt_mission_interfaces.action import (
     CameraSweep,
+    ExecuteMission,
     ExploreForward,
     ExploreFrontiers,
     FindColour,
@@ -16,7 +17,16 @@ from bt_mission_interfaces.action import (
     TakePictures,
     Turn,
 )
-from bt_mission_interfaces.msg import Collision, Coverage
+from bt_mission_interfaces.msg import (
+    Collision,
+    Coverage,
+    MissionState,
+    NodeStatus,
+    StatusChanges,
+    Tree,
+    TreeNode,
+)
+from bt_mission_interfaces.srv import GetStatuses, PauseMission, SetBreakpoint
 from example_interfaces.action import Fibonacci
 from example_interfaces.srv import AddTwoInts
 from nav2_msgs.action import (
@@ -80,6 +90,49 @@ FIELDS = [
         "int32 frontiers_visited, float area_mapped, uint16 error_code, string error_msg",
     ),
     (ExploreFrontiers.Feedback, "int32 frontiers_left, float area_mapped"),
+    (ExecuteMission.Goal, "string path, string text, sequence<string> inputs, int64 seed"),
+    (
+        ExecuteMission.Result,
+        (
+            "string status, string summary, double duration, uint32 ticks, uint32 goals_sent, "
+            "uint32 goals_left_behind, uint16 error_code, string error_msg"
+        ),
+    ),
+    (
+        ExecuteMission.Feedback,
+        (
+            "string status, string tip, sequence<string> running, sequence<string> doing, "
+            "double elapsed"
+        ),
+    ),
+    (TreeNode, "string name, string kind, string path, uint32 parent"),
+    (
+        Tree,
+        (
+            "builtin_interfaces/Time stamp, string run, string mission, "
+            "sequence<bt_mission_interfaces/TreeNode> nodes"
+        ),
+    ),
+    (NodeStatus, "uint32 node, uint8 status, string message"),
+    (
+        StatusChanges,
+        (
+            "builtin_interfaces/Time stamp, string run, uint32 sequence, "
+            "sequence<bt_mission_interfaces/NodeStatus> changes"
+        ),
+    ),
+    (
+        MissionState,
+        ("builtin_interfaces/Time stamp, string run, string mission, string status, string reason"),
+    ),
+    (PauseMission.Request, "boolean keep_goals"),
+    (PauseMission.Response, "boolean success, string message"),
+    (SetBreakpoint.Request, "string node, boolean remove"),
+    (SetBreakpoint.Response, "boolean success, string message, sequence<string> breakpoints"),
+    (
+        GetStatuses.Response,
+        "string run, uint32 sequence, sequence<bt_mission_interfaces/NodeStatus> statuses",
+    ),
     (
         Coverage,
         "std_msgs/Header header, float area, float fraction, int32 zones_visited, int32 zones",

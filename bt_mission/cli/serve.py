@@ -1,0 +1,110 @@
+"""``bt-mission serve``: the executive as an action server."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from typing import Any
+
+from bt_mission.cli.exits import INTERRUPTED, SUCCESS
+from bt_mission.cli.middleware import prepare_middleware
+
+EPILOG = """\
+examples:
+  bt-mission serve
+  ros2 action send_goal -f /execute_mission bt_mission_interfaces/action/ExecuteMission \\
+      "{path: missions/patrol.yaml, inputs: ['speed=0.15'], seed: 3}"
+  ros2 service call /bt_mission/pause bt_mission_interfaces/srv/PauseMission
+  ros2 service call /bt_mission/resume std_srvs/srv/Trigger
+
+in a mission:
+  - execute_mission: {path: missions/patrol.yaml}
+    timeout: 300
+
+exit codes: 0 ended by Ctrl-C with every goal ended, 2 bad input, 130 left at once
+"""
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command to the command line."""
+    parser = commands.add_parser(
+        "serve",
+        help="carry out missions that others send as goals of /execute_mission",
+        description="Offers the action /execute_mission, one mission at a time, against the action "
+        "servers of a running ROS graph; the services /bt_mission/pause, resume, step, stop and "
+        "breakpoint hold the mission that runs, and /bt_mission/tree, changes and state tell how "
+        "it goes. Ctrl-C sees every goal ended and the robot stopped; a second Ctrl-C leaves at "
+        "once.",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument(
+        "--namespace", default="", help="namespace of the robot whose servers carry missions out"
+    )
+    parser.add_argument(
+        "--on-new-goal",
+        choices=("replace", "refuse"),
+        default="replace",
+        help="what a mission does that comes while another runs (default: replace it)",
+    )
+    parser.add_argument(
+        "--wall-clock",
+        action="store_true",
+        help="keep to this machine's clock, without looking for /clock first",
+    )
+    parser.set_defaults(command=serve)
+
+
+def serve(options: argparse.Namespace) -> int:
+    """Serve until interrupted; gives the exit code."""
+    from bt_mission.cli.run import leaving_at_once
+
+    prepare_middleware()
+    with leaving_at_once():
+        return _serve(options)
+
+
+def _serve(options: argparse.Namespace) -> int:
+    from bt_mission.executive import Executive
+    from bt_mission.joined import JoinedGraph
+    from bt_mission.mission import Mission
+    from bt_mission.serve_node import ServeNode
+    from bt_mission.session import Interrupts
+    from bt_mission.terminal.plain import PlainLines
+
+    def say(text: str) -> None:
+        print(text, flush=True)
+
+    def watch(mission: Mission, executive: Executive) -> None:
+        say(f"{mission.name} (seed {mission.seed})")
+        executive.listeners.append(PlainLines(sys.stdout, lambda: executive.started_ns).on_change)
+
+    graph = JoinedGraph(wall_clock=options.wall_clock)
+    try:
+        node = ServeNode(
+            context=graph.context,
+            host=graph.host,
+            drop=graph.drop,
+            namespace=options.namespace,
+            use_sim_time=graph.has_clock,
+            on_new_goal=options.on_new_goal,
+            say=say,
+            watch=watch,
+        )
+        graph.host(node)
+        name = node.resolve_topic_name("execute_mission")
+        say(f"{name} waits for missions ({'/clock' if graph.has_clock else 'wall clock'})")
+        with Interrupts() as interrupts:
+            while not (interrupts.count and not node.is_busy):
+                if interrupts.count == 1:
+                    node.close(f"interrupted by {interrupts.name}")
+                elif interrupts.count > 1:
+                    node.abandon(f"left at once after a second {interrupts.name}")
+                    return INTERRUPTED
+                graph.step(node.executive, node.mission_node)
+                node.look()
+        graph.last_words()
+        graph.drop(node)
+    finally:
+        graph.close()
+    return SUCCESS

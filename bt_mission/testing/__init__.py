@@ -1,0 +1,1 @@
+"""What tests of missions are made of."""

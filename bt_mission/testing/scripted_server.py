@@ -1,0 +1,176 @@
+"""An action server that a test plays, move by move.
+
+It is made of the three services and two topics that an action consists of, not of rclpy's action
+server: so it can also do what a sound server never does, such as end a goal with a status that is
+none, send feedback of another goal, or fall silent.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from action_msgs.msg import GoalInfo, GoalStatus, GoalStatusArray
+from action_msgs.srv import CancelGoal
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.qos import QoSProfile, qos_profile_action_status_default
+from rclpy.task import Future
+from unique_identifier_msgs.msg import UUID
+
+from bt_mission.ros_types import action_type, fill
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
+
+DEPTH = 1024
+
+
+@dataclass(eq=False)
+class ScriptedGoal:
+    """One goal at a :class:`ScriptedServer`; its methods are the server's moves.
+
+    :param request: the goal message.
+    :param id: its UUID, 16 bytes.
+    :param cancels: how often somebody asked to cancel it.
+    """
+
+    server: ScriptedServer
+    request: Any
+    id: bytes
+    cancels: int = 0
+    _answer: Future = field(default_factory=Future)
+    _cancel_answers: list[Future] = field(default_factory=list)
+    _end: Future = field(default_factory=Future)
+
+    def accept(self) -> None:
+        """Answer the goal: accepted."""
+        self._answer.set_result(True)
+
+    def reject(self) -> None:
+        """Answer the goal: rejected."""
+        self._answer.set_result(False)
+
+    def feed(self, **fields: Any) -> None:
+        """Send feedback; possible at any time, also before the answer and after the end."""
+        self.server.feed(self.id, **fields)
+
+    def answer_cancel(self, return_code: int = 0, *, taken: bool = True) -> None:
+        """Answer every cancel request so far.
+
+        :param return_code: of ``action_msgs/srv/CancelGoal``.
+        :param taken: is the goal among those that are canceling?
+        """
+        waiting, self._cancel_answers = self._cancel_answers, []
+        for one in waiting:
+            one.set_result((return_code, taken))
+
+    def succeed(self, **fields: Any) -> None:
+        """End it: succeeded, with these fields of the result."""
+        self.end(GoalStatus.STATUS_SUCCEEDED, **fields)
+
+    def cancel(self, **fields: Any) -> None:
+        """End it: canceled."""
+        self.end(GoalStatus.STATUS_CANCELED, **fields)
+
+    def abort(self, **fields: Any) -> None:
+        """End it: aborted."""
+        self.end(GoalStatus.STATUS_ABORTED, **fields)
+
+    def end(self, status: int, **fields: Any) -> None:
+        """End it with any status, also one that is no final one."""
+        result = fill(self.server.type.Result(), fields)
+        self._end.set_result((status, result))
+
+
+class ScriptedServer:
+    """Offers an action; every answer is a move of the test's, or a habit.
+
+    :param node: owns the services and topics; destroy it to have the server die.
+    :param type_name: such as ``bt_mission_interfaces/action/Turn``.
+    :param name: of the action.
+    :param accepts: answer every goal at once: True accepts, False rejects, None waits for a move.
+    :param cancels: answer every cancel request at once: True takes it and ends the goal as
+        canceled, False refuses it, None waits for a move.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        type_name: str,
+        name: str,
+        *,
+        accepts: bool | None = True,
+        cancels: bool | None = True,
+    ) -> None:
+        self.type = action_type(type_name)
+        self.accepts = accepts
+        self.cancels = cancels
+        self.goals: list[ScriptedGoal] = []
+        self._by_id: dict[bytes, ScriptedGoal] = {}
+        impl, qos = self.type.Impl, QoSProfile(depth=DEPTH)
+        at_once = ReentrantCallbackGroup()  # an answer that waits holds up no other
+        for service, part, callback in (
+            (impl.SendGoalService, "send_goal", self._on_goal),
+            (CancelGoal, "cancel_goal", self._on_cancel),
+            (impl.GetResultService, "get_result", self._on_result),
+        ):
+            node.create_service(
+                service, f"{name}/_action/{part}", callback, qos_profile=qos, callback_group=at_once
+            )
+        self._feedback = node.create_publisher(
+            impl.FeedbackMessage, f"{name}/_action/feedback", qos
+        )
+        # An action has it; no client of ours reads it.
+        node.create_publisher(
+            GoalStatusArray, f"{name}/_action/status", qos_profile_action_status_default
+        )
+
+    @property
+    def goal(self) -> ScriptedGoal:
+        """The newest goal."""
+        return self.goals[-1]
+
+    def feed(self, goal_id: bytes, **fields: Any) -> None:
+        """Send feedback under any goal's id."""
+        message = self.type.Impl.FeedbackMessage()
+        message.goal_id = UUID(uuid=list(goal_id))
+        message.feedback = fill(self.type.Feedback(), fields)
+        self._feedback.publish(message)
+
+    def forget(self) -> None:
+        """Know no goal any more, as after a restart."""
+        self._by_id.clear()
+
+    async def _on_goal(self, request: Any, answer: Any) -> Any:
+        goal = ScriptedGoal(self, request.goal, bytes(request.goal_id.uuid))
+        self.goals.append(goal)
+        self._by_id[goal.id] = goal
+        answer.accepted = await goal._answer if self.accepts is None else self.accepts  # noqa: SLF001
+        return answer
+
+    async def _on_cancel(self, request: Any, answer: Any) -> Any:
+        goal = self._by_id.get(bytes(request.goal_info.goal_id.uuid))
+        if goal is None:
+            answer.return_code = CancelGoal.Response.ERROR_UNKNOWN_GOAL_ID
+            return answer
+        goal.cancels += 1
+        taken = self.cancels
+        if taken is None:
+            waiting = Future()
+            goal._cancel_answers.append(waiting)  # noqa: SLF001
+            answer.return_code, taken = await waiting
+        elif taken:
+            goal.cancel()
+        else:
+            answer.return_code = CancelGoal.Response.ERROR_REJECTED
+        if taken:
+            answer.goals_canceling = [GoalInfo(goal_id=UUID(uuid=list(goal.id)))]
+        return answer
+
+    async def _on_result(self, request: Any, answer: Any) -> Any:
+        goal = self._by_id.get(bytes(request.goal_id.uuid))
+        if goal is None:
+            answer.status = GoalStatus.STATUS_UNKNOWN
+            return answer
+        answer.status, answer.result = await goal._end  # noqa: SLF001
+        return answer

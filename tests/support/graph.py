@@ -1,0 +1,124 @@
+"""A mission, and servers that the test plays, over real rclpy on one virtual clock."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import rclpy
+from rclpy.context import Context
+from rclpy.node import Node
+
+from bt_mission.executive import Change, Executive
+from bt_mission.lockstep import LockstepExecutor
+from bt_mission.mission import load_text
+from bt_mission.node import MissionNode
+from bt_mission.serve_node import ServeNode
+from bt_mission.testing.scripted_server import ScriptedServer
+
+S = 1_000_000_000
+TURN = "bt_mission_interfaces/action/Turn"
+LEAN: dict[str, Any] = {"enable_rosout": False, "start_parameter_services": False}
+
+
+class Graph:
+    """Nodes on one virtual clock; a beat of 20 Hz keeps time moving."""
+
+    def __init__(self) -> None:
+        self.context = Context()
+        rclpy.init(context=self.context)
+        self.clock = LockstepExecutor(context=self.context)
+        self.client = self.node("client")
+        self.client.create_timer(0.05, lambda: None)
+        self.start_ns = self.clock.now_ns
+        self.changes: list[Change] = []
+        self.said: list[str] = []
+        self.served: ServeNode | None = None
+
+    def close(self) -> None:
+        """Take everything down, what waits at this instant first."""
+        self.clock.run_until_quiet()
+        for node in reversed(self.clock.get_nodes()):
+            node.destroy_node()
+        self.clock.shutdown()
+        self.context.shutdown()
+
+    # ---- who takes part ------------------------------------------------------------------
+
+    def node(self, name: str) -> Node:
+        """A bare node."""
+        node = Node(name, context=self.context, **LEAN)
+        self.clock.add_node(node)
+        return node
+
+    def server(self, name: str = "turn", type_name: str = TURN, **habits: Any) -> ScriptedServer:
+        """A server of its own node, which the test plays."""
+        return ScriptedServer(self.node(f"{name}_server"), type_name, name, **habits)
+
+    def mission(self, text: str, **options: Any) -> MissionNode:
+        """The executive of a mission."""
+        node = MissionNode(
+            load_text(text), context=self.context, lean=True, say=self.said.append, **options
+        )
+        self.clock.add_node(node)
+        node.executive.listeners.append(self.changes.append)
+        return node
+
+    def serve(self, **options: Any) -> ServeNode:
+        """The executive as a server."""
+        self.served = ServeNode(
+            context=self.context,
+            host=self.clock.add_node,
+            drop=self.drop,
+            say=self.said.append,
+            lean=True,
+            **options,
+        )
+        self.clock.add_node(self.served)
+        return self.served
+
+    def drop(self, node: Node) -> None:
+        """A node leaves."""
+        self.clock.remove_node(node)
+        node.destroy_node()
+
+    # ---- time ----------------------------------------------------------------------------
+
+    @property
+    def now_s(self) -> float:
+        """Virtual time since the start, s."""
+        return (self.clock.now_ns - self.start_ns) / S
+
+    def step(self) -> None:
+        """One instant."""
+        self.clock.step()
+        if self.served is not None:
+            self.served.look()
+
+    def run(self, seconds: float) -> None:
+        """Let time pass."""
+        end_ns = self.clock.now_ns + round(seconds * S)
+        while self.clock.next_due_ns() <= end_ns:
+            self.step()
+
+    def until(self, done: Callable[[], Any], limit_s: float = 60.0) -> float:
+        """Let time pass until something holds; gives the virtual time, s."""
+        end_ns = self.clock.now_ns + round(limit_s * S)
+        while not done():
+            assert self.clock.now_ns < end_ns, f"not within {limit_s} s of virtual time"
+            self.step()
+        return self.now_s
+
+    def call(self, service_type: Any, name: str, **fields: Any) -> Any:
+        """Call a service; gives its answer."""
+        client = self.client.create_client(service_type, name)
+        future = client.call_async(service_type.Request(**fields))
+        self.until(future.done, 1.0)
+        self.client.destroy_client(client)
+        return future.result()
+
+
+def outcome(executive: Executive, name: str) -> str:
+    """What the leaf of this name says of its last goal."""
+    (leaf,) = (node for node in executive.nodes if node.name == name)
+    return leaf.feedback_message
