@@ -6,6 +6,7 @@ SHELL := /bin/bash
 
 VENV ?= .venv
 MISSION ?= missions/explore.yaml
+FUZZ_ARGS ?= --seconds 60
 # The newest of these that works is taken; `make demo PYTHON=python3.12` takes that one.
 PYTHONS := $(or $(PYTHON),python3.13 python3.12 python3.11 python3)
 
@@ -19,7 +20,7 @@ unexport AMENT_PREFIX_PATH CMAKE_PREFIX_PATH LD_LIBRARY_PATH PYTHONPATH PYTHONHO
 installed := $(VENV)/.installed
 bin := $(VENV)/bin
 
-.PHONY: help demo test lint types format doctor clean
+.PHONY: help demo test fuzz lint types format doctor clean
 
 help: ## say what can be made
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -29,6 +30,9 @@ demo: $(installed) ## run the main job: explore.yaml on a simulated TurtleBot3
 
 test: $(installed) ## run all tests
 	@$(bin)/pytest $(PYTEST_ARGS)
+
+fuzz: $(installed) ## mutate missions for a minute, and look for one that the check gets wrong
+	@$(bin)/python tools/fuzz_missions.py $(FUZZ_ARGS)
 
 lint: $(installed) ## check style and banned calls
 	@$(bin)/ruff check

@@ -34,7 +34,13 @@ def _sign(x: float) -> int:
     return (x > 0) - (x < 0)
 
 
-def _round(x: float, digits: int = 0) -> float:
+MOST_DIGITS = 400
+"""Beyond the range of a float; rounding to more would compute powers of ten without end."""
+
+
+def _round(x: float, digits: float = 0) -> float:
+    if not -MOST_DIGITS <= digits <= MOST_DIGITS:
+        raise ValueError(f"expected {-MOST_DIGITS} to {MOST_DIGITS} digits, got {digits}")
     return round(x, int(digits)) if digits else round(x)
 
 

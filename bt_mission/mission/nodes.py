@@ -49,6 +49,11 @@ class Node(ABC):
 
     column: int
 
+    @property
+    def parts(self) -> tuple[Node, ...]:
+        """The parts directly inside this one."""
+        return ()
+
     @abstractmethod
     def evaluate(self, scope: Scope) -> Plain:
         """Return the value. Raises ExpressionError."""
@@ -121,6 +126,11 @@ class Negation(Node):
     sign: int
     operand: Node
 
+    @property
+    @override
+    def parts(self) -> tuple[Node, ...]:
+        return (self.operand,)
+
     @override
     def evaluate(self, scope: Scope) -> Plain:
         value: float = self.operand.need(scope, "number")
@@ -138,6 +148,11 @@ class Arithmetic(Node):
     symbol: str
     left: Node
     right: Node
+
+    @property
+    @override
+    def parts(self) -> tuple[Node, ...]:
+        return self.left, self.right
 
     @override
     def evaluate(self, scope: Scope) -> Plain:
@@ -175,6 +190,11 @@ class Comparison(Node):
     first: Node
     rest: tuple[tuple[str, int, Node], ...]
 
+    @property
+    @override
+    def parts(self) -> tuple[Node, ...]:
+        return (self.first, *(node for _, _, node in self.rest))
+
     @override
     def evaluate(self, scope: Scope) -> Plain:
         left = self.first.evaluate(scope)
@@ -205,6 +225,11 @@ class Logic(Node):
     left: Node
     right: Node
 
+    @property
+    @override
+    def parts(self) -> tuple[Node, ...]:
+        return self.left, self.right
+
     @override
     def evaluate(self, scope: Scope) -> Plain:
         left: bool = self.left.need(scope, "bool")
@@ -226,6 +251,11 @@ class Not(Node):
 
     operand: Node
 
+    @property
+    @override
+    def parts(self) -> tuple[Node, ...]:
+        return (self.operand,)
+
     @override
     def evaluate(self, scope: Scope) -> Plain:
         return not self.operand.need(scope, "bool")
@@ -243,6 +273,11 @@ class Call(Node):
     name: str
     arguments: tuple[Node, ...]
     draws: bool
+
+    @property
+    @override
+    def parts(self) -> tuple[Node, ...]:
+        return self.arguments
 
     @override
     def evaluate(self, scope: Scope) -> Plain:

@@ -90,14 +90,14 @@ def _plugged(name: str) -> Any:
         raise PythonError(f"no plug-in is called '{name}' ({has})", hint)
     try:
         return found[0].load()
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise PythonError(f"the plug-in '{name}' ({found[0].value}) {_why(error)}") from error
 
 
 def _imported(module: str) -> Any:
     try:
         return importlib.import_module(module)
-    except Exception as error:  # whatever a user's module raises
+    except (Exception, SystemExit) as error:  # whatever a user's module raises
         raise PythonError(f"the module {module} {_why(error)}") from error
 
 
@@ -117,7 +117,7 @@ def _from_file(where: str, file: str) -> Any:
         sys.modules[key] = module
         try:
             spec.loader.exec_module(module)
-        except Exception as error:  # whatever a user's module raises
+        except (Exception, SystemExit) as error:  # whatever a user's module raises
             del sys.modules[key]
             raise PythonError(f"{where} {_why(error)}") from error
     return sys.modules[key]
@@ -134,5 +134,5 @@ def _is_behaviour(value: object) -> bool:
     return inspect.isclass(value) and issubclass(value, Behaviour) and value is not Behaviour
 
 
-def _why(error: Exception) -> str:
+def _why(error: BaseException) -> str:
     return f"cannot be imported: {type(error).__name__}: {error}"

@@ -27,10 +27,11 @@ Kind = TypeVar("Kind")
 
 @dataclass(frozen=True)
 class NumberRule:
-    """A number with a lower limit, said in words."""
+    """A number with its limits; the lower one is said in words."""
 
     words: str
     least: float
+    most: float = math.inf
     itself: bool = True
     whole: bool = False
 
@@ -44,28 +45,41 @@ class NumberRule:
         kind = int if self.whole else (int, float)
         if not isinstance(value, kind) or isinstance(value, bool) or not math.isfinite(value):
             return False
-        return value >= self.least if self.itself else value > self.least
+        enough = value >= self.least if self.itself else value > self.least
+        return enough and value <= self.most
+
+    def refuses(self, shown: str, value: object) -> str:
+        """Return what is wrong with a value, which is shown like this."""
+        if isinstance(value, int | float) and self.most < value < math.inf:
+            return f"expected {self.words}, at most {self.most:,}, got {shown}"
+        return f"expected {self.words}, got {shown}"
 
     def parse(self, value: Any) -> float | Expression:
         """Return a constant, or the expression that a text holds."""
         if isinstance(value, str):
             return parsed(Expression, value, self.words)
         if not self.allows(value):
-            raise refusal(f"expected {self.words}, got {describe(value)}")
+            raise refusal(self.refuses(describe(value), value))
         number: float = value
         return number
 
     def parse_constant(self, value: Any) -> float:
         """Return a constant; here no expression may stand."""
         if not self.allows(value):
-            raise refusal(f"expected {self.words}, got {describe(value)}")
+            raise refusal(self.refuses(describe(value), value))
         return float(value)
 
 
+MOST_SECONDS = 2**31 - 1
+"""The seconds that a time of ROS can hold, 68 years: `sec` in `builtin_interfaces` is an int32."""
+
+MOST_WEIGHT = 1_000_000_000
+"""So that the weights of all children have a finite sum."""
+
 TIMES = NumberRule("a whole number of at least 1", 1, whole=True)
-SECONDS = NumberRule("seconds, 0 or more", 0)
-LIMIT = NumberRule("seconds above 0", 0, itself=False)
-WEIGHT = NumberRule("a weight above 0", 0, itself=False)
+SECONDS = NumberRule("seconds, 0 or more", 0, MOST_SECONDS)
+LIMIT = NumberRule("seconds above 0", 0, MOST_SECONDS, itself=False)
+WEIGHT = NumberRule("a weight above 0", 0, MOST_WEIGHT, itself=False)
 
 
 def refusal(

@@ -12,6 +12,7 @@ from dataclasses import replace
 
 from bt_mission.common.faults import Fault, describe, quoted
 from bt_mission.common.located import Document
+from bt_mission.mission.constant_parts import evaluate_constants
 from bt_mission.mission.expressions import (
     Expression,
     ExpressionError,
@@ -82,14 +83,17 @@ def _walk(
         for below in step.steps:
             yield from _walk(below, variables, output_type)
         return
-    types, name = variables.types, step.variable
+    types, loops, name = variables.types, variables.loops, step.variable
+    # That a name is taken already is a fault of its own; it then keeps what it was.
     shadowed = {name: types[name]} if name in types else {}
+    around = {name: loops[name]} if name in loops else {}
     types[name] = variables.element_type(step.elements)
-    variables.loops[name] = step.line
+    loops[name] = step.line
     yield from _walk(step.child, variables, output_type)
     del types[name]
-    variables.left[name] = variables.loops.pop(name)
+    variables.left[name] = loops.pop(name)
     types.update(shadowed)
+    loops.update(around)
 
 
 def _written(
@@ -221,7 +225,7 @@ def number_faults(
         yield located(document, path, error)
         return
     if not rule.allows(result):
-        yield document.fault(path, f"expected {rule.words}, got {describe(result)}")
+        yield document.fault(path, rule.refuses(describe(result), result))
 
 
 def expression_faults(
@@ -250,19 +254,23 @@ def expression_faults(
     if faults:
         return
 
+    def is_field(name: Name) -> bool:
+        return field_type is not None and _has(field_type, name.name)
+
     def type_at(name: Name) -> Type | None:
-        if field_type is not None and not name.variable:
-            try:
-                return field_type(name.name)
-            except KeyError:
-                pass
+        if field_type is not None and not name.variable and is_field(name):
+            return field_type(name.name)
         return variables.types.get(name.name)
+
+    def is_constant(name: Name) -> bool:
+        return name.name in variables.inputs and (name.variable or not is_field(name))
 
     try:
         if wanted is None:
             value.infer(type_at)
         else:
             value.root.expect(type_at, wanted)
+        evaluate_constants(value.root, variables.inputs, is_constant, wanted)
     except ExpressionError as error:
         yield located(document, path, error, offset)
 
@@ -277,17 +285,20 @@ def reference_faults(
 ) -> Iterator[Fault]:
     """Yield a fault for every name that is neither a field nor a variable known here."""
     for name in references:
-        if field_type is not None and not name.variable:
-            try:
-                field_type(name.name)
-            except KeyError:
-                pass
-            else:
-                continue
+        if field_type is not None and not name.variable and _has(field_type, name.name):
+            continue
         unknown = variables.unknown(name)
         if unknown is not None:
             message = f"'{name.shown}' {unknown[0]}"
             yield document.fault(path, message, unknown[1], offset=name.column - 1 + offset)
+
+
+def _has(field_type: FieldType, name: str) -> bool:
+    try:
+        field_type(name)
+    except KeyError:
+        return False
+    return True
 
 
 def template_faults(

@@ -67,7 +67,7 @@ def plugged(taken: Container[str]) -> dict[str, ShortName]:
     for one in entry_points(group=GROUP):
         try:
             short = one.load()
-        except Exception as error:  # noqa: BLE001 - whatever a user's module raises
+        except (Exception, SystemExit) as error:  # noqa: BLE001 - whatever a user's module raises
             BROKEN[one.name] = f"{one.value} cannot be imported: {type(error).__name__}: {error}"
             continue
         if not isinstance(short, ShortName):

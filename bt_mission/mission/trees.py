@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from graphlib import CycleError, TopologicalSorter
 from itertools import chain
 from pathlib import Path
 
@@ -24,8 +25,15 @@ from bt_mission.mission.values import Type, type_of
 MOST_FILES = 100
 """The most files that a mission includes, directly or not."""
 
-MOST_NODES = 100_000
-"""The most nodes of a mission, each use of a tree counted."""
+MOST_LEVELS = 200
+"""The most levels of a mission's tree, those of the trees that it uses included. A tick goes down
+a level in up to three calls, and Python has a thousand."""
+
+MOST_NODES = 50_000
+"""The most nodes of a mission, each use of a tree counted; a tree of so many takes some 100 MB."""
+
+SHOWN_RING = 20
+"""Names of trees that use each other, at most so many of which are told."""
 
 
 @dataclass
@@ -127,18 +135,28 @@ def read_trees(shelf: Shelf, limits: GoalLimitsTable) -> tuple[dict[str, Tree], 
 
 def size_faults(document: Document, mission: Mission) -> Iterator[Fault]:
     """Yield a fault for trees that use themselves, or for a mission that grows without measure."""
-    sizes: dict[str, int] = {}
-    for tree in mission.trees.values():
-        ring = _ring(tree.name, mission.trees, ())
-        if ring and ring[0] == tree.name == min(ring):
-            names = " -> ".join((*ring, ring[0]))
-            message = f"a tree cannot use itself: {names}"
-            yield tree.document.fault(tree.path, message, key=True)
-            return
-    count = _size(mission.tree, mission.trees, sizes)
+    trees = mission.trees
+    uses = {name: [one for one in _uses(tree.body) if one in trees] for name, tree in trees.items()}
+    try:
+        order = tuple(TopologicalSorter(uses).static_order())
+    except CycleError as error:
+        ring: list[str] = error.args[1][:0:-1]
+        first = ring.index(min(ring))
+        ring = [*ring[first:], *ring[:first]]
+        more = ("...",) if len(ring) > SHOWN_RING else ()
+        message = f"a tree cannot use itself: {' -> '.join((*ring[:SHOWN_RING], *more, ring[0]))}"
+        yield trees[ring[0]].document.fault(trees[ring[0]].path, message, key=True)
+        return
+    sizes: dict[str, tuple[int, int]] = {}
+    for name in order:
+        sizes[name] = _size(trees[name].body, sizes)
+    count, levels = _size(mission.tree, sizes)
     if count > MOST_NODES:
         message = f"the mission has {count:,} nodes, each use of a tree counted"
         yield document.fault(("tree",), f"{message}; at most {MOST_NODES:,} are built", key=True)
+    if levels > MOST_LEVELS:
+        message = f"the mission has {levels:,} levels of nodes, those of the trees it uses counted"
+        yield document.fault(("tree",), f"{message}; at most {MOST_LEVELS} are built", key=True)
 
 
 def used(mission: Mission) -> dict[str, None]:
@@ -157,30 +175,17 @@ def _uses(body: Step) -> list[str]:
     return list(dict.fromkeys(step.tree for step in body.walk() if isinstance(step, Subtree)))
 
 
-def _ring(name: str, trees: Mapping[str, Tree], above: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the names of a ring of trees that use each other, or nothing."""
-    visited: set[str] = set()
-    stack: list[tuple[str, tuple[str, ...]]] = [(name, above)]
-    while stack:
-        current, way = stack.pop()
-        if current in way:
-            return way[way.index(current) :]
-        if current in visited or current not in trees:
-            continue
-        visited.add(current)
-        stack += [(below, (*way, current)) for below in _uses(trees[current].body)]
-    return ()
-
-
-def _size(body: Step, trees: Mapping[str, Tree], sizes: dict[str, int]) -> int:
-    count = 0
-    for step in body.walk():
-        count += 1
-        if isinstance(step, Subtree) and step.tree in trees:
-            if step.tree not in sizes:
-                sizes[step.tree] = _size(trees[step.tree].body, trees, sizes)
-            count += sizes[step.tree]
-    return count
+def _size(body: Step, sizes: Mapping[str, tuple[int, int]]) -> tuple[int, int]:
+    """Return the nodes and the levels of a tree; those of the trees that it uses are known."""
+    count, levels = 0, 0
+    waiting = [(body, 1)]
+    while waiting:
+        step, level = waiting.pop()
+        inner = sizes.get(step.tree, (0, 0)) if isinstance(step, Subtree) else (0, 0)
+        count += 1 + inner[0]
+        levels = max(levels, level + inner[1])
+        waiting += [(below, level + 1) for below in step.steps]
+    return count, levels
 
 
 def _located(document: Document, entry: str) -> tuple[Path, Path]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from typing import Literal
 
 from bt_mission.common.errors import BtMissionError
@@ -64,6 +65,14 @@ def type_of(value: object) -> Type | None:
 def fits(found: Type | None, wanted: Type) -> bool:
     """Return whether a value of a type will do where another is wanted; unknown will."""
     return found is None or found == wanted or (found == "integer" and wanted == "number")
+
+
+def joined(types: Collection[Type | None]) -> Type | None:
+    """Return the type that values of these types have in common; None where there is none."""
+    found = frozenset(types)
+    if found == {"integer", "number"}:
+        return "number"
+    return next(iter(found)) if len(found) == 1 else None
 
 
 def show(value: object) -> str:

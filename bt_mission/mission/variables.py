@@ -15,7 +15,7 @@ from bt_mission.mission.expressions import (
     Type,
     Value,
 )
-from bt_mission.mission.values import type_of
+from bt_mission.mission.values import joined, type_of
 
 
 @dataclass
@@ -34,8 +34,7 @@ class Variables:
 
     def note(self, name: str, found: Type | None) -> None:
         """Take in that a variable is written; where writers disagree, its type is not known."""
-        same = self.types.get(name, found) == found
-        self.types[name] = found if same else None
+        self.types[name] = joined({self.types.get(name, found), found})
 
     def type_of(self, value: Value) -> Type | None:
         """Return the type of a value, as far as it is known."""
@@ -55,8 +54,7 @@ class Variables:
                 return None
         if not isinstance(elements, list):
             return None
-        types = {type_of(one) for one in elements}
-        return types.pop() if len(types) == 1 else None
+        return joined({type_of(one) for one in elements})
 
     def fixed(self, name: str) -> str | None:
         """Return why a variable cannot be written here, or None."""

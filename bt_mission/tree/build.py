@@ -69,7 +69,7 @@ class _Builder:
         return Subtree(
             name_of(step),
             builder.build(tree.body, f"{path}.0"),
-            lambda: {**tree.inputs, **values.resolve(step.inputs)},
+            lambda: {**tree.inputs, **values.inputs(step.inputs, step.takes)},
             inner,
             self._scope,
             step.outputs,

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
+from bt_mission.common.faults import describe
 from bt_mission.mission import steps
 from bt_mission.mission.expressions import Expression, ExpressionError, Value, resolve
 from bt_mission.mission.nodes import Comparison, Constant, Name
 from bt_mission.mission.nodes import Scope as Evaluation
 from bt_mission.mission.rules import LIMIT, SECONDS, TIMES, NumberRule
-from bt_mission.mission.values import show
+from bt_mission.mission.values import WORDS, Type, fits, show, type_of
 from bt_mission.tree.control import Question, Verdict
 from bt_mission.tree.runtime import MissionFailure, Scope, read_field
 
@@ -46,7 +47,7 @@ class Evaluator:
         """A number that keeps to a rule. Raises MissionFailure."""
         number = self.resolve(value)
         if not rule.allows(number):
-            raise self.failure(f"expected {rule.words}, got {show(number)}")
+            raise self.failure(rule.refuses(show(number), number))
         return float(number)
 
     def limit(self, value: Value | None) -> float | None:
@@ -68,6 +69,17 @@ class Evaluator:
         for name, value in values.items():
             self._scope.values[name] = self.resolve(value)
         return ", ".join(f"{name} = {_brief(self._scope.values[name])}" for name in values)
+
+    def inputs(
+        self, given: Mapping[str, Value], takes: Mapping[str, Type | None]
+    ) -> dict[str, Any]:
+        """What a named tree is given, each of the type that it wants. Raises MissionFailure."""
+        found: dict[str, Any] = self.resolve(given)
+        for name, value in found.items():
+            wanted = takes.get(name)
+            if wanted is not None and not fits(type_of(value), wanted):
+                raise self.failure(f"'{name}': expected {WORDS[wanted]}, got {describe(value)}")
+        return found
 
     def elements(self, value: Value) -> Sequence[Any]:
         """A list to go through."""

@@ -5,7 +5,7 @@ import random
 
 import pytest
 
-from bt_mission.mission.expressions import Expression
+from bt_mission.mission.expressions import Expression, ExpressionError
 from bt_mission.mission.functions import FUNCTIONS
 
 
@@ -32,6 +32,14 @@ def value_of(text, seed=0, **names):
 def test_functions_compute(text, value):
     """One line each."""
     assert value_of(text, items=[1, 2, 3]) == value
+
+
+@pytest.mark.parametrize("digits", ["-1000000000", "1e300", "401", "-401"])
+def test_nothing_is_rounded_to_digits_without_end(digits):
+    """Python would compute as large a power of ten."""
+    with pytest.raises(ExpressionError, match="round: expected -400 to 400 digits, got"):
+        value_of(f"round(5, {digits})")
+    assert value_of("round(5, -400)") == 0
 
 
 def draws(text, count=2000):

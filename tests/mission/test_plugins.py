@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from bt_mission.mission.plugins import PythonError, find_class
+
 MODULE = """
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -98,3 +100,11 @@ def test_a_package_brings_leaves_and_actions(installed: Path) -> None:
         ),
         "turn dock",
     ]
+
+
+def test_a_module_that_ends_python_ends_only_itself(tmp_path: Path) -> None:
+    """A script that calls `sys.exit` is no module with behaviours; its user is told so."""
+    (tmp_path / "script.py").write_text("import sys\nsys.exit('bye')\n", encoding="utf-8")
+    with pytest.raises(PythonError) as caught:
+        find_class("script.py:Blink", str(tmp_path / "mission.yaml"))
+    assert str(caught.value) == "script.py cannot be imported: SystemExit: bye"

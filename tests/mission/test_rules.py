@@ -5,21 +5,30 @@ from pydantic_core import PydanticCustomError
 
 from bt_mission.mission import rules
 from bt_mission.mission.expressions import Expression
-from bt_mission.mission.rules import LIMIT, SECONDS, TIMES
+from bt_mission.mission.rules import LIMIT, SECONDS, TIMES, WEIGHT
 
 
 @pytest.mark.parametrize(
     ("rule", "good", "bad"),
     [
         (TIMES, [1, 7], [0, -1, 1.0, True, "1", None]),
-        (SECONDS, [0, 0.0, 2.5], [-0.1, False, "1", None, float("nan")]),
-        (LIMIT, [0.001, 5], [0, -1, True, None, float("nan")]),
+        (SECONDS, [0, 0.0, 2.5, 2**31 - 1], [-0.1, False, "1", None, float("nan"), 2**31]),
+        (LIMIT, [0.001, 5, 1e9], [0, -1, True, None, float("nan"), 1e300]),
+        (WEIGHT, [1e-300, 3, 1e9], [0, -1, True, None, float("nan"), 1e10]),
     ],
 )
 def test_a_rule_allows_what_it_says(rule, good, bad):
     """No truth values, no texts, no nan."""
     assert all(rule.allows(value) for value in good)
     assert not any(rule.allows(value) for value in bad)
+
+
+def test_an_upper_limit_is_said_where_it_counts():
+    """68 years are as long as a time of ROS can be; nobody is told who asks for less."""
+    assert LIMIT.refuses("1e300", 1e300) == (
+        "expected seconds above 0, at most 2,147,483,647, got 1e300"
+    )
+    assert LIMIT.refuses("0", 0) == "expected seconds above 0, got 0"
 
 
 def test_a_text_is_an_expression():

@@ -36,6 +36,14 @@ def test_an_output_is_not_known_in_its_own_node():
     assert message == "'$turned' is only written later, in line 5"
 
 
+def test_a_loop_in_a_loop_of_the_same_name_is_refused():
+    """And the outer one keeps its variable behind the inner one."""
+    loop = (
+        "for_each: {p: [1]}\n      do: {sequence: [{for_each: {p: [2]}, do: {wait: 1}}, {log: $p}]}"
+    )
+    assert faults(loop) == [(6, 35, "'p' is a variable already; choose another name")]
+
+
 def test_a_body_that_repeats_reads_what_stands_before():
     """Not what only the next round would know."""
     before = (

@@ -9,6 +9,8 @@ from bt_mission.common.faults import InputError
 from bt_mission.mission import load, load_text
 from bt_mission.mission.check import check
 from bt_mission.mission.trees import MOST_FILES, used
+from bt_mission.tree.build import build_tree
+from bt_mission.tree.runtime import Scope
 
 LIBRARY = "trees:\n  rest: {inputs: {seconds: 1}, do: {wait: $seconds}}\n"
 
@@ -119,6 +121,34 @@ def test_files_are_counted(tmp_path):
     assert refusal(path) == (
         f"f{MOST_FILES - 1}.yaml:1:11: error: more than {MOST_FILES} files are included"
     )
+
+
+def chained(count: int, depth: int = 1) -> str:
+    """A mission whose trees each use the next, within so many nodes."""
+    use = "{{invert: " * (depth - 1) + "{{tree: t{0}}}" + "}}" * (depth - 1)
+    trees = "".join(f"  t{i}: {{do: {use.format(i + 1)}}}\n" for i in range(count))
+    return f"mission: m\ntrees:\n{trees}  t{count}: {{do: {{wait: 1}}}}\ntree: {{tree: t0}}\n"
+
+
+def test_levels_are_counted_through_trees():
+    """A tick goes down them in Python's own calls, of which there are a thousand."""
+    loaded = load_text(chained(198))
+    assert len(list(build_tree(loaded, Scope({}, 0)).iterate())) == 200
+    with pytest.raises(InputError) as caught:
+        load_text(chained(2_000, depth=3))
+    assert str(caught.value).splitlines()[0] == (
+        "<text>:2004:1: error: the mission has 6,002 levels of nodes, those of the trees it uses "
+        "counted; at most 200 are built"
+    )
+
+
+def test_a_ring_of_thousands_is_found():
+    """In one pass: what a tree uses is looked at once."""
+    with pytest.raises(InputError) as caught:
+        load_text(chained(3_000).replace("{do: {wait: 1}}", "{do: {tree: t17}}"))
+    (fault,) = caught.value.faults
+    way = " -> ".join(f"t{number}" for number in range(100, 120))
+    assert fault.message == f"a tree cannot use itself: {way} -> ... -> t100"
 
 
 def test_a_tree_that_nobody_uses_is_warned_of_in_the_mission_alone(tmp_path):

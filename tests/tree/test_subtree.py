@@ -49,6 +49,22 @@ def test_inputs_go_in_and_outputs_come_out(play: Any) -> None:
     assert story.scope.values == {"far": 5, "t": 9.5, "n": "been there"}
 
 
+def test_a_tree_is_given_what_it_wants_or_the_mission_ends(play: Any) -> None:
+    """What only the run can tell is compared with its type where it goes in."""
+    head = HEAD.replace("{far: 5}", "{places: [1, true]}")
+    story = play(
+        "  for_each: {one: $places}\n  do: {tree: {name: visit, inputs: {place: $one}}}", head
+    )
+    story.tick()
+    story.turn.accept()
+    story.turn.succeed(result(1.0))
+    story.tick(2)
+    assert story.status == "failure"
+    assert story.executive.reason == (
+        "<text>:19:7: 'visit' cannot start: 'place': expected a number, got true"
+    )
+
+
 def test_each_use_begins_afresh(play: Any) -> None:
     """What one use has written, the next does not see; nor does the same one, when run again."""
     head = (

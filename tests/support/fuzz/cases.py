@@ -1,0 +1,259 @@
+"""Mutated mission files: the same for the same seed, number and corpus."""
+
+from __future__ import annotations
+
+import json
+import pickle
+import re
+import shutil
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import yaml  # type: ignore[import-untyped]
+
+from tests.support.fuzz.large import large
+from tests.support.fuzz.structure import Pool, change, is_node, names_in, slots, supply
+
+ROOT = Path(__file__).resolve().parents[3]
+CORPUS = ROOT / "tests/fuzz/corpus"
+COMPANIONS = CORPUS / "beside"
+FOLDERS = (CORPUS, ROOT / "missions", ROOT / "missions/sources", ROOT / "tests/mission/broken")
+
+LARGE_SHARE = 1 / 1000
+LARGEST_START = 20_000
+"""Characters of a file of the corpus that is still mutated."""
+
+LARGEST = 1_100_000
+"""Characters of a case, a little more than is read."""
+
+_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+_DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
+_RAW = re.compile(r"""(?P<quote>["'])@RAW@(.*?)@(?P=quote)""")
+_WORD = re.compile(r"[A-Za-z_$.0-9]+")
+_PIECES = (
+    *[
+        "$",
+        "${",
+        "}",
+        "{",
+        "[",
+        "]",
+        ":",
+        "-",
+        "&",
+        "*",
+        "!",
+        "|",
+        ">",
+        "#",
+        "'",
+        '"',
+        "\\",
+        "%",
+        "@",
+        "`",
+        "?",
+        "---",
+        "...",
+        "~",
+        "=",
+        "==",
+        "1e999",
+        ".nan",
+        "-1",
+        "2**99",
+        "true",
+    ],
+    *[
+        "sin(",
+        "uniform(0,1)",
+        "x.y",
+        "$speed",
+        "turn",
+        "wait",
+        "do",
+        "name",
+        "outputs",
+        "timeout",
+        "(((",
+        ")))",
+        "[[[",
+        "{{{",
+        ",",
+        "é",
+        "前",
+    ],
+    *(
+        "\n",
+        "  ",
+        "\t",
+        "\x00",
+        "\u2028",
+        "\ufeff",
+        "\r",
+        "\x85",
+        "- ",
+        ": ",
+        "&a ",
+        "*a",
+        "<<: *a",
+    ),
+    *("9" * 400, "? ", "%YAML 1.1\n---\n", "\n---\n", "\n...\n", "!!binary ", "!<x> ", "\x7f"),
+)
+
+
+@dataclass(frozen=True)
+class Corpus:
+    """The files that mutations begin with, as they are and as data."""
+
+    texts: tuple[str, ...]
+    data: tuple[bytes, ...]
+    sound: tuple[bytes, ...]
+    pool: Pool
+
+
+def corpus() -> Corpus:
+    """Read the corpus."""
+    texts = _texts(*FOLDERS)
+    data = [found for text in texts if isinstance(found := _data(text), dict) and _is_small(found)]
+    values = [slot for one in data for slot in slots(one)]
+    pool = Pool(
+        tuple(slot.value for slot in values if is_node(slot.value)),
+        tuple(dict.fromkeys(slot.key for slot in values if isinstance(slot.key, str))),
+        frozenset(name for one in data for name in names_in(one)),
+        tuple(slot.value for slot in values if not isinstance(slot.value, dict)),
+    )
+    sound = [found for text in _texts(*FOLDERS[:-1]) if isinstance(found := _data(text), dict)]
+    return Corpus(
+        tuple(texts),
+        tuple(pickle.dumps(one) for one in data),
+        tuple(pickle.dumps(one) for one in sound),
+        pool,
+    )
+
+
+def _texts(*folders: Path) -> list[str]:
+    paths = [path for folder in folders for path in sorted(folder.glob("*.yaml"))]
+    texts = [path.read_text(encoding="utf-8", errors="replace") for path in paths]
+    return [text for text in texts if len(text) <= LARGEST_START]
+
+
+def _is_small(data: Any) -> bool:
+    """Return whether data without its aliases is no larger than a file."""
+    try:
+        return len(json.dumps(data)) <= LARGEST_START
+    except (ValueError, TypeError):  # contains itself, or has a key that is none
+        return False
+
+
+def _data(text: str) -> Any:
+    try:
+        return yaml.load(text, Loader=_LOADER)  # noqa: S506 - a safe loader
+    except (yaml.YAMLError, ValueError, RecursionError):
+        return None
+
+
+def prepare(folder: Path) -> None:
+    """Put what missions of the corpus include and import beside them, and some traps."""
+    for path in sorted(COMPANIONS.iterdir()):
+        if path.is_file():
+            shutil.copy(path, folder)
+    (folder / "folder.yaml").mkdir()
+    (folder / "loop.yaml").symlink_to("loop.yaml")
+    (folder / "outside.yaml").symlink_to(ROOT / "pyproject.toml")
+
+
+def case(found: Corpus, seed: int, number: int) -> bytes:
+    """Return a mutated mission file."""
+    rng = Random(f"{seed}/{number}")
+    if rng.random() < LARGE_SHARE:
+        return large(rng).encode()
+    if rng.random() < 0.65:
+        text = _structural(rng, found)
+        if rng.random() < 0.1:
+            text = _textual(rng, text)
+    else:
+        text = _textual(rng, rng.choice(found.texts))
+    contents = text.encode("utf-8", "surrogatepass")
+    return _with_bytes(rng, contents) if rng.random() < 0.02 else contents
+
+
+def _structural(rng: Random, found: Corpus) -> str:
+    gently = rng.random() < 0.6
+    data = pickle.loads(rng.choice(found.sound if gently else found.data))  # noqa: S301 - as above
+    for _ in range(rng.choice((1, 1, 1, 2, 2, 3, 5))):
+        change(rng, data, found.pool, gently=gently)
+    if gently:
+        supply(rng, data, found.pool)
+    return _RAW.sub(lambda match: match[2], _dumped(rng, data)[:LARGEST])
+
+
+def _dumped(rng: Random, data: Any) -> str:
+    try:
+        if rng.random() < 0.6:
+            return json.dumps(data, ensure_ascii=False, indent=rng.choice((None, 1, 2)))
+        return str(yaml.dump(data, Dumper=_DUMPER, allow_unicode=True, sort_keys=False, width=90))
+    except (ValueError, TypeError, RecursionError):  # contains itself, or has a key that is none
+        try:
+            return str(yaml.dump(data, Dumper=_DUMPER))
+        except (yaml.YAMLError, ValueError, TypeError, RecursionError):
+            return "mission: m\ntree: {wait: 1}\n"
+
+
+def _textual(rng: Random, text: str) -> str:
+    for _ in range(rng.choice((1, 1, 2, 3, 4))):
+        start = rng.randrange(len(text) + 1)
+        stop = min(len(text), start + rng.randint(0, 30))
+        match rng.randrange(7):
+            case 0:
+                text = text[:start] + rng.choice(_PIECES) + text[start:]
+            case 1:
+                text = text[:start] + text[stop:]
+            case 2:
+                text = text[:start] + text[start:stop] * rng.choice((2, 3, 50)) + text[stop:]
+            case 3:
+                text = _with_word(rng, text)
+            case _:
+                text = "\n".join(_with_lines(rng, text.split("\n")))
+    return text
+
+
+def _with_word(rng: Random, text: str) -> str:
+    words = [match.span() for match in _WORD.finditer(text)]
+    if not words:
+        return text
+    (a, b), (c, d) = rng.choice(words), rng.choice(words)
+    return text[:a] + rng.choice((text[c:d], rng.choice(_PIECES))) + text[b:]
+
+
+def _with_lines(rng: Random, lines: list[str]) -> list[str]:
+    i, j = rng.randrange(len(lines)), rng.randrange(len(lines))
+    match rng.randrange(4):
+        case 0:
+            lines[i], lines[j] = lines[j], lines[i]
+        case 1:
+            lines.insert(j, lines[i])
+        case 2:
+            del lines[i]
+        case _:
+            lines[i] = " " * rng.randint(0, 8) + lines[i].lstrip()
+    return lines
+
+
+def _with_bytes(rng: Random, contents: bytes) -> bytes:
+    spoilt = bytearray(contents)
+    for _ in range(rng.randint(1, 4)):
+        if spoilt:
+            spoilt[rng.randrange(len(spoilt))] = rng.randrange(256)
+    return bytes(spoilt)
+
+
+def numbers(first: int, step: int) -> Iterator[int]:
+    """Yield the numbers of the cases of one process among several."""
+    number = first
+    while True:
+        yield number
+        number += step

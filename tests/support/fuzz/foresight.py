@@ -1,0 +1,152 @@
+"""What the check could have known of a mission's failure: a second opinion, at more leisure."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import fields
+from random import Random
+from typing import Any
+
+from bt_mission import ros_types
+from bt_mission.mission.expressions import Expression, ExpressionError, Template, Text
+from bt_mission.mission.loaded import Mission, Tree
+from bt_mission.mission.nodes import Call, Name, Node
+from bt_mission.mission.nodes import Scope as Known
+from bt_mission.mission.scope import walk
+from bt_mission.mission.shapes import UnknownField, field_at, value_type
+from bt_mission.mission.steps import Action, Service, Set, Speaker, Step
+from bt_mission.mission.values import Type, fits, type_of
+from bt_mission.mission.variables import Variables
+from bt_mission.tree.runtime import Scope
+
+_CLASH = re.compile(
+    r"expected (a whole number(?! of at least)|a number|true or false|a text|a list|a mapping)\b"
+    r".*, got "
+    r"|cannot compare|compares numbers, got|not true or false"
+)
+_ELEMENT = re.compile(r"\.\d+(\.\w+)*: expected ")
+
+
+def foreseeable(mission: Mission, scope: Scope, text: str) -> str | None:
+    """Return what is wrong where the failure of a mission could have been known beforehand."""
+    for tree in mission.all_trees:
+        for step, variables in walk(tree, _output_type):
+            if text.startswith(f"{tree.document.file}:{step.line}:{step.column}: "):
+                return _unseen(tree, step, variables, scope, text)
+    return "a failure without a place"
+
+
+def _unseen(tree: Tree, step: Step, variables: Variables, scope: Scope, text: str) -> str | None:
+    found = list(_expressions(step))
+    constants = tree.constants
+    for one in found:
+        for part in _fixed(one.root, constants.keys()):
+            message = _error_of(part, constants)
+            if message is not None and message in text:
+                return f"known beforehand, {step.kind}"
+    if all(one.names <= constants.keys() and not one.draws for one in found):
+        return f"all values are known, {step.kind}"
+    lacking = re.search(r"'\$?([A-Za-z_]\w*)' has no value", text)
+    if lacking and lacking[1] not in variables.types:
+        return f"a name that is not known, {step.kind}"
+    inside_a_list = _ELEMENT.search(text)
+    if (
+        _CLASH.search(text)
+        and not inside_a_list
+        and all(_type(one, step, variables) is not None for one in found)
+    ):
+        return f"a clash of known types, {step.kind}"
+    if tree.is_main:
+        for name, believed in variables.types.items():
+            value = scope.values.get(name)
+            if believed is not None and name in scope.values and not fits(type_of(value), believed):
+                return f"a wrong belief, {step.kind}"
+    return None
+
+
+def _type(one: Expression, step: Step, variables: Variables) -> Type | None:
+    """Return the type of an expression where no part of it is in doubt."""
+    types = dict(variables.types)
+    if isinstance(step, Set):
+        for name, value in step.values.items():
+            types[name] = variables.type_of(value)
+
+    def known(name: Name) -> Type | None:
+        return types.get(name.name) if name.variable or name.name in types else None
+
+    if any(known(name) is None for name in one.references):
+        return None
+    if any(_infer(part, known) is None for part in _parts(one.root)):
+        return None
+    if any(isinstance(part, Call) for part in _parts(one.root)):
+        return None
+    return _infer(one.root, known)
+
+
+def _infer(part: Node, known: Any) -> Type | None:
+    try:
+        return part.infer(known)
+    except ExpressionError:
+        return None
+
+
+def _parts(node: Node) -> Iterator[Node]:
+    yield node
+    for part in node.parts:
+        yield from _parts(part)
+
+
+def _fixed(node: Node, known: Any) -> Iterator[Node]:
+    """Yield the parts of an expression that have the same value in every run."""
+    for part in _parts(node):
+        inner = list(_parts(part))
+        drawn = any(isinstance(one, Call) and one.draws for one in inner)
+        if not drawn and all(one.name in known for one in inner if isinstance(one, Name)):
+            yield part
+
+
+def _error_of(part: Node, constants: Any) -> str | None:
+    try:
+        part.evaluate(Known(constants, {}, Random(0)))
+    except ExpressionError as error:
+        return error.message
+    return None
+
+
+def _expressions(value: Any) -> Iterator[Expression]:
+    """Yield every expression in a step, those of the steps below it left out."""
+    if isinstance(value, Expression):
+        yield value
+    elif isinstance(value, Template):
+        yield from (one for _, one in value.expressions)
+    else:
+        for part in _inside(value):
+            yield from _expressions(part)
+
+
+def _inside(value: Any) -> Iterator[Any]:
+    match value:
+        case Text():
+            yield from (value.template, value.expression)
+        case Step():
+            names = (
+                field.name for field in fields(value) if field.name not in ("child", "children")
+            )
+            yield from (getattr(value, name) for name in names)
+        case dict():
+            yield from value.values()
+        case list() | tuple():
+            yield from value
+
+
+def _output_type(step: Speaker, name: str) -> Type | None:
+    shapes: Any = ros_types.shapes(step.type)
+    if isinstance(step, Action):
+        shapes = shapes.result
+    elif isinstance(step, Service):
+        shapes = shapes.response
+    try:
+        return value_type(field_at(shapes, name))
+    except UnknownField:
+        return None

@@ -1,0 +1,77 @@
+"""Limits of time and memory around one case, and what is found when it goes beyond them."""
+
+from __future__ import annotations
+
+import re
+import resource
+import signal
+from pathlib import Path
+from types import FrameType
+
+from tests.support.fuzz.verdict import Finding, Verdict, judge
+
+CPU_S = 10.0
+"""What one case may take of the processor, s."""
+
+MEMORY_MB = 200
+"""What one case may take of memory, beyond what the process had before the first."""
+
+
+class OutOfTime(BaseException):
+    """A case took too long; no `except Exception` holds it up."""
+
+
+def _out_of_time(_signal: int, _frame: FrameType | None) -> None:
+    raise OutOfTime
+
+
+def peak_mb() -> float:
+    """Return the most memory that this process has had at a time."""
+    status = Path("/proc/self/status").read_text(encoding="ascii")
+    found = re.search(r"VmHWM:\s*(\d+) kB", status)
+    return int(found[1]) / 1024 if found else 0.0
+
+
+def limit_memory() -> None:
+    """Have this process get no more than twice what a case may take; the machine stays usable."""
+    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
+    size = pages * resource.getpagesize() + 2 * MEMORY_MB * 2**20
+    resource.setrlimit(resource.RLIMIT_AS, (size, resource.RLIM_INFINITY))
+
+
+def limit_processor() -> None:
+    """End this process where a case holds the interpreter up, so that it hears no signal."""
+    used = resource.getrusage(resource.RUSAGE_SELF)
+    seconds = int(used.ru_utime + used.ru_stime + 3 * CPU_S)
+    resource.setrlimit(resource.RLIMIT_CPU, (seconds, resource.RLIM_INFINITY))
+
+
+def judge_within(path: Path, most_mb: float, cpu_s: float = CPU_S) -> Verdict:
+    """Judge a mission file; to take too long, or to make the process too large, is a finding."""
+    before = signal.signal(signal.SIGVTALRM, _out_of_time)
+    signal.setitimer(signal.ITIMER_VIRTUAL, cpu_s)
+    try:
+        verdict = judge(path)
+    except OutOfTime as error:
+        what = f"more than {cpu_s:g} s of the processor"
+        verdict = Verdict(accepted=False, finding=Finding(what, _way(error)))
+    except MemoryError as error:
+        what = f"more than {2 * MEMORY_MB} MB"
+        verdict = Verdict(accepted=False, finding=Finding(what, _way(error)))
+    finally:
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0)
+        signal.signal(signal.SIGVTALRM, before)
+    if verdict.finding is None and peak_mb() > most_mb:
+        finding = Finding(f"more than {MEMORY_MB} MB", f"{peak_mb():.0f} MB")
+        return Verdict(verdict.accepted, verdict.end, finding)
+    return verdict
+
+
+def _way(error: BaseException) -> str:
+    """Return where it was, from the outside in."""
+    frames = []
+    trace = error.__traceback__
+    while trace:
+        frames.append(f"{Path(trace.tb_frame.f_code.co_filename).name}:{trace.tb_lineno}")
+        trace = trace.tb_next
+    return " > ".join(frames[-25:])

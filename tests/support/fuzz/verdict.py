@@ -1,0 +1,142 @@
+"""Whether a mission file gets what it deserves: words with a place, or a run without surprise.
+
+What an accepted mission fails on must be something that nobody could know before: a value that
+came out of a message or a draw. Everything else is a finding.
+"""
+
+from __future__ import annotations
+
+import sys
+import traceback
+from dataclasses import dataclass
+from pathlib import Path
+from random import Random
+from typing import Any
+from zlib import crc32
+
+from bt_mission.common.errors import BtMissionError
+from bt_mission.common.faults import Fault, InputError
+from bt_mission.common.robot import load_robot
+from bt_mission.executive import Executive
+from bt_mission.mission.check import examine
+from bt_mission.mission.loaded import Mission
+from bt_mission.trace import Trace
+from bt_mission.tree.build import build_tree
+from bt_mission.tree.runtime import MissionFailure, Scope
+from sim.world import load_world
+from tests.support.fuzz.foresight import foreseeable
+from tests.support.fuzz.graph import Graph
+
+TICKS = 200
+NODE_TICKS = 40_000
+"""At most so many visits of nodes: large trees get fewer ticks."""
+
+SETTLING_TICKS = 2_000
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Something that must not happen; `kind` is the same for what is probably the same bug."""
+
+    kind: str
+    text: str
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What became of a file: was it accepted, how did its run end, and what was wrong with that."""
+
+    accepted: bool
+    end: str = ""
+    finding: Finding | None = None
+
+
+class _Watched(Executive):
+    """Keeps the exception that ended the mission."""
+
+    error: BaseException | None = None
+
+    def _halt(self, verdict: Any, reason: str) -> None:
+        self.error = sys.exception() or self.error
+        super()._halt(verdict, reason)
+
+
+def judge(path: Path) -> Verdict:
+    """Check a mission file, and run it if it is sound. Raises nothing of its own."""
+    try:
+        return _judge(path)
+    except MemoryError:
+        raise
+    except Exception as error:  # noqa: BLE001 - whatever comes out here is what is looked for
+        return Verdict(accepted=False, finding=_crash(error))
+
+
+def _crash(error: BaseException) -> Finding:
+    frames = traceback.extract_tb(error.__traceback__)
+    last = frames[-1] if frames else None
+    place = f"{Path(last.filename).name}:{last.name}" if last else "?"
+    text = "".join(traceback.format_exception(error, limit=-12))
+    return Finding(f"{type(error).__name__} in {place}", text[-6000:])
+
+
+def _judge(path: Path) -> Verdict:
+    mission, faults = examine(path)
+    wrong = _misplaced(faults)
+    if wrong is not None:
+        return Verdict(mission is not None, finding=Finding("a fault without a place", wrong))
+    if mission is None:
+        if not any(fault.severity == "error" for fault in faults):
+            return Verdict(accepted=False, finding=Finding("refused without an error", ""))
+        return Verdict(accepted=False)
+    try:
+        load_robot(mission.robot, near=mission.file)
+        if mission.world:
+            load_world(mission.world, near=mission.file)
+    except InputError as error:
+        str(error)
+        return Verdict(accepted=False)
+    return _run(mission, Random(crc32(path.read_bytes())))
+
+
+def _misplaced(faults: tuple[Fault, ...]) -> str | None:
+    str(InputError(faults))
+    for fault in faults:
+        lines = str(fault).split("\n")
+        if not fault.line and fault.message.startswith(("no such file", "expected", "cannot read")):
+            continue
+        whole = fault.message.startswith("the file is too large") or "UTF-8" in fault.message
+        if not whole and (fault.line < 1 or fault.column < 1):
+            return str(fault)
+        if len(lines) not in (1, 3):
+            return str(fault)
+    return None
+
+
+def _run(mission: Mission, luck: Random) -> Verdict:
+    graph = Graph(Scope(dict(mission.inputs), mission.seed), luck)
+    try:
+        root = build_tree(mission, graph.scope)
+        executive = _Watched(root, graph, Trace())
+    except BtMissionError as error:
+        return Verdict(accepted=True, finding=Finding("cannot be set up", str(error)))
+    nodes = sum(1 for _ in root.iterate())
+    for _ in range(max(3, min(TICKS, NODE_TICKS // nodes))):
+        graph.move()
+        executive.tick()
+        if executive.is_done:
+            break
+    end = str(executive.status)
+    executive.interrupt("enough")
+    graph.lose_patience()
+    for _ in range(SETTLING_TICKS):
+        if executive.is_done:
+            break
+        graph.move()
+        executive.tick()
+    if not executive.is_done:
+        return Verdict(True, end, Finding("the mission does not end", executive.reason))
+    cause = executive.error
+    if isinstance(cause, MissionFailure):
+        known = foreseeable(mission, graph.scope, str(cause))
+        return Verdict(True, str(cause), Finding(known, str(cause)) if known else None)
+    return Verdict(True, end, None if cause is None else _crash(cause))

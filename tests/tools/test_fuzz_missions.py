@@ -1,0 +1,174 @@
+"""`tools/fuzz_missions.py` finds nothing in the product, and whatever is planted in it."""
+
+import json
+import os
+import runpy
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from bt_mission.common.faults import Fault
+from bt_mission.goals.ledger import Ledger
+from bt_mission.mission import check, scope
+from bt_mission.tree import leaves
+from tests.support.fuzz import cases
+from tests.support.fuzz.limits import MEMORY_MB, judge_within, peak_mb
+from tests.support.fuzz.verdict import judge
+
+TOOL = cases.ROOT / "tools/fuzz_missions.py"
+FOUND = cases.CORPUS / "found"
+SOUND = sorted(cases.CORPUS.glob("*.yaml"))
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A folder with what missions of the corpus include and import."""
+    monkeypatch.chdir(tmp_path)
+    cases.prepare(tmp_path)
+    return tmp_path
+
+
+def judged(text, **options):
+    """Return the verdict on a mission in the working folder."""
+    path = Path("m.yaml")
+    path.write_text(text, encoding="utf-8")
+    return judge_within(path, peak_mb() + MEMORY_MB, **options)
+
+
+def fuzz(*arguments, **environ):
+    """Run the tool; gives its exit code and its output."""
+    done = subprocess.run(
+        [sys.executable, str(TOOL), *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**os.environ, **{name: str(value) for name, value in environ.items()}},
+    )
+    return done.returncode, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("path", SOUND, ids=lambda path: path.stem)
+def test_missions_of_the_corpus_are_sound(path, folder):
+    """Only then do their mutants get beyond the check."""
+    verdict = judged(path.read_text(encoding="utf-8"))
+    assert (verdict.accepted, verdict.finding) == (True, None)
+
+
+@pytest.mark.parametrize("path", sorted(FOUND.glob("*.yaml")), ids=lambda path: path.stem)
+def test_what_was_found_once_is_refused_for_good(path, folder):
+    """What its author is told stands beside each."""
+    shutil.copy(path, folder / "m.yaml")
+    _, faults = check.examine("m.yaml")
+    expected = path.with_suffix(".txt").read_text(encoding="utf-8")
+    assert "".join(f"{fault}\n" for fault in faults) == expected
+    assert judge(Path("m.yaml")).finding is None
+
+
+def test_a_case_follows_from_the_seed_and_its_number():
+    """Whatever was tried before."""
+    corpus = cases.corpus()
+    texts = [cases.case(corpus, 1, number) for number in range(50)]
+    assert cases.case(corpus, 1, 49) == texts[-1]
+    assert len(set(texts)) > 45
+    assert cases.case(corpus, 2, 49) != texts[-1]
+
+
+@pytest.mark.process
+def test_nothing_is_found_in_some_hundred_cases(tmp_path):
+    """CI goes on for a minute; many of the mutants are sound, and run."""
+    code, said = fuzz("--count", 400, "--processes", 1, "--save", tmp_path / "found")
+    summary = json.loads(said.splitlines()[-1])
+    assert (code, summary["cases"], summary["findings"]) == (0, 400, {})
+    assert summary["sound"] > 40
+    assert not (tmp_path / "found").exists()
+
+
+@pytest.mark.process
+def test_a_finding_is_told_and_can_be_repeated(tmp_path):
+    """A leaf of somebody's that raises stands for a bug of ours."""
+    leaf = "from py_trees.behaviour import Behaviour\nclass Bad(Behaviour):\n    update = None\n"
+    (tmp_path / "bad_leaf.py").write_text(leaf, encoding="utf-8")
+    path = tmp_path / "case.yaml"
+    path.write_text("mission: m\ntree: {python: 'bad_leaf:Bad'}\n", encoding="utf-8")
+    code, said = fuzz("--replay", path, "--processes", 1, PYTHONPATH=tmp_path)
+    assert code == 1
+    assert "FOUND: TypeError in behaviour.py:tick\n" in said
+
+
+def test_a_finding_is_saved(tmp_path, capsys):
+    """The first of each kind, with the line that repeats it."""
+    tool = runpy.run_path(str(TOOL))
+    hunt = tool["Hunt"](SimpleNamespace(seed=5, save=tmp_path / "found", replay=None))
+    worker = SimpleNamespace(number=17)
+    hunt.note(worker, "KeyError in scope.py", "where it was", b"mission: m\n")
+    hunt.note(worker, "KeyError in scope.py", "where it was", b"mission: n\n")
+    path = tmp_path / "found" / "5_17.yaml"
+    assert path.read_bytes() == b"mission: m\n"
+    assert path.with_suffix(".txt").read_text() == "KeyError in scope.py\nwhere it was\n"
+    assert hunt.found == {"KeyError in scope.py": 2}
+    assert capsys.readouterr().out.splitlines() == [
+        "",
+        "FOUND: KeyError in scope.py",
+        "where it was",
+        f"repeat it: python tools/fuzz_missions.py --replay {path}",
+    ]
+
+
+def crash(*_args, **_kwargs):
+    """Raise what nobody expects."""
+    raise KeyError("planted")
+
+
+def hang(*_args, **_kwargs):
+    """Never come back."""
+    while True:
+        pass
+
+
+def grow(*_args, **_kwargs):
+    """Take more than there is."""
+    return iter(("x" * (MEMORY_MB + 30) * 2**20)[:0])
+
+
+def look_away(*_args, **_kwargs):
+    """See nothing wrong."""
+    return iter(())
+
+
+def misplace(*_args, **_kwargs):
+    """See something wrong, and not say where."""
+    return iter([Fault("planted", "m.yaml")])
+
+
+@pytest.mark.parametrize(
+    ("where", "planted", "kind"),
+    [
+        ((scope, "_naming_faults"), crash, "KeyError in test_fuzz_missions.py:crash"),
+        ((scope, "_naming_faults"), hang, "more than 0.5 s of the processor"),
+        ((scope, "_naming_faults"), grow, "more than 200 MB"),
+        ((scope, "_naming_faults"), misplace, "a fault without a place"),
+        ((scope, "number_faults"), look_away, "all values are known, wait"),
+        ((scope, "evaluate_constants"), look_away, "known beforehand, log"),
+        ((scope, "reference_faults"), look_away, "a name that is not known, log"),
+        ((leaves.Wait, "update"), crash, "KeyError in test_fuzz_missions.py:crash"),
+        ((Ledger, "is_settled"), False, "the mission does not end"),
+    ],
+)
+def test_a_planted_fault_is_found(where, planted, kind, folder, monkeypatch):
+    """In the check, in a leaf, or where the check does not see what it ought to."""
+    nodes = {
+        "number_faults": "{wait: n - 3}",
+        "evaluate_constants": "{log: '${1 / (n - 2)}'}",
+        "reference_faults": "{log: '$n $nobody'}",
+    }
+    node = nodes.get(where[1], "{wait: n}")
+    text = f"mission: m\ninputs: {{n: 2}}\ntree: {{sequence: [{node}, {{log: $n}}]}}\n"
+    assert judged(text).finding is None
+    monkeypatch.setattr(*where, planted)
+    finding = judged(text, cpu_s=0.5).finding
+    assert finding is not None
+    assert finding.kind == kind
