@@ -8,11 +8,11 @@ import os
 import sys
 from collections.abc import Sequence
 
-from bt_mission.cli import arbiter, check, doctor, mapper, run, schema, serve, servers, sim
+from bt_mission.cli import arbiter, check, convert, doctor, mapper, run, schema, serve, servers, sim
 from bt_mission.cli.exits import BAD_INPUT, INTERRUPTED, MISSION_FAILED
 from bt_mission.common.errors import BtMissionError
 
-COMMANDS = (run, check, schema, serve, sim, servers, mapper, arbiter, doctor)
+COMMANDS = (run, check, convert, schema, serve, sim, servers, mapper, arbiter, doctor)
 
 TRACEBACK = "BT_MISSION_TRACEBACK"
 """Set in the environment, it shows where an unexpected error came from."""
@@ -22,6 +22,7 @@ examples:
   bt-mission run missions/explore.yaml            run a mission in simulation, as fast as it goes
   bt-mission run missions/explore.yaml --speed 1  the same at the speed of the wall clock
   bt-mission check missions/explore.yaml          find every fault before anything moves
+  bt-mission convert missions/explore.yaml        the same mission as XML, for Groot 2
   bt-mission doctor                               is everything here that is needed?
 
 exit codes: 0 success, 1 mission failed, 2 bad input, 130 interrupted

@@ -11,7 +11,9 @@ from bt_mission.common.data import find
 def add_mission_options(parser: argparse.ArgumentParser) -> None:
     """The mission file and what may be overridden in it."""
     parser.add_argument(
-        "file", type=Path, help="the mission: a YAML file, or the name of a shipped one"
+        "file",
+        type=Path,
+        help="the mission: a YAML file, an XML file of Groot 2, or the name of a shipped one",
     )
     parser.add_argument(
         "--set",

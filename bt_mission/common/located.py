@@ -23,6 +23,7 @@ __all__ = [
     "Key",
     "model_faults",
     "read",
+    "read_source",
     "read_text",
     "validate",
 ]
@@ -114,8 +115,13 @@ def read_text(text: str, file: str = "<text>") -> Document:
 
 def read(path: str | Path) -> Document:
     """Read a YAML file. Raises InputError; a file that is too large is refused unread."""
+    return read_text(read_source(path), str(path))
+
+
+def read_source(path: str | Path) -> str:
+    """Return the text of a file. Raises InputError; a file that is too large is refused unread."""
     file = str(path)
-    return read_text(_decoded(_contents(Path(path), file), file), file)
+    return _decoded(_contents(Path(path), file), file)
 
 
 def _contents(path: Path, file: str) -> bytes:

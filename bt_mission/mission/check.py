@@ -23,12 +23,12 @@ from bt_mission.common.faults import (
     listed,
     quoted,
 )
-from bt_mission.common.located import Document, read, read_text
+from bt_mission.common.located import Document, read_text
 from bt_mission.common.robot import load_robot
 from bt_mission.mission.check_python import python_faults
 from bt_mission.mission.check_types import type_faults
 from bt_mission.mission.expressions import Plain
-from bt_mission.mission.load import Draft, draft
+from bt_mission.mission.load import Draft, draft, read_mission
 from bt_mission.mission.loaded import Mission
 from bt_mission.mission.review import warnings
 from bt_mission.mission.short_names import SHORT_NAMES
@@ -58,7 +58,7 @@ def examine(
     What `load` refuses is checked as far as it goes, so that nothing hides behind something
     else. Nothing is raised.
     """
-    return _examined(lambda: draft(read(path), set, seed, world, robot))
+    return _examined(lambda: draft(read_mission(path), set, seed, world, robot))
 
 
 def examine_text(

@@ -22,6 +22,8 @@ from bt_mission.mission.review import scope_faults, warnings
 from bt_mission.mission.steps import Action
 from bt_mission.mission.trees import Shelf, all_steps, read_trees, size_faults
 
+XML = ".xml"
+
 
 @dataclass(frozen=True)
 class Draft:
@@ -39,13 +41,13 @@ def load(
     world: str | None = None,
     robot: str | None = None,
 ) -> Mission:
-    """Return the mission in a file. Raises InputError with all its faults.
+    """Return the mission in a file, YAML or XML. Raises InputError with all its faults.
 
     `set` gives inputs other values (texts are read as `--set` reads them); `seed`, `world` and
     `robot` replace what the file says. ROS types, worlds and robots are not looked at here:
     that is for `check`.
     """
-    return _sound(draft(read(path), set, seed, world, robot))
+    return _sound(draft(read_mission(path), set, seed, world, robot))
 
 
 def load_text(
@@ -58,6 +60,15 @@ def load_text(
 ) -> Mission:
     """Return the mission in a text. Raises InputError with all its faults."""
     return _sound(draft(read_yaml(text, file), set, seed, world, robot))
+
+
+def read_mission(path: str | Path) -> Document:
+    """Read a mission file: XML where its name says so, else YAML. Raises InputError."""
+    if Path(path).suffix != XML:
+        return read(path)
+    from bt_mission.xml.document import read_xml  # noqa: PLC0415 - reads the models of this package
+
+    return read_xml(path)
 
 
 def draft(

@@ -1,0 +1,97 @@
+"""``bt-mission convert``: missions from YAML to the XML that Groot 2 edits, and back."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from bt_mission.cli.exits import SUCCESS
+from bt_mission.common.errors import BtMissionError
+
+DESCRIPTION = """\
+Turns a mission in YAML into XML in the format of BehaviorTree.CPP 4, which Groot 2 shows and
+edits, and XML into YAML. The file's suffix tells which: .yaml, .yml or .xml.
+
+What the other side cannot say is an error, with its line, its column and what to write instead;
+nothing is left out silently, comments apart. All such places are shown at once, and nothing is
+written then. 'run' and 'check' take XML files as they are.
+"""
+EPILOG = """\
+examples:
+  bt-mission convert missions/explore.yaml -o explore.xml   for Groot 2
+  bt-mission convert explore.xml -o explore.yaml            back, as Groot 2 has left it
+  bt-mission convert explore.xml                            to the terminal
+  bt-mission convert --palette -o leaves.xml                all our leaves, for Groot 2's palette
+  bt-mission check explore.xml                              without converting
+
+A leaf is an element with its kind as name and its ports as attributes; {name} is $name:
+  <turn angle="{step}" timeout="30" out_angle_turned="{turned}"/>
+docs/xml.md has the whole table.
+"""
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command to the command line."""
+    parser = commands.add_parser(
+        "convert",
+        help="turn a mission from YAML into XML for Groot 2, and back",
+        description=DESCRIPTION,
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("file", type=Path, nargs="?", help="the mission: a YAML or an XML file")
+    parser.add_argument(
+        "-o", "--output", type=Path, help="the file to write (default: standard output)"
+    )
+    parser.add_argument(
+        "--palette",
+        action="store_true",
+        help="instead of a mission: the models of all leaves, for Groot 2",
+    )
+    parser.set_defaults(command=convert)
+
+
+def convert(options: argparse.Namespace) -> int:
+    """Write the other form of a file."""
+    if (options.file is None) != options.palette:
+        raise BtMissionError("expected the file of a mission, or --palette")
+    text = _converted(options.file)
+    if options.output is None:
+        print(text, end="")
+        return SUCCESS
+    try:
+        options.output.write_text(text, encoding="utf-8")
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise BtMissionError(f"cannot write {options.output}: {reason}") from error
+    print(f"{options.output}: written")
+    return SUCCESS
+
+
+def _converted(file: Path | None) -> str:
+    """The text of the other form, or of the palette."""
+    from bt_mission.common.data import SUFFIXES
+    from bt_mission.common.located import read
+    from bt_mission.mission.load import XML
+    from bt_mission.xml.conversion import mission_yaml
+    from bt_mission.xml.mission_writing import mission_xml
+    from bt_mission.xml.models import palette_xml
+
+    if file is None:
+        return palette_xml(_shapes())
+    if file.suffix == XML:
+        return mission_yaml(file)
+    if file.suffix not in SUFFIXES:
+        known = ", ".join((*SUFFIXES, XML))
+        raise BtMissionError(f"{file}: expected a file with the suffix {known}")
+    return mission_xml(read(file), _shapes())
+
+
+def _shapes() -> Any:
+    """What tells the fields of ROS types, or None where ROS is not there."""
+    try:
+        from bt_mission.ros_types import shapes
+    except ImportError:
+        return None
+    return shapes

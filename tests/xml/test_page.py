@@ -1,0 +1,46 @@
+"""docs/xml.md: its two examples are one mission, and it leaves no element out."""
+
+import re
+from pathlib import Path
+
+from bt_mission.common.located import read_text
+from bt_mission.mission import load_text
+from bt_mission.mission.check import check
+from bt_mission.mission.load import draft
+from bt_mission.ros_types import shapes
+from bt_mission.xml.built_in import BUILT_IN
+from bt_mission.xml.document import METADATA, document_of
+from bt_mission.xml.leaves import LEAVES
+from bt_mission.xml.mission_writing import mission_xml
+from bt_mission.xml.ports import LABELS
+from tests.support.missions import meaning
+
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "xml.md"
+TEXT = PAGE.read_text(encoding="utf-8")
+((YAML,), (XML,)) = (
+    re.findall(rf"```{kind}\n(.*?)```", TEXT, re.DOTALL) for kind in ("yaml", "xml")
+)
+
+
+def test_the_examples_are_one_mission():
+    """Sound, without warnings, and converted into each other."""
+    here = load_text(YAML)
+    document = document_of(XML, "m.xml")
+    there = draft(document).mission
+    assert there is not None
+    assert (here.warnings, check(here)) == ((), ())
+    assert meaning(there) == meaning(here)
+    converted = draft(document_of(mission_xml(read_text(YAML), shapes))).mission
+    assert converted is not None
+    assert meaning(converted) == meaning(here)
+
+
+def test_every_element_and_attribute_is_described():
+    """In a table or an example."""
+    code = "".join(re.findall(r"`[^`]*`|```.*?```", TEXT, re.DOTALL))
+    words = set(re.findall(r"[A-Za-z_0-9:]+", code))
+    attributes = {name for names, _ in BUILT_IN.values() for name in names}
+    attributes |= {name for leaf in LEAVES.values() for name in leaf.settings}
+    attributes |= {leaf.whole for leaf in LEAVES.values() if leaf.whole}
+    ours = {kind for kind, leaf in LEAVES.items() if not leaf.is_short}
+    assert {*BUILT_IN, *attributes, *ours, *METADATA, *LABELS.values()} <= words
