@@ -42,7 +42,7 @@ def _ports(leaf: Leaf, shapes: ShapesOf | None) -> dict[str, Tag]:
         ports[leaf.whole] = _port(leaf.whole)
     for name in leaf.settings:
         ports[name] = _port(name)
-    talk = _shapes(leaf, shapes)
+    talk = action_shapes(leaf, shapes)
     if talk is not None:
         for name, shape in talk.goal.fields.items():
             attribute = leaf.field_attribute((name,))
@@ -57,7 +57,8 @@ def _ports(leaf: Leaf, shapes: ShapesOf | None) -> dict[str, Tag]:
     return ports
 
 
-def _shapes(leaf: Leaf, shapes: ShapesOf | None) -> ActionShapes | None:
+def action_shapes(leaf: Leaf, shapes: ShapesOf | None) -> ActionShapes | None:
+    """Return what the type of an action with a short name holds, as far as that is known."""
     if shapes is None or leaf.kind not in SHORT_NAMES:
         return None
     try:

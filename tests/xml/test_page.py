@@ -3,6 +3,9 @@
 import re
 from pathlib import Path
 
+import py_trees
+
+from bt_mission.cli import main
 from bt_mission.common.located import read_text
 from bt_mission.mission import load_text
 from bt_mission.mission.check import check
@@ -20,6 +23,9 @@ TEXT = PAGE.read_text(encoding="utf-8")
 ((YAML,), (XML,)) = (
     re.findall(rf"```{kind}\n(.*?)```", TEXT, re.DOTALL) for kind in ("yaml", "xml")
 )
+
+
+FILES = re.findall(r"```\w+ (\S+)\n(.*?)```", TEXT, re.DOTALL)
 
 
 def test_the_examples_are_one_mission():
@@ -44,3 +50,21 @@ def test_every_element_and_attribute_is_described():
     attributes |= {leaf.whole for leaf in LEAVES.values() if leaf.whole}
     ours = {kind for kind, leaf in LEAVES.items() if not leaf.is_short}
     assert {*BUILT_IN, *attributes, *ours, *METADATA, *LABELS.values()} <= words
+
+
+def test_a_tree_that_py_trees_has_loaded_runs_in_a_mission(tmp_path, capsys):
+    """The files of the page, run on the stage; every goal is seen to its end."""
+    assert [name for name, _ in FILES] == ["two_turns.xml", "two_turns.py", "two_turns.yaml"]
+    for name, text in FILES:
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    try:
+        assert main(["run", str(tmp_path / "two_turns.yaml")]) == 0
+    finally:
+        py_trees.blackboard.Blackboard.clear()
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[2:5] for line in lines if "▶" in line] == [
+        ["▶", "two", "turns.there"],
+        ["▶", "two", "turns.as"],
+    ]
+    assert "two_turns: success" in lines
+    assert lines[-1] == "  2 goals sent, 0 left behind, 0.00 m driven, 0 collisions"
