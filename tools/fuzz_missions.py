@@ -44,19 +44,19 @@ def work(folder: Path, cases: Any, told: Connection) -> None:
     path = Path(CASE_FILE)
     for text in found.texts:  # what is loaded once counts for no case
         path.write_text(text, encoding="utf-8")
-        limits.judge_within(path, ENDLESS)
+        limits.judge_within(path)
     limits.limit_memory()
-    most_mb = limits.peak_mb() + limits.MEMORY_MB
+    most_mb = limits.resident_mb() + limits.MEMORY_MB
     for number, contents in cases(found):
         told.send(("begun", number, ""))
         path.write_bytes(contents)
         limits.limit_processor()
-        verdict = limits.judge_within(path, most_mb)
+        verdict = limits.judge_within(path)
         if verdict.finding is not None:
             told.send(("found", (verdict.finding.kind, verdict.finding.text), contents))
         told.send(("done", number, verdict.accepted))
-        if limits.peak_mb() > most_mb:
-            return  # the peak stays; a new process goes on
+        if limits.resident_mb() > most_mb:
+            return  # what is left would not be enough for a case; a new process goes on
     told.send(("finished", 0, ""))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import resource
 import signal
+from contextlib import suppress
 from pathlib import Path
 from types import FrameType
 
@@ -14,7 +15,10 @@ CPU_S = 10.0
 """What one case may take of the processor, s."""
 
 MEMORY_MB = 200
-"""What one case may take of memory, beyond what the process had before the first."""
+"""What one case may take of memory, beyond what the process had before it."""
+
+_THE_PEAK = "5"
+"""What `/proc/PID/clear_refs` is told to reset; see proc_pid_clear_refs(5)."""
 
 
 class OutOfTime(BaseException):
@@ -25,11 +29,30 @@ def _out_of_time(_signal: int, _frame: FrameType | None) -> None:
     raise OutOfTime
 
 
+def resident_mb() -> float:
+    """Return the memory that this process has now."""
+    return _memory_mb("VmRSS")
+
+
 def peak_mb() -> float:
-    """Return the most memory that this process has had at a time."""
+    """Return the most memory that this process has had at a time since the peak was forgotten."""
+    return _memory_mb("VmHWM")
+
+
+def _memory_mb(what: str) -> float:
     status = Path("/proc/self/status").read_text(encoding="ascii")
-    found = re.search(r"VmHWM:\s*(\d+) kB", status)
+    found = re.search(rf"{what}:\s*(\d+) kB", status)
     return int(found[1]) / 1024 if found else 0.0
+
+
+def forget_peak() -> None:
+    """Have `peak_mb` begin anew, with what this process has now.
+
+    A kernel that does not let itself be asked leaves the peak of the process' life: what a case
+    takes beneath that is then not seen, which is little where the process does nothing else.
+    """
+    with suppress(OSError):
+        Path("/proc/self/clear_refs").write_text(_THE_PEAK, encoding="ascii")
 
 
 def limit_memory() -> None:
@@ -46,8 +69,10 @@ def limit_processor() -> None:
     resource.setrlimit(resource.RLIMIT_CPU, (seconds, resource.RLIM_INFINITY))
 
 
-def judge_within(path: Path, most_mb: float, cpu_s: float = CPU_S) -> Verdict:
+def judge_within(path: Path, cpu_s: float = CPU_S) -> Verdict:
     """Judge a mission file; to take too long, or to make the process too large, is a finding."""
+    forget_peak()
+    had_mb = peak_mb()
     before = signal.signal(signal.SIGVTALRM, _out_of_time)
     signal.setitimer(signal.ITIMER_VIRTUAL, cpu_s)
     try:
@@ -61,8 +86,9 @@ def judge_within(path: Path, most_mb: float, cpu_s: float = CPU_S) -> Verdict:
     finally:
         signal.setitimer(signal.ITIMER_VIRTUAL, 0)
         signal.signal(signal.SIGVTALRM, before)
-    if verdict.finding is None and peak_mb() > most_mb:
-        finding = Finding(f"more than {MEMORY_MB} MB", f"{peak_mb():.0f} MB")
+    taken_mb = peak_mb() - had_mb
+    if verdict.finding is None and taken_mb > MEMORY_MB:
+        finding = Finding(f"more than {MEMORY_MB} MB", f"{taken_mb:.0f} MB")
         return Verdict(verdict.accepted, verdict.end, finding)
     return verdict
 
