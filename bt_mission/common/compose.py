@@ -23,6 +23,9 @@ MAX_DEPTH = 200
 MAX_VALUES = 200_000
 """Values in a document, aliases followed: what an alias bomb runs into."""
 
+TEXT_WEIGHT = 10
+"""Characters that count for one value more where an alias repeats a text."""
+
 MAX_INTEGER = 2**64
 """No ROS field holds a larger integer."""
 
@@ -210,9 +213,10 @@ class _Reader:
         data = self.number_or_text(text, line, column) if _is_plain(event) else text
         one_piece = isinstance(data, str) and event.start_mark.line == event.end_mark.line
         place = Place(line, column, text=text if one_piece else None)
+        size = 1 + len(text) // TEXT_WEIGHT if isinstance(data, str) else 1
         if event.anchor is not None:
-            self.anchors[event.anchor] = _Open(data, place, closed=True)
-        self.add(data, place, 1, 1)
+            self.anchors[event.anchor] = _Open(data, place, size=size, closed=True)
+        self.add(data, place, size, 1)
 
     def take_key(self, top: _Open, event: Any, line: int, column: int) -> None:
         key: str = event.value
@@ -246,7 +250,7 @@ class _Reader:
     ) -> None:
         """Put a finished value where it belongs."""
         line, column = at or (place.line, place.column)
-        self.values += size if at or not isinstance(data, dict | list) else 1
+        self.values += size if at else 1
         if self.values > MAX_VALUES:
             what = "aliases blow the file up: " if at else ""
             message = f"{what}more than {MAX_VALUES:,} values; a file holds at most so many"

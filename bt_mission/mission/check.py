@@ -137,17 +137,22 @@ def _base_faults(mission: Mission) -> Iterator[Fault]:
 
 def _camera_faults(mission: Mission) -> Iterator[Fault]:
     """Yield a fault for every goal that takes pictures with a robot that has no camera."""
+    found = [
+        (tree.document, step)
+        for tree in mission.all_trees
+        for step in tree.body.walk()
+        if isinstance(step, Action) and step.type in NEEDS_A_CAMERA
+    ]
+    if not found:
+        return
     try:
         robot = load_robot(mission.robot, near=mission.file)
     except BtMissionError:
         return  # said elsewhere, or when it is used
-    if robot.camera is not None:
-        return
-    for tree in mission.all_trees:
-        for step in tree.body.walk():
-            if isinstance(step, Action) and step.type in NEEDS_A_CAMERA:
-                message = f"{step.action} needs a camera; a {robot.name} has none"
-                yield tree.document.fault(step.path, message)
+    if robot.camera is None:
+        for document, step in found:
+            message = f"{step.action} needs a camera; a {robot.name} has none"
+            yield document.fault(step.path, message)
 
 
 def _moves(step: Step, mission: Mission) -> bool:

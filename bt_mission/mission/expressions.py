@@ -10,6 +10,7 @@ import random
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from types import MappingProxyType
 from typing import Any
 
@@ -19,6 +20,7 @@ from bt_mission.mission.values import ExpressionError, Plain, Type, show
 
 __all__ = [
     "MAX_LENGTH",
+    "MAX_TEMPLATE",
     "RESERVED",
     "Expression",
     "ExpressionError",
@@ -32,6 +34,9 @@ __all__ = [
     "names_in",
     "resolve",
 ]
+
+MAX_TEMPLATE = 10_000
+"""Characters of a text with holes."""
 
 _NOTHING: Mapping[str, Plain] = MappingProxyType({})
 _HOLE = re.compile(r"\$(?:(?P<escaped>\$)|(?P<name>[A-Za-z_][A-Za-z0-9_]*)|(?P<open>\{))")
@@ -88,12 +93,19 @@ class Template:
     parts: tuple[str | tuple[int, Expression], ...] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
+        if "$" in self.text and len(self.text) > MAX_TEMPLATE:
+            message = f"a text with '$' has {len(self.text):,} characters"
+            raise ExpressionError(f"{message}; at most {MAX_TEMPLATE:,} are read")
         object.__setattr__(self, "parts", tuple(_parts(self.text)))
 
     @property
     def expressions(self) -> tuple[tuple[int, Expression], ...]:
-        """The expressions in the holes, each with its offset in the text (from 0)."""
-        return tuple(part for part in self.parts if not isinstance(part, str))
+        """The expressions in the holes, each once, with the offset of its first (from 0)."""
+        found: dict[str, tuple[int, Expression]] = {}
+        for part in self.parts:
+            if not isinstance(part, str):
+                found.setdefault(part[1].text, part)
+        return tuple(found.values())
 
     @property
     def references(self) -> tuple[Name, ...]:
@@ -139,7 +151,8 @@ class Text:
             try:
                 object.__setattr__(self, reading, kind(self.text))
             except ExpressionError as error:
-                object.__setattr__(self, reading, error)
+                # Without the frames that it came through, and all that these hold.
+                object.__setattr__(self, reading, error.with_traceback(None))
 
     def evaluate(self, names: Mapping[str, Plain], rng: random.Random) -> Late:
         """Return the value of either reading, or the error that it ends in.
@@ -241,7 +254,7 @@ def _parts(text: str) -> list[str | tuple[int, Expression]]:
         if hole["escaped"]:
             parts.append("$")
         elif hole["name"]:
-            parts.append((dollar, Expression(hole.group())))
+            parts.append((dollar, _expression(hole.group())))
         else:
             close = _CLOSE.match(text, at)
             if close is None:
@@ -260,8 +273,14 @@ def _in_hole(hole: tuple[int, Expression], names: Mapping[str, Plain], rng: rand
         raise ExpressionError(error.message, error.column + offset, error.hint) from None
 
 
+@lru_cache(maxsize=1024)
+def _expression(text: str) -> Expression:
+    """Return the expression of a hole; equal ones are the same."""
+    return Expression(text)
+
+
 def _inner(text: str, offset: int) -> Expression:
     try:
-        return Expression(text)
+        return _expression(text)
     except ExpressionError as error:
         raise ExpressionError(error.message, error.column + offset, error.hint) from None

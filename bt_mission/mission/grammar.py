@@ -64,12 +64,30 @@ class Token:
     column: int
 
 
-@lru_cache(maxsize=4096)
-def parse(text: str) -> tuple[Node, tuple[Name, ...], bool]:
+Parsed = tuple[Node, tuple[Name, ...], bool]
+
+
+def parse(text: str) -> Parsed:
     """Return an expression's parts, the names in it, and whether it draws random numbers.
 
     Raises ExpressionError, with the column.
     """
+    found = _tried(text)
+    if isinstance(found, ExpressionError):
+        raise type(found)(found.message, found.column, found.hint)
+    return found
+
+
+@lru_cache(maxsize=4096)
+def _tried(text: str) -> Parsed | ExpressionError:
+    """Return what `parse` returns or raises; errors are remembered, too."""
+    try:
+        return _parsed(text)
+    except ExpressionError as error:
+        return error.with_traceback(None)
+
+
+def _parsed(text: str) -> Parsed:
     if len(text) > MAX_LENGTH:
         message = f"the expression has {len(text):,} characters; at most {MAX_LENGTH:,} are read"
         raise ExpressionError(message)

@@ -196,7 +196,9 @@ def _located(document: Document, entry: str) -> tuple[Path, Path]:
     candidates += [folder / entry for folder in data.folders("missions")]
     found = next((one for one in candidates if _real(one) is not None), None)
     if found is None:
-        raise InputError([Fault(f"no such file {quoted(entry)}", entry)])
+        is_link = any(_is_link(one) for one in candidates)
+        missing = f"the links of {quoted(entry)} lead to no file"
+        raise InputError([Fault(missing if is_link else f"no such file {quoted(entry)}", entry)])
     real = _real(found)
     assert real is not None
     allowed = [base.resolve(), *shipped]
@@ -212,6 +214,13 @@ def _real(path: Path) -> Path | None:
         return path.resolve(strict=True) if path.is_file() else None
     except (OSError, RuntimeError, ValueError):  # a ring of links, a name that is too long
         return None
+
+
+def _is_link(path: Path) -> bool:
+    try:
+        return path.is_symlink()
+    except OSError:  # a name that is too long
+        return False
 
 
 def all_steps(mission: Mission) -> Iterator[Step]:

@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 
 from bt_mission.mission.expressions import (
+    MAX_TEMPLATE,
     Expression,
     ExpressionError,
     Late,
@@ -104,6 +105,23 @@ def test_templates_that_cannot_be_read(text, column, message):
     with pytest.raises(ExpressionError) as caught:
         Template(text)
     assert (caught.value.column, caught.value.message) == (column, message)
+
+
+def test_the_length_of_a_template_is_bounded():
+    """That of a text without holes is not."""
+    Template("$x " + "x" * (MAX_TEMPLATE - 3))
+    with pytest.raises(ExpressionError, match="10,001 characters; at most 10,000 are read"):
+        Template("$x " + "x" * (MAX_TEMPLATE - 2))
+    assert Template("x" * 20_000).evaluate({}, random.Random(0)) == "x" * 20_000
+
+
+def test_equal_holes_are_told_once_and_filled_each():
+    """What is wrong with one is wrong with all."""
+    template = Template("$x, ${x} and ${x}, $x")
+    assert [(offset, one.text) for offset, one in template.expressions] == [(0, "$x"), (6, "x")]
+    assert template.evaluate({"x": 1}, random.Random(0)) == "1, 1 and 1, 1"
+    drawn = Template("${uniform(0, 1)} ${uniform(0, 1)}").evaluate({}, random.Random(0))
+    assert len(set(drawn.split())) == 2
 
 
 def test_references_of_a_template_have_columns_in_the_whole_text():

@@ -3,7 +3,7 @@
 import pytest
 
 from bt_mission.mission.grammar import MAX_DEPTH, MAX_LENGTH, RESERVED, parse
-from bt_mission.mission.values import ExpressionError
+from bt_mission.mission.values import ExpressionError, LooseText
 
 
 @pytest.mark.parametrize(
@@ -66,6 +66,20 @@ def test_length_is_bounded():
     """A thousand characters are a program, not an expression."""
     with pytest.raises(ExpressionError, match="has 1,001 characters; at most 1,000 are read"):
         parse(" " * MAX_LENGTH + "1")
+
+
+def test_an_error_is_as_new_each_time():
+    """It is remembered, and neither its traceback nor a change of it is."""
+    errors = []
+    for _ in range(2):
+        with pytest.raises(ExpressionError) as caught:
+            parse("1 +")
+        errors.append(caught.value)
+    first, second = errors
+    assert first is not second
+    assert str(first) == str(second)
+    with pytest.raises(LooseText):
+        parse("two words")
 
 
 def test_reserved_words_are_those_the_grammar_takes():
