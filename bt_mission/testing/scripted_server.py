@@ -103,6 +103,7 @@ class ScriptedServer:
         cancels: bool | None = True,
     ) -> None:
         self.type = action_type(type_name)
+        self.type_name = type_name
         self.accepts = accepts
         self.cancels = cancels
         self.goals: list[ScriptedGoal] = []
