@@ -132,6 +132,13 @@ class ServersNode(Node):
             watch_executives(self, self._lose_base)
         self._control_timer = self.create_timer(1.0 / robot.control_rate, self._pilot.step)
 
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """What goals that drive still wait for."""
+        seen = self._sensors.observe()
+        found = {"scan": seen.scan, "odometry": seen.odom}
+        return tuple(name for name, value in found.items() if value is None)
+
     def why_rejected(self, action: str) -> str:
         """Why the last goal of an action, by its resolved name, was rejected; empty if unknown."""
         return next((one.refused for one in self._adapters if one.name == action), "")
@@ -231,9 +238,13 @@ def main(
 def _serve(node: ServersNode) -> None:
     executor = SingleThreadedExecutor()
     executor.add_node(node)
+    missing = node.missing
+    _log(node).info(f"waiting for {' and '.join(missing)}: is the robot, or bt-mission sim, there?")
     with Interrupts() as interrupts:
         while not interrupts.received:
             executor.spin_once(timeout_sec=0.1)
+            if missing and not (missing := node.missing):
+                _log(node).info("ready: scan and odometry have come")
         _log(node).info(f"{interrupts.received}: stopping the robot and ending all goals")
         node.stop(f"the action servers were stopped by {interrupts.received}")
         for _ in range(LAST_CALLBACKS):

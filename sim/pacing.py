@@ -9,7 +9,8 @@ from bt_mission.common.errors import BtMissionError
 SLOWEST, FASTEST = 0.01, 1000.0
 
 MOST_LAG_NS = 500_000_000
-"""Wall time, ns, that is caught up with; what lies further back is given up."""
+"""Time, ns, that is caught up with, of the wall or of the world, whichever is less; what lies
+further back is given up. Whoever drives the robot hears nothing while the world makes up for it."""
 
 WINDOW_NS = 10_000_000_000
 """Wall time, ns, over which the speed that is reached is measured."""
@@ -41,10 +42,11 @@ class Pacer:
     def target(self, wall_ns: int, time_ns: int) -> int:
         """Return the virtual time that is due at `wall_ns`, where it now is `time_ns`."""
         target = self.time_ns + round((wall_ns - self.wall_ns) * self.speed)
-        lag_ns = round((target - time_ns) / self.speed)
-        if lag_ns > MOST_LAG_NS:
-            self._lost_ns += lag_ns - MOST_LAG_NS
-            target = time_ns + round(MOST_LAG_NS * self.speed)
+        most_ns = round(MOST_LAG_NS * min(self.speed, 1.0))
+        lag_ns = target - time_ns
+        if lag_ns > most_ns:
+            self._lost_ns += round((lag_ns - most_ns) / self.speed)
+            target = time_ns + most_ns
             self.wall_ns, self.time_ns = wall_ns, target
         return max(target, time_ns)
 

@@ -40,6 +40,14 @@ def test_a_long_delay_is_given_up():
     assert paced.target(103 * S + 10 * MS, 1 * S + 500 * MS) == 1 * S + 510 * MS
 
 
+def test_a_fast_world_does_not_leap():
+    """At speed 10 half a second of the world is caught up with, not five."""
+    paced = pacer(10.0)
+    assert paced.target(100 * S + 40 * MS, 1 * S) == 1 * S + 400 * MS
+    assert paced.target(103 * S, 1 * S + 400 * MS) == 1 * S + 900 * MS
+    assert paced.target(103 * S + 10 * MS, 1 * S + 900 * MS) == 1 * S + 1000 * MS
+
+
 def test_a_new_speed_holds_from_here_on():
     """What has passed stays passed."""
     paced = pacer()
