@@ -5,9 +5,11 @@ from __future__ import annotations
 import secrets
 from collections.abc import Callable
 from contextlib import ExitStack
+from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
 from bt_mission.joined import JoinedGraph
+from bt_mission.journal.keep import keep_journal
 from bt_mission.node import MissionNode
 
 if TYPE_CHECKING:
@@ -20,8 +22,10 @@ class Attached:
     :param mission: what to carry out.
     :param namespace: of the robot whose servers to use.
     :param wall_clock: keep to this machine's clock, without looking for ``/clock``.
+    :param journal: file in which to write down where the mission stands.
+    :param resume: go on with the mission of that journal.
     :param say: where ``log`` nodes speak to; None is the ROS log.
-    :raises BtMissionError: when the mission cannot be set up.
+    :raises BtMissionError: when the mission cannot be set up, or the journal not be used.
     """
 
     collisions: int | None = None
@@ -33,6 +37,8 @@ class Attached:
         *,
         namespace: str | None = None,
         wall_clock: bool = False,
+        journal: Path | None = None,
+        resume: bool = False,
         say: Callable[[str], None] | None = None,
     ) -> None:
         self.mission = mission
@@ -50,6 +56,8 @@ class Attached:
             )
             made.callback(self.node.destroy_node)
             self._graph.host(self.node)
+            if journal is not None:
+                made.callback(keep_journal(journal, mission, self.node, resume=resume).close)
             self._exit = made.pop_all()
         self.executive = self.node.executive
         self.trace = self.node.trace

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from action_msgs.srv import CancelGoal
 from rclpy.action import ActionClient, get_action_names_and_types
+from rclpy.action.client import ClientGoalHandle
 from unique_identifier_msgs.msg import UUID
 
 from bt_mission.common.errors import BtMissionError
@@ -16,7 +17,6 @@ from bt_mission.ros_types import action_type, fill
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from rclpy.action.client import ClientGoalHandle
     from rclpy.node import Node
     from rclpy.task import Future
 
@@ -36,6 +36,7 @@ class ActionCourier:
     ) -> None:
         self._why_rejected = why_rejected
         self._type = action_type(type_name)
+        self.type_name = type_name
         self.name = node.resolve_topic_name(name)
         types = dict(get_action_names_and_types(node)).get(self.name, [])
         if types and type_name not in types:
@@ -72,6 +73,11 @@ class ActionCourier:
             feedback_callback=lambda wrapped: goal.on_feedback(wrapped.feedback),
             goal_uuid=UUID(uuid=list(goal.id)),
         ).add_done_callback(on_answer)
+
+    def find_again(self, goal: Goal) -> None:
+        """Be able to speak of a goal that another process has sent."""
+        answer = self._type.Impl.SendGoalService.Response(accepted=True)
+        self._handles[goal.id] = ClientGoalHandle(self._client, UUID(uuid=list(goal.id)), answer)
 
     def ask_result(self, goal: Goal) -> None:
         """Ask for the result; it arrives when the server has ended the goal."""

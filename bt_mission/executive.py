@@ -12,21 +12,23 @@ starts.
 
 from __future__ import annotations
 
-import traceback
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from enum import StrEnum
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from bt_mission.breakpoints import Breakpoints
-from bt_mission.common.errors import BtMissionError
+from bt_mission.common.errors import BtMissionError, described
 from bt_mission.goals.goal import Goal
 from bt_mission.trace import Trace
 from bt_mission.tree.action_leaf import ActionLeaf
 from bt_mission.tree.runtime import Runtime
+
+if TYPE_CHECKING:
+    from bt_mission.journal.recovery import Resumption
 
 
 class MissionStatus(StrEnum):
@@ -72,6 +74,8 @@ class Executive:
         self.paused: str | None = None
         """Why it is paused; None while it is not."""
         self.listeners: list[Callable[[Change], None]] = []
+        self.goal_listeners: list[Callable[[str, Goal], None]] = []
+        self.after_tick: list[Callable[[], None]] = []
         self._runtime = runtime
         self._trace = trace
         self._verdict = MissionStatus.FAILURE
@@ -80,6 +84,7 @@ class Executive:
         self._running: dict[Behaviour, None] = {}
         self._walk: Iterator[Behaviour] | None = None
         self._steps = 0
+        self._recovery: Resumption | None = None
         self._name_nodes(root, "0")
         self.breakpoints = Breakpoints(self._paths)
         self._known[self.breakpoints.mark] = Status.RUNNING  # never its status, so always noted
@@ -106,7 +111,14 @@ class Executive:
         if self.is_done:
             return
         self.beats += 1
-        if self.status is MissionStatus.RUNNING:
+        self._beat()
+        for listener in self.after_tick:
+            listener()
+
+    def _beat(self) -> None:
+        if self._recovery is not None:
+            self._recover(self._recovery)
+        elif self.status is MissionStatus.RUNNING:
             self.started_ns = self.started_ns or self._runtime.now_ns
             if self.paused is None or self._steps > 0:
                 self._steps = 0
@@ -114,6 +126,10 @@ class Executive:
         self._runtime.ledger.tend(self._runtime.now_ns)
         if self.status is MissionStatus.ENDING and self._runtime.ledger.is_settled:
             self._finish()
+
+    def go_on_from(self, recovery: Resumption) -> None:
+        """Begin where another process stood, instead of at the root."""
+        self._recovery = recovery
 
     def interrupt(self, reason: str) -> None:
         """Halt the tree and cancel every goal; later ticks see them to their end."""
@@ -197,6 +213,8 @@ class Executive:
             phase=str(goal.phase),
             status=None if goal.status is None else int(goal.status),
         )
+        for listener in self.goal_listeners:
+            listener(what, goal)
 
     # ---- inside --------------------------------------------------------------------------
 
@@ -225,7 +243,7 @@ class Executive:
         except BtMissionError as error:
             self._halt(MissionStatus.FAILURE, str(error))
         except Exception as error:  # noqa: BLE001 - a user's leaf may raise anything
-            self._halt(MissionStatus.FAILURE, _describe(error))
+            self._halt(MissionStatus.FAILURE, described(error))
         else:
             if self.root.status is Status.SUCCESS:
                 self._end(MissionStatus.SUCCESS, "")
@@ -238,6 +256,20 @@ class Executive:
         assert node is not None
         self._note_halted()
         self.pause(f"breakpoint at '{node.name}'")
+
+    def _recover(self, recovery: Resumption) -> None:
+        try:
+            if not recovery.is_done():
+                return
+            recovery.finish(self._paths)
+        except BtMissionError as error:
+            self._end(MissionStatus.FAILURE, f"cannot be resumed: {error}")
+            return
+        self._recovery = None
+        self.started_ns = self._runtime.now_ns
+        for node in self._paths:
+            if node.status is not self._known[node]:
+                self._note(node)
 
     def _note_halted(self) -> None:
         """A node that the tree halts is not visited by the tick, but has changed all the same."""
@@ -273,14 +305,14 @@ class Executive:
                 if node.status is Status.RUNNING:
                     node.stop(Status.INVALID)
             except Exception as error:  # noqa: BLE001 - the others must still be stopped
-                reason += f"; stopping '{node.name}' raised {_describe(error)}"
+                reason += f"; stopping '{node.name}' raised {described(error)}"
         self._end(verdict, reason)
         self._note_halted()
 
     def _end(self, verdict: MissionStatus, reason: str) -> None:
         """See every goal to its end, whether or not its leaf has handed it over."""
         self.status, self._verdict, self.reason = MissionStatus.ENDING, verdict, reason
-        self.paused = self._walk = None
+        self.paused = self._walk = self._recovery = None
         for goal in self._runtime.ledger.open_goals:
             self._runtime.ledger.hand_over(goal, self._runtime.now_ns)
 
@@ -308,10 +340,3 @@ class Executive:
         if culprit is None:
             return f"'{self.root.name}' failed"
         return f"'{culprit.name}' {culprit.feedback_message or 'failed'}"
-
-
-def _describe(error: BaseException) -> str:
-    """An exception in one line, with the place that raised it."""
-    frames = traceback.extract_tb(error.__traceback__)
-    place = f" ({Path(frames[-1].filename).name}:{frames[-1].lineno})" if frames else ""
-    return f"{type(error).__name__}: {error}{place}"

@@ -96,12 +96,12 @@ class MissionNode(Node):
         self.trace = trace or Trace()
         self.ledger = Ledger(goal_seed or mission.seed, CANCEL_GRACE_NS, self._on_goal)
         self.executive = Executive(build_tree(mission, self.scope), self, self.trace)
-        self._topics: StatusTopics | None = None
         if has_controls if has_controls is not None else not lean:
             Controls(self, lambda: self.executive)
-            self._topics = StatusTopics(self)
-            self._topics.begin(mission.name, self.executive)
-        self.create_timer(1 / TICK_RATE_HZ, self._tick)
+            topics = StatusTopics(self)
+            topics.begin(mission.name, self.executive)
+            self.executive.after_tick.append(topics.flush)
+        self.create_timer(1 / TICK_RATE_HZ, self.executive.tick)
 
     @property
     def now_ns(self) -> int:
@@ -140,11 +140,6 @@ class MissionNode(Node):
         """Say a line of the mission's to the people who watch, and to the trace."""
         self.trace.record(self.now_ns, "log", text=text)
         self._say(text)
-
-    def _tick(self) -> None:
-        self.executive.tick()
-        if self._topics is not None:
-            self._topics.flush()
 
     def _on_goal(self, what: str, goal: Goal) -> None:
         self.executive.record_goal(what, goal)

@@ -43,6 +43,7 @@ class ScriptedServer:
 
     def __init__(self, name: str = "/turn", *, ready: bool = True) -> None:
         self.name = name
+        self.type_name = "test_msgs/action/Test"
         self.ready = ready
         self.goals: list[Goal] = []
         self.requests: list[Any] = []
@@ -58,6 +59,9 @@ class ScriptedServer:
     def send(self, goal: Goal, request: Any) -> None:
         self.goals.append(goal)
         self.requests.append(request)
+
+    def find_again(self, goal: Goal) -> None:
+        self.goals.append(goal)
 
     def ask_result(self, goal: Goal) -> None:
         self.results_asked.append(goal)

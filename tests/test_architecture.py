@@ -36,6 +36,8 @@ ROS_MODULES = (
     "bt_mission/doctor_probes.py",
     "bt_mission/fleet.py",
     "bt_mission/joined.py",
+    "bt_mission/journal/keep.py",
+    "bt_mission/journal/messages.py",
     "bt_mission/lockstep/*",
     "bt_mission/node.py",
     "bt_mission/ros_types.py",

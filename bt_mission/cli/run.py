@@ -54,6 +54,17 @@ def add_parser(commands: Any) -> None:
         help="with --attach: namespace of the robot whose servers carry the mission out",
     )
     parser.add_argument(
+        "--journal",
+        type=Path,
+        metavar="FILE",
+        help="with --attach: write down in this file where the mission stands, as it goes",
+    )
+    parser.add_argument(
+        "--resume",
+        action="store_true",
+        help="with --journal: go on where a mission stood when its process died",
+    )
+    parser.add_argument(
         "--visible",
         action="store_true",
         help="let other processes of this machine see the simulated run (and be heard by it)",
@@ -129,6 +140,10 @@ def refuse_contradictions(options: argparse.Namespace) -> None:
         raise BtMissionError("--world, --robot: an attached run has those of its graph")
     if options.attach and options.visible:
         raise BtMissionError("--visible: an attached run is on the network anyway")
+    if options.journal and not options.attach:
+        raise BtMissionError("--journal goes with --attach: a simulation ends with its process")
+    if options.resume and not options.journal:
+        raise BtMissionError("--resume: name the journal to go on from with --journal FILE")
     if options.wall_clock and not options.attach:
         raise BtMissionError("--wall-clock goes with --attach; a simulation has a clock of its own")
 
@@ -138,7 +153,12 @@ def _open_session(options: argparse.Namespace, mission: Any, say: Any) -> Sessio
         from bt_mission.attached import Attached
 
         return Attached(
-            mission, namespace=options.namespace, wall_clock=options.wall_clock, say=say
+            mission,
+            namespace=options.namespace,
+            wall_clock=options.wall_clock,
+            journal=options.journal,
+            resume=options.resume,
+            say=say,
         )
     if options.namespace:
         raise BtMissionError("--namespace names a robot of a running graph: add --attach")

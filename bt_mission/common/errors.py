@@ -1,5 +1,17 @@
 """The root of every error this package raises on purpose."""
 
+from __future__ import annotations
+
+import traceback
+from pathlib import Path
+
 
 class BtMissionError(Exception):
     """Something the user, the robot or the machine did, told in words they can act on."""
+
+
+def described(error: BaseException) -> str:
+    """An exception in one line, with the place that raised it."""
+    frames = traceback.extract_tb(error.__traceback__)
+    place = f" ({Path(frames[-1].filename).name}:{frames[-1].lineno})" if frames else ""
+    return f"{type(error).__name__}: {error}{place}"

@@ -93,6 +93,13 @@ class Attempt:
         self.goal: Goal | None = None
         self.ending: Ending | None = None
 
+    @classmethod
+    def of(cls, goal: Goal, ledger: Ledger, now_ns: int) -> Attempt:
+        """The attempt that a goal, sent before, belongs to."""
+        attempt = cls(goal.courier, ledger, goal.owner, None, Limits(), None, now_ns)
+        attempt.goal = goal
+        return attempt
+
     @property
     def feedback(self) -> Any:
         """The newest feedback of this goal, or None."""

@@ -91,6 +91,8 @@ class Courier(Protocol):
 
     name: str
     """The resolved name of the action."""
+    type_name: str
+    """Its type."""
 
     def is_ready(self) -> bool:
         """Is a server there and matched?"""
@@ -103,6 +105,9 @@ class Courier(Protocol):
 
     def send(self, goal: Goal, request: Any) -> None:
         """Send a prepared request; what comes back goes into ``goal``'s methods."""
+
+    def find_again(self, goal: Goal) -> None:
+        """Be able to speak of a goal that another process has sent."""
 
     def ask_result(self, goal: Goal) -> None:
         """Ask for the result of an accepted goal."""

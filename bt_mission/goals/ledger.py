@@ -16,6 +16,9 @@ from bt_mission.goals.goal import Courier, Event, Goal, Phase
 RETRY_NS = 1_000_000_000
 """A refused cancel of an orphaned goal is asked again after this time."""
 
+FOUND_GRACE_NS = 10_000_000_000
+"""How long a goal of another process may take to end; its server has only just been found."""
+
 
 def _tell_nobody(what: str, goal: Goal) -> None:
     """Take an event and do nothing with it."""
@@ -72,6 +75,16 @@ class Ledger:
         except Exception:  # whatever it was, it goes on to the caller
             del self._open[goal.id]  # the goal never left
             raise
+        return goal
+
+    def find_again(self, goal_id: bytes, courier: Courier, owner: str, now_ns: int) -> Goal:
+        """Take over a goal that another process has sent: ask what became of it, and cancel it."""
+        goal = Goal(goal_id, courier, owner, FOUND_GRACE_NS, Phase.LOST, orphaned_ns=now_ns)
+        self._open[goal.id] = goal
+        self._retry_ns[goal.id] = now_ns + RETRY_NS
+        self._on_event("found again", goal)
+        courier.find_again(goal)
+        goal.on(Event.ACCEPTED)
         return goal
 
     def hand_over(self, goal: Goal, now_ns: int) -> None:

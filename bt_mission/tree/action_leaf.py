@@ -12,7 +12,7 @@ from py_trees.common import Status
 
 from bt_mission.common.errors import BtMissionError
 from bt_mission.goals.attempt import Attempt, Limits
-from bt_mission.goals.goal import Courier
+from bt_mission.goals.goal import Courier, Goal
 from bt_mission.goals.outcome import Ending, Outcome
 from bt_mission.tree.runtime import MissionFailure, Runtime, Scope, placed, read_field, scalars
 
@@ -135,6 +135,22 @@ class ActionLeaf(Behaviour):
         if new_status == Status.INVALID and self.attempt and self.attempt.ending is None:
             self.attempt.halt(self._runtime.now_ns)
             self.feedback_message = "halted"
+
+    def remember(self, _now_ns: int) -> dict[str, Any]:
+        """The goal that it waits for."""
+        goal = self.attempt.goal if self.attempt else None
+        return {} if goal is None else {"goal": goal.id.hex()}
+
+    def recall(self, _state: dict[str, Any], _now_ns: int) -> None:
+        """Start anew: what has become of the goal shows first (:meth:`adopt`)."""
+        self.status = Status.INVALID
+
+    def adopt(self, goal: Goal) -> None:
+        """Take a goal that has ended for the one that this leaf had sent."""
+        now_ns = self._runtime.now_ns
+        self.attempt = Attempt.of(goal, self._runtime.ledger, now_ns)
+        self._limits, self._target, self._started_ns = Limits(), None, now_ns
+        self.status = Status.RUNNING
 
     @property
     def was_halted(self) -> bool:

@@ -73,6 +73,14 @@ class Parallel(py_trees.composites.Parallel):
                 self.feedback_message = f"{self._decided.value.lower()}, once {names} has finished"
         yield self
 
+    def remember(self, _now_ns: int) -> dict[str, Any]:
+        """Whether it is decided already, and the rest only finishes."""
+        return {"decided": self._decided.value}
+
+    def recall(self, state: dict[str, Any], _now_ns: int) -> None:
+        """Go on with those that have not ended."""
+        self._decided = Status(state["decided"])
+
     def _decide(self) -> tuple[Status, Behaviour]:
         done = [child for child in self.children if child.status is Status.SUCCESS]
         failed = [child for child in self.children if child.status is Status.FAILURE]
@@ -166,6 +174,14 @@ class Timeout(Decorator):
         self._limit_s = self._seconds()
         self._until_ns = self._runtime.now_ns + round(self._limit_s * NS)
 
+    def remember(self, now_ns: int) -> dict[str, Any]:
+        """How much time is left, and how much there was."""
+        return {"left_ns": self._until_ns - now_ns, "limit_s": self._limit_s}
+
+    def recall(self, state: dict[str, Any], now_ns: int) -> None:
+        """Have as much time as was left."""
+        self._until_ns, self._limit_s = now_ns + state["left_ns"], state["limit_s"]
+
     def update(self) -> Status:
         """Look at the ROS clock after the child was ticked."""
         left_s = (self._until_ns - self._runtime.now_ns) / NS
@@ -214,6 +230,14 @@ class ForEach(Decorator):
                 return
         self._take(self._elements[self._index])
         yield from super().tick()
+
+    def remember(self, _now_ns: int) -> dict[str, Any]:
+        """The list, and how far it has come."""
+        return {"elements": list(self._elements), "index": self._index}
+
+    def recall(self, state: dict[str, Any], _now_ns: int) -> None:
+        """Go on with the same element."""
+        self._elements, self._index = state["elements"], state["index"]
 
     def update(self) -> Status:
         """Go on to the next element when the child has succeeded."""

@@ -29,6 +29,14 @@ class Wait(Behaviour):
         """Fix the end."""
         self._until_ns = self._runtime.now_ns + round(self._seconds() * NS)
 
+    def remember(self, now_ns: int) -> dict[str, Any]:
+        """How long there is still to wait."""
+        return {"left_ns": self._until_ns - now_ns}
+
+    def recall(self, state: dict[str, Any], now_ns: int) -> None:
+        """Wait for the rest."""
+        self._until_ns = now_ns + state["left_ns"]
+
     def update(self) -> Status:
         """Look at the ROS clock."""
         left_s = (self._until_ns - self._runtime.now_ns) / NS

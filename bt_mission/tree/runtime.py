@@ -29,6 +29,22 @@ def placed(place: str) -> Iterator[None]:
         raise MissionFailure(f"{place}: {error}") from error
 
 
+class Generator(random.Random):
+    """A random generator that tells whether it was drawn from since somebody looked."""
+
+    was_drawn = False
+
+    def random(self) -> float:
+        """As in the base class."""
+        self.was_drawn = True
+        return super().random()
+
+    def getrandbits(self, k: int, /) -> int:
+        """As in the base class."""
+        self.was_drawn = True
+        return super().getrandbits(k)
+
+
 @dataclass
 class Scope:
     """A mission's variables, and its seeded random generators.
@@ -39,17 +55,17 @@ class Scope:
 
     values: dict[str, Any]
     seed: int
-    _generators: dict[str, random.Random] = field(default_factory=dict)
+    generators: dict[str, Generator] = field(default_factory=dict)
 
     def inner(self) -> Scope:
         """A scope for a named tree: variables of its own, the same generators."""
-        return Scope({}, self.seed, self._generators)
+        return Scope({}, self.seed, self.generators)
 
     def random(self, path: str) -> random.Random:
         """The generator of the node at ``path``, the same in every run of one seed."""
-        if path not in self._generators:
-            self._generators[path] = random.Random(f"{self.seed}/{path}")
-        return self._generators[path]
+        if path not in self.generators:
+            self.generators[path] = Generator(f"{self.seed}/{path}")
+        return self.generators[path]
 
 
 class Caller(Protocol):

@@ -39,6 +39,11 @@ class Subtree(Decorator):
         self._outer = outer
         self._outputs = outputs
 
+    @property
+    def inner(self) -> Scope:
+        """The variables of the tree below."""
+        return self._inner
+
     def initialise(self) -> None:
         """Forget the last time, and take the inputs."""
         values = dict(self._inputs())

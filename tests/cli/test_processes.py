@@ -138,6 +138,39 @@ def test_a_mission_runs_missions_until_their_executive_is_told_to_end(tmp_path: 
     assert "Traceback" not in served + seen
 
 
+def test_a_mission_goes_on_after_its_process_was_killed(tmp_path: Path) -> None:
+    """In the second of three drives: the first is not driven again, the journal tells the end."""
+    mission = tmp_path / "three.yaml"
+    mission.write_text(
+        "mission: three\ntree:\n  for_each: {n: [1, 2, 3]}\n  do:\n    sequence:\n"
+        "      - move: {secs: 2, linear_velocity: 0.1}\n        timeout: 20\n"
+        "      - log: leg $n\n"
+    )
+    command = ("run", str(mission), "--attach", "--plain", "--journal", str(tmp_path / "journal"))
+    with ExitStack() as stack:
+        options = ("--world", "empty_arena", "--no-camera")
+        stack.enter_context(started("sim", *options, **LOCAL))
+        servers = stack.enter_context(started("servers", **LOCAL))
+        read_until(servers, "ready: scan and odometry have come")
+        run = stack.enter_context(started(*command, **LOCAL))
+        for _drive in (1, 2):
+            read_until(servers, "goal accepted")
+        run.kill()
+        again = stack.enter_context(started(*command, **LOCAL))
+        refused, _ = again.communicate(timeout=60)
+        resumed = stack.enter_context(started(*command, "--resume", **LOCAL))
+        seen, _ = resumed.communicate(timeout=60)
+        once_more = stack.enter_context(started(*command, "--resume", **LOCAL))
+        ended, _ = once_more.communicate(timeout=60)
+    assert (again.returncode, resumed.returncode, once_more.returncode) == (2, 0, 2)
+    assert "go on with it by --resume, or delete the file" in refused
+    assert "leg 1" not in seen
+    assert [line.split()[-1] for line in seen.splitlines() if " leg " in line] == ["2", "3"]
+    assert "three: success" in seen
+    assert "0 left behind" in seen
+    assert "this mission has ended: success; start it anew" in ended
+
+
 def test_nobody_hears_a_simulated_run_unless_asked(drive: str) -> None:
     """A robot on the same network would otherwise drive along."""
     context = rclpy.Context()

@@ -14,6 +14,7 @@ class Requests:
     """A courier that writes down what it is asked to carry."""
 
     name = "/turn"
+    type_name = "test_msgs/action/Test"
 
     def __init__(self) -> None:
         self.asked: list[str] = []
@@ -26,6 +27,9 @@ class Requests:
 
     def send(self, goal: Goal, request: Any) -> None:
         self.asked.append("send")
+
+    def find_again(self, goal: Goal) -> None:
+        raise NotImplementedError
 
     def ask_result(self, goal: Goal) -> None:
         self.asked.append("result")

@@ -27,6 +27,7 @@ class Server:
     """An action server that does nothing by itself."""
 
     name = "/turn"
+    type_name = "test_msgs/action/Test"
 
     def __init__(self) -> None:
         self.ready = True
@@ -44,6 +45,9 @@ class Server:
         unwanted = [one for one in self.sent if one.is_live and one.orphaned_ns is not None]
         assert not unwanted, "a goal was sent while an earlier one may still run there"
         self.sent.append(goal)
+
+    def find_again(self, goal: Goal) -> None:
+        raise NotImplementedError
 
     def ask_result(self, goal: Goal) -> None:
         self.asked.append(goal)

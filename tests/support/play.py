@@ -103,7 +103,7 @@ class ScriptedSpeech:
 class Play:
     """An executive without ROS."""
 
-    def __init__(self, text: str, server_type: Callable[[str], Any]) -> None:
+    def __init__(self, text: str, server_type: Callable[[str], Any], goal_seed: str = "") -> None:
         mission = load_text(text)
         self.now_ns = S
         self.servers: dict[str, Any] = {}
@@ -113,7 +113,7 @@ class Play:
         self.speeches: dict[str, ScriptedSpeech] = {}
         self._server_type = server_type
         self.scope = Scope(dict(mission.inputs), mission.seed)
-        self.ledger = Ledger(mission.seed, 3 * S, self._on_goal)
+        self.ledger = Ledger(goal_seed or mission.seed, 3 * S, self._on_goal)
         self.trace = Trace()
         self.root = build_tree(mission, self.scope)
         self.executive = Executive(self.root, self, self.trace)

@@ -1,0 +1,48 @@
+"""What a node remembers while it runs, as plain data, so that another process can go on from it.
+
+Our own behaviours say it themselves (:class:`Remembers`); of py_trees' composites it is the child
+that they have come to. A leaf that says nothing starts anew.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Protocol, runtime_checkable
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+from py_trees.composites import Composite
+from py_trees.decorators import Decorator
+
+
+@runtime_checkable
+class Remembers(Protocol):
+    """A behaviour with more to remember than its status and its children's."""
+
+    def remember(self, now_ns: int) -> dict[str, Any]:
+        """What it needs to go on, as plain data; points in time as nanoseconds from now."""
+
+    def recall(self, state: dict[str, Any], now_ns: int) -> None:
+        """Take in what it remembered."""
+
+
+def save(node: Behaviour, now_ns: int) -> dict[str, Any]:
+    """What a running node remembers."""
+    state: dict[str, Any] = {}
+    if isinstance(node, Composite) and node.current_child is not None:
+        state["child"] = node.children.index(node.current_child)
+    if isinstance(node, Remembers):
+        state |= node.remember(now_ns)
+    return state
+
+
+def load(node: Behaviour, status: Status, state: dict[str, Any], now_ns: int) -> None:
+    """Put a node that was never ticked where another one of its kind stood."""
+    if status is not Status.RUNNING:
+        node.status = status
+        return
+    if isinstance(node, Composite) and "child" in state:
+        node.current_child = node.children[state["child"]]
+    if isinstance(node, Composite | Decorator | Remembers):
+        node.status = Status.RUNNING
+    if isinstance(node, Remembers):
+        node.recall(state, now_ns)
