@@ -5,6 +5,8 @@ what the check could have seen. Each case is checked as `bt-mission check` does 
 is run for some hundred ticks against servers that answer by luck. The cases follow from the seed
 and the corpus, which begins in tests/fuzz/corpus. Each finding is saved, with its reason.
 
+It ends with 0 where nothing was found, with 1 where something was, with 2 where it cannot judge.
+
 Run it as: python tools/fuzz_missions.py --seconds 60
 """
 
@@ -17,7 +19,7 @@ import os
 import signal
 import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
@@ -26,95 +28,13 @@ from typing import Any
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
+from tests.support.fuzz.workers import CASE_FILE, Files, Mutants, Worker  # noqa: E402 - from the root
+
 ENDLESS = 2**62
-CASE_FILE = "m.yaml"
-
-Case = tuple[int, bytes]
 
 
-def work(folder: Path, cases: Any, told: Connection) -> None:
-    """Judge one case after another; tell of each before, and what was found after."""
-    from tests.support.fuzz import limits  # noqa: PLC0415 - `--help` does not wait for ROS
-    from tests.support.fuzz.cases import corpus, prepare  # noqa: PLC0415 - as above
-
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    os.chdir(folder)
-    prepare(folder)
-    found = corpus()
-    path = Path(CASE_FILE)
-    for text in found.texts:  # what is loaded once counts for no case
-        path.write_text(text, encoding="utf-8")
-        limits.judge_within(path)
-    limits.limit_memory()
-    most_mb = limits.resident_mb() + limits.MEMORY_MB
-    for number, contents in cases(found):
-        told.send(("begun", number, ""))
-        path.write_bytes(contents)
-        limits.limit_processor()
-        verdict = limits.judge_within(path)
-        if verdict.finding is not None:
-            told.send(("found", (verdict.finding.kind, verdict.finding.text), contents))
-        told.send(("done", number, verdict.accepted))
-        if limits.resident_mb() > most_mb:
-            return  # what is left would not be enough for a case; a new process goes on
-    told.send(("finished", 0, ""))
-
-
-@dataclass(frozen=True)
-class Mutants:
-    """The cases of one process among several."""
-
-    seed: int
-    first: int
-    step: int
-    end: int
-
-    def __call__(self, found: Any) -> Iterator[Case]:
-        """Yield them, with their numbers; `found` is the corpus."""
-        from tests.support.fuzz.cases import case  # noqa: PLC0415 - as above
-
-        for number in range(self.first, self.end, self.step):
-            yield number, case(found, self.seed, number)
-
-
-@dataclass(frozen=True)
-class Files:
-    """Cases that were saved, or are the user's."""
-
-    paths: tuple[Path, ...]
-    first: int = 0
-    step: int = 1
-
-    def __call__(self, _found: Any) -> Iterator[Case]:
-        """Yield them as they are."""
-        for number in range(self.first, len(self.paths), self.step):
-            yield number, self.paths[number].read_bytes()
-
-
-@dataclass
-class Worker:
-    """One process, and the case that it is at."""
-
-    folder: Path
-    cases: Any
-    number: int = -1
-    starts: int = 0
-    heard: Connection = field(init=False)
-    process: Any = field(init=False)
-
-    def start(self) -> None:
-        """Start, behind the last case."""
-        if self.starts:
-            first = self.number + self.cases.step
-            self.cases = type(self.cases)(**{**vars(self.cases), "first": first})
-        self.starts += 1
-        home = self.folder / str(self.starts)
-        home.mkdir(parents=True)
-        context = multiprocessing.get_context("spawn")
-        self.heard, told = context.Pipe(duplex=False)
-        self.process = context.Process(target=work, args=(home, self.cases, told), daemon=True)
-        self.process.start()
-        told.close()
+class CannotJudgeError(Exception):
+    """The hunt itself does not work: nothing can be said of the missions, good or bad."""
 
 
 @dataclass
@@ -131,23 +51,30 @@ class Hunt:
         try:
             what, one, two = worker.heard.recv()
         except (EOFError, OSError):
-            worker.process.join()
-            code = worker.process.exitcode
-            if worker.number < 0 or (code and self.options.replay):
-                raise SystemExit(f"a process ended with {code} before its first case") from None
-            if code:
-                contents = (worker.folder / str(worker.starts) / CASE_FILE).read_bytes()
-                self.note(worker, f"the process ended with {code}", "killed, or crashed", contents)
+            self.mourn(worker)
             worker.start()
             return True
+        worker.asleep = 0
         if what == "begun":
-            worker.number = one
+            worker.number, worker.began = one, True
         elif what == "found":
             self.note(worker, *one, two)
         elif what == "done":
             self.tried += 1
             self.accepted += two
         return bool(what != "finished")
+
+    def mourn(self, worker: Worker) -> None:
+        """Note why a process ended, where it was not to have more memory."""
+        worker.process.join()
+        code = worker.process.exitcode
+        if not worker.began:
+            raise CannotJudgeError(f"a process ended with {code} before its first case")
+        contents = (worker.folder / str(worker.starts) / CASE_FILE).read_bytes()
+        if worker.asleep >= self.options.patience:
+            self.note(worker, "a hang", f"asleep for {worker.asleep} s", contents)
+        elif code:
+            self.note(worker, f"the process ended with {code}", "killed, or crashed", contents)
 
     def note(self, worker: Worker, kind: str, text: str, contents: bytes) -> None:
         """Count a finding, and save the first of its kind."""
@@ -167,7 +94,7 @@ class Hunt:
         """Return how far it is."""
         share = 100 * self.accepted / max(self.tried, 1)
         rate = self.tried / max(seconds, 1)
-        kinds = f"{len(self.found)} kinds of findings"
+        kinds = f"{_counted(len(self.found), 'kind')} of findings"
         return f"{seconds} s: {self.tried} cases, {rate:.0f}/s, {share:.0f} % sound, {kinds}"
 
 
@@ -178,26 +105,30 @@ def hunt(options: argparse.Namespace, folder: Path) -> Hunt:
     for index in range(options.processes):
         cases: Any = Mutants(options.seed, options.first + index, options.processes, options.end)
         if options.replay:
-            cases = Files(
-                tuple(path.resolve() for path in options.replay), index, options.processes
-            )
+            cases = Files(tuple(options.replay), index, options.processes)
         workers.append(Worker(folder / str(index), cases))
     for worker in workers:
         worker.start()
     seconds = 0
     ticker, tick = _every_second()
-    while workers and (options.seconds is None or seconds < options.seconds):
-        there = wait([ticker, *(worker.heard for worker in workers)])
-        if ticker in there:
-            ticker.recv()
-            seconds += 1
-            if seconds % options.every == 0:
-                print(found.line(seconds), flush=True)
-        workers = [one for one in workers if one.heard not in there or found.hear(one)]
-    tick.terminate()
-    for worker in workers:
-        worker.process.terminate()
-        worker.process.join()
+    try:
+        while workers and (options.seconds is None or seconds < options.seconds):
+            there = wait([ticker, *(worker.heard for worker in workers)])
+            if ticker in there:
+                ticker.recv()
+                seconds += 1
+                if seconds % options.every == 0:
+                    print(found.line(seconds), flush=True)
+                for worker in workers:
+                    worker.look(options.patience)
+            workers = [one for one in workers if one.heard not in there or found.hear(one)]
+    except KeyboardInterrupt:
+        print("interrupted", flush=True)
+    finally:
+        tick.terminate()
+        for worker in workers:
+            worker.process.terminate()
+            worker.process.join()
     print(found.line(seconds), flush=True)
     return found
 
@@ -220,28 +151,74 @@ def _tick(told: Connection) -> None:
         signal.pause()
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Hunt; gives the exit code, 1 where something was found."""
+def _counted(number: int, what: str) -> str:
+    return f"{number:,} {what}{'' if number == 1 else 's'}"
+
+
+def _positive(text: str) -> int:
+    number = int(text)
+    if number < 1:
+        raise ValueError
+    return number
+
+
+_positive.__name__ = "whole number from 1"  # what argparse calls it
+
+
+def _file(text: str) -> Path:
+    path = Path(text)
+    if not path.is_file():
+        raise argparse.ArgumentTypeError(f"no file {text!r}")
+    return path.resolve()
+
+
+def _options(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         description="Mutates mission files and looks for one that crashes the check, takes too "
-        "long or too much, or passes it and then fails on what it could have seen."
+        "long or too much, or passes it and then fails on what it could have seen.",
+        epilog="Ends with 0 where nothing was found, with 1 where something was, and with 2 where "
+        "it cannot judge. Ctrl-C ends it early.",
     )
-    parser.add_argument("--seconds", type=int, help="stop after this time (default: never)")
-    parser.add_argument("--count", type=int, default=ENDLESS, help="stop after so many cases")
-    parser.add_argument("--seed", type=int, default=1, help="the cases follow from it (default: 1)")
-    parser.add_argument("--first", type=int, default=0, help="the number of the first case")
-    parser.add_argument("--processes", type=int, default=os.cpu_count() or 1)
-    parser.add_argument("--every", type=int, default=10, help="seconds between lines of progress")
-    parser.add_argument(
-        "--save", type=Path, default=Path("fuzz_findings"), help="folder for what is found"
-    )
-    parser.add_argument(
-        "--replay", type=Path, nargs="+", help="judge these files instead of mutated ones"
-    )
+    add = parser.add_argument
+    add("--seconds", type=_positive, help="stop after this time (default: never)")
+    add("--count", type=_positive, default=ENDLESS, help="stop after so many cases")
+    add("--seed", type=int, default=1, help="the cases follow from it (default: 1)")
+    add("--first", type=int, default=0, help="the number of the first case")
+    add("--processes", type=_positive, default=os.cpu_count() or 1)
+    add("--every", type=_positive, default=10, help="seconds between lines of progress")
+    add("--patience", type=_positive, default=20, help="seconds for which a case may sleep")
+    add("--save", type=Path, default=Path("fuzz_findings"), help="folder for what is found")
+    add("--replay", type=_file, nargs="+", help="judge these files instead of mutated ones")
     options = parser.parse_args(arguments)
     options.end = options.first + options.count
-    with tempfile.TemporaryDirectory(prefix="fuzz_missions_") as name:
-        found = hunt(options, Path(name))
+    return options
+
+
+def _says_what_it_does(options: argparse.Namespace) -> str:
+    """Return what is begun, in a line."""
+    if options.replay:
+        return f"Judging {_counted(len(options.replay), 'file')}"
+    many = "" if options.count == ENDLESS else f"{options.count:,} "
+    until = f" for {options.seconds} s" if options.seconds else ""
+    by = f"seed {options.seed}, processes: {options.processes}"
+    return f"Judging {many}mutated missions{until} ({by}); what is sound is run"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Hunt; gives the exit code."""
+    options = _options(arguments)
+    print(_says_what_it_does(options), flush=True)
+    try:
+        with tempfile.TemporaryDirectory(prefix="fuzz_missions_") as name:
+            found = hunt(options, Path(name))
+    except CannotJudgeError as error:
+        print(f"fuzz_missions.py: {error}", file=sys.stderr)
+        return 2
+    if not found.tried and not found.found:
+        print("fuzz_missions.py: no case was judged in this time; give it more", file=sys.stderr)
+        return 2
+    kinds = _counted(len(found.found), "kind")
+    print(f"Found {kinds} of faults in the project." if found.found else "Found nothing.")
     print(json.dumps({"cases": found.tried, "sound": found.accepted, "findings": found.found}))
     return 1 if found.found else 0
 

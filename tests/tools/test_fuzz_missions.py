@@ -42,7 +42,7 @@ def judged(text, **options):
 def fuzz(*arguments, **environ):
     """Run the tool; gives its exit code and its output."""
     done = subprocess.run(
-        [sys.executable, str(TOOL), *map(str, arguments)],
+        [sys.executable, str(TOOL), "--processes", "1", *map(str, arguments)],
         capture_output=True,
         text=True,
         check=False,
@@ -80,10 +80,13 @@ def test_a_case_follows_from_the_seed_and_its_number():
 @pytest.mark.process
 def test_nothing_is_found_in_some_hundred_cases(tmp_path):
     """CI goes on for a minute; many of the mutants are sound, and run."""
-    code, said = fuzz("--count", 400, "--processes", 1, "--save", tmp_path / "found")
+    code, said = fuzz("--count", 400, "--save", tmp_path / "found")
     summary = json.loads(said.splitlines()[-1])
     assert (code, summary["cases"], summary["findings"]) == (0, 400, {})
     assert summary["sound"] > 40
+    first, *_, last, _ = said.splitlines()
+    assert first == "Judging 400 mutated missions (seed 1, processes: 1); what is sound is run"
+    assert last == "Found nothing."
     assert not (tmp_path / "found").exists()
 
 
@@ -91,14 +94,17 @@ def test_nothing_is_found_in_some_hundred_cases(tmp_path):
 @pytest.mark.parametrize(
     ("update", "kind"),
     [
+        ("signal.pause()", "a hang"),
+        ("os.kill(os.getpid(), signal.SIGSEGV)", "the process ended with -11"),
         ("1 / 0", "ZeroDivisionError in bad_leaf.py:update"),
         (f"len('x' * {(MEMORY_MB + 30) * 2**20})", f"more than {MEMORY_MB} MB"),
         (f"len('x' * {3 * MEMORY_MB * 2**20})", "MemoryError in bad_leaf.py:update"),
     ],
 )
 def test_a_finding_is_told_and_can_be_repeated(update, kind, tmp_path):
-    """A leaf of somebody's that raises, or takes too much, stands for a bug of ours."""
+    """A leaf of somebody's that raises, takes too much or never returns stands for our bugs."""
     leaf = (
+        "import os, signal\n"
         "from py_trees.behaviour import Behaviour\n"
         "from py_trees.common import Status\n"
         "class Bad(Behaviour):\n"
@@ -109,9 +115,11 @@ def test_a_finding_is_told_and_can_be_repeated(update, kind, tmp_path):
     (tmp_path / "bad_leaf.py").write_text(leaf, encoding="utf-8")
     path = tmp_path / "case.yaml"
     path.write_text("mission: m\ntree: {python: 'bad_leaf:Bad'}\n", encoding="utf-8")
-    code, said = fuzz("--replay", path, "--processes", 1, PYTHONPATH=tmp_path)
+    code, said = fuzz("--replay", path, "--patience", 1, PYTHONPATH=tmp_path)
     assert code == 1
     assert f"FOUND: {kind}\n" in said
+    assert said.splitlines()[0] == "Judging 1 file"
+    assert said.splitlines()[-2] == "Found 1 kind of faults in the project."
 
 
 def test_a_case_is_judged_by_the_memory_that_it_takes_itself(folder, monkeypatch):
@@ -128,6 +136,23 @@ def test_a_case_is_judged_by_the_memory_that_it_takes_itself(folder, monkeypatch
     finding = judged(text).finding
     assert finding is not None
     assert finding.kind == f"more than {MEMORY_MB} MB"
+
+
+@pytest.mark.process
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--processes", 0], "argument --processes: invalid whole number from 1 value: '0'"),
+        (["--replay", "nobody.yaml"], "argument --replay: no file 'nobody.yaml'"),
+        (["--count", 1], "fuzz_missions.py: a process ended with 1 before its first case"),
+    ],
+)
+def test_a_hunt_that_cannot_be_is_no_finding(arguments, said, tmp_path):
+    """Nor is it a success; without py_trees, say, nothing can be judged."""
+    (tmp_path / "py_trees.py").write_text("raise ImportError\n", encoding="utf-8")
+    code, output = fuzz(*arguments, PYTHONPATH=tmp_path)
+    assert code == 2
+    assert output.splitlines()[-1].endswith(said)
 
 
 def test_a_finding_is_saved(tmp_path, capsys):

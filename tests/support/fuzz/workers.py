@@ -1,0 +1,124 @@
+"""The processes of a hunt, and what they judge."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+CASE_FILE = "m.yaml"
+
+Case = tuple[int, bytes]
+
+
+def work(folder: Path, cases: Any, told: Connection) -> None:
+    """Judge one case after another; tell of each before, and what was found after."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    from tests.support.fuzz import limits  # noqa: PLC0415 - takes ROS
+    from tests.support.fuzz.cases import corpus, prepare  # noqa: PLC0415 - as above
+
+    os.chdir(folder)
+    prepare(folder)
+    found = corpus()
+    path = Path(CASE_FILE)
+    for text in found.texts:  # what is loaded once counts for no case
+        path.write_text(text, encoding="utf-8")
+        limits.judge_within(path)
+    limits.limit_memory()
+    most_mb = limits.resident_mb() + limits.MEMORY_MB
+    for number, contents in cases(found):
+        path.write_bytes(contents)
+        told.send(("begun", number, ""))
+        limits.limit_processor()
+        verdict = limits.judge_within(path)
+        if verdict.finding is not None:
+            told.send(("found", (verdict.finding.kind, verdict.finding.text), contents))
+        told.send(("done", number, verdict.accepted))
+        if limits.resident_mb() > most_mb:
+            return  # what is left would not be enough for a case; a new process goes on
+    told.send(("finished", 0, ""))
+
+
+@dataclass(frozen=True)
+class Mutants:
+    """The cases of one process among several."""
+
+    seed: int
+    first: int
+    step: int
+    end: int
+
+    def __call__(self, found: Any) -> Iterator[Case]:
+        """Yield them, with their numbers; `found` is the corpus."""
+        from tests.support.fuzz.cases import case  # noqa: PLC0415 - as above
+
+        for number in range(self.first, self.end, self.step):
+            yield number, case(found, self.seed, number)
+
+
+@dataclass(frozen=True)
+class Files:
+    """Cases that were saved, or are the user's."""
+
+    paths: tuple[Path, ...]
+    first: int = 0
+    step: int = 1
+
+    def __call__(self, _found: Any) -> Iterator[Case]:
+        """Yield them as they are."""
+        for number in range(self.first, len(self.paths), self.step):
+            yield number, self.paths[number].read_bytes()
+
+
+@dataclass
+class Worker:
+    """One process, and the case that it is at.
+
+    `began` is whether it got to its first case; `asleep` is for how many seconds it has done
+    nothing and said nothing.
+    """
+
+    folder: Path
+    cases: Any
+    number: int = -1
+    starts: int = 0
+    began: bool = False
+    asleep: int = 0
+    heard: Connection = field(init=False)
+    process: Any = field(init=False)
+
+    def start(self) -> None:
+        """Start, behind the last case."""
+        if self.starts:
+            first = self.number + self.cases.step
+            self.cases = type(self.cases)(**{**vars(self.cases), "first": first})
+        self.starts += 1
+        self.began = False
+        self.asleep = 0
+        home = self.folder / str(self.starts)
+        home.mkdir(parents=True)
+        context = multiprocessing.get_context("spawn")
+        self.heard, told = context.Pipe(duplex=False)
+        self.process = context.Process(target=work, args=(home, self.cases, told), daemon=True)
+        self.process.start()
+        told.close()
+
+    def look(self, patience: int) -> None:
+        """Look after it, each second: end it where it waits for what does not come."""
+        self.asleep = self.asleep + 1 if self.began and _sleeps(self.process.pid) else 0
+        if self.asleep == patience:
+            self.process.kill()
+
+
+def _sleeps(pid: int) -> bool:
+    """Return whether a process waits, instead of using or wanting the processor."""
+    try:
+        stat = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8")
+    except OSError:
+        return False
+    return stat.rpartition(")")[2].split()[0] == "S"
