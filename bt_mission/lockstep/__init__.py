@@ -3,6 +3,7 @@
 - ``executor``: :class:`LockstepExecutor`, order and time
 - ``entities``: what a node can be woken by, and which of it is ready
 - ``serving``: one callback of each kind
+- ``taps``: :class:`Taps`, which change what passes between nodes
 - ``matching``: are all endpoints of the process matched?
 - ``proof``: :func:`self_test`, the proof that "nothing ready" is the truth on this machine
 """
@@ -15,12 +16,20 @@ from bt_mission.lockstep.executor import (
 )
 from bt_mission.lockstep.matching import DiscoveryError
 from bt_mission.lockstep.proof import NotLockstepError, self_test
+from bt_mission.lockstep.taps import ACTION_PARTS, Answer, Delivery, Passing, Side, Tap, Taps
 
 __all__ = [
+    "ACTION_PARTS",
+    "Answer",
+    "Delivery",
     "DiscoveryError",
     "LockstepExecutor",
     "NotLockstepError",
     "NothingDueError",
+    "Passing",
+    "Side",
+    "Tap",
+    "Taps",
     "TimeStuckError",
     "World",
     "self_test",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from rclpy.action import ActionServer
@@ -54,6 +55,7 @@ class Entities:
                         f"a timer of {node.get_name()} on a {timer.clock.clock_type.name} clock "
                         "cannot run in virtual time; create it with the clock of its node"
                     )
+        self._nodes = tuple(nodes)
         sizes = self._sizes()
         sizes[1] += 1
         with context.handle:
@@ -77,6 +79,19 @@ class Entities:
                 size + getattr(numbers, name) for size, name in zip(sizes, COUNTS, strict=True)
             ]
         return sizes
+
+    @cached_property
+    def _owners(self) -> dict[int, str]:
+        return {
+            id(entity): node.get_fully_qualified_name()
+            for node in self._nodes
+            for kind in ("subscriptions", "services", "clients", "waitables")
+            for entity in getattr(node, kind)
+        }
+
+    def owner_of(self, entity: Any) -> str:
+        """The full name of the node that an entity belongs to; empty when it is gone."""
+        return self._owners.get(id(entity), "")
 
     def ready(self) -> list[Any]:
         """The entities that have something to serve now, in the order of their creation."""

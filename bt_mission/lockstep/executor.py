@@ -7,7 +7,7 @@ every node it serves and repeats one step:
 1. find the next instant at which anything is due: a timer, or the world (a simulator);
 2. let the world advance to it and publish what is due;
 3. set the ROS clock of every node to it;
-4. serve callbacks until none is ready ("quiet");
+4. serve callbacks until none is ready ("quiet"), what passes between nodes through its taps;
 5. fire the timers that are due, one at a time, and become quiet again after each.
 
 Nodes, and the entities of a node, are served in the order of their creation, so the same inputs
@@ -34,6 +34,7 @@ from bt_mission.common.errors import BtMissionError
 from bt_mission.lockstep.entities import Entities, describe
 from bt_mission.lockstep.matching import settle
 from bt_mission.lockstep.serving import Rest, serve, serve_timer
+from bt_mission.lockstep.taps import Passing, Side, Taps
 
 if TYPE_CHECKING:
     from rclpy.context import Context
@@ -85,6 +86,7 @@ class LockstepExecutor(Executor):
             )
         self.world = world
         self.callbacks_served = 0
+        self.taps = Taps()
         self._now_ns = start_ns
         self._ordered_nodes: list[Node] = []
         self._entities = Entities([], self._context)
@@ -142,7 +144,7 @@ class LockstepExecutor(Executor):
     # ---- stepping ------------------------------------------------------------------------
 
     def next_due_ns(self) -> int:
-        """The next instant at which a timer or the world is due, ns.
+        """The next instant at which a timer, the world or a delayed delivery is due, ns.
 
         :raises NothingDueError: when there is neither.
         """
@@ -151,6 +153,9 @@ class LockstepExecutor(Executor):
         due = [] if wait_ns is None else [self._now_ns + wait_ns]
         if self.world is not None:
             due.append(self.world.next_due_ns)
+        held_ns = self.taps.next_due_ns()
+        if held_ns is not None:
+            due.append(held_ns)
         if not due:
             raise NothingDueError("virtual time cannot move: no timer is set and there is no world")
         return max(min(due), self._now_ns)
@@ -203,6 +208,10 @@ class LockstepExecutor(Executor):
     def _ros_time(self) -> Time:
         return Time(nanoseconds=self._now_ns, clock_type=ClockType.ROS_TIME)
 
+    def passing(self, entity: Any, name: str, side: Side, message: Any) -> Passing:
+        """Something that an entity was sent and has taken, for its taps."""
+        return Passing(name, side, message, self._entities.owner_of(entity), self._now_ns)
+
     def _refresh(self) -> None:
         """Read the entities again if any was made or destroyed, and see them matched."""
         while self._structure_changed:
@@ -216,6 +225,7 @@ class LockstepExecutor(Executor):
 
     def _serve_round(self) -> list[Any]:
         """Run tasks as far as they get, then serve each ready entity once; gives those."""
+        self._release()
         self._run_tasks()
         self._refresh()
         ready = self._entities.ready()
@@ -229,6 +239,14 @@ class LockstepExecutor(Executor):
             if self._structure_changed:
                 break  # what is ready may be gone; the next round looks again
         return ready
+
+    def _release(self) -> None:
+        """Deliver what taps have held back until now."""
+        for entity, deliver in self.taps.take_due(self._now_ns):
+            self._refresh()
+            if self._entities.owner_of(entity):  # it may have been destroyed since
+                self.callbacks_served += 1
+                self._begin(entity, deliver())
 
     def _begin(self, entity: Any, rest: Rest) -> None:
         """Run a callback's coroutine as far as it goes now."""

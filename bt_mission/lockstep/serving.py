@@ -10,22 +10,26 @@ import inspect
 from collections.abc import Callable, Coroutine
 from typing import TYPE_CHECKING, Any
 
+from rclpy.action import ActionClient, ActionServer
 from rclpy.client import Client
 from rclpy.exceptions import InvalidHandle
 from rclpy.guard_condition import GuardCondition
 from rclpy.service import Service
 from rclpy.subscription import Subscription
 
+from bt_mission.lockstep.taps import ACTION_PARTS, Side
+
 if TYPE_CHECKING:
-    from rclpy.executors import Executor
     from rclpy.timer import Timer
     from rclpy.waitable import Waitable
+
+    from bt_mission.lockstep.executor import LockstepExecutor
 
 Rest = Coroutine[Any, Any, None] | None
 """What is left to run of a callback."""
 
 
-def serve(entity: Any, executor: Executor) -> Rest:
+def serve(entity: Any, executor: LockstepExecutor) -> Rest:
     """Serve an entity that was found ready."""
     return _SERVERS.get(type(entity), _serve_waitable)(entity, executor)
 
@@ -47,7 +51,7 @@ def _rest(outcome: Any) -> Rest:
     return outcome if inspect.iscoroutine(outcome) else None
 
 
-def _serve_subscription(subscription: Subscription, _: Executor) -> Rest:
+def _serve_subscription(subscription: Subscription, executor: LockstepExecutor) -> Rest:
     handle = subscription.handle
     try:
         with handle:
@@ -56,12 +60,21 @@ def _serve_subscription(subscription: Subscription, _: Executor) -> Rest:
         return None
     if taken is None:
         return None
+    message, *about = taken
     if subscription._callback_type is Subscription.CallbackType.MessageOnly:
-        taken = taken[:1]
-    return _rest(subscription.callback(*taken))
+        about = []
+    if executor.taps.is_open and not subscription.raw:
+        passing = executor.passing(subscription, subscription.topic_name, Side.MESSAGE, message)
+
+        def deliver(changed: Any) -> Rest:
+            return _rest(subscription.callback(changed, *about))
+
+        if executor.taps.catch(subscription, passing, deliver):
+            return None
+    return _rest(subscription.callback(message, *about))
 
 
-def _serve_service(service: Service, _: Executor) -> Rest:
+def _serve_service(service: Service, executor: LockstepExecutor) -> Rest:
     handle = service.handle
     try:
         with handle:
@@ -70,18 +83,29 @@ def _serve_service(service: Service, _: Executor) -> Rest:
         return None
     if header is None:
         return None
-    response = service.callback(request, service.srv_type.Response())
-    if not inspect.iscoroutine(response):
-        service.send_response(response, header)
-        return None
 
-    async def answer() -> None:
-        service.send_response(await response, header)
+    def deliver(asked: Any) -> Rest:
+        response = service.callback(asked, service.srv_type.Response())
+        if not inspect.iscoroutine(response):
+            service.send_response(response, header)
+            return None
 
-    return answer()
+        async def answer() -> None:
+            service.send_response(await response, header)
+
+        return answer()
+
+    if executor.taps.is_open:
+        passing = executor.passing(service, service.service_name, Side.REQUEST, request)
+        caught = executor.taps.catch(
+            service, passing, deliver, lambda response: service.send_response(response, header)
+        )
+        if caught:
+            return None
+    return deliver(request)
 
 
-def _serve_client(client: Client, executor: Executor) -> Rest:
+def _serve_client(client: Client, executor: LockstepExecutor) -> Rest:
     handle = client.handle
     try:
         with handle:
@@ -90,27 +114,73 @@ def _serve_client(client: Client, executor: Executor) -> Rest:
         return None
     if header is None:
         return None
-    try:
-        future = client.get_pending_request(header.request_id.sequence_number)
-    except KeyError:
-        return None  # the caller no longer wants the answer
-    future._set_executor(executor)
-    future.set_result(response)
+
+    def deliver(answer: Any) -> None:
+        try:
+            future = client.get_pending_request(header.request_id.sequence_number)
+        except KeyError:
+            return  # the caller no longer wants the answer
+        future._set_executor(executor)
+        future.set_result(answer)
+
+    if executor.taps.is_open:
+        passing = executor.passing(client, client.service_name, Side.RESPONSE, response)
+        if executor.taps.catch(client, passing, deliver):
+            return None
+    deliver(response)
     return None
 
 
-def _serve_guard(guard: GuardCondition, _: Executor) -> Rest:
+def _serve_guard(guard: GuardCondition, _: LockstepExecutor) -> Rest:
     return _rest(guard.callback())
 
 
-def _serve_waitable(waitable: Waitable, executor: Executor) -> Rest:
+def _serve_waitable(waitable: Waitable, executor: LockstepExecutor) -> Rest:
     data = waitable.take_data()
     for future in waitable._futures:
         future._set_executor(executor)
+    if executor.taps.is_open and isinstance(waitable, ActionClient | ActionServer):
+        data = _sift(waitable, data, executor)
     return waitable.execute(data)
 
 
-_SERVERS: dict[type, Callable[[Any, Executor], Rest]] = {
+def _sift(end: Any, data: dict[str, Any], executor: LockstepExecutor) -> dict[str, Any]:
+    """Pass what one end of an action has taken through the taps; gives what none caught."""
+    action = end._node.resolve_topic_name(end._action_name)
+    return {
+        part: taken
+        for part, taken in data.items()
+        if part not in ACTION_PARTS or not _catch_part(end, action, part, taken, executor)
+    }
+
+
+def _catch_part(end: Any, action: str, part: str, taken: Any, executor: LockstepExecutor) -> bool:
+    name = f"{action}/_action/{ACTION_PARTS[part]}"
+    if part in ("feedback", "status"):
+        passing = executor.passing(end, name, Side.MESSAGE, taken)
+        return executor.taps.catch(end, passing, lambda m: end.execute({part: m}))
+    header, message = taken
+
+    def deliver(changed: Any) -> Rest:
+        return end.execute({part: (header, changed)})
+
+    if isinstance(end, ActionClient):
+        passing = executor.passing(end, name, Side.RESPONSE, message)
+        return executor.taps.catch(end, passing, deliver)
+
+    def answer(response: Any) -> None:
+        getattr(end._handle, _SENDERS[part])(header, response)
+
+    passing = executor.passing(end, name, Side.REQUEST, message)
+    return executor.taps.catch(end, passing, deliver, answer)
+
+
+_SENDERS = {
+    "goal": "send_goal_response",
+    "cancel": "send_cancel_response",
+    "result": "send_result_response",
+}
+_SERVERS: dict[type, Callable[[Any, LockstepExecutor], Rest]] = {
     Subscription: _serve_subscription,
     Service: _serve_service,
     Client: _serve_client,
