@@ -28,7 +28,7 @@ from typing import Any
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from tests.support.fuzz.workers import CASE_FILE, Files, Mutants, Worker  # noqa: E402 - from the root
+from tests.support.fuzz.workers import Files, Mutants, Worker  # noqa: E402 - from the root
 
 ENDLESS = 2**62
 
@@ -56,7 +56,7 @@ class Hunt:
             return True
         worker.asleep = 0
         if what == "begun":
-            worker.number, worker.began = one, True
+            worker.number, worker.name, worker.began = one, two, True
         elif what == "found":
             self.note(worker, *one, two)
         elif what == "done":
@@ -70,7 +70,7 @@ class Hunt:
         code = worker.process.exitcode
         if not worker.began:
             raise CannotJudgeError(f"a process ended with {code} before its first case")
-        contents = (worker.folder / str(worker.starts) / CASE_FILE).read_bytes()
+        contents = worker.file.read_bytes()
         if worker.asleep >= self.options.patience:
             self.note(worker, "a hang", f"asleep for {worker.asleep} s", contents)
         elif code:
@@ -85,7 +85,8 @@ class Hunt:
         if self.options.replay:
             return
         self.options.save.mkdir(parents=True, exist_ok=True)
-        path = self.options.save / f"{self.options.seed}_{worker.number}.yaml"
+        suffix = Path(worker.name).suffix
+        path = self.options.save / f"{self.options.seed}_{worker.number}{suffix}"
         path.write_bytes(contents)
         path.with_suffix(".txt").write_text(f"{kind}\n{text}\n", encoding="utf-8")
         print(f"repeat it: python tools/fuzz_missions.py --replay {path}", flush=True)

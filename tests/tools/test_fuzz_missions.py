@@ -58,23 +58,27 @@ def test_missions_of_the_corpus_are_sound(path, folder):
     assert (verdict.accepted, verdict.finding) == (True, None)
 
 
-@pytest.mark.parametrize("path", sorted(FOUND.glob("*.yaml")), ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path", sorted((*FOUND.glob("*.yaml"), *FOUND.glob("*.xml"))), ids=lambda path: path.name
+)
 def test_what_was_found_once_is_refused_for_good(path, folder):
     """What its author is told stands beside each."""
-    shutil.copy(path, folder / "m.yaml")
-    _, faults = check.examine("m.yaml")
+    file = Path(f"m{path.suffix}")
+    shutil.copy(path, file)
+    _, faults = check.examine(file)
     expected = path.with_suffix(".txt").read_text(encoding="utf-8")
     assert "".join(f"{fault}\n" for fault in faults) == expected
-    assert judge(Path("m.yaml")).finding is None
+    assert judge(file).finding is None
 
 
 def test_a_case_follows_from_the_seed_and_its_number():
     """Whatever was tried before."""
     corpus = cases.corpus()
-    texts = [cases.case(corpus, 1, number) for number in range(50)]
-    assert cases.case(corpus, 1, 49) == texts[-1]
-    assert len(set(texts)) > 45
-    assert cases.case(corpus, 2, 49) != texts[-1]
+    found = [cases.case(corpus, 1, number) for number in range(50)]
+    assert cases.case(corpus, 1, 49) == found[-1]
+    assert len(set(found)) > 45
+    assert {case.name for case in found} == {"m.xml", "m.yaml"}
+    assert cases.case(corpus, 2, 49) != found[-1]
 
 
 @pytest.mark.process
@@ -159,7 +163,7 @@ def test_a_finding_is_saved(tmp_path, capsys):
     """The first of each kind, with the line that repeats it."""
     tool = runpy.run_path(str(TOOL))
     hunt = tool["Hunt"](SimpleNamespace(seed=5, save=tmp_path / "found", replay=None))
-    worker = SimpleNamespace(number=17)
+    worker = SimpleNamespace(number=17, name="m.yaml")
     hunt.note(worker, "KeyError in scope.py", "where it was", b"mission: m\n")
     hunt.note(worker, "KeyError in scope.py", "where it was", b"mission: n\n")
     path = tmp_path / "found" / "5_17.yaml"

@@ -6,7 +6,6 @@ import json
 import pickle
 import re
 import shutil
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from random import Random
@@ -14,6 +13,7 @@ from typing import Any
 
 import yaml  # type: ignore[import-untyped]
 
+from tests.support.fuzz import xml_missions
 from tests.support.fuzz.large import large
 from tests.support.fuzz.structure import Pool, change, is_node, names_in, slots, supply
 
@@ -22,7 +22,10 @@ CORPUS = ROOT / "tests/fuzz/corpus"
 COMPANIONS = CORPUS / "beside"
 FOLDERS = (CORPUS, ROOT / "missions", ROOT / "missions/sources", ROOT / "tests/mission/broken")
 
+GROOT = ROOT / "tests/xml/everything.xml"
+
 LARGE_SHARE = 1 / 1000
+XML_SHARE = 1 / 10
 LARGEST_START = 20_000
 """Characters of a file of the corpus that is still mutated."""
 
@@ -107,9 +110,10 @@ _PIECES = (
 
 @dataclass(frozen=True)
 class Corpus:
-    """The files that mutations begin with, as they are and as data."""
+    """The files that mutations begin with, as they are, in XML, and as data."""
 
     texts: tuple[str, ...]
+    xml: tuple[str, ...]
     data: tuple[bytes, ...]
     sound: tuple[bytes, ...]
     pool: Pool
@@ -129,6 +133,7 @@ def corpus() -> Corpus:
     sound = [found for text in _texts(*FOLDERS[:-1]) if isinstance(found := _data(text), dict)]
     return Corpus(
         tuple(texts),
+        xml_missions.texts(FOLDERS[:-1], GROOT),
         tuple(pickle.dumps(one) for one in data),
         tuple(pickle.dumps(one) for one in sound),
         pool,
@@ -166,19 +171,29 @@ def prepare(folder: Path) -> None:
     (folder / "outside.yaml").symlink_to(ROOT / "pyproject.toml")
 
 
-def case(found: Corpus, seed: int, number: int) -> bytes:
+@dataclass(frozen=True)
+class Case:
+    """A mutated mission file: its name, which says what it is written in, and what it holds."""
+
+    name: str
+    contents: bytes
+
+
+def case(found: Corpus, seed: int, number: int) -> Case:
     """Return a mutated mission file."""
     rng = Random(f"{seed}/{number}")
     if rng.random() < LARGE_SHARE:
-        return large(rng).encode()
-    if rng.random() < 0.65:
-        text = _structural(rng, found)
+        return Case("m.yaml", large(rng).encode())
+    if rng.random() < XML_SHARE:
+        name, text = "m.xml", xml_missions.mutated(rng, rng.choice(found.xml))
+    elif rng.random() < 0.65:
+        name, text = "m.yaml", _structural(rng, found)
         if rng.random() < 0.1:
             text = _textual(rng, text)
     else:
-        text = _textual(rng, rng.choice(found.texts))
+        name, text = "m.yaml", _textual(rng, rng.choice(found.texts))
     contents = text.encode("utf-8", "surrogatepass")
-    return _with_bytes(rng, contents) if rng.random() < 0.02 else contents
+    return Case(name, _with_bytes(rng, contents) if rng.random() < 0.02 else contents)
 
 
 def _structural(rng: Random, found: Corpus) -> str:
@@ -249,11 +264,3 @@ def _with_bytes(rng: Random, contents: bytes) -> bytes:
         if spoilt:
             spoilt[rng.randrange(len(spoilt))] = rng.randrange(256)
     return bytes(spoilt)
-
-
-def numbers(first: int, step: int) -> Iterator[int]:
-    """Yield the numbers of the cases of one process among several."""
-    number = first
-    while True:
-        yield number
-        number += step

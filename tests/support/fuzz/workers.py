@@ -11,10 +11,6 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
-CASE_FILE = "m.yaml"
-
-Case = tuple[int, bytes]
-
 
 def work(folder: Path, cases: Any, told: Connection) -> None:
     """Judge one case after another; tell of each before, and what was found after."""
@@ -25,19 +21,20 @@ def work(folder: Path, cases: Any, told: Connection) -> None:
     os.chdir(folder)
     prepare(folder)
     found = corpus()
-    path = Path(CASE_FILE)
-    for text in found.texts:  # what is loaded once counts for no case
-        path.write_text(text, encoding="utf-8")
-        limits.judge_within(path)
+    for name, texts in (("m.yaml", found.texts), ("m.xml", found.xml)):
+        for text in texts:  # what is loaded once counts for no case
+            Path(name).write_text(text, encoding="utf-8")
+            limits.judge_within(Path(name))
     limits.limit_memory()
     most_mb = limits.resident_mb() + limits.MEMORY_MB
-    for number, contents in cases(found):
-        path.write_bytes(contents)
-        told.send(("begun", number, ""))
+    for number, case in cases(found):
+        path = Path(case.name)
+        path.write_bytes(case.contents)
+        told.send(("begun", number, case.name))
         limits.limit_processor()
         verdict = limits.judge_within(path)
         if verdict.finding is not None:
-            told.send(("found", (verdict.finding.kind, verdict.finding.text), contents))
+            told.send(("found", (verdict.finding.kind, verdict.finding.text), case.contents))
         told.send(("done", number, verdict.accepted))
         if limits.resident_mb() > most_mb:
             return  # what is left would not be enough for a case; a new process goes on
@@ -53,7 +50,7 @@ class Mutants:
     step: int
     end: int
 
-    def __call__(self, found: Any) -> Iterator[Case]:
+    def __call__(self, found: Any) -> Iterator[tuple[int, Any]]:
         """Yield them, with their numbers; `found` is the corpus."""
         from tests.support.fuzz.cases import case  # noqa: PLC0415 - as above
 
@@ -69,10 +66,13 @@ class Files:
     first: int = 0
     step: int = 1
 
-    def __call__(self, _found: Any) -> Iterator[Case]:
+    def __call__(self, _found: Any) -> Iterator[tuple[int, Any]]:
         """Yield them as they are."""
+        from tests.support.fuzz.cases import Case  # noqa: PLC0415 - as above
+
         for number in range(self.first, len(self.paths), self.step):
-            yield number, self.paths[number].read_bytes()
+            path = self.paths[number]
+            yield number, Case("m.xml" if path.suffix == ".xml" else "m.yaml", path.read_bytes())
 
 
 @dataclass
@@ -86,11 +86,17 @@ class Worker:
     folder: Path
     cases: Any
     number: int = -1
+    name: str = ""
     starts: int = 0
     began: bool = False
     asleep: int = 0
     heard: Connection = field(init=False)
     process: Any = field(init=False)
+
+    @property
+    def file(self) -> Path:
+        """The file that holds the case."""
+        return self.folder / str(self.starts) / self.name
 
     def start(self) -> None:
         """Start, behind the last case."""
