@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -63,10 +63,11 @@ class ServersNode(Node):
     :param command_type: the type of `cmd_vel`; "auto" is what the robot listens for, and goals
         that drive are refused while it would not hear.
     :param parameters: values of parameters by name, instead of their defaults.
+    :param without: names of actions that are left to others.
     :raises rclpy.exceptions.ParameterException: for a parameter out of its range.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 - everything that a node is told once
         self,
         robot: RobotModel,
         *,
@@ -77,6 +78,7 @@ class ServersNode(Node):
         use_sim_time: bool = False,
         command_type: Choice = "stamped",
         parameters: Mapping[str, Any] | None = None,
+        without: Collection[str] = (),
     ) -> None:
         super().__init__(
             NODE_NAME,
@@ -127,6 +129,7 @@ class ServersNode(Node):
         self._adapters = [
             ActionAdapter(self, self._pilot, self._base.guarded(action), refusal)
             for action in actions(kit)
+            if action.name not in without
         ]
         if not lean:
             watch_executives(self, self._lose_base)

@@ -7,7 +7,7 @@ rclpy and DDS, as between processes; only time is ours.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from contextlib import ExitStack
 from itertools import count
 from pathlib import Path
@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Self
 
 import rclpy
 from rclpy.context import Context
+from rclpy.node import Node
 
 from action_servers.mapping.node import MapperNode
 from action_servers.node import ServersNode
@@ -57,6 +58,8 @@ class Stage:
     :param image_folder: where this run makes a folder of its own for pictures, if it takes any.
     :param say: where ``log`` nodes speak to; None is the ROS log.
     :param visible: may other processes of this machine look on, and take part?
+    :param without: actions that the servers leave to others, by their relative names.
+    :param context: the rclpy context of all nodes, which stays; None makes one for the run.
     :raises BtMissionError: for a world, robot or action type that is not there, and where this
         machine cannot keep virtual time.
     """
@@ -68,6 +71,8 @@ class Stage:
         image_folder: Path,
         say: Callable[[str], None] | None = None,
         visible: bool = False,
+        without: Collection[str] = (),
+        context: Context | None = None,
     ) -> None:
         self.mission = mission
         isolate(visible=visible)
@@ -76,9 +81,10 @@ class Stage:
         self_test()
         images = free_folder(image_folder)
         with ExitStack() as made:
-            context = Context()
-            rclpy.init(context=context)
-            made.callback(context.shutdown)
+            if context is None:
+                context = Context()
+                rclpy.init(context=context)
+                made.callback(context.shutdown)
             self.sim = SimNode(
                 world,
                 robot,
@@ -89,7 +95,9 @@ class Stage:
                 with_map=mission.map == "known",
             )
             made.callback(self.sim.destroy_node)
-            self.servers = ServersNode(robot, image_folder=images, lean=True, context=context)
+            self.servers = ServersNode(
+                robot, image_folder=images, lean=True, context=context, without=without
+            )
             made.callback(self.servers.destroy_node)
             self.mapper: MapperNode | None = None
             if mission.map == "unknown":
@@ -112,6 +120,7 @@ class Stage:
                 if node is not None:
                     self.clock.add_node(node)
             self._exit = made.pop_all()
+        self.context = context
         self.executive = self.node.executive
         self.trace = self.node.trace
         self._beats = 0
@@ -154,6 +163,18 @@ class Stage:
     def distance_travelled_m(self) -> float:
         """The true length of the robot's path, m."""
         return self.sim.simulation.distance_travelled
+
+    def add_node(self, node: Node) -> None:
+        """Have a node of one's own take part, on the clock of the stage; its owner destroys it."""
+        self.clock.add_node(node)
+        self._exit.callback(self.clock.remove_node, node)
+
+    def make_node(self, name: str) -> Node:
+        """A bare node that takes part, and goes with the stage."""
+        node = Node(name, context=self.context, enable_rosout=False, start_parameter_services=False)
+        self._exit.callback(node.destroy_node)
+        self.add_node(node)
+        return node
 
     def step(self) -> None:
         """Jump to the next instant at which anything is due, and serve it.

@@ -12,6 +12,8 @@ from hypothesis import settings
 from bt_mission.goals.goal import Event, Goal
 from tests.support.play import Play
 
+pytest_plugins = ["pytester"]
+
 # Domain ids above 101 reach into Linux' range of ephemeral ports.
 _DOMAINS = 101
 

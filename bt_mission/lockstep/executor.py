@@ -6,7 +6,7 @@ every node it serves and repeats one step:
 
 1. find the next instant at which anything is due: a timer, or the world (a simulator);
 2. let the world advance to it and publish what is due;
-3. set the ROS clock of every node to it;
+3. set the ROS clock of every node to it, and call what was asked for at this instant;
 4. serve callbacks until none is ready ("quiet"), what passes between nodes through its taps;
 5. fire the timers that are due, one at a time, and become quiet again after each.
 
@@ -23,6 +23,7 @@ from __future__ import annotations
 
 from collections import Counter, deque
 from collections.abc import Callable, Coroutine
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Protocol
 
 from rclpy.clock_type import ClockType
@@ -90,6 +91,7 @@ class LockstepExecutor(Executor):
         self._now_ns = start_ns
         self._ordered_nodes: list[Node] = []
         self._entities = Entities([], self._context)
+        self._alarms: list[tuple[int, Callable[[], Any]]] = []
         self._new_tasks: list[Task] = []
         self._waiting_tasks: list[Task] = []
         self._suspended: list[tuple[Coroutine[Any, Any, None], Any]] = []
@@ -133,6 +135,16 @@ class LockstepExecutor(Executor):
         """Note that an entity was made or destroyed (rclpy calls this)."""
         self._structure_changed = True
 
+    def call_at(self, time_ns: int, function: Callable[[], Any]) -> None:
+        """Call a function at an instant: after the world has moved there, before any callback.
+
+        :raises ValueError: when that instant is past.
+        """
+        if time_ns < self._now_ns:
+            raise ValueError(f"{time_ns} ns is past: it is {self._now_ns} ns")
+        self._alarms.append((time_ns, function))
+        self._alarms.sort(key=itemgetter(0))  # those of one instant stay in order
+
     def create_task(
         self, callback: Callable[..., Any] | Coroutine[Any, Any, Any], *args: Any, **kwargs: Any
     ) -> Task:
@@ -156,6 +168,8 @@ class LockstepExecutor(Executor):
         held_ns = self.taps.next_due_ns()
         if held_ns is not None:
             due.append(held_ns)
+        if self._alarms:
+            due.append(self._alarms[0][0])
         if not due:
             raise NothingDueError("virtual time cannot move: no timer is set and there is no world")
         return max(min(due), self._now_ns)
@@ -169,6 +183,8 @@ class LockstepExecutor(Executor):
         time = self._ros_time()
         for node in self._ordered_nodes:
             node.get_clock().set_ros_time_override(time)
+        while self._alarms and self._alarms[0][0] <= time_ns:
+            self._alarms.pop(0)[1]()
         self.run_until_quiet()
         for timer in tuple(self._entities.timers):
             if self._suspended and not timer.callback_group.can_execute(timer):

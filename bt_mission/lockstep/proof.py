@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import TYPE_CHECKING
 
 import rclpy
@@ -25,8 +26,11 @@ class NotLockstepError(BtMissionError):
     """Messages within this process arrive late, so virtual time cannot be trusted."""
 
 
+@cache
 def self_test() -> None:
     """Send messages and service calls within this process; each must be there at once.
+
+    What has been proved once is not proved again in the same process.
 
     :raises NotLockstepError: when one is late or lost.
     """

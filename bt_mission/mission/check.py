@@ -66,9 +66,11 @@ def examine_text(
     file: str = "<text>",
     set: Mapping[str, Plain] | None = None,  # noqa: A002 - as in examine
     seed: int | None = None,
+    world: str | None = None,
+    robot: str | None = None,
 ) -> tuple[Mission | None, tuple[Fault, ...]]:
     """Load and check a mission in a text, as `examine` does a file."""
-    return _examined(lambda: draft(read_text(text, file), set, seed))
+    return _examined(lambda: draft(read_text(text, file), set, seed, world, robot))
 
 
 def _examined(read_draft: Callable[[], Draft]) -> tuple[Mission | None, tuple[Fault, ...]]:

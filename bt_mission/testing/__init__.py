@@ -1,1 +1,10 @@
-"""What tests of missions are made of."""
+"""What tests of missions are made of, and the pytest plugin that hands it to them.
+
+- ``plugin``: the fixtures, on by themselves where the package is installed
+- ``stages``: :class:`Stages`, the fixture ``stage``
+- ``run``: :class:`Run`, a mission under test
+- ``moment``: :class:`Moment`, one control step, for conditions
+- ``claims``: what can be claimed of a run: always, never, eventually, whenever
+- ``history``, ``recorded``: what happened
+- ``scripted_server``: :class:`ScriptedServer`, an action server that a test plays
+"""

@@ -1,0 +1,180 @@
+"""Everything that happened in a run, written down as it happens, to be asked about later.
+
+Writing down must cost little, since every control step does it; what is dear (the tree as text,
+a clearance) is worked out when somebody asks.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections import defaultdict
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from bt_mission.goals.goal import Goal, Phase
+from bt_mission.terminal.glyphs import UNICODE
+
+if TYPE_CHECKING:
+    from bt_mission.executive import Change
+    from bt_mission.stage import Stage
+
+Pose = tuple[float, float, float]
+"""x m, y m, yaw rad."""
+
+ENDS = (Status.SUCCESS, Status.FAILURE)
+
+
+@dataclass
+class GoalLife:
+    """One goal, as far as it got.
+
+    :param action: resolved name of the action.
+    :param owner: name of the leaf.
+    :param events: each with its time, s since the start, and the goal's phase after it.
+    """
+
+    id: str
+    action: str
+    owner: str
+    events: list[tuple[float, str, Phase]] = field(default_factory=list)
+    status: str | None = None
+
+    @property
+    def sent_s(self) -> float:
+        """When it was sent, s since the start."""
+        return self.events[0][0]
+
+    @property
+    def ended_s(self) -> float | None:
+        """When its end was confirmed; None while it has not been."""
+        return next((time_s for time_s, what, _ in self.events if what == "ended"), None)
+
+    def __str__(self) -> str:
+        lives = ", ".join(f"{what} at {time_s:.2f} s" for time_s, what, _ in self.events)
+        end = f": {self.status}" if self.status else ""
+        return f"{self.action} goal {self.id[:8]} of '{self.owner}' ({lives}){end}"
+
+
+@dataclass(frozen=True)
+class Record:
+    """A control step.
+
+    :param time_ns: virtual time.
+    :param pose: true pose of the base in the map.
+    :param odometry: pose of the base as odometry reckons it, from where the robot started.
+    :param velocity: true velocity of the base, m/s ahead and rad/s to the left.
+    :param commanded: the velocity that the base asks of its wheels.
+    :param variables: of the mission.
+    :param changes: how many changes of status there were until then.
+    :param goal_events: how many events of goals.
+    :param said: how many lines of the mission's log.
+    """
+
+    time_ns: int
+    pose: Pose
+    odometry: Pose
+    velocity: tuple[float, float]
+    commanded: tuple[float, float]
+    distance: float
+    collisions: int
+    variables: dict[str, Any]
+    changes: int
+    goal_events: int
+    said: int
+
+
+class History:
+    """Listens to a stage from its beginning."""
+
+    def __init__(self, stage: Stage) -> None:
+        self._stage = stage
+        self.start_ns = stage.start_ns
+        self.nodes = stage.executive.nodes
+        self.paths = {node: stage.executive.path_of(node) for node in self.nodes}
+        self.records: list[Record] = []
+        self.changes: list[Change] = []
+        self.goals: dict[bytes, GoalLife] = {}
+        self.goal_events: list[tuple[float, str, GoalLife]] = []
+        self.said: list[tuple[float, str]] = []
+        self.events: list[str] = list(stage.trace.newest)
+        self._changes_of: defaultdict[Behaviour, list[int]] = defaultdict(list)
+        self._variables: dict[str, Any] = {}
+        stage.executive.listeners.append(self._on_change)
+        stage.executive.goal_listeners.append(self._on_goal)
+        stage.trace.listeners.append(self.events.append)
+
+    def seconds(self, time_ns: int) -> float:
+        """Virtual time since the start, s."""
+        return (time_ns - self.start_ns) / 1e9
+
+    def record(self) -> None:
+        """Write a control step down."""
+        stage = self._stage
+        sim = stage.sim.simulation
+        values = stage.node.scope.values
+        if values != self._variables:
+            self._variables = dict(values)
+        odometry = sim.odometry
+        self.records.append(
+            Record(
+                time_ns=stage.now_ns,
+                pose=sim.pose,
+                odometry=(odometry.x, odometry.y, odometry.yaw),
+                velocity=sim.velocity,
+                commanded=sim.commanded,
+                distance=sim.distance_travelled,
+                collisions=sim.collisions,
+                variables=self._variables,
+                changes=len(self.changes),
+                goal_events=len(self.goal_events),
+                said=len(self.said),
+            )
+        )
+
+    def say(self, text: str) -> None:
+        """Write down what the mission says."""
+        self.said.append((self.seconds(self._stage.now_ns), text))
+
+    # ---- asking --------------------------------------------------------------------------
+
+    def last_change(self, node: Behaviour, changes: int) -> Change | None:
+        """The newest of the first so many changes that was one of this node."""
+        numbers = self._changes_of[node]
+        at = bisect_right(numbers, changes - 1)
+        return self.changes[numbers[at - 1]] if at else None
+
+    def count(self, node: Behaviour, changes: int, *statuses: Status) -> int:
+        """How often the node came into one of these statuses."""
+        numbers = self._changes_of[node]
+        at = bisect_right(numbers, changes - 1)
+        return sum(self.changes[number].status in statuses for number in numbers[:at])
+
+    def tree_text(self, changes: int) -> str:
+        """The tree after so many changes: a line for each node, with what it said at its end."""
+        lines = []
+        for node in self.nodes:
+            change = self.last_change(node, changes)
+            status = change.status if change else Status.INVALID
+            depth = self.paths[node].count(".")
+            said = f"  {change.message}" if change and status in ENDS and change.message else ""
+            lines.append(f"{'  ' * depth}{UNICODE[status]} {node.name}{said}")
+        return "\n".join(lines)
+
+    # ---- listening -----------------------------------------------------------------------
+
+    def _on_change(self, change: Change) -> None:
+        self._changes_of[change.node].append(len(self.changes))
+        self.changes.append(change)
+
+    def _on_goal(self, what: str, goal: Goal) -> None:
+        life = self.goals.get(goal.id)
+        if life is None:
+            life = GoalLife(goal.id.hex(), goal.courier.name, goal.owner)
+            self.goals[goal.id] = life
+        time_s = self.seconds(self._stage.now_ns)
+        life.events.append((time_s, what, goal.phase))
+        life.status = None if goal.status is None else goal.status.name.lower()
+        self.goal_events.append((time_s, what, life))

@@ -1,0 +1,253 @@
+"""One control step of a run, for the conditions that tests state."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from bt_mission.common.errors import BtMissionError
+from bt_mission.common.faults import did_you_mean, listed
+
+if TYPE_CHECKING:
+    from bt_mission.testing.history import GoalLife, Pose, Record
+    from bt_mission.testing.run import Run
+
+
+class Leaf:
+    """A node of the tree at one moment; not only of leaves."""
+
+    def __init__(self, run: Run, node: Behaviour, changes: int) -> None:
+        self._run = run
+        self._node = node
+        self._changes = changes
+        self._change = run.history.last_change(node, changes)
+        self.name: str = node.name
+
+    @property
+    def status(self) -> str:
+        """``idle``, ``running``, ``success`` or ``failure``."""
+        status = self._change.status if self._change else Status.INVALID
+        return "idle" if status is Status.INVALID else status.value.lower()
+
+    @property
+    def running(self) -> bool:
+        """Does it run?"""
+        return self.status == "running"
+
+    @property
+    def succeeded(self) -> bool:
+        """Has it ended well, and not been entered again?"""
+        return self.status == "success"
+
+    @property
+    def failed(self) -> bool:
+        """Has it failed, and not been entered again?"""
+        return self.status == "failure"
+
+    @property
+    def outcome(self) -> str:
+        """What it said last, such as ``canceled by condition: ...``."""
+        return self._change.message if self._change else ""
+
+    @property
+    def since(self) -> float:
+        """When it came into its status, s since the start of the run."""
+        return self._run.history.seconds(self._change.time_ns) if self._change else 0.0
+
+    @property
+    def runs(self) -> int:
+        """How often it has been entered."""
+        history, node = self._run.history, self._node
+        started = history.count(node, self._changes, Status.RUNNING)
+        if started:
+            return started
+        return history.count(node, self._changes, Status.SUCCESS, Status.FAILURE)
+
+    def __repr__(self) -> str:
+        return f"<{self.name}: {self.status} since {self.since:.2f} s>"
+
+
+class Moment:
+    """A control step: where everything stood after it."""
+
+    def __init__(self, run: Run, record: Record) -> None:
+        self._run = run
+        self._record = record
+
+    @property
+    def t(self) -> float:
+        """Virtual time since the start, s."""
+        return self._run.history.seconds(self._record.time_ns)
+
+    # ---- the robot -----------------------------------------------------------------------
+
+    @property
+    def pose(self) -> Pose:
+        """True pose of the base in the map: x m, y m, yaw rad."""
+        return self._record.pose
+
+    @property
+    def x(self) -> float:
+        """True x, m."""
+        return self._record.pose[0]
+
+    @property
+    def y(self) -> float:
+        """True y, m."""
+        return self._record.pose[1]
+
+    @property
+    def yaw(self) -> float:
+        """True heading, rad."""
+        return self._record.pose[2]
+
+    @property
+    def odometry(self) -> Pose:
+        """Where the robot thinks it is, from where it started: x m, y m, yaw rad."""
+        return self._record.odometry
+
+    @property
+    def speed(self) -> float:
+        """True speed ahead, m/s."""
+        return self._record.velocity[0]
+
+    @property
+    def turn_rate(self) -> float:
+        """True turn rate, rad/s, left positive."""
+        return self._record.velocity[1]
+
+    @property
+    def commanded(self) -> tuple[float, float]:
+        """What the base asks of its wheels: m/s ahead, rad/s to the left."""
+        return self._record.commanded
+
+    @property
+    def distance(self) -> float:
+        """Length of the way so far, m."""
+        return self._record.distance
+
+    @property
+    def collisions(self) -> int:
+        """How often the robot has touched something so far."""
+        return self._record.collisions
+
+    def distance_to(self, x: float, y: float) -> float:
+        """How far the axle's middle is from a point, m."""
+        return math.hypot(self.x - x, self.y - y)
+
+    # ---- the mission ---------------------------------------------------------------------
+
+    def leaf(self, name: str) -> Leaf:
+        """The node of this name, or at this path (``0.1``).
+
+        :raises ScenarioError: when there is none, or several; their paths stand in it.
+        """
+        return Leaf(self._run, self._run.find(name), self._record.changes)
+
+    @property
+    def running(self) -> tuple[str, ...]:
+        """Names of the leaves that run."""
+        return tuple(
+            node.name
+            for node in self._run.history.nodes
+            if not node.children and Leaf(self._run, node, self._record.changes).running
+        )
+
+    @property
+    def variables(self) -> Mapping[str, Any]:
+        """The mission's inputs, and the outputs written so far."""
+        return MappingProxyType(self._record.variables)
+
+    @property
+    def goals(self) -> tuple[GoalLife, ...]:
+        """The goals sent so far; what became of them later is told, too."""
+        events = self._run.history.goal_events[: self._record.goal_events]
+        return tuple(dict.fromkeys(life for _, what, life in events if what == "sent"))
+
+    @property
+    def open_goals(self) -> tuple[str, ...]:
+        """Actions of the goals that had been sent and had not ended."""
+        live: dict[str, str] = {}
+        for _, what, life in self._run.history.goal_events[: self._record.goal_events]:
+            if what == "ended":
+                live.pop(life.id, None)
+            else:
+                live[life.id] = life.action
+        return tuple(live.values())
+
+    @property
+    def log(self) -> tuple[str, ...]:
+        """What ``log`` nodes have said so far."""
+        return tuple(text for _, text in self._run.history.said[: self._record.said])
+
+    # ---- topics --------------------------------------------------------------------------
+
+    def topic(self, name: str) -> Any:
+        """The newest message of a recorded topic; None before the first.
+
+        :raises ScenarioError: when the topic is not recorded.
+        """
+        return self._run.topic(name).at(self._record.time_ns)
+
+    @property
+    def scan(self) -> Any:
+        """The newest scan; its ``ranges`` are m, counter-clockwise from ahead."""
+        return self.topic("scan")
+
+    # ---- people --------------------------------------------------------------------------
+
+    @property
+    def tree(self) -> str:
+        """The tree as text."""
+        return self._run.history.tree_text(self._record.changes)
+
+    def __repr__(self) -> str:
+        return f"<moment {self.t:.2f} s at ({self.x:.2f}, {self.y:.2f})>"
+
+
+class ScenarioError(BtMissionError):
+    """A test asks for something that is not there."""
+
+
+Condition = Callable[[Moment], Any]
+"""Something that holds at a moment, or does not."""
+
+
+class Witness:
+    """Stands for a moment, and notes what a condition reads of it."""
+
+    def __init__(self, target: Any, seen: dict[str, Any], path: str = "") -> None:
+        self._target = target
+        self._seen = seen
+        self._path = path
+
+    def __getattr__(self, name: str) -> Any:
+        path = f"{self._path}.{name}" if self._path else name
+        return self._note(path, getattr(self._target, name))
+
+    def _note(self, path: str, value: Any) -> Any:
+        if isinstance(value, Leaf):
+            return Witness(value, self._seen, path)
+        if callable(value):
+
+            def call(*arguments: Any, **options: Any) -> Any:
+                said = ", ".join(
+                    [*map(repr, arguments), *(f"{name}={one!r}" for name, one in options.items())]
+                )
+                return self._note(f"{path}({said})", value(*arguments, **options))
+
+            return call
+        self._seen[path] = value
+        return value
+
+
+def no_such(what: str, name: str, valid: list[str]) -> ScenarioError:
+    """The error for a name that is none, with those that are."""
+    near = did_you_mean(name, valid)
+    hint = f"; {near}" if near else ""
+    return ScenarioError(f"there is no {what} '{name}', but: {listed(valid)}{hint}")

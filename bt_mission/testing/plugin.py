@@ -1,0 +1,72 @@
+"""The pytest plugin: fixtures for tests of missions. Installed with the package, on by itself.
+
+This module is imported in every pytest session of its environment: whatever needs ROS or MuJoCo
+is imported when a fixture is asked for.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Generator, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+if TYPE_CHECKING:
+    from bt_mission.mission import Mission
+    from bt_mission.testing.scripted_server import ScriptedServer
+    from bt_mission.testing.stages import Stages
+
+STAGES = pytest.StashKey["list[Stages]"]()
+
+
+@pytest.fixture
+def stage(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Stages]:
+    """A stage for missions: real ROS and physics, on one virtual clock, heard by nobody else.
+
+    ``run = stage.run("missions/explore.yaml", world="empty_arena", seed=3)``
+    """
+    os.environ.setdefault("ROS_LOG_DIR", str(tmp_path / "log"))
+    from bt_mission.testing.stages import Stages  # noqa: PLC0415 - see above
+
+    made = Stages(tmp_path)
+    request.node.stash.setdefault(STAGES, []).append(made)
+    yield made
+    made.close()
+    if made.left_behind:
+        pytest.fail("goals left behind: " + "; ".join(made.left_behind), pytrace=False)
+
+
+@pytest.fixture
+def mission(stage: Stages) -> Callable[..., Mission]:
+    """Missions that are sound, of a file, of the name of a shipped one, or of a text."""
+    return stage.mission
+
+
+@pytest.fixture
+def world(stage: Stages) -> Callable[[str], str | Path]:
+    """Worlds of a text, as files: ``stage.run(..., world=world(text))``."""
+    return stage.world
+
+
+@pytest.fixture
+def scripted_server(stage: Stages) -> Callable[..., ScriptedServer]:
+    """Action servers that the test plays move by move, in place of ours of that name.
+
+    ``turn = scripted_server("turn", accepts=None)``
+    """
+    return stage.scripted_server
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(
+    item: pytest.Item,
+) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Tell of the runs of a test that failed."""
+    report = yield
+    if report.when == "call" and report.failed:
+        for made in item.stash.get(STAGES, []):
+            for run in made.runs:
+                report.sections.append(("mission", run.describe()))
+    return report

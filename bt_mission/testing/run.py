@@ -1,0 +1,319 @@
+"""A mission under test: steps, conditions, and what happened."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from py_trees.behaviour import Behaviour
+from rclpy.node import Node
+
+from bt_mission.common.errors import BtMissionError
+from bt_mission.report import Report
+from bt_mission.session import report_on
+from bt_mission.stage import Stage
+from bt_mission.testing.claims import Claims, holds
+from bt_mission.testing.history import GoalLife, History
+from bt_mission.testing.moment import Condition, Moment, ScenarioError, no_such
+from bt_mission.testing.recorded import Recorded
+from bt_mission.topic_reader import TopicReader
+
+if TYPE_CHECKING:
+    from bt_mission.mission import Mission
+
+Action = Callable[["Run"], Any]
+"""Something that a test does to a run at its time, such as a fault."""
+
+LIMIT_S = 600.0
+"""Virtual seconds after which a run counts as one that never ends."""
+
+LAST_EVENTS = 12
+
+
+class NeverHeldError(AssertionError):
+    """A run did not come where its test expected it; the tree stands in the message."""
+
+
+class Run(Claims):
+    """A mission on the stage, moved on by a test and asked by it.
+
+    Times are virtual, in seconds since the start. The run can be asked about after it is closed.
+
+    :param mission: what to carry out, with its world, robot and seed.
+    :param folder: for pictures.
+    :param options: for :class:`bt_mission.stage.Stage`.
+    """
+
+    def __init__(self, mission: Mission, folder: Path, **options: Any) -> None:
+        super().__init__()
+        self.mission = mission
+        self.stage = Stage(mission, image_folder=folder, say=self._say, **options)
+        self.history = History(self.stage)
+        self._moments: list[Moment] = []
+        self._topics: dict[str, Recorded] = {}
+        self._observer: Node | None = None
+        self._error: Exception | None = None
+        self._waiting: list[tuple[Condition, tuple[Action, ...]]] = []
+        self._beats = 0
+        self._is_closed = False
+
+    # ---- moving on -----------------------------------------------------------------------
+
+    def step(self) -> Moment:
+        """Go on to the next control step; gives it.
+
+        :raises ScenarioError: when the mission has ended.
+        """
+        executive = self.stage.executive
+        while executive.beats == self._beats:
+            if self.is_done or self._is_closed:
+                raise ScenarioError(f"the mission has ended: {self._ended}")
+            self.stage.step()
+            if self._error is not None:
+                error, self._error = self._error, None
+                raise error
+        self._beats = executive.beats
+        self.history.record()
+        moment = Moment(self, self.history.records[-1])
+        self._moments.append(moment)
+        self._act_by_condition(moment)
+        return moment
+
+    def advance(self, seconds: float) -> Moment:
+        """Go on for so many seconds, or to the mission's end; gives the last control step."""
+        end = self.t + seconds
+        while not self.is_done and self.t < end - 1e-9:
+            self.step()
+        return self.now
+
+    def until(self, condition: Condition, *, within: float = 60.0) -> Moment:
+        """Go on until a condition holds; gives that control step.
+
+        :raises NeverHeldError: when it has not after ``within`` seconds, or at the mission's end.
+        """
+        end = self.t + within
+        while self.t < end - 1e-9:
+            if self.is_done:
+                raise self._failed(f"the mission ended before the condition held: {self._ended}")
+            moment = self.step()
+            if holds(condition, moment):
+                return moment
+        raise self._failed(f"the condition did not hold within {within:g} s")
+
+    def until_done(self, *, within: float = LIMIT_S) -> Report:
+        """Go on to the mission's end; gives its report.
+
+        :raises NeverHeldError: when it has not ended after ``within`` seconds.
+        """
+        end = self.t + within
+        while not self.is_done:
+            if self.t >= end - 1e-9:
+                raise self._failed(f"the mission did not end within {within:g} s")
+            self.step()
+        return self.report
+
+    # ---- acting --------------------------------------------------------------------------
+
+    def do(self, *actions: Action) -> None:
+        """Carry actions out now."""
+        for action in actions:
+            action(self)
+
+    def at(self, time: float, *actions: Action) -> None:
+        """Carry actions out at a time: after the measurements of that instant, before all else.
+
+        :raises ScenarioError: when that time is past.
+        """
+        if time < self.t - 1e-9:
+            raise ScenarioError(f"{time:g} s is past: the run is at {self.t:g} s")
+        self.stage.clock.call_at(
+            self.stage.start_ns + round(time * 1e9), lambda: self._do_within_a_step(actions)
+        )
+
+    def when(self, condition: Condition, *actions: Action) -> None:
+        """Carry actions out once, after the first control step at which a condition holds."""
+        self._waiting.append((condition, actions))
+
+    # ---- asking --------------------------------------------------------------------------
+
+    @property
+    def t(self) -> float:
+        """Virtual time since the start, s."""
+        return self.history.seconds(self.stage.now_ns)
+
+    @property
+    def now(self) -> Moment:
+        """The newest control step.
+
+        :raises ScenarioError: before the first.
+        """
+        if not self._moments:
+            raise ScenarioError("there is no control step yet: move the run on, by run.step()")
+        return self._moments[-1]
+
+    @property
+    def moments(self) -> Sequence[Moment]:
+        """Every control step so far."""
+        return self._moments
+
+    @property
+    def is_done(self) -> bool:
+        """Has the mission ended, with every goal accounted for?"""
+        return self.stage.is_done
+
+    @property
+    def status(self) -> str:
+        """``running``, ``ending``, ``success``, ``failure`` or ``interrupted``."""
+        return str(self.stage.executive.status)
+
+    @property
+    def reason(self) -> str:
+        """Why the mission ended as it did; empty after success."""
+        return self.stage.executive.reason
+
+    @property
+    def succeeded(self) -> bool:
+        """Has the mission ended with success?"""
+        return self.status == "success"
+
+    @property
+    def failed(self) -> bool:
+        """Has the mission ended with failure?"""
+        return self.status == "failure"
+
+    @property
+    def report(self) -> Report:
+        """The summary of the run so far; its wall time is 0, which no test may depend on."""
+        stage = self.stage
+        return report_on(self.mission, stage.executive, stage.trace, self.t, 0.0)
+
+    @property
+    def goals(self) -> tuple[GoalLife, ...]:
+        """Every goal sent, in order."""
+        return tuple(self.history.goals.values())
+
+    @property
+    def log(self) -> tuple[str, ...]:
+        """What ``log`` nodes have said."""
+        return tuple(text for _, text in self.history.said)
+
+    def leaf(self, name: str) -> Any:
+        """The node of this name or path, as it is now."""
+        return self.now.leaf(name)
+
+    def find(self, name: str) -> Behaviour:
+        """The node of this name, or at this path.
+
+        :raises ScenarioError: when there is none, or several.
+        """
+        history = self.history
+        found = [n for n in history.nodes if name in (n.name, history.paths[n])]
+        if not found:
+            raise no_such("node", name, list(dict.fromkeys(n.name for n in history.nodes)))
+        if len(found) > 1:
+            paths = ", ".join(f"'{history.paths[node]}'" for node in found)
+            raise ScenarioError(f"several nodes are named '{name}': say which by its path, {paths}")
+        return found[0]
+
+    def record(self, *topics: str) -> None:
+        """Write down the messages of topics from now on; names and types are those of the graph.
+
+        :raises ScenarioError: for a topic that nobody publishes; those that are stand in it.
+        """
+        if self._observer is None:
+            self._observer = self.stage.make_node("observer")
+        node = self._observer
+        known = {name: types[0] for name, types in node.get_topic_names_and_types()}
+        for topic in topics:
+            name = node.resolve_topic_name(topic)
+            if name in self._topics:
+                continue
+            if name not in known:
+                raise no_such("topic", name, sorted(known))
+            recorded = self._topics[name] = Recorded(name, self.stage.start_ns)
+            reader = TopicReader(node, name, known[name])
+            reader.listen(partial(self._write_down, recorded))
+
+    def topic(self, name: str) -> Recorded:
+        """The messages of a topic that is recorded.
+
+        :raises ScenarioError: when it is not.
+        """
+        full = name if name.startswith("/") else f"/{name}"
+        if full not in self._topics:
+            recorded = ", ".join(self._topics) or "nothing"
+            raise ScenarioError(
+                f"{full} is not recorded, but {recorded}: call run.record('{name}') at the start"
+            )
+        return self._topics[full]
+
+    def describe(self) -> str:
+        """Everything that a person wants to know of a run that went wrong."""
+        history = self.history
+        parts = [
+            f"{self.mission.name}: {self._ended}, at {self.t:.2f} s, seed {self.mission.seed}",
+            history.tree_text(len(history.changes)),
+        ]
+        goals = [str(life) for life in self.goals[-LAST_EVENTS:]]
+        parts += ["last goals:", *(f"  {line}" for line in goals)] if goals else []
+        events = [line for line in history.events if '"event": "pose"' not in line]
+        parts += ["last events:", *(f"  {line}" for line in events[-LAST_EVENTS:])]
+        for verdict in self.broken:
+            parts += ["", verdict.details or verdict.line]
+        return "\n".join(parts)
+
+    # ---- the end -------------------------------------------------------------------------
+
+    def close(self) -> tuple[str, ...]:
+        """Interrupt a mission that runs on, and take everything down.
+
+        Gives a line for each goal that is left behind.
+        """
+        if self._is_closed:
+            return ()
+        try:
+            self.stage.executive.interrupt("the test is over")
+            end = self.t + LIMIT_S
+            while not self.is_done and self.t < end:
+                self.stage.step()
+        except BtMissionError as error:
+            return (*self.stage.executive.goals_left_behind, str(error))
+        else:
+            return self.stage.executive.goals_left_behind
+        finally:
+            self._is_closed = True
+            self.stage.__exit__()
+
+    # ---- inside --------------------------------------------------------------------------
+
+    @property
+    def _ended(self) -> str:
+        return f"{self.status}: {self.reason}" if self.reason else self.status
+
+    def _say(self, text: str) -> None:
+        self.history.say(text)
+
+    def _write_down(self, recorded: Recorded, message: Any) -> None:
+        recorded.add(self.stage.now_ns, message)
+
+    def _failed(self, what: str) -> NeverHeldError:
+        history = self.history
+        return NeverHeldError(
+            f"{what}; at {self.t:.2f} s:\n{history.tree_text(len(history.changes))}"
+        )
+
+    def _do_within_a_step(self, actions: tuple[Action, ...]) -> None:
+        """What goes wrong in an action is the test's business, not the mission's."""
+        try:
+            self.do(*actions)
+        except Exception as error:  # noqa: BLE001 - raised again once the step is over
+            self._error = self._error or error
+
+    def _act_by_condition(self, moment: Moment) -> None:
+        for pair in tuple(self._waiting):
+            condition, actions = pair
+            if holds(condition, moment):
+                self._waiting.remove(pair)
+                self.do(*actions)

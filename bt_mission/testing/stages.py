@@ -1,0 +1,175 @@
+"""What the fixture ``stage`` is: a stage for one run after another, and what takes part in it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import rclpy
+from rclpy.context import Context
+from rclpy.node import Node
+
+from bt_mission.common.data import find
+from bt_mission.common.faults import InputError
+from bt_mission.isolation import isolate
+from bt_mission.mission import Mission
+from bt_mission.mission.check import examine, examine_text
+from bt_mission.mission.short_names import SHORT_NAMES
+from bt_mission.testing.moment import ScenarioError, no_such
+from bt_mission.testing.run import Run
+from bt_mission.testing.scripted_server import ScriptedServer
+
+if TYPE_CHECKING:
+    from bt_mission.mission.expressions import Plain
+
+
+class Stages:
+    """Carries missions out in a simulation of their own, one after another.
+
+    Nobody outside this process hears them. What a test leaves behind ends with it.
+
+    :param folder: for worlds, pictures, and what failed runs leave.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.runs: list[Run] = []
+        self.left_behind: list[str] = []
+        self._servers: dict[str, Node] = {}
+        self._exit = ExitStack()
+        self._context: Context | None = None
+
+    def run(
+        self,
+        mission: str | Path | Mission,
+        *,
+        world: str | Path | None = None,
+        robot: str | None = None,
+        seed: int | None = None,
+        inputs: Mapping[str, Plain] | None = None,
+        **options: Any,
+    ) -> Run:
+        """Put a mission on the stage, ready for its first step.
+
+        :param mission: a file, the name of a shipped mission, or a mission as text (of several
+            lines).
+        :param world: a file, the name of a shipped world, or a world as text; instead of the
+            mission's.
+        :param robot: instead of the mission's.
+        :param seed: of everything random; instead of the mission's.
+        :param inputs: values of the mission's inputs.
+        :param options: for :class:`bt_mission.stage.Stage`.
+        :raises InputError: with every fault of the mission, world or robot.
+        :raises ScenarioError: while another run is on the stage.
+        """
+        self._clear()
+        changes: dict[str, Any] = {
+            "set": dict(inputs or {}),
+            "seed": seed,
+            "world": None if world is None else str(self.world(world)),
+            "robot": robot,
+        }
+        made = Run(
+            self.mission(mission, **changes),
+            self.folder,
+            context=self.context,
+            without=tuple(self._servers),
+            **options,
+        )
+        for node in self._servers.values():
+            made.stage.add_node(node)
+        self.runs.append(made)
+        return made
+
+    def mission(self, mission: str | Path | Mission, **changes: Any) -> Mission:
+        """A mission that is sound.
+
+        :raises InputError: with all its faults.
+        """
+        if isinstance(mission, Mission):
+            given = {name: value for name, value in changes.items() if value}
+            if given:
+                names = ", ".join(given)
+                raise ScenarioError(f"{names}: give the mission as file or text to change them")
+            return mission
+        text = str(mission)
+        if "\n" in text:
+            found, faults = examine_text(text, **changes)
+        else:
+            found, faults = examine(_mission_file(mission), **changes)
+        if found is None:
+            raise InputError(faults)
+        return found
+
+    def world(self, world: str | Path) -> str | Path:
+        """A world's name or file; a world as text is written to a file."""
+        text = str(world)
+        if "\n" not in text:
+            return world
+        number = sum(1 for _ in self.folder.glob("world_*.yaml")) + 1
+        path = self.folder / f"world_{number}.yaml"
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    def scripted_server(
+        self, name: str, type_name: str | None = None, **habits: Any
+    ) -> ScriptedServer:
+        """An action server that the test plays, in place of ours of that name.
+
+        :param name: of the action; a short name of the mission language will do.
+        :param type_name: such as ``bt_mission_interfaces/action/Turn``; known for short names.
+        :param habits: of :class:`ScriptedServer`.
+        :raises ScenarioError: when the type is not known, and while a run is on the stage.
+        """
+        self._clear()
+        if type_name is None:
+            if name not in SHORT_NAMES:
+                raise no_such("short name of an action", name, sorted(SHORT_NAMES))
+            short = SHORT_NAMES[name]
+            name, type_name = short.action, short.type
+        node = Node(
+            f"scripted_{name}",
+            context=self.context,
+            enable_rosout=False,
+            start_parameter_services=False,
+        )
+        self._exit.callback(node.destroy_node)
+        self._servers[name.strip("/")] = node
+        return ScriptedServer(node, type_name, name, **habits)
+
+    @property
+    def context(self) -> Context:
+        """The rclpy context of everything on this stage; made when it is first needed."""
+        if self._context is None:
+            isolate(visible=False)
+            self._context = Context()
+            rclpy.init(context=self._context)
+            self._exit.callback(self._context.shutdown)
+        return self._context
+
+    def close(self) -> None:
+        """End what runs, and take everything down."""
+        try:
+            for run in self.runs:
+                self.left_behind += run.close()
+        finally:
+            self._exit.close()
+
+    def _clear(self) -> None:
+        """Take a run that has ended off the stage."""
+        for run in self.runs:
+            if not run.is_done:
+                raise ScenarioError(
+                    f"'{run.mission.name}' is still on the stage: end it by run.until_done() or "
+                    "run.close() before the next, or use a stage for each"
+                )
+            self.left_behind += run.close()
+
+
+def _mission_file(name: str | Path) -> Path:
+    path = Path(name)
+    if not path.suffix and len(path.parts) == 1 and not path.exists():
+        return find("missions", path)
+    return path

@@ -1,0 +1,59 @@
+"""The plugin is there wherever the package is, and says what happened when a test fails."""
+
+from __future__ import annotations
+
+import pytest
+
+FAILS = '''
+MISSION = """
+mission: waits
+tree: {wait: 0.1}
+"""
+
+def test_it_waits(stage):
+    run = stage.run(MISSION, seed=4)
+    run.until_done()
+    assert run.always(lambda s: s.t < 0.1)
+
+def test_it_waits_on(stage):
+    assert stage.run(MISSION).until_done().status == "success"
+'''
+LEAVES = '''
+MISSION = """
+mission: turns
+tree: {turn: {angle: 90}, timeout: 60}
+"""
+
+def test_it_turns(stage, scripted_server):
+    turn = scripted_server("turn", cancels=None)
+    run = stage.run(MISSION)
+    run.until(lambda s: turn.goals)
+'''
+
+
+def test_a_test_that_fails_shows_its_run(pytester: pytest.Pytester) -> None:
+    """What the claim saw, seed, time, tree and events; the next test has a fresh stage."""
+    pytester.makepyfile(FAILS)
+    result = pytester.runpytest("-p", "no:cacheprovider")
+    result.assert_outcomes(passed=1, failed=1)
+    result.stdout.fnmatch_lines(
+        [
+            "E  *assert <did not hold at 0.10 s: t = 0.1>",
+            "*- mission -*",
+            "waits: success, at 0.15 s, seed 4",
+            "✓ wait  0.0 s left",
+            "last events:",
+            '*"event": "mission"*',
+            "did not hold at 0.10 s:",
+            "  t = 0.1",
+            "▶ wait",
+        ]
+    )
+
+
+def test_a_test_that_leaves_a_goal_behind_fails(pytester: pytest.Pytester) -> None:
+    """Its mission was interrupted with the test, and the server never confirmed the cancel."""
+    pytester.makepyfile(LEAVES)
+    result = pytester.runpytest("-p", "no:cacheprovider")
+    result.assert_outcomes(passed=1, errors=1)
+    result.stdout.fnmatch_lines(["goals left behind: /turn goal ???????? of 'turn' (lost)"])
