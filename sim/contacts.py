@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import mujoco
@@ -24,32 +25,39 @@ class Collision:
 
 
 class Contacts:
-    """Tells onsets from contacts that last, slide or bounce."""
+    """Tells onsets from contacts that last, slide or bounce.
 
-    def __init__(self, model: mujoco.MjModel, prefix: str = "") -> None:
+    `names` are what geoms are reported as, and may change.
+    """
+
+    def __init__(self, model: mujoco.MjModel, names: Sequence[str], prefix: str = "") -> None:
         self._model = model
+        self._names = names
         robot = model.body(prefix + BASE).id
         root = model.body_rootid[model.geom_bodyid]
         self._is_robot = root == robot
         self._is_obstacle = (root != robot) & (np.arange(model.ngeom) != model.geom(FLOOR).id)
-        self._names = [_name(model, geom) for geom in range(model.ngeom)]
         self._last_touch_ns: dict[str, int] = {}
         self._force = np.empty(6)
 
     def look(self, data: mujoco.MjData, time_ns: int) -> list[Collision]:
         """Return the collisions that begin now. To be called at every step with a contact."""
-        touched: dict[str, int] = {}
-        for index in range(data.ncon):
-            for geom, other in (data.contact.geom[index], data.contact.geom[index][::-1]):
-                if self._is_robot[geom] and self._is_obstacle[other]:
-                    touched.setdefault(self._names[other], index)
         begun = []
-        for name, index in touched.items():
+        for name, index in self.touched(data).items():
             last = self._last_touch_ns.get(name)
             self._last_touch_ns[name] = time_ns
             if last is None or time_ns - last > RELEASE_NS:
                 begun.append(self._collision(data, index, name, time_ns))
         return begun
+
+    def touched(self, data: mujoco.MjData) -> dict[str, int]:
+        """Return what is being touched, and the number of a contact with it."""
+        touched: dict[str, int] = {}
+        for index in range(data.ncon):
+            for geom, other in (data.contact.geom[index], data.contact.geom[index][::-1]):
+                if self._is_robot[geom] and self._is_obstacle[other]:
+                    touched.setdefault(self._names[other], index)
+        return touched
 
     def forget(self) -> None:
         """Begin anew: whatever is touched next is a new collision."""
@@ -59,6 +67,11 @@ class Contacts:
         mujoco.mj_contactForce(self._model, data, index, self._force)
         x, y, z = data.contact.pos[index].tolist()
         return Collision(time_ns, name, (x, y, z), float(self._force[0]))
+
+
+def geom_names(model: mujoco.MjModel) -> list[str]:
+    """Return what each geom is reported as. Spare ones are nameless until they are placed."""
+    return [_name(model, geom) for geom in range(model.ngeom)]
 
 
 def _name(model: mujoco.MjModel, geom: int) -> str:

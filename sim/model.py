@@ -9,6 +9,7 @@ import mujoco
 from sim.body import add_robot, add_screen, add_touch
 from sim.entrants import Entrant
 from sim.names import BASE, ROBOT_BIT, STEP_NS
+from sim.prop_bodies import add_bodies, keep_figures
 from sim.scenery import add_world
 from sim.world import World
 
@@ -18,8 +19,8 @@ _OVER = 0.03
 """Metres by which a robot's screen stands above the highest lidar."""
 
 
-def compile_model(world: World, entrants: Sequence[Entrant]) -> mujoco.MjModel:
-    """Return the compiled model; each robot stands where it starts."""
+def compile_model(world: World, entrants: Sequence[Entrant], props: int = 0) -> mujoco.MjModel:
+    """Return the compiled model; each robot stands where it starts. `props`: spare bodies."""
     spec = mujoco.MjSpec()
     spec.modelname = world.name
     spec.option.timestep = STEP_NS / 1e9
@@ -42,4 +43,10 @@ def compile_model(world: World, entrants: Sequence[Entrant]) -> mujoco.MjModel:
         for other in entrants:
             if other is not entrant:
                 add_touch(spec, entrant.prefix, other.prefix + BASE, tree=True)
-    return spec.compile()
+    model = spec.compile()
+    if not props:
+        return model
+    add_bodies(spec, props, [entrant.prefix for entrant in entrants])
+    spare = spec.compile()
+    keep_figures(spare, model)
+    return spare

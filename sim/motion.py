@@ -1,4 +1,4 @@
-"""How obstacles move: round a point, or along a way and back; a function of time alone."""
+"""How obstacles move: round a point, along a way, or straight on; a function of time alone."""
 
 from __future__ import annotations
 
@@ -13,11 +13,15 @@ PlaceAndVelocity = tuple[float, float, float, float]
 """x, y in m, and their rates in m/s."""
 
 
-class Motion(Protocol):
+class Course(Protocol):
     """Where something is, and how fast it goes."""
 
     def at(self, time_s: float) -> PlaceAndVelocity:
         """Return both at a time after the start, s."""
+
+
+class Motion(Course, Protocol):
+    """The course of an obstacle that is in the world from the start and never ends."""
 
     @property
     def reach(self) -> tuple[Point, ...]:
@@ -48,18 +52,26 @@ class Circling:
         return (x + radius, y), (x - radius, y), (x, y + radius), (x, y - radius)
 
 
-class Patrolling:
-    """From its place through the points and back to its place, again and again, at `speed` m/s."""
+class Passing:
+    """From the first point through the others at `speed` m/s, to stand at the last.
+
+    Each differs from the one before it.
+    """
 
     def __init__(self, points: tuple[Point, ...], speed: float) -> None:
-        self._points = (*points, points[0])
+        self._points = points
         lengths = [math.dist(a, b) for a, b in pairwise(self._points)]
         self._starts = [0.0, *accumulate(lengths)]
         self._speed = speed
 
     def at(self, time_s: float) -> PlaceAndVelocity:
-        """Return place and velocity at a time after the start, s. It turns round at once."""
-        gone = math.fmod(time_s * self._speed, self._starts[-1])
+        """Return place and velocity at a time after the start, s. It turns at once."""
+        return self._after(time_s * self._speed)
+
+    def _after(self, gone: float) -> PlaceAndVelocity:
+        """Return place and velocity after so many metres."""
+        if gone >= self._starts[-1]:
+            return *self._points[-1], 0.0, 0.0
         leg = min(bisect_right(self._starts, gone), len(self._points) - 1) - 1
         (x0, y0), (x1, y1) = self._points[leg], self._points[leg + 1]
         length = self._starts[leg + 1] - self._starts[leg]
@@ -72,7 +84,31 @@ class Patrolling:
             self._speed * ahead_y,
         )
 
+
+class Patrolling(Passing):
+    """From its place through the points and back to its place, again and again, at `speed` m/s."""
+
+    def __init__(self, points: tuple[Point, ...], speed: float) -> None:
+        super().__init__((*points, points[0]), speed)
+
+    def at(self, time_s: float) -> PlaceAndVelocity:
+        """Return place and velocity at a time after the start, s. It turns round at once."""
+        return self._after(math.fmod(time_s * self._speed, self._starts[-1]))
+
     @property
     def reach(self) -> tuple[Point, ...]:
         """The corners of the way."""
         return self._points[:-1]
+
+
+@dataclass(frozen=True)
+class Drifting:
+    """Straight on for ever, at `velocity` (m/s along x and y); (0, 0): it stands."""
+
+    start: Point
+    velocity: Point = (0.0, 0.0)
+
+    def at(self, time_s: float) -> PlaceAndVelocity:
+        """Return place and velocity at a time after the start, s."""
+        (x, y), (vx, vy) = self.start, self.velocity
+        return x + vx * time_s, y + vy * time_s, vx, vy

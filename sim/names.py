@@ -10,14 +10,16 @@ FLOOR = "floor"
 OBSTACLES = "obstacles"
 OBSTACLE_PREFIX = "obstacle/"
 MOVER_PREFIX = "mover/"
+PROPS = "props"
+PROP_PREFIX = "prop/"
 WHEELS = ("wheel_left", "wheel_right")
 TOUCH = "touch"
 ACCELEROMETER = "accelerometer"
 CAMERA = "camera"
 
 # Geom groups. MuJoCo draws 0 to 2 unless told otherwise; the lidar sees what is
-# solid, and the screens of other robots.
-SOLID, MARKS, LOOKS, ROBOT, SCREENS = 0, 1, 2, 3, 4
+# solid, and the screens of other robots. Nothing sees what is nowhere.
+SOLID, MARKS, LOOKS, ROBOT, SCREENS, NOWHERE = 0, 1, 2, 3, 4, 5
 
 # Bits of contype and conaffinity: the robot touches floor and obstacles, these not each other.
 # Several robots touch each other, too. Nothing touches a screen, but what has no bit at all is

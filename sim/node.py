@@ -43,8 +43,8 @@ class SimNode(Node):
     and so on; `fleet["robot1"]` is one of them, and there is one `/clock`.
 
     `lean` leaves out parameter services, /rosout and all log lines below warnings, `camera=False`
-    the cameras, `with_map=False` the map of the world. Raises SpawnError, EntrantError and
-    RateError.
+    the cameras, `with_map=False` the map of the world. `props` is how many obstacles can be placed
+    later (`sim.props`). Raises SpawnError, EntrantError, RateError and PropError.
     """
 
     def __init__(  # noqa: PLR0913 - keywords, each with a default that is almost always right
@@ -59,12 +59,13 @@ class SimNode(Node):
         namespace: str | None = None,
         camera: bool = True,
         with_map: bool = True,
+        props: int = 0,
     ) -> None:
         if isinstance(robot, RobotModel):
-            self.simulation = Simulation(world, robot, seed=seed, start_ns=start_ns)
+            self.simulation = Simulation(world, robot, seed=seed, start_ns=start_ns, props=props)
             self.robots: tuple[SimRobot, ...] = (self.simulation,)
         else:
-            self.fleet = Fleet(world, robot, seed=seed, start_ns=start_ns)
+            self.fleet = Fleet(world, robot, seed=seed, start_ns=start_ns, props=props)
             self.robots = self.fleet.robots
         self.physics = self.robots[0].physics
         super().__init__(

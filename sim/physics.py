@@ -16,7 +16,10 @@ from sim.entrants import Entrant
 from sim.grip import Grip
 from sim.model import compile_model
 from sim.movers import Movers
-from sim.names import STEP_NS
+from sim.names import OBSTACLE_PREFIX, PROP_PREFIX, STEP_NS
+from sim.prop_bodies import bodies_of
+from sim.props import Props, check_count
+from sim.review import State
 from sim.world import World
 
 _SETTLING_STEPS = 40
@@ -40,20 +43,36 @@ class Moved(Protocol):
 class Physics:
     """Model, state and time of a world with robots in it.
 
-    `begin` hands over the robots, once the springs of their wheels have found their rest.
+    `begin` hands over the robots, once the springs of their wheels have found their rest. `props`
+    is how many obstacles can be placed later.
     """
 
-    def __init__(self, world: World, entrants: Sequence[Entrant], start_ns: int) -> None:
+    def __init__(
+        self, world: World, entrants: Sequence[Entrant], start_ns: int, props: int = 0
+    ) -> None:
         entrants_.check(entrants)
+        check_count(props)
         self.world = world
         self.time_ns = start_ns
-        self.model = compile_model(world, entrants)
+        self.model = compile_model(world, entrants, props)
+        self.names, bodies = bodies_of(self.model)
+        """What each geom is reported as."""
+        self.prefixes = tuple(entrant.prefix for entrant in entrants)
+        """What stands before the names of each robot's parts."""
+        self.robot_names = tuple(entrant.name for entrant in entrants)
+        self.obstacle_geoms = tuple(
+            geom
+            for geom in range(self.model.ngeom)
+            if self.model.geom(geom).name.startswith((OBSTACLE_PREFIX, PROP_PREFIX))
+        )
         self.data = mujoco.MjData(self.model)
         self._epoch_ns = start_ns
         self._robots: tuple[Moved, ...] = ()
         self._hooks: list[tuple[Callable[[int], None], Callable[[int], None]]] = []
         self._movers = Movers(self.model, world) if world.moving else None
         self._grip = Grip(self.model, world) if world.slippery else None
+        self.props = Props(self, bodies)
+        """Obstacles that appear, move and vanish."""
         self._place()
         mujoco.mj_forward(self.model, self.data)
         self._at_start = np.empty(mujoco.mj_stateSize(self.model, _STATE))
@@ -70,7 +89,8 @@ class Physics:
         self._restart()
 
     def reset(self) -> None:
-        """Put everything back to its state at the start. Time goes on."""
+        """Put everything back to its state at the start, without props. Time goes on."""
+        self.props.clear()
         mujoco.mj_setState(self.model, self.data, self._at_start, _STATE)
         self._epoch_ns = self.time_ns
         self._restart()
@@ -94,10 +114,13 @@ class Physics:
             )
         model, data, step = self.model, self.data, mujoco.mj_step
         movers, grip = self._movers, self._grip
+        props = self.props or None
         robots = self._hooks
         for now in range(self.time_ns, time_ns, STEP_NS):
             if movers is not None:
                 movers.place(data, now - self._epoch_ns)
+            if props is not None:
+                props.move(data, now)
             if grip is not None:
                 grip.apply(data)
             for before, _ in robots:
@@ -111,6 +134,13 @@ class Physics:
             # What was computed within a step is that of its beginning.
             mujoco.mj_kinematics(model, data)
 
+    def record(self) -> State:
+        """Return what everything stands like now, to be looked at later (`sim.review`)."""
+        data = self.data
+        return State(self.time_ns, data.qpos.tobytes(), data.qvel.tobytes(), self.props.shown)
+
     def _place(self) -> None:
         if self._movers is not None:
             self._movers.place(self.data, self.time_ns - self._epoch_ns)
+        if self.props:
+            self.props.move(self.data, self.time_ns)

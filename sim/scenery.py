@@ -23,7 +23,7 @@ from sim.names import (
 from sim.shapes import Obstacle
 from sim.world import Patch, World, Zone
 
-_TON = 1000.0
+TON = 1000.0
 """kg, and kg m^2."""
 
 
@@ -124,8 +124,8 @@ def _mover(static: mujoco.MjsBody, obstacle: Obstacle) -> mujoco.MjsBody:
     body = static.add_body(
         name=MOVER_PREFIX + obstacle.name,
         pos=[obstacle.x, obstacle.y, obstacle.height / 2],
-        mass=_TON,
-        inertia=[_TON, _TON, _TON],
+        mass=TON,
+        inertia=[TON, TON, TON],
         ipos=[0, 0, 0],
         explicitinertial=True,
     )

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from bt_mission.common.errors import BtMissionError
 from bt_mission.common.robot import RobotModel
 from sim.battery import Battery
+from sim.clearance import Clearance, robot_gauge
 from sim.contacts import Collision, Contacts
 from sim.drive import Drive
 from sim.encoders import Encoders
@@ -20,6 +21,7 @@ from sim.lidar import Lidar
 from sim.names import BASE, GEAR_FRICTION, STEP_NS, TOUCH, WHEELS
 from sim.odometry import Odometry
 from sim.physics import Physics
+from sim.review import Reviewer, State, pose_of, velocity_of
 
 _STRIDE = 0.005
 """Metres. The way is measured in chords of this length, so that trembling against a wall is none:
@@ -58,8 +60,9 @@ class SimRobot:
             for index in range(model.nsensor)
             if model.sensor(index).name.startswith(prefix + TOUCH)
         )
-        self._contacts = Contacts(model, prefix)
+        self._contacts = Contacts(model, physics.names, prefix)
         self._new_collisions: list[Collision] = []
+        self._gauge = robot_gauge(model, physics.names, prefix)
         spawn = entrant.spawn or physics.world.spawn
         self._check_spawn(spawn.x, spawn.y, spawn.yaw)
         self._lidar = Lidar(model, self.robot, seed, prefix)
@@ -138,15 +141,12 @@ class SimRobot:
     @property
     def pose(self) -> tuple[float, float, float]:
         """True pose of `base_footprint` in the map: x m, y m, yaw rad."""
-        x, y, _, qw, qx, qy, qz = self._qpos[:7].tolist()
-        return x, y, math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz))
+        return pose_of(self._qpos)
 
     @property
     def velocity(self) -> tuple[float, float]:
         """True velocity of the base: ahead m/s, left turn rad/s."""
-        vx, vy, *_, turn = self._qvel[:6].tolist()
-        _, _, yaw = self.pose
-        return vx * math.cos(yaw) + vy * math.sin(yaw), turn
+        return velocity_of(self._qpos, self._qvel)
 
     @property
     def distance_travelled(self) -> float:
@@ -158,6 +158,21 @@ class SimRobot:
         """Return the collisions since the last call, in the order of their onset."""
         taken, self._new_collisions = self._new_collisions, []
         return taken
+
+    def clearance(self, within: float = math.inf) -> Clearance:
+        """Return how much room there is now between the robot and all that it could touch.
+
+        What is `within` m away or farther is not looked at.
+        """
+        return self._gauge.measure(self.physics.data, within)
+
+    def record(self) -> State:
+        """Return what the whole simulation is like now, for a reviewer. Costs microseconds."""
+        return self.physics.record()
+
+    def review(self) -> Reviewer:
+        """Return what tells of this robot in recorded states. It has a model of its own."""
+        return Reviewer(self.physics.model, self.prefix)
 
     # ---- what the robot knows ------------------------------------------------------------
 
@@ -214,7 +229,8 @@ class SimRobot:
 
     def _check_spawn(self, x: float, y: float, yaw: float) -> None:
         if any(self._sensordata[touch] for touch in self._touches):
-            touched = Contacts(self.physics.model, self.prefix).look(self.physics.data, 0)
+            physics = self.physics
+            touched = Contacts(physics.model, physics.names, self.prefix).look(physics.data, 0)
             names = ", ".join(sorted(f"'{collision.obstacle}'" for collision in touched))
             who = f"a {self.robot.name}" + (f" ({self.name})" if self.name else "")
             raise SpawnError(

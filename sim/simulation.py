@@ -14,6 +14,7 @@ import mujoco
 from bt_mission.common.robot import RobotModel
 from sim.entrants import Entrant
 from sim.physics import Physics
+from sim.props import Props
 from sim.simrobot import SimRobot, SpawnError
 from sim.world import World
 
@@ -24,19 +25,31 @@ class Simulation(SimRobot):
     """One robot alone in one world.
 
     `seed` decides all sensor noise. `start_ns` is the first instant: above 0, which ROS takes
-    for "not set". Raises SpawnError.
+    for "not set". `props` is how many obstacles can be placed later. Raises SpawnError.
     """
 
     def __init__(
-        self, world: World, robot: RobotModel, *, seed: int, start_ns: int = 1_000_000_000
+        self,
+        world: World,
+        robot: RobotModel,
+        *,
+        seed: int,
+        start_ns: int = 1_000_000_000,
+        props: int = 0,
     ) -> None:
-        super().__init__(Physics(world, [Entrant(robot)], start_ns), Entrant(robot), seed=seed)
+        physics = Physics(world, [Entrant(robot)], start_ns, props)
+        super().__init__(physics, Entrant(robot), seed=seed)
         self.physics.begin([self])
 
     @property
     def world(self) -> World:
         """Where the robot is."""
         return self.physics.world
+
+    @property
+    def props(self) -> Props:
+        """Obstacles that appear, move and vanish."""
+        return self.physics.props
 
     @property
     def model(self) -> mujoco.MjModel:
@@ -88,14 +101,20 @@ class Fleet:
         *,
         seed: int,
         start_ns: int = 1_000_000_000,
+        props: int = 0,
     ) -> None:
-        self.physics = Physics(world, entrants, start_ns)
+        self.physics = Physics(world, entrants, start_ns, props)
         self.robots = tuple(SimRobot(self.physics, entrant, seed=seed) for entrant in entrants)
         self.physics.begin(self.robots)
 
     def __getitem__(self, name: str) -> SimRobot:
         """Return the robot of that name. Raises KeyError."""
         return {robot.name: robot for robot in self.robots}[name]
+
+    @property
+    def props(self) -> Props:
+        """Obstacles that appear, move and vanish."""
+        return self.physics.props
 
     @property
     def collisions(self) -> int:

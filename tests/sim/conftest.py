@@ -63,8 +63,8 @@ def make_world():
 def simulate(waffle, make_world):
     """Makes a simulation of a Waffle in a world of these fields."""
 
-    def simulate(seed: int = 1, **fields: object) -> Simulation:
-        return Simulation(make_world(**fields), waffle, seed=seed)
+    def simulate(seed: int = 1, props: int = 0, **fields: object) -> Simulation:
+        return Simulation(make_world(**fields), waffle, seed=seed, props=props)
 
     return simulate
 
