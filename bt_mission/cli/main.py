@@ -8,11 +8,39 @@ import os
 import sys
 from collections.abc import Sequence
 
-from bt_mission.cli import arbiter, check, convert, doctor, mapper, run, schema, serve, servers, sim
-from bt_mission.cli.exits import BAD_INPUT, INTERRUPTED, MISSION_FAILED
-from bt_mission.common.errors import BtMissionError
+from bt_mission.cli import (
+    actions,
+    arbiter,
+    check,
+    convert,
+    doctor,
+    mapper,
+    run,
+    schema,
+    serve,
+    servers,
+    services,
+    sim,
+    topics,
+)
+from bt_mission.cli.exits import BAD_INPUT, INTERRUPTED, MISSION_FAILED, NO_SERVER
+from bt_mission.common.errors import BtMissionError, NotThereError
 
-COMMANDS = (run, check, convert, schema, serve, sim, servers, mapper, arbiter, doctor)
+COMMANDS = (
+    run,
+    check,
+    convert,
+    schema,
+    serve,
+    actions,
+    topics,
+    services,
+    sim,
+    servers,
+    mapper,
+    arbiter,
+    doctor,
+)
 
 TRACEBACK = "BT_MISSION_TRACEBACK"
 """Set in the environment, it shows where an unexpected error came from."""
@@ -25,7 +53,8 @@ examples:
   bt-mission convert missions/explore.yaml        the same mission as XML, for Groot 2
   bt-mission doctor                               is everything here that is needed?
 
-exit codes: 0 success, 1 mission failed, 2 bad input, 130 interrupted
+exit codes: 0 success, 1 mission failed, 2 bad input, 130 interrupted; those of actions and services
+stand in their own help
 """
 
 
@@ -45,14 +74,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
             stream.reconfigure(errors="replace")  # a sign that a terminal lacks ends no mission
     options = parser.parse_args(arguments)
     try:
-        return int(options.command(options))
+        code = int(options.command(options))
+        sys.stdout.flush()  # here, so that a closed pipe is noticed while it can be handled
+    except NotThereError as error:
+        print(error, file=sys.stderr)
+        return NO_SERVER
     except BtMissionError as error:
         print(error, file=sys.stderr)
         return BAD_INPUT
     except KeyboardInterrupt:
         return INTERRUPTED
     except BrokenPipeError:
-        sys.stderr.close()  # whoever read our output has left; there is nobody to tell
+        _write_into_nothing()  # whoever read our output has left; there is nobody to tell
         return INTERRUPTED
     except Exception as error:  # a fault of ours or of the machine: a line instead of a traceback
         if os.environ.get(TRACEBACK):
@@ -62,3 +95,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
             f"`bt-mission doctor` checks this machine; {TRACEBACK}=1 shows where", file=sys.stderr
         )
         return MISSION_FAILED
+    return code
+
+
+def _write_into_nothing() -> None:
+    """Have the interpreter flush what is left of our output without a complaint at its end."""
+    nothing = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nothing, sys.stdout.fileno())
+    os.close(nothing)

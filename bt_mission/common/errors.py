@@ -10,6 +10,10 @@ class BtMissionError(Exception):
     """Something the user, the robot or the machine did, told in words they can act on."""
 
 
+class NotThereError(BtMissionError):
+    """What was asked for is not in the ROS graph: nobody offers it."""
+
+
 def described(error: BaseException) -> str:
     """An exception in one line, with the place that raised it."""
     frames = traceback.extract_tb(error.__traceback__)

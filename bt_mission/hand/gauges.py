@@ -1,0 +1,82 @@
+"""How far feedback has come: the bound of a number, where the goal or the feedback tells it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+DONE_WORDS = {"current", "done", "elapsed", "completed", "travelled", "traveled", "so", "far"}
+LEFT_WORDS = {"remaining", "left"}
+PLAIN_WORDS = {"current", "count", "number", "total", "target", "goal", "desired", "max", "of"}
+
+
+class Gauges:
+    """Finds for each number of the feedback what it counts towards.
+
+    The bound is, in this order: the sum with a twin that says what is left (``current_angle`` and
+    ``remaining_angle``); the goal's field of the same words (``current_image``, ``image_count``)
+    and unit; what it was at most, for what is left. Else there is none.
+
+    :param goal: the goal's numbers by dotted name; :param units: of goal and feedback.
+    """
+
+    def __init__(
+        self,
+        goal: Mapping[str, Any],
+        goal_units: Mapping[str, str],
+        feedback_units: Mapping[str, str],
+    ) -> None:
+        self._goal = {name: value for name, value in goal.items() if is_number(value)}
+        self._goal_units = goal_units
+        self._units = feedback_units
+        self._most: dict[str, float] = {}
+
+    def read(self, feedback: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
+        """Each number that has a bound, with it: ``{"current_angle": (12.5, 90.0)}``."""
+        numbers = {name: float(value) for name, value in feedback.items() if is_number(value)}
+        found = {}
+        for name, value in numbers.items():
+            self._most[name] = max(self._most.get(name, 0.0), abs(value))
+            bound = self._bound(name, numbers)
+            if bound > 0:
+                found[name] = (value, bound)
+        return found
+
+    def _bound(self, name: str, numbers: Mapping[str, float]) -> float:
+        twin = _twin(name, numbers)
+        if twin is not None:
+            return abs(numbers[name]) + abs(numbers[twin])
+        if _words(name) & LEFT_WORDS:
+            return self._most[name]
+        for other, value in self._goal.items():
+            if self._is_same(name, other):
+                return abs(float(value))
+        return 0.0
+
+    def _is_same(self, feedback: str, goal: str) -> bool:
+        one, two = _words(feedback) - PLAIN_WORDS, _words(goal) - PLAIN_WORDS
+        if not one or not two or not (one <= two or two <= one):
+            return False
+        unit, goal_unit = self._units.get(feedback, ""), self._goal_units.get(goal, "")
+        return unit == goal_unit or not unit or not goal_unit
+
+
+def is_number(value: Any) -> bool:
+    """Is it a finite number?"""
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _twin(name: str, numbers: Mapping[str, float]) -> str | None:
+    words = _words(name)
+    other_words = DONE_WORDS if words & LEFT_WORDS else LEFT_WORDS
+    core = words - DONE_WORDS - LEFT_WORDS
+    for other in numbers:
+        theirs = _words(other)
+        if other != name and theirs & other_words and theirs - DONE_WORDS - LEFT_WORDS == core:
+            return other
+    return None
+
+
+def _words(name: str) -> frozenset[str]:
+    return frozenset(name.rpartition(".")[2].lower().split("_"))

@@ -1,0 +1,217 @@
+"""``bt-mission actions send``: each way in which a goal can end has a code and words of its own."""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from rcl_interfaces.msg import Log
+
+from bt_mission.testing.scripted_server import ScriptedServer
+from tests.support.graph import TURN
+
+
+def move(server: Any, name: str) -> Callable[[], None]:
+    """A move of the server's with the goal that it then has."""
+
+    def make() -> None:
+        getattr(server.goal, name)()
+
+    return make
+
+
+def test_a_goal_that_succeeds(ros: Any, hand: Any, type_in: Any) -> None:
+    """Feedback with its units, a line per change; then the result, with the names of codes."""
+    server = ros.server()
+
+    def work() -> None:
+        server.goal.feed(current_angle=10.0, remaining_angle=80.0)
+        server.goal.feed(current_angle=10.0, remaining_angle=80.0)
+        server.goal.feed(current_angle=20.0, remaining_angle=70.0)
+
+    hand.when(lambda: server.goals, lambda: None)
+    hand.at(1.0, work)
+    hand.at(2.0, lambda: server.goal.succeed(angle_turned=90.1, error_code=907))
+    done = type_in("actions", "send", "/turn", "angle: 90")
+    assert (done.code, done.err) == (0, "")
+    assert done.lines[0] == f"goal {server.goal.id.hex()[:8]} accepted"
+    assert [line.partition(" s  ")[2] for line in done.lines[1:3]] == [
+        "current_angle 10 deg, remaining_angle 80 deg",
+        "current_angle 20 deg, remaining_angle 70 deg",
+    ]
+    assert done.lines[3].startswith("succeeded after ")
+    assert done.lines[4:] == [
+        "  angle_turned  90.1 deg",
+        "  error_code    907  (MOTORS_OFF)",
+        "  error_msg     ''",
+    ]
+    assert server.goal.request.angle == 90.0
+
+
+def test_an_aborted_goal_exits_with_1(ros: Any, hand: Any, type_in: Any) -> None:
+    """With its result, which says why."""
+    server = ros.server()
+    hand.when(lambda: server.goals, lambda: server.goal.abort(error_msg="no scan"))
+    done = type_in("actions", "send", "/turn")
+    assert done.code == 1
+    assert "/turn aborted the goal after" in done.out
+    assert "  error_msg     no scan" in done.lines
+
+
+def test_a_rejected_goal_exits_with_3(ros: Any, type_in: Any) -> None:
+    """Its server has not warned of anything."""
+    ros.server(accepts=False)
+    done = type_in("actions", "send", "/turn")
+    assert (done.code, done.lines) == (3, ["/turn rejected the goal; its log says why"])
+
+
+def test_a_rejection_is_explained_by_the_log_of_the_server(
+    ros: Any, hand: Any, type_in: Any
+) -> None:
+    """The answer of an action has no words; the newest warning of a node that serves it has."""
+    server = ros.server(accepts=None)
+    publisher = ros.client.create_publisher(Log, "/rosout", 10)
+
+    def reject() -> None:
+        for level, name, text in (
+            (Log.WARN, "other", "not mine"),
+            (Log.INFO, "turn_server.turn", "only news"),
+            (Log.WARN, "turn_server.turn", "angle: too\x1b[31m large"),
+        ):
+            publisher.publish(Log(level=level, name=name, msg=text))
+        server.goal.reject()
+
+    hand.when(lambda: server.goals, reject)
+    done = type_in("actions", "send", "/turn")
+    assert done.lines == ["/turn rejected the goal; its log says: angle: too\\x1b[31m large"]
+
+
+def test_ctrl_c_cancels_and_waits_for_the_end(ros: Any, hand: Any, type_in: Any) -> None:
+    """The result of a cancelled goal is shown; the code is that of the goal, not of Ctrl-C."""
+    server = ros.server(cancels=None)
+    hand.at(1.0, hand.press_ctrl_c)
+    hand.at(2.0, move(server, "answer_cancel"))
+    hand.at(3.0, lambda: server.goal.cancel(angle_turned=12.0))
+    done = type_in("actions", "send", "/turn", "angle: 90")
+    assert done.code == 4
+    assert done.lines[1] == "canceling: interrupted by Ctrl-C"
+    assert done.lines[2].startswith("canceled: interrupted by Ctrl-C after 3.00 s")
+    assert done.lines[3] == "  angle_turned  12 deg"
+    assert server.goal.cancels == 1
+
+
+def test_a_second_ctrl_c_leaves_and_names_the_goal(ros: Any, hand: Any, type_in: Any) -> None:
+    """At once, whatever becomes of it."""
+    server = ros.server(cancels=None)
+    hand.at(1.0, hand.press_ctrl_c)
+    hand.at(2.0, hand.press_ctrl_c)
+    done = type_in("actions", "send", "/turn")
+    short = server.goal.id.hex()[:8]
+    assert done.code == 130
+    assert done.lines[-1] == (
+        f"left at once after a second Ctrl-C; left behind: /turn goal {short} of 'you' (canceling)"
+    )
+
+
+def test_a_goal_cancelled_by_somebody_else_exits_with_4(ros: Any, hand: Any, type_in: Any) -> None:
+    """Whoever it was."""
+    server = ros.server()
+    hand.when(lambda: server.goals, move(server, "cancel"))
+    done = type_in("actions", "send", "/turn")
+    assert done.code == 4
+    assert done.lines[1].startswith("canceled: by somebody else after")
+
+
+def test_a_goal_that_takes_too_long_is_cancelled(ros: Any, type_in: Any) -> None:
+    """With --timeout."""
+    server = ros.server()
+    done = type_in("actions", "send", "/turn", "--timeout", "2")
+    assert done.code == 4
+    assert "canceling: not done within 2 s" in done.lines
+    assert server.goal.cancels == 1
+
+
+def test_a_server_that_dies_is_lost(ros: Any, hand: Any, type_in: Any) -> None:
+    """The goal is named, since nobody knows what became of it."""
+    node = ros.node("mortal")
+    server = ScriptedServer(node, TURN, "turn")
+    hand.when(lambda: server.goals, lambda: None)
+    hand.at(2.0, lambda: ros.drop(node))
+    done = type_in("actions", "send", "/turn")
+    short = server.goal.id.hex()[:8]
+    assert done.code == 6
+    assert done.lines[-1] == (
+        f"/turn has gone from the graph; left behind: /turn goal {short} of 'you' (active)"
+    )
+
+
+def test_without_a_server_it_says_what_it_looked_for(ros: Any, type_in: Any) -> None:
+    """And what there is instead, with the nearest name."""
+    ros.server("spin", "nav2_msgs/action/Spin")
+    ros.server("turn")
+    done = type_in("actions", "send", "/tur", "--wait", "2")
+    assert (done.code, done.out) == (5, "")
+    assert done.err == (
+        "no action /tur in the graph (looked for 2 s); there are: /spin, /turn; "
+        "did you mean '/turn'?\n"
+    )
+    given = type_in(
+        "actions", "send", "/tur", "--type", "bt_mission_interfaces/action/Turn", "--wait", "2"
+    )
+    assert (given.code, given.out) == (
+        5,
+        "waiting for a server of /tur\nno server of /tur after 2 s\n",
+    )
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["/turn", "angel: 90"], ["goal:1:1: error: no field 'angel'", "did you mean 'angle'?"]),
+        (["/turn", "angle: fast"], ["goal:1:8: error: expected a number (float32), got text"]),
+        (["/turn", "{angle: 9"], ["goal:1:1: error: this mapping is opened with '{' and never"]),
+        (["/turn", "90"], ["goal:1:1: error: expected fields of the goal of bt_mission_interf"]),
+        (["/turn", "--type", "a/action/B"], ["the action type a/action/B is not installed"]),
+        (["/turn", "--type", "nav2_msgs/action/Spin"], ["/turn is a bt_mission_interfaces/act"]),
+        (["/t urn"], ["expected the name of an action", "must not contain characters"]),
+        (["a//b"], ["expected the name of an action", "repeated"]),
+    ],
+)
+def test_bad_input_exits_with_2_and_sends_nothing(
+    ros: Any, type_in: Any, arguments: list[str], words: list[str]
+) -> None:
+    """Each fault with its place and what to do."""
+    server = ros.server()
+    done = type_in("actions", "send", *arguments)
+    assert (done.code, done.out) == (2, "")
+    assert all(word in done.err for word in words), done.err
+    assert server.goals == []
+
+
+def test_programs_read_an_object_a_line(ros: Any, hand: Any, type_in: Any) -> None:
+    """Every feedback, and the whole result."""
+    server = ros.server("fibonacci", "example_interfaces/action/Fibonacci")
+    hand.when(lambda: server.goals, lambda: None)
+    hand.at(1.0, lambda: server.goal.feed(sequence=[0, 1]))
+    hand.at(1.5, lambda: server.goal.succeed(sequence=list(range(100))))
+    done = type_in("actions", "send", "/fibonacci", "order: 3", "--json")
+    objects = [json.loads(line) for line in done.lines]
+    assert done.code == 0
+    assert [one["event"] for one in objects] == ["accepted", "feedback", "ended"]
+    assert {one["goal"] for one in objects} == {server.goal.id.hex()}
+    assert objects[1]["feedback"] == {"sequence": [0, 1]}
+    assert (objects[2]["status"], len(objects[2]["result"]["sequence"])) == ("succeeded", 100)
+
+
+def test_a_goal_can_come_from_standard_input(
+    ros: Any, hand: Any, type_in: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A dash stands for it."""
+    monkeypatch.setattr("sys.stdin", io.StringIO("angle: 45\nangular_velocity: 1\n"))
+    server = ros.server()
+    hand.when(lambda: server.goals, move(server, "succeed"))
+    assert type_in("actions", "send", "turn", "-").code == 0
+    assert (server.goal.request.angle, server.goal.request.angular_velocity) == (45.0, 1.0)
