@@ -13,8 +13,10 @@ from bt_mission.cli import (
     arbiter,
     check,
     convert,
+    diff,
     doctor,
     mapper,
+    replay,
     run,
     schema,
     serve,
@@ -39,6 +41,8 @@ COMMANDS = (
     servers,
     mapper,
     arbiter,
+    replay,
+    diff,
     doctor,
 )
 

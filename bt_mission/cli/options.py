@@ -34,6 +34,17 @@ def _seed(text: str) -> int:
     return int(text)
 
 
+def speed(text: str) -> float:
+    """A speed, in virtual seconds per second of the wall."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 0 < value < float("inf"):
+        raise argparse.ArgumentTypeError(f"expected a number above 0, got '{text}'")
+    return value
+
+
 def mission_file(options: argparse.Namespace) -> Path:
     """The file that the options name, by its path or by the name of a shipped mission.
 

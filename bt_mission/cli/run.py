@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
 from bt_mission.cli.middleware import prepare_middleware
-from bt_mission.cli.options import add_mission_options
+from bt_mission.cli.options import add_mission_options, speed
 from bt_mission.common.errors import BtMissionError
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ def add_parser(commands: Any) -> None:
     add_mission_options(parser)
     parser.add_argument(
         "--speed",
-        type=_speed,
+        type=speed,
         help="seconds of simulation per second, 1 for real time (default: as fast as it goes)",
     )
     parser.add_argument(
@@ -165,13 +165,3 @@ def _open_session(options: argparse.Namespace, mission: Any, say: Any) -> Sessio
     from bt_mission.stage import Stage
 
     return Stage(mission, image_folder=options.images, say=say, visible=options.visible)
-
-
-def _speed(text: str) -> float:
-    try:
-        speed = float(text)
-    except ValueError:
-        speed = 0.0
-    if not 0 < speed < float("inf"):
-        raise argparse.ArgumentTypeError(f"expected a number above 0, got '{text}'")
-    return speed

@@ -6,6 +6,7 @@ a clearance) is worked out when somebody asks.
 
 from __future__ import annotations
 
+import json
 from bisect import bisect_right
 from collections import defaultdict
 from dataclasses import dataclass, field
@@ -16,6 +17,7 @@ from py_trees.common import Status
 
 from bt_mission.goals.goal import Goal, Phase
 from bt_mission.terminal.glyphs import UNICODE
+from bt_mission.traces.words import told
 
 if TYPE_CHECKING:
     from bt_mission.executive import Change
@@ -162,6 +164,13 @@ class History:
             said = f"  {change.message}" if change and status in ENDS and change.message else ""
             lines.append(f"{'  ' * depth}{UNICODE[status]} {node.name}{said}")
         return "\n".join(lines)
+
+    def last_events(self, most: int) -> list[str]:
+        """The newest events of the trace that are no poses, in words."""
+        events = [
+            event for event in map(json.loads, self.events) if event.get("event", "pose") != "pose"
+        ]
+        return [f"{self.seconds(one['t']):8.2f} s  {told(one)}" for one in events[-most:]]
 
     # ---- listening -----------------------------------------------------------------------
 

@@ -258,8 +258,7 @@ class Run(Claims):
         ]
         goals = [str(life) for life in self.goals[-LAST_EVENTS:]]
         parts += ["last goals:", *(f"  {line}" for line in goals)] if goals else []
-        events = [line for line in history.events if '"event": "pose"' not in line]
-        parts += ["last events:", *(f"  {line}" for line in events[-LAST_EVENTS:])]
+        parts += ["last events:", *history.last_events(LAST_EVENTS)]
         for verdict in self.broken:
             parts += ["", verdict.details or verdict.line]
         return "\n".join(parts)

@@ -1,0 +1,49 @@
+"""``bt-mission diff``: the first difference between two runs."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from bt_mission.cli.exits import MISSION_FAILED, SUCCESS
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command to the command line."""
+    parser = commands.add_parser(
+        "diff",
+        help="tell the first difference between two runs, by their traces",
+        description="Compares two traces, as 'bt-mission run --trace FILE' writes them, and tells "
+        "where they part: the last events that were the same, what happened in each then, and by "
+        "how much numbers differ.",
+        epilog="exit codes: 0 the same things happened at the same times, 1 they differ, "
+        "2 bad input",
+    )
+    parser.add_argument("first", type=Path, help="a trace")
+    parser.add_argument("second", type=Path, help="another")
+    parser.add_argument("--json", action="store_true", help="print one JSON object, or null")
+    parser.set_defaults(command=compare)
+
+
+def compare(options: argparse.Namespace) -> int:
+    """Print the difference; gives the exit code."""
+    from bt_mission.traces.difference import first_difference
+    from bt_mission.traces.stored import read_trace
+
+    first, second = read_trace(options.first), read_trace(options.second)
+    found = first_difference(first, second)
+    if options.json:
+        print(json.dumps(found and asdict(found)))
+    else:
+        for trace in (first, second):
+            if trace.is_cut:
+                print(f"{trace.file}: its last line is torn, and left out")
+        if found is None:
+            count = len(first.events)
+            print(f"the same {count} events at the same times (sha256 {first.sha256[:16]})")
+        else:
+            print(f"< {options.first}\n> {options.second}\n{found}")
+    return SUCCESS if found is None else MISSION_FAILED
