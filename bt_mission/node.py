@@ -86,6 +86,8 @@ class MissionNode(Node):
         if not lean:
             # Held, never used: servers in other processes see by it that this one is alive.
             self._presence = self.create_publisher(Empty, TOPIC, PRESENCE)
+        self.log_listeners: list[Callable[[int, str], None]] = []
+        """Told of each line that the mission says, with the ROS time, ns."""
         self._why_rejected = why_rejected or (lambda _: "")
         self._say = say or self._log_line
         self._couriers: dict[tuple[str, str], ActionCourier] = {}
@@ -99,7 +101,7 @@ class MissionNode(Node):
         if has_controls if has_controls is not None else not lean:
             Controls(self, lambda: self.executive)
             topics = StatusTopics(self)
-            topics.begin(mission.name, self.executive)
+            topics.begin(mission.name, self)
             self.executive.after_tick.append(topics.flush)
         self.create_timer(1 / TICK_RATE_HZ, self.executive.tick)
 
@@ -140,6 +142,8 @@ class MissionNode(Node):
         """Say a line of the mission's to the people who watch, and to the trace."""
         self.trace.record(self.now_ns, "log", text=text)
         self._say(text)
+        for listener in self.log_listeners:
+            listener(self.now_ns, text)
 
     def _on_goal(self, what: str, goal: Goal) -> None:
         self.executive.record_goal(what, goal)

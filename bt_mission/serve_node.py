@@ -111,6 +111,7 @@ class ServeNode(Node):
         self._waiting: ServerGoalHandle | None = None
         self._ends: dict[bytes, Future] = {}
         self._topics = StatusTopics(self)
+        self._topics.rest()
         self._controls = Controls(self, lambda: self.executive)
         self._server = ActionServer(
             self,
@@ -263,7 +264,7 @@ class ServeNode(Node):
         if self._watch is not None:
             self._watch(mission, node.executive)
         self._controls.begin(node.executive)
-        self._topics.begin(mission.name, node.executive)
+        self._topics.begin(mission.name, node)
 
     def _tell(self, run: _Run) -> None:
         executive = run.node.executive

@@ -15,11 +15,14 @@ from bt_mission_interfaces.srv import GetStatuses
 from py_trees.common import Status
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
+from bt_mission.detail_topics import DetailTopics
+
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
     from rclpy.node import Node
 
     from bt_mission.executive import Change, Executive
+    from bt_mission.node import MissionNode
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 CHANGES = QoSProfile(depth=100)
@@ -43,44 +46,40 @@ class StatusTopics:
         self._tree = node.create_publisher(Tree, "~/tree", LATCHED)
         self._state = node.create_publisher(MissionState, "~/state", LATCHED)
         self._changes = node.create_publisher(StatusChanges, "~/changes", CHANGES)
+        self._details = DetailTopics(node)
         node.create_service(GetStatuses, "~/statuses", self._answer)
         self._run = ""
         self._mission = ""
         self._sequence = 0
         self._executive: Executive | None = None
+        self._is_told = False
         self._indices: dict[Behaviour, int] = {}
         self._pending: list[NodeStatus] = []
-        self._shown: tuple[str, str] = ("idle", "")
-        self._publish_state(*self._shown)
+        self._shown: tuple[str, str] | None = None
 
-    def begin(self, mission: str, executive: Executive) -> None:
-        """Publish the tree of a mission that starts, and follow it."""
+    def rest(self) -> None:
+        """Tell that there is no mission yet."""
+        self._publish_state("idle", "")
+
+    def begin(self, mission: str, node: MissionNode) -> None:
+        """Follow a mission that starts.
+
+        Its tree is published with the first :meth:`flush`: before its first tick a node on the
+        stage does not have the mission's time yet.
+        """
         self._run, self._mission = secrets.token_hex(8), mission
-        self._sequence, self._executive = 0, executive
+        self._sequence, self._executive = 0, node.executive
         self._pending = []
-        nodes = executive.nodes
-        self._indices = {node: index for index, node in enumerate(nodes)}
-        self._tree.publish(
-            Tree(
-                stamp=self._clock.now().to_msg(),
-                run=self._run,
-                mission=mission,
-                nodes=[
-                    TreeNode(
-                        name=node.name,
-                        kind=type(node).__name__,
-                        path=executive.path_of(node),
-                        parent=self._indices[node.parent or node],
-                    )
-                    for node in nodes
-                ],
-            )
-        )
-        executive.listeners.append(self._take)
-        self.flush()
+        self._indices = {one: index for index, one in enumerate(node.executive.nodes)}
+        self._is_told = False
+        node.executive.listeners.append(self._take)
+        self._details.begin(self._run, node, self._indices)
 
     def flush(self) -> None:
-        """Publish what has changed since the last time, if anything has."""
+        """Publish what has changed since the last time, if anything has; at first the tree."""
+        if self._executive is not None and not self._is_told:
+            self._is_told = True
+            self._publish_tree(self._executive)
         if self._pending:
             self._sequence += 1
             self._changes.publish(
@@ -92,14 +91,35 @@ class StatusTopics:
                 )
             )
             self._pending = []
+        has_turned = False
         if self._executive is not None:
             shown = (self._executive.state, self._executive.paused or self._executive.reason)
-            if shown != self._shown:
+            has_turned = shown != self._shown
+            if has_turned:
                 self._shown = shown
                 self._publish_state(*shown)
+        self._details.flush(at_once=has_turned)
 
     def _take(self, change: Change) -> None:
         self._pending.append(_status(self._indices[change.node], change.status, change.message))
+
+    def _publish_tree(self, executive: Executive) -> None:
+        self._tree.publish(
+            Tree(
+                stamp=self._clock.now().to_msg(),
+                run=self._run,
+                mission=self._mission,
+                nodes=[
+                    TreeNode(
+                        name=one.name,
+                        kind=type(one).__name__,
+                        path=executive.path_of(one),
+                        parent=self._indices[one.parent or one],
+                    )
+                    for one in self._indices
+                ],
+            )
+        )
 
     def _publish_state(self, status: str, reason: str) -> None:
         self._state.publish(

@@ -24,12 +24,14 @@ from bt_mission.cli import (
     services,
     sim,
     topics,
+    watch,
 )
 from bt_mission.cli.exits import BAD_INPUT, INTERRUPTED, MISSION_FAILED, NO_SERVER
 from bt_mission.common.errors import BtMissionError, NotThereError
 
 COMMANDS = (
     run,
+    watch,
     check,
     convert,
     schema,
@@ -53,6 +55,7 @@ EPILOG = """\
 examples:
   bt-mission run missions/explore.yaml            run a mission in simulation, as fast as it goes
   bt-mission run missions/explore.yaml --speed 1  the same at the speed of the wall clock
+  bt-mission watch                                look on at a mission that runs elsewhere
   bt-mission check missions/explore.yaml          find every fault before anything moves
   bt-mission convert missions/explore.yaml        the same mission as XML, for Groot 2
   bt-mission doctor                               is everything here that is needed?

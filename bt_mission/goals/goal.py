@@ -124,12 +124,14 @@ class Goal:
     :param courier: carries its requests.
     :param owner: who sent it, for people.
     :param grace_ns: how long it may take to end once nobody wants it, until it is left behind.
+    :param request: what was sent, in the courier's form.
     """
 
     id: bytes
     courier: Courier
     owner: str
     grace_ns: int = 0
+    request: Any = None
     phase: Phase = Phase.SENT
     accepted: bool = False
     cancel_refused: bool = False

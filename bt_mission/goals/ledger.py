@@ -67,7 +67,7 @@ class Ledger:
         digest[6] = digest[6] & 0x0F | 0x80  # RFC 9562: version 8, made by the application
         digest[8] = digest[8] & 0x3F | 0x80  # RFC 9562: variant
         grace_ns = self._grace_ns if grace_ns is None else grace_ns
-        goal = Goal(bytes(digest), courier, owner, grace_ns)
+        goal = Goal(bytes(digest), courier, owner, grace_ns, request)
         self._open[goal.id] = goal
         self._on_event("sent", goal)
         try:

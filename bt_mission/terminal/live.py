@@ -15,7 +15,8 @@ from rich.text import Text
 from bt_mission.executive import Executive
 from bt_mission.pacing import Stopwatch
 from bt_mission.terminal.glyphs import STYLES, glyphs_for
-from bt_mission.tree.action_leaf import ActionLeaf, Progress
+from bt_mission.tree.action_leaf import ActionLeaf
+from bt_mission.tree.progress import Progress, progress_of
 
 FRAME_S = 0.1
 BAR_WIDTH = 12
@@ -81,7 +82,7 @@ class LiveTree:
     def _row(self, node: Behaviour, indent: str) -> Text:
         row = Text(no_wrap=True, overflow="ellipsis")
         row.append(f"{indent}{self._glyphs[node.status]} {node.name}", style=STYLES[node.status])
-        progress = node.progress if isinstance(node, ActionLeaf) else None
+        progress = progress_of(node)
         if progress is not None:
             row.append(f"  {self._bar(progress)}", style="cyan")
         if node.feedback_message and (node.status is not Status.INVALID or _was_halted(node)):

@@ -14,6 +14,7 @@ from bt_mission.common.errors import BtMissionError
 from bt_mission.goals.attempt import Attempt, Limits
 from bt_mission.goals.goal import Courier, Goal
 from bt_mission.goals.outcome import Ending, Outcome
+from bt_mission.tree.progress import Progress
 from bt_mission.tree.runtime import MissionFailure, Runtime, Scope, placed, read_field, scalars
 
 
@@ -32,15 +33,6 @@ class Plan:
     limits: Limits
     condition: Callable[[Any], str | None] | None = None
     target: tuple[str, float] | None = None
-
-
-@dataclass(frozen=True)
-class Progress:
-    """How far a running goal has come towards something that ends it."""
-
-    label: str
-    value: float
-    limit: float
 
 
 class ActionLeaf(Behaviour):

@@ -9,6 +9,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from bt_mission.tree.control import Question
+from bt_mission.tree.progress import Progress
 from bt_mission.tree.runtime import NS, Runtime
 
 
@@ -18,6 +19,7 @@ class Wait(Behaviour):
     def __init__(self, name: str, seconds: Callable[[], float]) -> None:
         super().__init__(name)
         self._seconds = seconds
+        self._wait_s = 0.0
         self._until_ns = 0
         self._runtime: Runtime
 
@@ -27,7 +29,8 @@ class Wait(Behaviour):
 
     def initialise(self) -> None:
         """Fix the end."""
-        self._until_ns = self._runtime.now_ns + round(self._seconds() * NS)
+        self._wait_s = self._seconds()
+        self._until_ns = self._runtime.now_ns + round(self._wait_s * NS)
 
     def remember(self, now_ns: int) -> dict[str, Any]:
         """How long there is still to wait."""
@@ -39,9 +42,18 @@ class Wait(Behaviour):
 
     def update(self) -> Status:
         """Look at the ROS clock."""
-        left_s = (self._until_ns - self._runtime.now_ns) / NS
+        left_s = self._left_s
         self.feedback_message = f"{max(left_s, 0):.1f} s left"
         return Status.SUCCESS if left_s <= 0 else Status.RUNNING
+
+    @property
+    def progress(self) -> Progress:
+        """Towards its end."""
+        return Progress("s", self._wait_s - self._left_s, self._wait_s)
+
+    @property
+    def _left_s(self) -> float:
+        return (self._until_ns - self._runtime.now_ns) / NS
 
 
 class Log(Behaviour):

@@ -44,6 +44,11 @@ class Subtree(Decorator):
         """The variables of the tree below."""
         return self._inner
 
+    @property
+    def variables(self) -> Mapping[str, Any]:
+        """Those of the tree, as they are now."""
+        return self._inner.values
+
     def initialise(self) -> None:
         """Forget the last time, and take the inputs."""
         values = dict(self._inputs())

@@ -1,0 +1,185 @@
+"""``bt-mission watch``: look on at a mission that runs elsewhere."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import select
+import sys
+from typing import TYPE_CHECKING, Any
+
+from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
+from bt_mission.cli.middleware import prepare_middleware
+
+if TYPE_CHECKING:
+    from bt_mission.observer import Link, Observer
+    from bt_mission.watching.mission import WatchedMission
+
+WAIT_S = 0.1
+SETTLE_S = 0.6
+"""Wall time after which all executives count as found once one is: participants answer a newcomer
+at once."""
+
+STATUSES_S = 2.0
+"""Wall time to wait for statuses; without them the tree is shown as it is known."""
+
+EPILOG = """\
+examples:
+  bt-mission run missions/explore.yaml --visible --speed 1   in one terminal
+  bt-mission watch                                           in another
+  bt-mission watch robot1                                    one of several, by its namespace
+  bt-mission watch --once                                    the tree as it is now
+  bt-mission watch --json | jq -c 'select(.event == "status")'
+
+exit codes: 0 left, 1 nobody to watch within --wait, 2 bad input, 130 interrupted
+"""
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command to the command line."""
+    parser = commands.add_parser(
+        "watch",
+        help="look on at a mission that runs elsewhere, pause it, step it, stop it",
+        description="Attaches to an executive of the ROS graph (`run --attach`, `run --visible`, "
+        "`serve`) and shows its tree, what each node does and why it ended, its goals, its "
+        "variables and where the robot is. Waits where there is none, and when it goes until it "
+        "is back. A mission does not notice.",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument(
+        "executive",
+        nargs="?",
+        help="name or namespace of the executive, such as /robot1/bt_mission or robot1 "
+        "(default: the only one, or a list to choose from)",
+    )
+    how = parser.add_mutually_exclusive_group()
+    how.add_argument("--once", action="store_true", help="print the tree as it is now, and leave")
+    how.add_argument(
+        "--json", action="store_true", help="print what happens, one JSON object a line"
+    )
+    how.add_argument(
+        "--plain", action="store_true", help="plain lines, also when the output is a terminal"
+    )
+    parser.add_argument(
+        "--wait",
+        type=_seconds,
+        metavar="SECONDS",
+        help="leave with code 1 when there is nobody to watch after this time (default: keep "
+        "looking)",
+    )
+    parser.set_defaults(command=watch)
+
+
+def watch(options: argparse.Namespace) -> int:
+    """Look on until told to leave; gives the exit code."""
+    prepare_middleware()
+    from bt_mission.observer import Observer
+
+    with Observer() as observer:
+        try:
+            link = _look_for(observer, options)
+            if link is None:
+                return MISSION_FAILED
+            if options.once:
+                return _print_once(observer, link)
+            return _follow(observer, link, as_json=options.json)
+        except KeyboardInterrupt:
+            return INTERRUPTED
+
+
+def _look_for(observer: Observer, options: argparse.Namespace) -> Link | None:
+    """The executive to watch, once it is there; None when it is not in time."""
+    from bt_mission.pacing import Stopwatch
+    from bt_mission.watching.choice import choose, nobody, wanted_name
+
+    wanted = wanted_name(options.executive)
+    since, since_found = Stopwatch(), None
+    has_said = False
+    while True:
+        observer.serve(WAIT_S)
+        found = observer.find()
+        if since_found is None and found:
+            since_found = Stopwatch()
+        if since_found is not None and since_found.elapsed_s > SETTLE_S:
+            chosen = choose(found, wanted)
+            if chosen is not None:
+                return observer.attach(chosen.name)
+        if options.wait is not None and since.elapsed_s > options.wait:
+            print(nobody(wanted, found, observer.where), file=sys.stderr)
+            return None
+        if not has_said and since.elapsed_s > 2 * SETTLE_S:
+            print(f"{nobody(wanted, found, observer.where)}\nlooking ...", file=sys.stderr)
+            has_said = True
+
+
+def _print_once(observer: Observer, link: Link) -> int:
+    from bt_mission.pacing import Stopwatch
+    from bt_mission.terminal.marks import marks_for
+    from bt_mission.terminal.plain_watch import whole_tree
+    from bt_mission.watching.mission import WatchedMission
+
+    mission = WatchedMission()
+    since = Stopwatch()
+    while since.elapsed_s < STATUSES_S and not _is_complete(mission):
+        observer.serve(WAIT_S)
+        for message in link.take(needs_statuses=mission.needs_statuses).messages:
+            mission.take(message)
+    width = os.get_terminal_size().columns if sys.stdout.isatty() else None
+    for line in whole_tree(mission, marks_for(sys.stdout.encoding), width):
+        print(line)
+    return SUCCESS
+
+
+def _is_complete(mission: WatchedMission) -> bool:
+    if mission.state is None or (mission.state.run and mission.tree is None):
+        return False
+    if not mission.state.run:
+        return True  # idle: there is no tree
+    is_known = mission.sequence is not None
+    return is_known and (mission.ticks is not None or mission.status != "running")
+
+
+def _follow(observer: Observer, link: Link, *, as_json: bool) -> int:
+    """Print what happens, until whoever reads has left."""
+    from bt_mission.terminal.marks import marks_for
+    from bt_mission.terminal.plain_watch import log_line, whole_tree
+    from bt_mission.watching.happenings import Began
+    from bt_mission.watching.log import entry_of
+    from bt_mission.watching.mission import WatchedMission
+    from bt_mission.watching.stream import as_line, as_object
+
+    mission = WatchedMission()
+    marks = marks_for(sys.stdout.encoding)
+    was_there = True
+    while not _reader_has_left():
+        observer.serve(WAIT_S)
+        for message in link.take(needs_statuses=mission.needs_statuses).messages:
+            for one in mission.take(message):
+                if as_json:
+                    print(as_line(as_object(one)), flush=True)
+                elif isinstance(one, Began):
+                    print("\n".join(whole_tree(mission, marks, None)), flush=True)
+                elif (entry := entry_of(one)) is not None and mission.tree is not None:
+                    print(log_line(entry, mission.tree.time_ns, marks), flush=True)
+        if link.is_there != was_there:
+            was_there = link.is_there
+            print(f"{link.name} {'is back' if was_there else 'has gone'}", file=sys.stderr)
+    return INTERRUPTED
+
+
+def _reader_has_left() -> bool:
+    """Has the other end of a pipe been closed? Without looking, only the next line would tell."""
+    poll = select.poll()
+    poll.register(sys.stdout.fileno(), 0)
+    return any(event & (select.POLLERR | select.POLLHUP) for _, event in poll.poll(0))
+
+
+def _seconds(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = -1.0
+    if not 0 <= value < float("inf"):
+        raise argparse.ArgumentTypeError(f"expected a number of seconds from 0, got '{text}'")
+    return value

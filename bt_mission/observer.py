@@ -1,0 +1,283 @@
+"""The watcher's side of ROS: executives of a graph, what they tell, and what is wanted of them.
+
+Nothing here waits: whoever draws asks for what has come. Robots are listened to best effort and
+with short queues, so that a watcher who is slow costs nobody anything.
+"""
+
+from __future__ import annotations
+
+import os
+from collections import deque
+from collections.abc import Callable
+from contextlib import ExitStack
+from functools import partial
+from typing import TYPE_CHECKING, Any, Self
+
+import rclpy
+from bt_mission_interfaces.msg import (
+    MissionDetails,
+    MissionLog,
+    MissionState,
+    StatusChanges,
+    Tree,
+)
+from bt_mission_interfaces.srv import GetStatuses, PauseMission, SetBreakpoint
+from nav_msgs.msg import OccupancyGrid
+from rclpy.executors import SingleThreadedExecutor, TimeoutException
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.signals import SignalHandlerOptions
+from rclpy.type_hash import TypeHash
+from sensor_msgs.msg import BatteryState, LaserScan
+from std_srvs.srv import Trigger
+from tf2_msgs.msg import TFMessage
+
+from bt_mission.isolation import RANGE
+from bt_mission.pacing import Stopwatch
+from bt_mission.watching import reading, told
+from bt_mission.watching.source import Answer, Command, Found, Heard, Verb
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
+    from rclpy.task import Future
+
+STATE_TYPE = "bt_mission_interfaces/msg/MissionState"
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+ALL = QoSProfile(depth=1000)
+NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+FRAMES = QoSProfile(depth=20, reliability=ReliabilityPolicy.BEST_EFFORT)
+STATIC_FRAMES = QoSProfile(depth=20, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+TELLS: dict[str, tuple[Any, QoSProfile, Callable[[Any], told.Told]]] = {
+    "tree": (Tree, LATCHED, reading.tree),
+    "changes": (StatusChanges, ALL, reading.changes),
+    "state": (MissionState, LATCHED, reading.state),
+    "details": (MissionDetails, ALL, reading.details),
+    "log": (MissionLog, ALL, reading.said),
+}
+"""What an executive publishes below its name."""
+
+ROBOT: dict[str, tuple[Any, QoSProfile, Callable[[Any], told.Robot]]] = {
+    "scan": (LaserScan, NEWEST, reading.scan),
+    "map": (OccupancyGrid, LATCHED, reading.grid),
+    "battery_state": (BatteryState, NEWEST, reading.battery),
+}
+"""What a robot publishes, apart from its frames."""
+
+SERVE_S = 0.05
+"""Wall time for which messages are received at a stretch."""
+
+LOOK_S = 0.25
+"""Wall time between two looks at the graph."""
+
+ASK_AGAIN_S = 1.0
+"""Wall time after which statuses are asked for again."""
+
+ANSWER_S = 3.0
+"""Wall time after which a wish counts as unanswered."""
+
+TRIGGERS = {Verb.RESUME: "resume", Verb.STEP: "step", Verb.STOP: "stop"}
+
+
+class Link:
+    """One executive and its robot, as a node hears them.
+
+    :param node: owns the subscriptions; somebody serves it.
+    :param name: of the executive, such as ``/robot1/bt_mission``.
+    """
+
+    def __init__(self, node: Node, name: str) -> None:
+        self.name = name
+        self._node = node
+        self._told: deque[told.Told] = deque()
+        self._raw: deque[tuple[Callable[[Any], told.Told], Any]] = deque()
+        self._robot: dict[str, tuple[Callable[[Any], told.Robot], Any]] = {}
+        self._frames: deque[Any] = deque(maxlen=100)
+        self._answers: deque[Answer] = deque()
+        self._asked: list[tuple[Future, str, Stopwatch]] = []
+        self._since_asked: Stopwatch | None = None
+        self._since_look: Stopwatch | None = None
+        self._is_there = False
+        self._made: list[Any] = []
+        for topic, (kind, qos, read) in TELLS.items():
+            self._listen(kind, f"{name}/{topic}", partial(self._keep, read), qos)
+        robot = name.rpartition("/")[0]
+        for topic, (kind, qos, read_robot) in ROBOT.items():
+            keep = partial(self._keep_newest, topic, read_robot)
+            self._listen(kind, f"{robot}/{topic}", keep, qos)
+        self._listen(TFMessage, f"{robot}/tf", self._keep_frames, FRAMES)
+        self._listen(TFMessage, f"{robot}/tf_static", self._keep_frames, STATIC_FRAMES)
+        self._statuses = node.create_client(GetStatuses, f"{name}/statuses")
+        self._pause = node.create_client(PauseMission, f"{name}/pause")
+        self._breakpoint = node.create_client(SetBreakpoint, f"{name}/breakpoint")
+        self._triggers = {
+            verb: node.create_client(Trigger, f"{name}/{service}")
+            for verb, service in TRIGGERS.items()
+        }
+
+    @property
+    def is_there(self) -> bool:
+        """Is the executive in the graph?"""
+        if self._since_look is None or self._since_look.elapsed_s > LOOK_S:
+            self._since_look = Stopwatch()
+            self._is_there = self._node.count_publishers(f"{self.name}/state") > 0
+        return self._is_there
+
+    def take(self, *, needs_statuses: bool) -> Heard:
+        """What has come since the last time."""
+        if needs_statuses:
+            self._ask_statuses()
+        self._settle()
+        while self._raw:
+            read, message = self._raw.popleft()
+            self._told.append(read(message))
+        robot: list[told.Robot] = [reading.transforms(one) for one in self._frames]
+        robot += [read(message) for read, message in self._robot.values()]
+        heard = Heard(tuple(self._told), tuple(robot), tuple(self._answers))
+        for queue in (self._told, self._frames, self._answers):
+            queue.clear()
+        self._robot.clear()
+        return heard
+
+    def send(self, command: Command) -> None:
+        """Pass a wish on."""
+        match command.verb:
+            case Verb.PAUSE | Verb.PAUSE_KEEPING_GOALS:
+                keep = command.verb is Verb.PAUSE_KEEPING_GOALS
+                self._ask(self._pause, PauseMission.Request(keep_goals=keep))
+            case Verb.BREAK | Verb.UNBREAK:
+                remove = command.verb is Verb.UNBREAK
+                self._ask(self._breakpoint, SetBreakpoint.Request(node=command.node, remove=remove))
+            case verb:
+                self._ask(self._triggers[verb], Trigger.Request())
+
+    def close(self) -> None:
+        """Listen no longer."""
+        for subscription in self._made:
+            self._node.destroy_subscription(subscription)
+        for client in (self._statuses, self._pause, self._breakpoint, *self._triggers.values()):
+            self._node.destroy_client(client)
+
+    # ---- inside: callbacks only keep what comes, so that none of them can raise ------------
+
+    def _listen(self, kind: Any, topic: str, keep: Callable[[Any], Any], qos: QoSProfile) -> None:
+        self._made.append(self._node.create_subscription(kind, topic, keep, qos))
+
+    def _keep(self, read: Callable[[Any], told.Told], message: Any) -> None:
+        self._raw.append((read, message))
+
+    def _keep_newest(self, topic: str, read: Callable[[Any], told.Robot], message: Any) -> None:
+        self._robot[topic] = (read, message)
+
+    def _keep_frames(self, message: Any) -> None:
+        self._frames.append(message)
+
+    def _ask_statuses(self) -> None:
+        if self._since_asked is not None and self._since_asked.elapsed_s < ASK_AGAIN_S:
+            return
+        if not self._statuses.service_is_ready():
+            return
+        self._since_asked = Stopwatch()
+        self._statuses.call_async(GetStatuses.Request()).add_done_callback(
+            lambda future: self._raw.append((reading.statuses, future.result()))
+        )
+
+    def _ask(self, client: Any, request: Any) -> None:
+        if not client.service_is_ready():
+            self._answers.append(Answer(False, f"nobody offers {client.srv_name} now"))
+            return
+        self._asked.append((client.call_async(request), client.srv_name, Stopwatch()))
+
+    def _settle(self) -> None:
+        """Take in the answers to wishes."""
+        waiting = []
+        for future, service, since in self._asked:
+            if future.done():
+                answer = future.result()
+                self._answers.append(Answer(answer.success, answer.message))
+            elif since.elapsed_s > ANSWER_S:
+                self._answers.append(Answer(False, f"{service} does not answer"))
+            else:
+                waiting.append((future, service, since))
+        self._asked = waiting
+
+
+class Observer:
+    """A watcher's own place in a graph. Use it as a context manager."""
+
+    def __init__(self) -> None:
+        with ExitStack() as made:
+            self._context = rclpy.Context()
+            rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
+            made.callback(self._context.shutdown)
+            self._executor = SingleThreadedExecutor(context=self._context)
+            made.callback(self._executor.shutdown)
+            self._node = rclpy.create_node(
+                "bt_mission_watch",
+                context=self._context,
+                enable_rosout=False,
+                start_parameter_services=False,
+            )
+            made.callback(self._node.destroy_node)
+            self._hashes = [self._hash_of(kind) for kind, *_ in TELLS.values()]
+            self._executor.add_node(self._node)
+            self._exit = made.pop_all()
+        domain, reach = os.environ.get("ROS_DOMAIN_ID", "0"), os.environ.get(RANGE, "SUBNET")
+        self.where = f"ROS domain {domain or 0}, {RANGE}={reach}"
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._exit.close()
+
+    def serve(self, wait_s: float = 0.0) -> None:
+        """Receive what has come, for at most :data:`SERVE_S`.
+
+        :param wait_s: how long to wait for something to come.
+        """
+        since = Stopwatch()
+        try:
+            while since.elapsed_s < SERVE_S + wait_s:
+                task, _, _ = self._executor.wait_for_ready_callbacks(timeout_sec=wait_s)
+                task()
+                task.result()
+                wait_s = 0.0
+        except TimeoutException:
+            return
+
+    def find(self) -> tuple[Found, ...]:
+        """The executives that are there now, by name."""
+        return tuple(
+            self._look_at(topic)
+            for topic, types in sorted(self._node.get_topic_names_and_types())
+            if STATE_TYPE in types and topic.endswith("/state")
+            if self._node.count_publishers(topic)
+        )
+
+    def attach(self, name: str) -> Link:
+        """Listen to an executive, also one that is not there yet."""
+        return Link(self._node, name)
+
+    def _look_at(self, topic: str) -> Found:
+        name = topic.removesuffix("/state")
+        for (other, (kind, *_)), own in zip(TELLS.items(), self._hashes, strict=True):
+            for one in self._node.get_publishers_info_by_topic(f"{name}/{other}"):
+                if one.topic_type_hash != own:
+                    why = f"its {kind.__name__} messages are of another version of bt-mission: "
+                    why += "install the same on both sides"
+                    return Found(name, why, is_foreign=True)
+        if (count := self._node.count_publishers(topic)) > 1:
+            return Found(name, f"{count} executives share this name: give each a --namespace")
+        return Found(name)
+
+    def _hash_of(self, kind: Any) -> TypeHash:
+        """The hash by which this version of a type is told from others."""
+        probe = self._node.create_subscription(kind, "~/probe", _ignore, NEWEST)
+        (own,) = self._node.get_subscriptions_info_by_topic(probe.topic_name)
+        self._node.destroy_subscription(probe)
+        found: TypeHash = own.topic_type_hash
+        return found
+
+
+def _ignore(_: Any) -> None:
+    """Nobody publishes what a probe listens to."""
