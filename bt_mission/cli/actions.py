@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.exits import (
@@ -22,10 +24,13 @@ from bt_mission.cli.hand_options import (
     seconds,
     subcommands,
 )
+from bt_mission.common.errors import BtMissionError
 
 if TYPE_CHECKING:
+    from bt_mission.hand.about import About
     from bt_mission.hand.joining import Hand
     from bt_mission.hand.one_goal import How
+    from bt_mission.hand.sending import Sender
 
 EPILOG = """\
 examples:
@@ -84,6 +89,9 @@ def _add_send(kinds: Any) -> None:
     parser.add_argument("goal", nargs="?", default="", help=GOAL)
     _add_type(parser)
     parser.add_argument(
+        "--form", action="store_true", help="fill the goal in field by field, on a terminal"
+    )
+    parser.add_argument(
         "--timeout", type=seconds, metavar="SECONDS", help="cancel the goal after this time"
     )
     add_graph_options(parser, "a server")
@@ -91,7 +99,7 @@ def _add_send(kinds: Any) -> None:
         "--plain", action="store_true", help="plain lines, also when the output is a terminal"
     )
     add_json_option(parser, "an object a line for each thing that happens")
-    parser.set_defaults(command=send)
+    parser.set_defaults(command=send, late="goal")
 
 
 def _add_cancel(kinds: Any) -> None:
@@ -107,7 +115,7 @@ def _add_cancel(kinds: Any) -> None:
     )
     _add_type(parser)
     add_graph_options(parser, "a server")
-    parser.set_defaults(command=cancel)
+    parser.set_defaults(command=cancel, late="goal")
 
 
 def _add_watch(kinds: Any) -> None:
@@ -172,16 +180,49 @@ def send(options: argparse.Namespace) -> int:
     from bt_mission.hand.sending import Sender, audience_for, see_through
     from bt_mission.hand.yaml_text import read_fields
 
+    if options.form:
+        _refuse_form(options)
     text = sys.stdin.read() if options.goal == "-" else options.goal
     with joined(options) as hand:
         name, type_name = _named(hand, options)
         known = about(type_name)
         fields = read_fields(text, known.part("goal").shape, "goal")
         sender = Sender(hand, name, type_name)
+        if options.form:
+            return _fill_in(hand, sender, known, name, fields, options)
         request = sender.prepare(fields)
         audience = audience_for(sys.stdout, known, request, json=options.json, plain=options.plain)
         goal = sender.open(request, audience, server_s=options.wait, limit_s=options.timeout)
         return _code(see_through(hand, goal).how)
+
+
+def _fill_in(
+    hand: Hand,
+    sender: Sender,
+    known: About,
+    name: str,
+    fields: Mapping[str, Any],
+    options: argparse.Namespace,
+) -> int:
+    """Send goals from a form; gives the code of the last one."""
+    from bt_mission.hand.form import GoalForm
+
+    form = GoalForm(hand, sender, known, name, fields, server_s=options.wait)
+    end = form.run()
+    for line in form.last_words:
+        print(line)
+    return SUCCESS if end is None else _code(end.how)
+
+
+def _refuse_form(options: argparse.Namespace) -> None:
+    """Refuse what does not go with a form.
+
+    :raises BtMissionError: with what to do instead.
+    """
+    if not (sys.stdin.isatty() and sys.stdout.isatty()) or os.environ.get("TERM") == "dumb":
+        raise BtMissionError("--form needs a terminal; give the goal as YAML instead")
+    if options.json or options.timeout is not None:
+        raise BtMissionError("--form goes with neither --json nor --timeout")
 
 
 def cancel(options: argparse.Namespace) -> int:

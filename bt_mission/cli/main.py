@@ -7,6 +7,7 @@ import io
 import os
 import sys
 from collections.abc import Sequence
+from typing import Any
 
 from bt_mission.cli import (
     actions,
@@ -79,7 +80,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a sign that a terminal lacks ends no mission
-    options = parser.parse_args(arguments)
+    options = _parsed(parser, arguments)
     try:
         code = int(options.command(options))
         sys.stdout.flush()  # here, so that a closed pipe is noticed while it can be handled
@@ -103,6 +104,25 @@ def main(arguments: Sequence[str] | None = None) -> int:
         )
         return MISSION_FAILED
     return code
+
+
+def _parsed(parser: argparse.ArgumentParser, arguments: Sequence[str] | None) -> Any:
+    """Parse, with what argparse leaves behind when an optional word comes after an option.
+
+    It takes such a word as absent once it has seen the words before the option; a command names
+    the word in its default ``late``.
+    """
+    options, rest = parser.parse_known_args(arguments)
+    late = getattr(options, "late", None)
+    if late and len(rest) == 1 and not getattr(options, late) and _is_word(rest[0]):
+        setattr(options, late, rest.pop())
+    if rest:
+        parser.error(f"unrecognized arguments: {' '.join(rest)}")
+    return options
+
+
+def _is_word(text: str) -> bool:
+    return text == "-" or not text.startswith("-")
 
 
 def _write_into_nothing() -> None:

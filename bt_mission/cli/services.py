@@ -56,7 +56,7 @@ def add_parser(commands: Any) -> None:
     )
     add_graph_options(call_, "a server")
     add_json_option(call_, "one object")
-    call_.set_defaults(command=call)
+    call_.set_defaults(command=call, late="request")
 
 
 def list_services(options: argparse.Namespace) -> int:

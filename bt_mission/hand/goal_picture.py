@@ -6,19 +6,14 @@ from typing import Any
 
 from rich.console import Console, Group, RenderableType
 from rich.live import Live
-from rich.table import Table
 from rich.text import Text
 
 from bt_mission.goals.goal import Goal
 from bt_mission.hand.about import About
-from bt_mission.hand.gauges import Gauges
-from bt_mission.hand.goal_lines import SHOWN, end_lines
+from bt_mission.hand.feedback_table import FeedbackTable
+from bt_mission.hand.goal_lines import end_lines
 from bt_mission.hand.one_goal import End, How
-from bt_mission.hand.values import flat, plain, short
 
-BAR_WIDTH = 20
-NARROW = 60
-"""Columns below which there are no bars, and values stand before their names."""
 STYLES = {How.SUCCEEDED: "green", How.CANCELED: "yellow"}
 
 
@@ -33,13 +28,9 @@ class GoalPicture:
     def __init__(self, console: Console, about: About, goal: Any) -> None:
         self._console = console
         self._about = about
-        self._units = about.part("feedback").units()
-        self._gauges = Gauges(
-            dict(flat(plain(goal, SHOWN))), about.part("goal").units(), self._units
-        )
+        self._table = FeedbackTable(about, goal, console.encoding)
         self._head = Text("")
         self._feedback: Any = None
-        self._bars = bars_for(console.encoding)
         self._live = Live(console=console, auto_refresh=False, transient=True)
         self._is_open = False
 
@@ -89,38 +80,4 @@ class GoalPicture:
     def _render(self) -> RenderableType:
         if self._feedback is None:
             return self._head
-        fields = dict(flat(plain(self._feedback, SHOWN)))
-        bounds = self._gauges.read(fields)
-        if self._console.width < NARROW:
-            return Group(self._head, *(self._short_row(*one) for one in fields.items()))
-        table = Table.grid(padding=(0, 2, 0, 0))
-        table.add_column(no_wrap=True)
-        table.add_column(no_wrap=True, justify="right")
-        table.add_column(no_wrap=True)
-        table.add_column(no_wrap=True)
-        for name, value in fields.items():
-            drawn = bar(*bounds[name], self._bars) if name in bounds else ""
-            table.add_row(
-                Text(f"  {name}"), Text(short(value)), Text(self._units.get(name, "")), Text(drawn)
-            )
-        return Group(self._head, table)
-
-    def _short_row(self, name: str, value: Any) -> Text:
-        unit = self._units.get(name, "")
-        words = f"  {short(value)} {unit}{' ' if unit else ''}{name}"
-        return Text(words, no_wrap=True, overflow="ellipsis")
-
-
-def bars_for(encoding: str | None) -> tuple[str, str]:
-    """The signs for full and empty that a terminal of this encoding can show."""
-    try:
-        "█░".encode(encoding or "ascii")
-    except (UnicodeEncodeError, LookupError):
-        return "#", "."
-    return "█", "░"
-
-
-def bar(value: float, bound: float, signs: tuple[str, str]) -> str:
-    """A bar towards a bound, and the bound."""
-    full = round(BAR_WIDTH * min(abs(value) / bound, 1.0))
-    return f"{signs[0] * full}{signs[1] * (BAR_WIDTH - full)} of {short(bound)}"
+        return Group(self._head, self._table.render(self._feedback, self._console.width))

@@ -40,6 +40,9 @@ class Hand(Protocol):
     def step(self) -> None:
         """Serve what comes next, for a tenth of a second at most."""
 
+    def glance(self) -> None:
+        """Serve what has come, without waiting for more."""
+
     def follow_clock(self) -> None:
         """Have the node's own clock follow ``/clock`` from now on."""
 
@@ -89,6 +92,10 @@ class JoinedHand:
     def step(self) -> None:
         """Serve what comes next, for a tenth of a second at most."""
         self._graph.step(None, self.node)
+
+    def glance(self) -> None:
+        """Serve what has come, without waiting for more."""
+        self._graph.last_words()
 
     def follow_clock(self) -> None:
         """Have the node's own clock follow ``/clock`` from now on."""

@@ -45,5 +45,9 @@ class VirtualHand:
             pause(self.graph.context)
         self.graph.step()
 
+    def glance(self) -> None:
+        """The same, where time moves only by steps."""
+        self.step()
+
     def follow_clock(self) -> None:
         """The node's clock is the virtual one already."""
