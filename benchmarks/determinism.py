@@ -1,0 +1,114 @@
+"""Do the same inputs give the same trace? Drawn missions in drawn worlds, each run twice.
+
+Run it as: python benchmarks/determinism.py [--count 500] [--python PATH]
+
+The two runs of a scenario are in different processes, with another hash seed of Python, another
+environment and another folder, and something else on the second core while the second runs.
+`--python` names another interpreter with bt-mission, such as one of another version of Python, for
+the second run.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import multiprocessing
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+BATCH = 25
+"""Scenarios that one process runs."""
+
+
+def run_batch(first: int, last: int) -> None:
+    """Print a line of JSON for each scenario: its seed, its end, its trace's hash."""
+    from bt_mission.testing.drawn.draws import Seeded  # noqa: PLC0415 - in the child only
+    from bt_mission.testing.drawn.missions import drawn_mission  # noqa: PLC0415
+    from bt_mission.testing.drawn.strategies import as_text  # noqa: PLC0415
+    from bt_mission.testing.drawn.worlds import drawn_world  # noqa: PLC0415
+    from bt_mission.testing.stages import Stages  # noqa: PLC0415
+
+    for seed in range(first, last):
+        draws = Seeded(seed)
+        world, mission = as_text(drawn_world(draws)), as_text(drawn_mission(draws))
+        stages = Stages(Path(tempfile.mkdtemp(dir=".")))
+        try:
+            run = stages.run(mission, world=world, seed=seed)
+            run.until_done()
+        finally:
+            stages.close()
+        found = {
+            "seed": seed,
+            "end": run.status,
+            "s": run.t,
+            "goals": len(run.goals),
+            "collisions": run.now.collisions,
+            "trace": run.stage.trace.sha256,
+        }
+        print(json.dumps(found), flush=True)
+
+
+def keep_a_core_busy() -> None:
+    """Until it is ended."""
+    while True:
+        sum(range(10_000))
+
+
+def batch(python: str, first: int, last: int, variables: dict[str, str]) -> list[dict[str, object]]:
+    """Run scenarios in a process of their own."""
+    with tempfile.TemporaryDirectory() as folder:
+        done = subprocess.run(  # noqa: S603 - our own script
+            [python, str(Path(__file__).resolve()), "--batch", str(first), str(last)],
+            cwd=folder,
+            env=os.environ | variables,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+            check=True,
+        )
+    return [json.loads(line) for line in done.stdout.splitlines()]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Compare; the exit code is 1 where a trace differs."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("--count", type=int, default=500, help="scenarios (default: 500)")
+    parser.add_argument("--python", default=sys.executable, help="interpreter of the second run")
+    parser.add_argument("--batch", type=int, nargs=2, help=argparse.SUPPRESS)
+    options = parser.parse_args(arguments)
+    if options.batch:
+        run_batch(*options.batch)
+        return 0
+    differ, ended, seconds, goals = [], 0, 0.0, 0
+    for first in range(0, options.count, BATCH):
+        last = min(first + BATCH, options.count)
+        one = batch(sys.executable, first, last, {"PYTHONHASHSEED": "1"})
+        busy = multiprocessing.Process(target=keep_a_core_busy, daemon=True)
+        busy.start()
+        other = batch(
+            options.python, first, last, {"PYTHONHASHSEED": str(first + 2), "PADDING": "x" * 9999}
+        )
+        busy.kill()
+        busy.join()
+        for mine, its in zip(one, other, strict=True):
+            ended += mine["end"] == "success"
+            seconds += float(str(mine["s"]))
+            goals += int(str(mine["goals"]))
+            if mine != its:
+                differ.append(mine["seed"])
+        print(f"\r{last} of {options.count}, {len(differ)} differ", end="", file=sys.stderr)
+    print(file=sys.stderr)
+    print(
+        f"{options.count} scenarios, {seconds:.0f} virtual seconds, {goals} goals, "
+        f"{ended} missions succeeded: {len(differ)} traces differ"
+        + (f": seeds {differ}" if differ else "")
+    )
+    return 1 if differ else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

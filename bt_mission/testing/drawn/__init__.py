@@ -1,0 +1,7 @@
+"""Worlds and missions that are drawn: from a seed, or by hypothesis, which shrinks them.
+
+- ``draws``: :class:`Draws`, where choices come from
+- ``worlds``: :func:`drawn_world`
+- ``missions``: :func:`drawn_mission`
+- ``strategies``: hypothesis strategies over these (imports hypothesis)
+"""

@@ -1,0 +1,45 @@
+"""Where choices come from: a seeded generator, or hypothesis."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Sequence
+from typing import Protocol, TypeVar
+
+T = TypeVar("T")
+
+
+class Draws(Protocol):
+    """Draws whole numbers; everything else follows from them, so that it shrinks well."""
+
+    def whole(self, low: int, high: int) -> int:
+        """A number from ``low`` to ``high``, both included; the lower, the simpler."""
+
+
+class Seeded:
+    """Draws from a generator of its own.
+
+    :param seed: the same draws follow from the same seed.
+    """
+
+    def __init__(self, seed: int | str) -> None:
+        self._generator = random.Random(f"drawn/{seed}")
+
+    def whole(self, low: int, high: int) -> int:
+        """A number from ``low`` to ``high``, both included, all as likely."""
+        return self._generator.randint(low, high)
+
+
+def one_of(draws: Draws, choices: Sequence[T]) -> T:
+    """One of these; the first is the simplest."""
+    return choices[draws.whole(0, len(choices) - 1)]
+
+
+def number(draws: Draws, low: float, high: float, step: float) -> float:
+    """One of ``low``, ``low + step``, ... up to ``high``."""
+    return round(low + step * draws.whole(0, round((high - low) / step)), 6)
+
+
+def maybe(draws: Draws, one_in: int) -> bool:
+    """True once in so many times; False is the simpler."""
+    return draws.whole(0, one_in - 1) == one_in - 1
