@@ -5,6 +5,7 @@
 - ``run``: :class:`Run`, a mission under test
 - ``moment``: :class:`Moment`, one control step, for conditions
 - ``claims``: what can be claimed of a run: always, never, eventually, whenever
+- ``seeds``, ``rates``, ``scenarios``: ``@pytest.mark.scenario``, a test for each seed
 - ``history``, ``recorded``: what happened
 - ``scripted_server``: :class:`ScriptedServer`, an action server that a test plays
 """

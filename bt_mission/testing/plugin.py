@@ -6,6 +6,7 @@ is imported when a fixture is asked for.
 
 from __future__ import annotations
 
+import argparse
 import os
 from collections.abc import Callable, Generator, Iterator
 from pathlib import Path
@@ -13,12 +14,37 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from bt_mission.testing.scenarios import Scenarios
+from bt_mission.testing.seeds import seeded
+
 if TYPE_CHECKING:
     from bt_mission.mission import Mission
     from bt_mission.testing.scripted_server import ScriptedServer
     from bt_mission.testing.stages import Stages
 
 STAGES = pytest.StashKey["list[Stages]"]()
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add our options."""
+    group = parser.getgroup("bt-mission", "tests of missions")
+    group.addoption(
+        "--scenario-seeds",
+        type=_count,
+        metavar="N",
+        help="run tests marked 'scenario' with N seeds each, instead of as many as they say",
+    )
+
+
+def _count(text: str) -> int:
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"expected a number of seeds from 1, got '{text}'")
+    return int(text)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Put the parts together."""
+    config.pluginmanager.register(Scenarios(config), "bt_mission_scenarios")
 
 
 @pytest.fixture
@@ -30,7 +56,8 @@ def stage(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Stages]:
     os.environ.setdefault("ROS_LOG_DIR", str(tmp_path / "log"))
     from bt_mission.testing.stages import Stages  # noqa: PLC0415 - see above
 
-    made = Stages(tmp_path)
+    one = seeded(request.node)
+    made = Stages(tmp_path, seed=None if one is None else one.seed)
     request.node.stash.setdefault(STAGES, []).append(made)
     yield made
     made.close()

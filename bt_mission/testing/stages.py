@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -31,10 +32,12 @@ class Stages:
     Nobody outside this process hears them. What a test leaves behind ends with it.
 
     :param folder: for worlds, pictures, and what failed runs leave.
+    :param seed: of every run that is given none of its own; None is the mission's.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, seed: int | None = None) -> None:
         self.folder = folder
+        self.seed = seed
         self.runs: list[Run] = []
         self.left_behind: list[str] = []
         self._servers: dict[str, Node] = {}
@@ -58,7 +61,8 @@ class Stages:
         :param world: a file, the name of a shipped world, or a world as text; instead of the
             mission's.
         :param robot: instead of the mission's.
-        :param seed: of everything random; instead of the mission's.
+        :param seed: of everything random; instead of the test's (``@pytest.mark.scenario``), and
+            of the mission's.
         :param inputs: values of the mission's inputs.
         :param options: for :class:`bt_mission.stage.Stage`.
         :raises InputError: with every fault of the mission, world or robot.
@@ -67,7 +71,7 @@ class Stages:
         self._clear()
         changes: dict[str, Any] = {
             "set": dict(inputs or {}),
-            "seed": seed,
+            "seed": self.seed if seed is None else seed,
             "world": None if world is None else str(self.world(world)),
             "robot": robot,
         }
@@ -89,11 +93,12 @@ class Stages:
         :raises InputError: with all its faults.
         """
         if isinstance(mission, Mission):
+            seed = changes.pop("seed", None)
             given = {name: value for name, value in changes.items() if value}
             if given:
                 names = ", ".join(given)
                 raise ScenarioError(f"{names}: give the mission as file or text to change them")
-            return mission
+            return mission if seed is None else replace(mission, seed=seed)
         text = str(mission)
         if "\n" in text:
             found, faults = examine_text(text, **changes)

@@ -1,0 +1,187 @@
+"""How many seeds of a scenario passed, with what certainty, and which did not."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import pytest
+
+Z_95 = 1.959964
+"""So many standard deviations to each side hold 95 % of a normal distribution."""
+
+SHOWN_IN_FULL = 3
+SHOWN_IN_LINES = 10
+
+
+def wilson(passed: int, total: int, z: float = Z_95) -> tuple[float, float]:
+    """The interval that holds the true rate of passes, by default with a certainty of 95 %.
+
+    Also where all pass or none does, and for few trials, it says something: of 20 out of 20, that
+    the true rate is 84 % or more. The formula is that of E. B. Wilson, "Probable inference, the
+    law of succession, and statistical inference", Journal of the American Statistical Association
+    22 (1927), 209-212.
+
+    :param total: at least 1.
+    """
+    rate = passed / total
+    spread = z * z / total
+    centre = rate + spread / 2
+    half = z * math.sqrt(rate * (1 - rate) / total + spread / (4 * total))
+    low, high = (centre - half) / (1 + spread), (centre + half) / (1 + spread)
+    return max(low, 0.0), min(high, 1.0)
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A seed that failed.
+
+    :param repeat: what to type to run it again.
+    :param line: why, in one line.
+    :param text: the report of the test; none where it has been shown as an error.
+    """
+
+    seed: int
+    nodeid: str
+    repeat: str
+    line: str
+    text: str
+
+
+@dataclass
+class Rate:
+    """What became of the seeds of one test."""
+
+    test: str
+    function: str
+    at_least: float | None
+    location: tuple[str, int | None, str]
+    passed: set[int] = field(default_factory=set)
+    failed: dict[int, Failure] = field(default_factory=dict)
+
+    @property
+    def total(self) -> int:
+        """How many seeds ran."""
+        return len(self.passed) + len(self.failed)
+
+    @property
+    def reached(self) -> bool:
+        """Did enough of them pass?"""
+        wanted = 1.0 if self.at_least is None else self.at_least
+        return len(self.passed) >= wanted * self.total - 1e-9
+
+    @property
+    def line(self) -> str:
+        """The rate, its interval, and what was wanted."""
+        low, high = wilson(len(self.passed), self.total)
+        wanted = "" if self.at_least is None else f", at least {self.at_least:.4g} wanted"
+        return (
+            f"{len(self.passed)} of {self.total} passed: {len(self.passed) / self.total:.3f} "
+            f"({low:.3f} to {high:.3f}){wanted}"
+        )
+
+    def add(self, report: pytest.TestReport, told: dict[str, Any]) -> None:
+        """Count what one phase of one seed's test came to."""
+        seed = told["seed"]
+        if told["failed"]:
+            self.passed.discard(seed)
+            text = _text(report) if report.when == "call" else ""
+            failure = Failure(seed, report.nodeid, told["repeat"], _why(report), text)
+            self.failed.setdefault(seed, failure)
+        elif report.when == "call" and report.passed and seed not in self.failed:
+            self.passed.add(seed)
+
+    def failures(self) -> list[Failure]:
+        """The seeds that failed, in their order."""
+        return [self.failed[seed] for seed in sorted(self.failed)]
+
+    def verdict(self) -> pytest.TestReport:
+        """The report of the test as a whole, where too few seeds passed."""
+        failures = [one for one in self.failures() if one.text]
+        parts = [self.line]
+        for one in failures[:SHOWN_IN_FULL]:
+            parts += ["", f"-------- seed {one.seed} --------", one.text]
+        parts += ["", *_lines(failures[SHOWN_IN_FULL:])]
+        return pytest.TestReport(
+            nodeid=self.test,
+            location=self.location,
+            keywords={},
+            outcome="failed",
+            longrepr="\n".join(parts).rstrip(),
+            when="call",
+        )
+
+
+@dataclass
+class Rates:
+    """The rates of all scenarios of a session."""
+
+    by_test: dict[str, Rate] = field(default_factory=dict)
+
+    def add(self, report: pytest.TestReport, told: dict[str, Any]) -> None:
+        """Count a report, with what ``scenarios`` has put into it."""
+        test = told["test"]
+        if test not in self.by_test:
+            path, line, name = report.location
+            place = (path, line, name.partition("[")[0] + test[len(told["function"]) :])
+            self.by_test[test] = Rate(test, told["function"], told["at_least"], place)
+        self.by_test[test].add(report, told)
+
+    @property
+    def run(self) -> list[Rate]:
+        """Those of which at least one seed ran to an end."""
+        return [rate for rate in self.by_test.values() if rate.total]
+
+    @property
+    def missed(self) -> list[Rate]:
+        """Tests that allow some seeds to fail, of which too few passed."""
+        return [rate for rate in self.run if rate.at_least is not None and not rate.reached]
+
+    def summary(self) -> Iterator[str]:
+        """A line for each test, and one for each seed that failed."""
+        width = max(len(rate.test) for rate in self.run)
+        for rate in sorted(self.run, key=lambda one: one.test):
+            yield f"{rate.test:{width}}  {rate.line}"
+            yield from (f"  {line}" for line in _lines(rate.failures()))
+
+    def failing(self, before: dict[str, list[int]]) -> dict[str, list[int]]:
+        """The seeds that are to run first next time: those that failed and have not passed since.
+
+        :param before: those of the time before, by the test's node id.
+        """
+        passed: dict[str, set[int]] = {}
+        failed: dict[str, set[int]] = {}
+        for rate in self.run:
+            passed.setdefault(rate.function, set()).update(rate.passed)
+            failed.setdefault(rate.function, set()).update(rate.failed)
+        after = dict(before)
+        for function, good in passed.items():
+            now = sorted((set(before.get(function, ())) - good) | failed[function])
+            if now:
+                after[function] = now
+            else:
+                after.pop(function, None)
+        return after
+
+
+def _lines(failures: list[Failure]) -> Iterator[str]:
+    for one in failures[:SHOWN_IN_LINES]:
+        yield f"{one.repeat}  {one.line}"
+    if len(failures) > SHOWN_IN_LINES:
+        more = ", ".join(str(one.seed) for one in failures[SHOWN_IN_LINES:])
+        yield f"and seeds {more}"
+
+
+def _why(report: pytest.TestReport) -> str:
+    crash = getattr(report.longrepr, "reprcrash", None)
+    message = str(crash.message if crash else report.longreprtext)
+    return message.strip().split("\n", 1)[0][:100]
+
+
+def _text(report: pytest.TestReport) -> str:
+    shown = [(name, text) for name, text in report.sections if text.strip()]
+    return "\n".join(
+        [report.longreprtext, *(f"---- {name} ----\n{text.rstrip()}" for name, text in shown)]
+    )
