@@ -25,6 +25,7 @@ from bt_mission.cli import (
     services,
     sim,
     topics,
+    tree,
     watch,
 )
 from bt_mission.cli.exits import BAD_INPUT, INTERRUPTED, MISSION_FAILED, NO_SERVER
@@ -35,6 +36,7 @@ COMMANDS = (
     watch,
     check,
     convert,
+    tree,
     schema,
     serve,
     actions,

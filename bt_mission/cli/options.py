@@ -10,11 +10,24 @@ from bt_mission.common.data import find
 
 def add_mission_options(parser: argparse.ArgumentParser) -> None:
     """The mission file and what may be overridden in it."""
+    add_mission_file(parser)
+    add_set_option(parser)
+    parser.add_argument("--seed", type=_seed, help="seed of everything random in the run")
+    parser.add_argument("--world", help="a world's name or file instead of the mission's")
+    parser.add_argument("--robot", help="a robot's name or file instead of the mission's")
+
+
+def add_mission_file(parser: argparse.ArgumentParser) -> None:
+    """The mission file."""
     parser.add_argument(
         "file",
         type=Path,
         help="the mission: a YAML file, an XML file of Groot 2, or the name of a shipped one",
     )
+
+
+def add_set_option(parser: argparse.ArgumentParser) -> None:
+    """Inputs of the mission."""
     parser.add_argument(
         "--set",
         action="append",
@@ -23,9 +36,6 @@ def add_mission_options(parser: argparse.ArgumentParser) -> None:
         type=_assignment,
         help="give an input of the mission another value; may be repeated",
     )
-    parser.add_argument("--seed", type=_seed, help="seed of everything random in the run")
-    parser.add_argument("--world", help="a world's name or file instead of the mission's")
-    parser.add_argument("--robot", help="a robot's name or file instead of the mission's")
 
 
 def _seed(text: str) -> int:

@@ -14,12 +14,12 @@ from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.widgets import Checkbox, Footer, Input, Label, Static
 
 from bt_mission.common.errors import BtMissionError
+from bt_mission.common.harmless import harmless
 from bt_mission.hand.about import About
 from bt_mission.hand.feedback_table import FeedbackTable
 from bt_mission.hand.form_fields import Line, lines_of, nested, texts
 from bt_mission.hand.goal_lines import end_lines
 from bt_mission.hand.one_goal import End, OneGoal
-from bt_mission.hand.values import harmless
 
 if TYPE_CHECKING:
     from bt_mission.goals.goal import Goal

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 
 from bt_mission.common.faults import listed
+from bt_mission.common.harmless import harmless
 from bt_mission.hand.about import About, Field, Part
 from bt_mission.hand.looking import Entry
-from bt_mission.hand.values import harmless, short
+from bt_mission.hand.values import short
 from bt_mission.mission.shapes import ListOf, Message
 
 NOBODY = "nobody"

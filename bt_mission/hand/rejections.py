@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 from rcl_interfaces.msg import Log
 from rclpy.qos import QoSProfile
 
+from bt_mission.common.harmless import harmless
 from bt_mission.hand.looking import FEEDBACK
-from bt_mission.hand.values import harmless
 
 if TYPE_CHECKING:
     from rclpy.node import Node

@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 import math
 import re
-import unicodedata
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 import yaml  # type: ignore[import-untyped]
+
+from bt_mission.common.harmless import harmless
 
 SHOWN_ITEMS = 16
 """Items of a list that people are shown; a scan has hundreds, a picture a million."""
@@ -63,21 +64,6 @@ def _field(value: Any, type_: str, most: int | None) -> Any:
     kept = np.asarray(value if most is None else value[:most], np.float32).astype(str)
     items = kept.astype(float).tolist()
     return items if len(items) == len(value) else [*items, Cut(len(value) - len(items))]
-
-
-def harmless(text: str) -> str:
-    """The text on one line, with everything that a terminal might obey written as an escape."""
-    if text.isprintable():
-        return text
-    return "".join(_escaped(character) for character in text)
-
-
-def _escaped(character: str) -> str:
-    if character.isprintable() or unicodedata.category(character) in ("Zs", "Mn", "Mc"):
-        return character
-    code = ord(character)
-    simple = {"\n": "\\n", "\t": "\\t", "\r": "\\r"}.get(character)
-    return simple or (f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}")
 
 
 def short(value: Any) -> str:

@@ -11,7 +11,8 @@ from geometry_msgs.msg import PointStamped
 from sensor_msgs.msg import Image, LaserScan
 from std_msgs.msg import ByteMultiArray, String
 
-from bt_mission.hand.values import as_json, as_yaml, flat, harmless, plain, short
+from bt_mission.common.harmless import harmless
+from bt_mission.hand.values import as_json, as_yaml, flat, plain, short
 
 
 def test_a_float32_is_the_shortest_decimal_that_is_the_same() -> None:

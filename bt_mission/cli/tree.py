@@ -1,0 +1,135 @@
+"""``bt-mission tree``: a mission's tree as text or as a picture."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import Any
+
+from bt_mission.cli.exits import SUCCESS
+from bt_mission.cli.options import add_mission_file, add_set_option, mission_file
+from bt_mission.common.errors import BtMissionError
+
+FORMATS = ("text", "dot", "svg", "png")
+
+EPILOG = """\
+examples:
+  bt-mission tree missions/explore.yaml
+  bt-mission tree missions/explore.yaml -o explore.svg
+  bt-mission tree missions/explore.yaml --format dot | dot -Tpdf > explore.pdf
+"""
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command to the command line."""
+    parser = commands.add_parser(
+        "tree",
+        help="show a mission's tree as text, DOT, SVG or PNG",
+        description="Shows the tree of a mission, with the trees that it uses in their places. "
+        "Neither ROS nor Graphviz is needed.",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    add_mission_file(parser)
+    add_set_option(parser)
+    parser.add_argument(
+        "--format", choices=FORMATS, help="default: the suffix of the output file, else text"
+    )
+    parser.add_argument("-o", "--output", type=Path, help="write to this file")
+    parser.set_defaults(command=tree)
+
+
+def tree(options: argparse.Namespace) -> int:
+    """Show the tree."""
+    from bt_mission.drawing.nodes import drawn, heading
+    from bt_mission.mission import load
+
+    form = _format(options)
+    mission = load(mission_file(options), set=dict(options.set))
+    root, title = drawn(mission), heading(mission)
+    if options.output is None and form == "text":
+        _print(root, title)
+    else:
+        _write(_made(form, root, title), options.output)
+    return SUCCESS
+
+
+def _format(options: argparse.Namespace) -> str:
+    """The format that is wanted.
+
+    :raises BtMissionError: when the output's suffix tells of none.
+    """
+    if options.format:
+        return str(options.format)
+    if options.output is None:
+        return "text"
+    suffix = options.output.suffix.removeprefix(".").replace("txt", "text")
+    if suffix not in FORMATS:
+        raise BtMissionError(
+            f"{options.output}: its suffix tells of no format; use .txt, .dot, .svg or .png, or "
+            "say which with --format"
+        )
+    return str(suffix)
+
+
+def _made(form: str, root: Any, title: str) -> bytes:
+    if form == "png":
+        from bt_mission.drawing.png import png
+        from bt_mission.drawing.scene import scene
+
+        return png(scene(root, title))
+    if form == "svg":
+        from bt_mission.drawing.scene import scene
+        from bt_mission.drawing.svg import svg
+
+        return svg(scene(root, title)).encode()
+    if form == "dot":
+        from bt_mission.drawing.dot import dot
+
+        return dot(root, title).encode()
+    from bt_mission.drawing.outline import legend, outline
+
+    rows = [title, *map(str, outline(root)), "", legend(root)]
+    return "".join(f"{row}\n" for row in rows).encode()
+
+
+def _write(content: bytes, output: Path | None) -> None:
+    if output is None:
+        if content.startswith(b"\x89PNG") and sys.stdout.isatty():
+            raise BtMissionError("a PNG is nothing for a terminal; write it to a file with -o")
+        sys.stdout.flush()
+        sys.stdout.buffer.write(content)
+        sys.stdout.buffer.flush()
+        return
+    try:
+        output.write_bytes(content)
+    except OSError as error:
+        raise BtMissionError(f"cannot write {output}: {error.strerror or error}") from error
+    print(f"{output}: written")
+
+
+def _print(root: Any, title: str) -> None:
+    """As text; on a terminal in colour, each node on one line."""
+    from rich.console import Console
+    from rich.text import Text
+
+    from bt_mission.common.harmless import harmless
+    from bt_mission.drawing.outline import can_show, legend, outline
+    from bt_mission.drawing.style import STROKES
+
+    console = Console(highlight=False)
+    ascii_only = not can_show(console.encoding)
+    lines = [Text(harmless(title), style="bold")]
+    for row in outline(root, ascii_only=ascii_only):
+        line = Text(row.branches, style="dim")
+        line.append(f"{row.sign} ", style=f"bold {STROKES[row.family]}")
+        line.append(harmless(row.name), style="bold")
+        line.append(f"  {harmless(row.details)}" if row.details else "", style="dim")
+        lines.append(line)
+    lines += [Text(""), Text(legend(root, ascii_only=ascii_only), style="dim")]
+    for line in lines:
+        if console.is_terminal:
+            console.print(line, overflow="ellipsis", no_wrap=True)
+        else:
+            print(line.plain)

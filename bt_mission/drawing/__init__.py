@@ -1,0 +1,1 @@
+"""A mission's tree as text and as pictures; nothing of ROS is needed."""
