@@ -16,13 +16,23 @@ from bt_mission.lockstep.executor import (
 )
 from bt_mission.lockstep.matching import DiscoveryError
 from bt_mission.lockstep.proof import NotLockstepError, self_test
-from bt_mission.lockstep.taps import ACTION_PARTS, Answer, Delivery, Passing, Side, Tap, Taps
+from bt_mission.lockstep.taps import (
+    ACTION_PARTS,
+    Answer,
+    Delivery,
+    Gate,
+    Passing,
+    Side,
+    Tap,
+    Taps,
+)
 
 __all__ = [
     "ACTION_PARTS",
     "Answer",
     "Delivery",
     "DiscoveryError",
+    "Gate",
     "LockstepExecutor",
     "NotLockstepError",
     "NothingDueError",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from rclpy.action import ActionServer
+from rclpy.action import ActionClient, ActionServer, get_action_server_names_and_types_by_node
 from rclpy.event_handler import EventHandler
 from rclpy.exceptions import InvalidHandle
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
@@ -93,6 +93,31 @@ class Entities:
         """The full name of the node that an entity belongs to; empty when it is gone."""
         return self._owners.get(id(entity), "")
 
+    def actions_of(self, end: ActionClient | ActionServer) -> tuple[str, ...]:
+        """The full names of the actions that one end of an action can be of.
+
+        A server of rclpy does not keep its name: those of one type on one node are not told apart.
+        """
+        node = end._node
+        if isinstance(end, ActionClient):
+            return (node.resolve_topic_name(end._action_name),)
+        return self._offered[node.get_fully_qualified_name(), end._action_type]
+
+    @cached_property
+    def _offered(self) -> dict[tuple[str, Any], tuple[str, ...]]:
+        found: dict[tuple[str, Any], tuple[str, ...]] = {}
+        for node in self._nodes:
+            servers = [one for one in node.waitables if isinstance(one, ActionServer)]
+            if not servers:
+                continue
+            named = get_action_server_names_and_types_by_node(
+                node, node.get_name(), node.get_namespace()
+            )
+            for kind in {one._action_type for one in servers}:
+                names = tuple(name for name, types in named if _type_name(kind) in types)
+                found[node.get_fully_qualified_name(), kind] = names
+        return found
+
     def ready(self) -> list[Any]:
         """The entities that have something to serve now, in the order of their creation."""
         wait_set = self._wait_set
@@ -151,6 +176,11 @@ def _has_work(waitable: Waitable, wait_set: Any) -> bool:
         or waitable._is_cancel_request_ready
         or waitable._is_result_request_ready
     )
+
+
+def _type_name(action_type: Any) -> str:
+    """Such as ``bt_mission_interfaces/action/Turn``."""
+    return "/".join([*action_type.__module__.split(".")[:2], action_type.__name__])
 
 
 def _ns_until_due(timer: Timer) -> int | None:

@@ -228,6 +228,10 @@ class LockstepExecutor(Executor):
         """Something that an entity was sent and has taken, for its taps."""
         return Passing(name, side, message, self._entities.owner_of(entity), self._now_ns)
 
+    def actions_of(self, end: Any) -> tuple[str, ...]:
+        """The full names of the actions that one end of an action can be of."""
+        return self._entities.actions_of(end)
+
     def _refresh(self) -> None:
         """Read the entities again if any was made or destroyed, and see them matched."""
         while self._structure_changed:

@@ -14,9 +14,11 @@ from rclpy.action import ActionClient, ActionServer
 from rclpy.client import Client
 from rclpy.exceptions import InvalidHandle
 from rclpy.guard_condition import GuardCondition
+from rclpy.serialization import deserialize_message, serialize_message
 from rclpy.service import Service
 from rclpy.subscription import Subscription
 
+from bt_mission.common.errors import BtMissionError
 from bt_mission.lockstep.taps import ACTION_PARTS, Side
 
 if TYPE_CHECKING:
@@ -63,15 +65,28 @@ def _serve_subscription(subscription: Subscription, executor: LockstepExecutor) 
     message, *about = taken
     if subscription._callback_type is Subscription.CallbackType.MessageOnly:
         about = []
-    if executor.taps.is_open and not subscription.raw:
-        passing = executor.passing(subscription, subscription.topic_name, Side.MESSAGE, message)
-
-        def deliver(changed: Any) -> Rest:
-            return _rest(subscription.callback(changed, *about))
-
-        if executor.taps.catch(subscription, passing, deliver):
-            return None
+    if executor.taps.is_open and _catch_message(subscription, message, about, executor):
+        return None
     return _rest(subscription.callback(message, *about))
+
+
+def _catch_message(
+    subscription: Subscription, message: Any, about: list[Any], executor: LockstepExecutor
+) -> bool:
+    """Pass a message through the taps of its topic; raw bytes are unpacked for them."""
+    name = subscription.topic_name
+    if not executor.taps.has(name, Side.MESSAGE):
+        return False
+    raw = subscription.raw
+    if raw:
+        message = deserialize_message(message, subscription.msg_type)
+
+    def deliver(changed: Any) -> Rest:
+        changed = serialize_message(changed) if raw else changed
+        return _rest(subscription.callback(changed, *about))
+
+    passing = executor.passing(subscription, name, Side.MESSAGE, message)
+    return executor.taps.catch(subscription, passing, deliver)
 
 
 def _serve_service(service: Service, executor: LockstepExecutor) -> Rest:
@@ -146,7 +161,12 @@ def _serve_waitable(waitable: Waitable, executor: LockstepExecutor) -> Rest:
 
 def _sift(end: Any, data: dict[str, Any], executor: LockstepExecutor) -> dict[str, Any]:
     """Pass what one end of an action has taken through the taps; gives what none caught."""
-    action = end._node.resolve_topic_name(end._action_name)
+    action, *others = executor.actions_of(end)
+    if others and any(executor.taps.are_at(name) for name in (action, *others)):
+        raise BtMissionError(
+            f"{action} and {', '.join(others)} are of one type and offered by one node, where rclpy"
+            " does not tell them apart: offer them on nodes of their own to tap them"
+        )
     return {
         part: taken
         for part, taken in data.items()

@@ -6,8 +6,8 @@ often or not at all, as it is or changed; a request can also be answered in the 
 So anything can go wrong between sound nodes, at exact virtual times, without a wire to cut.
 
 An action is three services and two topics (``/turn/_action/send_goal``, ``.../feedback``, ...),
-and each of them can be tapped. Subscriptions to raw bytes, as recorders make them, are passed by:
-they get what was sent.
+and each of them can be tapped. What a subscription to raw bytes is sent is unpacked for its taps,
+and packed again.
 """
 
 from __future__ import annotations
@@ -49,12 +49,26 @@ class Passing:
     time_ns: int
 
 
+class Gate:
+    """Holds deliveries back, for as long as it takes."""
+
+    def __init__(self) -> None:
+        self.opened_ns: int | None = None
+        """The virtual time from which on it lets through, ns; None while it is closed."""
+
+    def open(self, time_ns: int) -> None:
+        """Let through from a virtual time on; the earliest that is said counts."""
+        if self.opened_ns is None or time_ns < self.opened_ns:
+            self.opened_ns = time_ns
+
+
 @dataclass(frozen=True)
 class Delivery:
-    """Hand ``message`` to the receiver, ``after_ns`` from now."""
+    """Hand ``message`` to the receiver, ``after_ns`` from now, and not before ``gate`` is open."""
 
     message: Any
     after_ns: int = 0
+    gate: Gate | None = None
 
 
 @dataclass(frozen=True)
@@ -87,7 +101,7 @@ class Taps:
 
     def __init__(self) -> None:
         self._taps: defaultdict[tuple[str, Side], list[Tap]] = defaultdict(list)
-        self._held: list[tuple[int, Any, Callable[[], Rest]]] = []
+        self._held: list[_Held] = []
         self.is_open = False
         """Is there any tap? Where there is none, nothing is looked up."""
 
@@ -106,22 +120,36 @@ class Taps:
 
         return remove
 
+    def has(self, name: str, side: Side) -> bool:
+        """Is there a tap of this name and side?"""
+        return bool(self._taps.get((name, side)))
+
+    def are_at(self, action: str) -> bool:
+        """Is there a tap at any part of an action?"""
+        parts = {f"{action}/_action/{part}" for part in ACTION_PARTS.values()}
+        return any(taps and name in parts for (name, _), taps in self._taps.items())
+
     def next_due_ns(self) -> int | None:
         """When the next delivery that is held back is due, ns; None when there is none.
 
         One whose receiver is in the middle of another callback waits for its end.
         """
-        return min((due for due, entity, _ in self._held if _is_free(entity)), default=None)
+        due = (one.due_ns for one in self._held if one.is_free)
+        return min((time_ns for time_ns in due if time_ns is not None), default=None)
 
     def take_due(self, now_ns: int) -> list[tuple[Any, Callable[[], Rest]]]:
         """Take what is due out of what is held back, in order, each with its receiver."""
         if not self._held:
             return []
-        due = [one for one in self._held if one[0] <= now_ns and _is_free(one[1])]
-        for one in due:
+        due = [
+            (due_ns, one)
+            for one in self._held
+            if (due_ns := one.due_ns) is not None and due_ns <= now_ns and one.is_free
+        ]
+        for _, one in due:
             self._held.remove(one)
         due.sort(key=itemgetter(0))  # what is due at one time stays in the order of its coming
-        return [(entity, deliver) for _, entity, deliver in due]
+        return [(one.entity, partial(one.deliver, now_ns)) for _, one in due]
 
     def catch(
         self,
@@ -143,22 +171,28 @@ class Taps:
 
     def _pass(self, end: _End, passing: Passing, taps: tuple[Tap, ...]) -> None:
         if not taps:
-            self._hold(passing.time_ns, end, partial(end.deliver, passing.message))
+            self._hold(passing.time_ns, end, lambda _: end.deliver(passing.message))
             return
         for fate in taps[0](passing):
             due_ns = passing.time_ns + fate.after_ns
-            later = replace(passing, message=fate.message, time_ns=due_ns)
+            changed = replace(passing, message=fate.message)
             if isinstance(fate, Answer):
                 if end.answer is None:
                     raise TypeError(f"a {passing.side} of {passing.name} cannot be answered")
-                self._hold(due_ns, end, partial(end.answer, fate.message))
-            elif fate.after_ns:
-                self._hold(due_ns, end, partial(self._pass, end, later, taps[1:]))
+                self._hold(due_ns, end, partial(_answer, end.answer, fate.message))
+            elif fate.after_ns or fate.gate is not None:
+                go_on = partial(self._pass_later, end, changed, taps[1:])
+                self._hold(due_ns, end, go_on, fate.gate)
             else:
-                self._pass(end, later, taps[1:])
+                self._pass(end, changed, taps[1:])
 
-    def _hold(self, due_ns: int, end: _End, deliver: Callable[[], Rest]) -> None:
-        self._held.append((due_ns, end.entity, deliver))
+    def _pass_later(self, end: _End, passing: Passing, taps: tuple[Tap, ...], time_ns: int) -> None:
+        self._pass(end, replace(passing, time_ns=time_ns), taps)
+
+    def _hold(
+        self, after_ns: int, end: _End, deliver: Callable[[int], Rest], gate: Gate | None = None
+    ) -> None:
+        self._held.append(_Held(after_ns, gate, end.entity, deliver))
 
 
 @dataclass(frozen=True)
@@ -170,5 +204,28 @@ class _End:
     answer: Callable[[Any], Any] | None
 
 
-def _is_free(entity: Any) -> bool:
-    return bool(entity.callback_group.can_execute(entity))
+@dataclass(frozen=True, eq=False)
+class _Held:
+    """Something held back: to be delivered, at a virtual time that is told."""
+
+    after_ns: int
+    gate: Gate | None
+    entity: Any
+    deliver: Callable[[int], Rest]
+
+    @property
+    def due_ns(self) -> int | None:
+        """When it is due, ns; None while its gate is closed."""
+        if self.gate is None:
+            return self.after_ns
+        opened_ns = self.gate.opened_ns
+        return None if opened_ns is None else max(self.after_ns, opened_ns)
+
+    @property
+    def is_free(self) -> bool:
+        """Can its receiver take it, or is that in the middle of another callback?"""
+        return bool(self.entity.callback_group.can_execute(self.entity))
+
+
+def _answer(answer: Callable[[Any], Any], message: Any, _time_ns: int) -> None:
+    answer(message)

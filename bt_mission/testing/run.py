@@ -22,6 +22,7 @@ from bt_mission.topic_reader import TopicReader
 
 if TYPE_CHECKING:
     from bt_mission.mission import Mission
+    from bt_mission.testing.faults import Occurrence
 
 Action = Callable[["Run"], Any]
 """Something that a test does to a run at its time, such as a fault."""
@@ -53,6 +54,7 @@ class Run(Claims):
         self.history = History(self.stage)
         self._moments: list[Moment] = []
         self._topics: dict[str, Recorded] = {}
+        self.faults: list[Occurrence] = []
         self._observer: Node | None = None
         self._error: Exception | None = None
         self._waiting: list[tuple[Condition, tuple[Action, ...]]] = []
@@ -236,6 +238,10 @@ class Run(Claims):
             reader = TopicReader(node, name, known[name])
             reader.listen(partial(self._write_down, recorded))
 
+    def blame_test(self, error: Exception) -> None:
+        """Have the present step raise an error of the test's own, once it is over."""
+        self._error = self._error or error
+
     def topic(self, name: str) -> Recorded:
         """The messages of a topic that is recorded.
 
@@ -258,6 +264,8 @@ class Run(Claims):
         ]
         goals = [str(life) for life in self.goals[-LAST_EVENTS:]]
         parts += ["last goals:", *(f"  {line}" for line in goals)] if goals else []
+        faults = [str(fault) for fault in self.faults[-LAST_EVENTS:]]
+        parts += ["last faults:", *(f"  {line}" for line in faults)] if faults else []
         parts += ["last events:", *history.last_events(LAST_EVENTS)]
         for verdict in self.broken:
             parts += ["", verdict.details or verdict.line]
@@ -308,7 +316,7 @@ class Run(Claims):
         try:
             self.do(*actions)
         except Exception as error:  # noqa: BLE001 - raised again once the step is over
-            self._error = self._error or error
+            self.blame_test(error)
 
     def _act_by_condition(self, moment: Moment) -> None:
         for pair in tuple(self._waiting):

@@ -85,7 +85,7 @@ class ScriptedGoal:
 class ScriptedServer:
     """Offers an action; every answer is a move of the test's, or a habit.
 
-    :param node: owns the services and topics; destroy it to have the server die.
+    :param node: owns the services and topics.
     :param type_name: such as ``bt_mission_interfaces/action/Turn``.
     :param name: of the action.
     :param accepts: answer every goal at once: True accepts, False rejects, None waits for a move.
@@ -108,8 +108,15 @@ class ScriptedServer:
         self.cancels = cancels
         self.goals: list[ScriptedGoal] = []
         self._by_id: dict[bytes, ScriptedGoal] = {}
+        self._name = name
+        self.offer(node)
+
+    def offer(self, node: Node) -> None:
+        """Offer the action on a node; on another one after the server has died."""
+        self.node = node
         impl, qos = self.type.Impl, QoSProfile(depth=DEPTH)
         at_once = ReentrantCallbackGroup()  # an answer that waits holds up no other
+        name = self._name
         for service, part, callback in (
             (impl.SendGoalService, "send_goal", self._on_goal),
             (CancelGoal, "cancel_goal", self._on_cancel),

@@ -18,6 +18,7 @@ from bt_mission.isolation import isolate
 from bt_mission.mission import Mission
 from bt_mission.mission.check import examine, examine_text
 from bt_mission.mission.short_names import SHORT_NAMES
+from bt_mission.testing.faults import Faults
 from bt_mission.testing.moment import ScenarioError, no_such
 from bt_mission.testing.run import Run
 from bt_mission.testing.scripted_server import ScriptedServer
@@ -40,7 +41,9 @@ class Stages:
         self.seed = seed
         self.runs: list[Run] = []
         self.left_behind: list[str] = []
-        self._servers: dict[str, Node] = {}
+        self.faults = Faults(self)
+        self.scripted: dict[str, ScriptedServer] = {}
+        """The servers that the test plays, by the full names of their actions."""
         self._exit = ExitStack()
         self._context: Context | None = None
 
@@ -79,11 +82,11 @@ class Stages:
             self.mission(mission, **changes),
             self.folder,
             context=self.context,
-            without=tuple(self._servers),
+            without=tuple(name.strip("/") for name in self.scripted),
             **options,
         )
-        for node in self._servers.values():
-            made.stage.add_node(node)
+        for server in self.scripted.values():
+            made.stage.add_node(server.node)
         self.runs.append(made)
         return made
 
@@ -134,15 +137,20 @@ class Stages:
                 raise no_such("short name of an action", name, sorted(SHORT_NAMES))
             short = SHORT_NAMES[name]
             name, type_name = short.action, short.type
+        server = ScriptedServer(self.node(f"scripted_{name}"), type_name, name, **habits)
+        self.scripted[server.node.resolve_topic_name(name)] = server
+        return server
+
+    def node(self, name: str) -> Node:
+        """A bare node, which goes with the stage."""
         node = Node(
-            f"scripted_{name}",
+            name.replace("/", "_"),
             context=self.context,
             enable_rosout=False,
             start_parameter_services=False,
         )
         self._exit.callback(node.destroy_node)
-        self._servers[name.strip("/")] = node
-        return ScriptedServer(node, type_name, name, **habits)
+        return node
 
     @property
     def context(self) -> Context:

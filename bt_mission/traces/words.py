@@ -57,6 +57,13 @@ def _log(event: dict[str, Any], _: dict[Status, str]) -> str:
     return f"  {event['text']}"
 
 
+def _fault(event: dict[str, Any], _: dict[Status, str]) -> str:
+    given = ", ".join(f"{name}={value!r}" for name, value in event.get("with", {}).items())
+    return f"  fault {event['number']} {event['state']}: {event['what']}({given})".removesuffix(
+        "()"
+    )
+
+
 def _fields(event: dict[str, Any], *_: Any) -> str:
     fields = ", ".join(f"{key} {value}" for key, value in event.items() if key not in KNOWN)
     return f"  {event['event']}: {fields}" if fields else f"  {event['event']}"
@@ -69,4 +76,5 @@ _TELLERS = {
     "pose": _pose,
     "mission": _mission,
     "log": _log,
+    "fault": _fault,
 }

@@ -7,11 +7,13 @@ from typing import Any
 import pytest
 from action_msgs.msg import GoalStatus
 from bt_mission_interfaces.action import Turn
-from rclpy.action import ActionClient
+from rclpy.action import ActionClient, ActionServer
+from rclpy.serialization import deserialize_message
 from std_msgs.msg import Int32
 from std_srvs.srv import SetBool
 
-from bt_mission.lockstep import Answer, Delivery, Passing, Side
+from bt_mission.common.errors import BtMissionError
+from bt_mission.lockstep import Answer, Delivery, Gate, Passing, Side
 from bt_mission.testing.scripted_server import ScriptedServer
 
 S = 1_000_000_000
@@ -94,14 +96,39 @@ def test_what_is_delayed_beyond_the_life_of_its_receiver_is_lost(numbers: Any) -
     assert numbers.heard == {"a": [], "b": [(3.5, 0)]}
 
 
-def test_raw_subscriptions_get_what_was_sent(numbers: Any) -> None:
-    """As recorders make them."""
-    raw: list[bytes] = []
-    numbers.nodes[1].create_subscription(Int32, "numbers", raw.append, 10, raw=True)
-    numbers.executor.taps.add("/numbers", Side.MESSAGE, lambda _: [])
-    numbers.steps_until(3 * S)
-    assert len(raw) == 2
-    assert numbers.heard == {"a": [], "b": []}
+def test_raw_subscriptions_are_tapped_too(numbers: Any) -> None:
+    """What they get is bytes again."""
+    raw: list[int] = []
+    numbers.nodes[1].create_subscription(
+        Int32, "numbers", lambda b: raw.append(deserialize_message(b, Int32).data), 10, raw=True
+    )
+
+    def tap(passing: Passing) -> list[Delivery]:
+        data = passing.message.data
+        return [] if data == 0 else [Delivery(Int32(data=10 * data))]
+
+    numbers.executor.taps.add("/numbers", Side.MESSAGE, tap)
+    numbers.steps_until(4 * S)
+    assert raw == [10, 20]
+    assert numbers.heard["a"] == [(3, 10), (4, 20)]
+
+
+def test_a_gate_holds_back_until_it_is_opened(numbers: Any) -> None:
+    """For as long as that takes; the taps behind it see what passes then."""
+    gate = Gate()
+    seen: list[float] = []
+
+    def behind(passing: Passing) -> list[Delivery]:
+        seen.append(passing.time_ns / S)
+        return [Delivery(passing.message)]
+
+    numbers.executor.taps.add("/numbers", Side.MESSAGE, lambda p: [Delivery(p.message, gate=gate)])
+    numbers.executor.taps.add("/numbers", Side.MESSAGE, behind)
+    numbers.executor.call_at(7 * S // 2, lambda: gate.open(15 * S // 4))
+    numbers.executor.call_at(4 * S, lambda: gate.open(9 * S))
+    numbers.steps_until(4 * S)
+    assert numbers.heard["a"] == [(3.75, 0), (3.75, 1), (4, 2)]
+    assert seen == [3.75] * 4 + [4] * 2
 
 
 def test_a_service_is_tapped_in_both_directions(rig: Any) -> None:
@@ -216,3 +243,49 @@ def test_an_action_server_is_answered_for(rig: Any) -> None:
     rig.executor.run_until_quiet()
     assert (first.result().accepted, second.result().accepted) == (False, True)
     assert len(server.goals) == 1
+
+
+def own_server(rig: Any, node: Any, *names: str) -> Any:
+    """An action server of rclpy's own for each name."""
+    return [
+        ActionServer(node, Turn, name, lambda handle: (handle.succeed(), Turn.Result())[1])
+        for name in names
+    ]
+
+
+def test_an_action_server_of_rclpy_is_answered_for(rig: Any) -> None:
+    """It does not keep its name, which is known from its node and type."""
+    own_server(rig, rig.node("server"), "turn")
+    own_server(rig, rig.node("other"), "other_turn")
+    node = rig.node("client")
+    node.create_timer(0.25, lambda: None)
+    client = ActionClient(node, Turn, "turn")
+    rig.executor.taps.add(
+        "/turn/_action/send_goal",
+        Side.REQUEST,
+        lambda p: (
+            [Delivery(p.message, after_ns=S)]
+            if p.message.goal.angle > 5
+            else [Answer(Turn.Impl.SendGoalService.Response(accepted=False))]
+        ),
+    )
+    rejected, late = (client.send_goal_async(Turn.Goal(angle=angle)) for angle in (1.0, 9.0))
+    rig.executor.run_until_quiet()
+    assert (rejected.result().accepted, late.done()) == (False, False)
+    begin_ns = rig.executor.now_ns
+    while not late.done():
+        rig.executor.step()
+    assert (late.result().accepted, rig.executor.now_ns - begin_ns) == (True, S)
+
+
+def test_actions_of_one_type_on_one_node_cannot_be_tapped(rig: Any) -> None:
+    """Which one a request is for is not known; without taps they work."""
+    own_server(rig, rig.node("server"), "turn", "turn_back")
+    client = ActionClient(rig.node("client"), Turn, "turn")
+    rig.executor.taps.add("/scan", Side.MESSAGE, lambda _: [])
+    client.send_goal_async(Turn.Goal())
+    rig.executor.run_until_quiet()
+    rig.executor.taps.add("/turn_back/_action/send_goal", Side.REQUEST, lambda _: [])
+    client.send_goal_async(Turn.Goal())
+    with pytest.raises(BtMissionError, match="/turn and /turn_back are of one type and offered by"):
+        rig.executor.run_until_quiet()

@@ -98,6 +98,10 @@ def test_events_in_words(path: Path) -> None:
         "mission ended: success",
     ]
     assert told({"t": 1, "event": "fault", "name": "drop"}) == "  fault: name drop"
+    fault = {"t": 1, "event": "fault", "number": 2, "what": "drop"}
+    given = {"state": "begins", "with": {"topic": "scan", "share": 0.3}}
+    assert told(fault | given) == "  fault 2 begins: drop(topic='scan', share=0.3)"
+    assert told(fault | {"state": "ends"}) == "  fault 2 ends: drop"
     assert told({"t": 1, "event": "status", "node": 3}) == "  status: node 3"
     assert told({"t": 1, "event": "quiet"}) == "  quiet"
 

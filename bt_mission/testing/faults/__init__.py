@@ -1,0 +1,34 @@
+"""What can be broken on purpose: the faults of a stage, ``stage.faults``.
+
+- ``fault``: :class:`Fault`, an action of a test that goes on for a while
+- ``topics``, ``corruptions``: messages on their way between nodes
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from bt_mission.testing.faults.fault import Fault, Occurrence
+from bt_mission.testing.faults.topics import TopicFaults
+
+if TYPE_CHECKING:
+    from bt_mission.testing.run import Run
+
+__all__ = ["Fault", "Faults", "Occurrence"]
+
+
+class Faults(TopicFaults):
+    """Makes faults: actions for ``run.do``, ``run.at`` and ``run.when``.
+
+        blind = stage.faults.drop("scan")
+        run.at(5.0, blind)
+        run.at(8.0, blind.end)
+
+    Each leaves events in the run's trace, draws what is random from the mission's seed, and
+    repeats bit for bit.
+    """
+
+    def clear(self, run: Run) -> None:
+        """End every fault that goes on; an action, too."""
+        for fault in run.faults:
+            fault.end()

@@ -1,0 +1,183 @@
+"""What can be wrong with a message: ready-made changes, and those that a test makes itself."""
+
+from __future__ import annotations
+
+import math
+from array import array
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+from builtin_interfaces.msg import Duration, Time
+from std_msgs.msg import Header
+
+from bt_mission.common.errors import described
+from bt_mission.testing.moment import ScenarioError, no_such
+
+STAMP_S = 10
+"""By so many seconds a wrong stamp is wrong."""
+
+
+def changed_by(how: str | Callable[[Any], Any], field: str | None) -> Callable[[Any], Any]:
+    """What changes a message, or gives another in its place.
+
+    :param how: one of :data:`READY_MADE`, or a function of the test's own.
+    :param field: dotted name of the one field that is concerned.
+    :raises ScenarioError: for a name that is none.
+    """
+    if isinstance(how, str):
+        if how not in READY_MADE:
+            raise no_such("ready-made corruption", how, sorted(READY_MADE))
+        ready_made = READY_MADE[how]
+
+        def change(message: Any) -> Any:
+            owner, names = _find(message, field)
+            if not ready_made(owner, names):
+                what = field or type(message).__name__
+                raise ScenarioError(f"corrupt: there is nothing in {what} that '{how}' changes")
+            return message
+
+        return change
+    if field is not None:
+        raise ScenarioError("corrupt: a field goes with a ready-made corruption, not a function")
+
+    def change_freely(message: Any) -> Any:
+        try:
+            other = how(message)
+        except Exception as error:
+            raise ScenarioError(f"corrupt: the function raised {described(error)}") from error
+        if other is not None and type(other) is not type(message):
+            raise ScenarioError(
+                f"corrupt: expected the function to change the {type(message).__name__}, or to "
+                f"give another, got {other!r}"
+            )
+        return message if other is None else other
+
+    return change_freely
+
+
+def restamp(message: Any, like: Any) -> None:
+    """Give a message the stamps of another of its type.
+
+    :raises ScenarioError: when it has none.
+    """
+    stamps = [(one.header, other.header) for one, other in _stamped(message, like)]
+    if not stamps:
+        raise ScenarioError(f"freeze: a {type(message).__name__} has no stamp that could be fresh")
+    for header, other in stamps:
+        header.stamp = other.stamp
+
+
+def _stamped(message: Any, like: Any) -> Iterator[tuple[Any, Any]]:
+    if hasattr(message, "header"):
+        yield message, like
+    elif hasattr(message, "transforms"):
+        yield from zip(message.transforms, like.transforms, strict=False)
+
+
+def _find(message: Any, field: str | None) -> tuple[Any, list[str]]:
+    """The message that holds a field, and the field; all of its fields where none is named."""
+    if field is None:
+        return message, list(message.get_fields_and_field_types())
+    *path, last = field.split(".")
+    for name in path:
+        message = getattr(message, _checked(message, name))
+    return message, [_checked(message, last)]
+
+
+def _checked(message: Any, name: str) -> str:
+    if not hasattr(message, "get_fields_and_field_types"):
+        raise ScenarioError(f"corrupt: there is no field '{name}' in {message!r}, a plain value")
+    known = list(message.get_fields_and_field_types())
+    if name not in known:
+        raise no_such(f"field of {type(message).__name__}", name, known)
+    return name
+
+
+# ---- ready-made: each changes fields of a message, and tells whether there was any to change ----
+
+
+def _each(message: Any, names: list[str], change: Callable[[Any], Any]) -> bool:
+    """Change all numbers in these fields and below them; headers and times stay."""
+    found = False
+    for name in names:
+        value = getattr(message, name)
+        if isinstance(value, Header | Time | Duration):
+            continue
+        if hasattr(value, "get_fields_and_field_types"):
+            found |= _each(value, list(value.get_fields_and_field_types()), change)
+        elif isinstance(value, list) and value and hasattr(value[0], "get_fields_and_field_types"):
+            for one in value:
+                found |= _each(one, list(one.get_fields_and_field_types()), change)
+        else:
+            changed = change(value)
+            if changed is not None:
+                setattr(message, name, changed)
+                found = True
+    return found
+
+
+def _float(number: float) -> Callable[[Any, list[str]], bool]:
+    def change(value: Any) -> Any:
+        if isinstance(value, float):
+            return number
+        if isinstance(value, array) and value.typecode in "fd":
+            return array(value.typecode, [number] * len(value))
+        if isinstance(value, np.ndarray) and value.dtype.kind == "f":
+            return np.full_like(value, number)
+        return None
+
+    return lambda message, names: _each(message, names, change)
+
+
+def _zero(value: Any) -> Any:
+    if isinstance(value, bool | int | float):
+        return type(value)(0)
+    if isinstance(value, array):
+        return array(value.typecode, bytes(value.itemsize * len(value)))
+    return np.zeros_like(value) if isinstance(value, np.ndarray) else None
+
+
+def _empty(value: Any) -> Any:
+    if isinstance(value, array):
+        return array(value.typecode)
+    return type(value)() if isinstance(value, list | str | bytes) else None
+
+
+def _zeros(message: Any, names: list[str]) -> bool:
+    return _each(message, names, _zero)
+
+
+def _empties(message: Any, names: list[str]) -> bool:
+    return _each(message, names, _empty)
+
+
+def _wrong_frame(message: Any, _: list[str]) -> bool:
+    found = False
+    for one, _like in _stamped(message, message):
+        one.header.frame_id = "nowhere"
+        found = True
+    return found
+
+
+def _stamp(by_s: int) -> Callable[[Any, list[str]], bool]:
+    def change(message: Any, _: list[str]) -> bool:
+        found = False
+        for one, _like in _stamped(message, message):
+            stamp = one.header.stamp
+            one.header.stamp = Time(sec=max(0, stamp.sec + by_s), nanosec=stamp.nanosec)
+            found = True
+        return found
+
+    return change
+
+
+READY_MADE: dict[str, Callable[[Any, list[str]], bool]] = {
+    "nan": _float(math.nan),
+    "inf": _float(math.inf),
+    "zeros": _zeros,
+    "empty": _empties,
+    "wrong frame": _wrong_frame,
+    "old stamp": _stamp(-STAMP_S),
+    "future stamp": _stamp(STAMP_S),
+}

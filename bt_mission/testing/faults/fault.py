@@ -1,0 +1,308 @@
+"""What a fault is: an action of a test that goes on for a while, and can be ended."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import ExitStack
+from typing import TYPE_CHECKING, Any
+
+from rclpy.action import get_action_server_names_and_types_by_node
+
+from bt_mission.lockstep import Answer, Delivery, Passing, Side
+from bt_mission.mission.short_names import SHORT_NAMES
+from bt_mission.ros_types import action_type
+from bt_mission.testing.moment import ScenarioError, no_such
+
+if TYPE_CHECKING:
+    from bt_mission.testing.run import Run
+    from bt_mission.testing.stages import Stages
+
+Fates = Iterable[Delivery | Answer]
+"""What becomes of something that passes; nothing, and it is lost."""
+
+Begin = Callable[["Occurrence"], None]
+"""Makes something go wrong, and tells the occurrence how that is undone."""
+
+
+class Fault:
+    """Something that goes wrong: an action for ``run.do``, ``run.at`` and ``run.when``.
+
+    It goes on for the time that was said, until :attr:`end` is done, or to the end of the run.
+
+    :param what: name of the method of ``stage.faults`` that makes it.
+    :param parameters: the arguments of that method.
+    :param begin: see :data:`Begin`.
+    :param lasting: s of virtual time; None is until it is ended.
+    """
+
+    def __init__(
+        self,
+        what: str,
+        parameters: Mapping[str, Any],
+        begin: Begin,
+        lasting: float | None = None,
+    ) -> None:
+        self.what = what
+        self.parameters = dict(parameters)
+        self._begin = begin
+        self._lasting = lasting
+        self._occurrence: Occurrence | None = None
+
+    def __call__(self, run: Run) -> None:
+        """Begin.
+
+        :raises ScenarioError: for a name that is not there, and while it goes on already.
+        """
+        if self._occurrence is not None and self._occurrence.goes_on_in(run):
+            raise ScenarioError(f"{self!r} goes on already: end it first, or make another")
+        occurrence = Occurrence(run, self)
+        try:
+            self._begin(occurrence)
+        except BaseException:
+            occurrence.undo_all()
+            raise
+        self._occurrence = occurrence
+        occurrence.has_begun()
+        if self._lasting is not None:
+            end_ns = run.stage.now_ns + round(self._lasting * 1e9)
+            run.stage.clock.call_at(end_ns, occurrence.end)
+
+    def end(self, run: Run) -> None:
+        """End, if it goes on; an action, too."""
+        if self._occurrence is not None and self._occurrence.goes_on_in(run):
+            self._occurrence.end()
+
+    def __repr__(self) -> str:
+        given = [f"{name}={value!r}" for name, value in plain(self.parameters).items()]
+        if self._lasting is not None:
+            given.append(f"lasting={self._lasting!r}")
+        return f"faults.{self.what}({', '.join(given)})"
+
+
+class Occurrence:
+    """One time that a fault goes on, in one run.
+
+    :ivar began_ns: when it began, virtual time.
+    :ivar ended_ns: when it ended; None while it goes on.
+    """
+
+    def __init__(self, run: Run, fault: Fault) -> None:
+        self.run = run
+        self.fault = fault
+        self.began_ns: int = run.stage.now_ns
+        self.ended_ns: int | None = None
+        self.number = len(run.faults) + 1
+        likes = sum(str(one.fault) == str(fault) for one in run.faults)
+        self._seed = f"{run.mission.seed}/{fault}/{likes}"
+        self._undo = ExitStack()
+        self._is_lasting = False
+        self._passed: dict[str, tuple[int, int]] = {}
+
+    # ---- its life ------------------------------------------------------------------------
+
+    def goes_on_in(self, run: Run) -> bool:
+        """Does it go on, in this run?"""
+        return self.run is run and self._is_lasting and self.ended_ns is None
+
+    def undo(self, function: Callable[[], Any]) -> None:
+        """Have a function called when it ends; a fault without one ends where it begins."""
+        self._is_lasting = True
+        self._undo.callback(function)
+
+    def undo_all(self) -> None:
+        """Put everything back."""
+        self._undo.close()
+
+    def has_begun(self) -> None:
+        """Tell the trace."""
+        self.run.faults.append(self)
+        self._record("begins" if self._is_lasting else "happens")
+        if not self._is_lasting:
+            self.ended_ns = self.began_ns
+
+    def end(self) -> None:
+        """End; it may have ended before."""
+        if self.ended_ns is None:
+            self.undo_all()
+            self.ended_ns = self.run.stage.now_ns
+            self._record("ends")
+
+    def __str__(self) -> str:
+        begin = f"{self.run.history.seconds(self.began_ns):.2f} s"
+        if not self._is_lasting:
+            return f"{self.fault!r} at {begin}"
+        if self.ended_ns is None:
+            return f"{self.fault!r} from {begin} on"
+        return f"{self.fault!r} from {begin} to {self.run.history.seconds(self.ended_ns):.2f} s"
+
+    def _record(self, state: str) -> None:
+        stage = self.run.stage
+        stage.trace.record(
+            stage.now_ns,
+            "fault",
+            number=self.number,
+            what=self.fault.what,
+            state=state,
+            **({} if state == "ends" else {"with": plain(self.fault.parameters)}),
+        )
+
+    # ---- for those who write faults --------------------------------------------------------
+
+    def generator(self, *key: Any) -> random.Random:
+        """A generator of its own for each key, the same in every run of one seed."""
+        return random.Random("/".join([self._seed, *map(str, key)]))
+
+    def draw(self, passing: Passing) -> random.Random:
+        """The generator for something that passes: the same for all receivers of one message."""
+        time_ns, count = self._passed.get(passing.receiver, (0, 0))
+        count = count + 1 if time_ns == passing.time_ns else 0
+        self._passed[passing.receiver] = (passing.time_ns, count)
+        return self.generator(passing.time_ns, count)
+
+    def tap(
+        self,
+        name: str,
+        side: Side,
+        tap: Callable[[Passing], Fates],
+        receiver: str | None = None,
+    ) -> None:
+        """Decide what becomes of what passes, until the end.
+
+        :param receiver: full name of the one node that is concerned; None is all.
+        """
+
+        def guarded(passing: Passing) -> Fates:
+            if receiver is None or passing.receiver == receiver:
+                try:
+                    return tuple(tap(passing))
+                except ScenarioError as error:
+                    self.run.blame_test(error)  # a mistake of the test's is none of the mission's
+            return (Delivery(passing.message),)
+
+        self.undo(self.run.stage.clock.taps.add(name, side, guarded))
+
+    def topic(self, name: str) -> str:
+        """The full name of a topic of the graph.
+
+        :raises ScenarioError: when there is none of that name.
+        """
+        node = self.run.stage.node
+        full = node.resolve_topic_name(name)
+        known = {one for one, _ in node.get_topic_names_and_types()}
+        if full not in known:
+            raise no_such("topic", full, sorted(one for one in known if "/_action/" not in one))
+        return full
+
+    def action(self, name: str) -> str:
+        """The full name of an action that somebody offers.
+
+        :param name: a short name of the mission language will do.
+        :raises ScenarioError: when nobody offers it.
+        """
+        full = self.run.stage.node.resolve_topic_name(
+            SHORT_NAMES[name].action if name in SHORT_NAMES else name
+        )
+        known = self._actions()
+        if full not in known:
+            raise no_such("action", full, sorted(known))
+        return full
+
+    def action_type(self, name: str) -> Any:
+        """The type of an action that somebody offers."""
+        return action_type(self._actions()[self.action(name)])
+
+    def service(self, name: str) -> tuple[str, Any]:
+        """The full name and the type of a service that somebody offers.
+
+        :raises ScenarioError: when nobody does.
+        """
+        stage = self.run.stage
+        full = stage.node.resolve_service_name(name)
+        known = {
+            one.service_name: one.srv_type
+            for node in stage.clock.get_nodes()
+            for one in node.services
+            if "/_action/" not in one.service_name
+        }
+        if full not in known:
+            raise no_such("service", full, sorted(known))
+        return full, known[full]
+
+    def _actions(self) -> dict[str, str]:
+        stage = self.run.stage
+        return {
+            name: types[0]
+            for node in stage.clock.get_nodes()
+            for name, types in get_action_server_names_and_types_by_node(
+                stage.node, node.get_name(), node.get_namespace()
+            )
+        }
+
+    def receiver(self, name: str | None) -> str | None:
+        """The full name of a node; None stays None.
+
+        :raises ScenarioError: when there is none of that name.
+        """
+        if name is None:
+            return None
+        full = name if name.startswith("/") else f"/{name}"
+        known = [one.get_fully_qualified_name() for one in self.run.stage.clock.get_nodes()]
+        if full not in known:
+            raise no_such("node", full, known)
+        return full
+
+
+class Maker:
+    """Makes faults for one stage; the classes that do so have it for their base."""
+
+    def __init__(self, stages: Stages) -> None:
+        self._stages = stages
+
+    def _fault(
+        self, what: str, begin: Begin, lasting: float | None = None, **parameters: Any
+    ) -> Fault:
+        if lasting is not None and not lasting > 0:
+            raise ScenarioError(f"{what}: expected lasting above 0 s, got {lasting!r}")
+        given = {name: value for name, value in parameters.items() if value is not None}
+        return Fault(what, given, begin, lasting)
+
+
+def passed(passing: Passing) -> Fates:
+    """It goes on as if nothing were wrong."""
+    return (Delivery(passing.message),)
+
+
+def nanoseconds(what: str, seconds: float) -> int:
+    """Seconds of a fault, in ns.
+
+    :raises ScenarioError: when they are below 0, or no number.
+    """
+    if not 0 <= seconds < float("inf"):
+        raise ScenarioError(f"expected {what} in seconds, 0 or more, got {seconds!r}")
+    return round(seconds * 1e9)
+
+
+def check_share(what: str, share: float) -> None:
+    """Refuse a share that is none.
+
+    :raises ScenarioError: when it is not above 0 and at most 1.
+    """
+    if not 0 < share <= 1:
+        raise ScenarioError(f"{what}: expected a share above 0 and at most 1, got {share!r}")
+
+
+def plain(parameters: Mapping[str, Any]) -> dict[str, Any]:
+    """Parameters as a trace can hold them: functions go by their names, exceptions by their text.
+
+    Nothing in it differs from one process to the next.
+    """
+    shown: dict[str, Any] = {}
+    for name, value in parameters.items():
+        if isinstance(value, BaseException):
+            shown[name] = f"{type(value).__name__}: {value}"
+        elif isinstance(value, str | int | float | bool | list | tuple | dict):
+            shown[name] = value
+        else:
+            shown[name] = getattr(value, "__name__", type(value).__name__)
+    return shown
