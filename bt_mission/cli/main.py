@@ -13,6 +13,7 @@ from bt_mission.cli import (
     actions,
     arbiter,
     check,
+    completion,
     convert,
     diff,
     doctor,
@@ -49,6 +50,7 @@ COMMANDS = (
     replay,
     diff,
     doctor,
+    completion,
 )
 
 TRACEBACK = "BT_MISSION_TRACEBACK"
@@ -70,15 +72,7 @@ stand in their own help
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; gives the exit code."""
-    parser = argparse.ArgumentParser(
-        prog="bt-mission",
-        description="Missions in YAML, carried out as behaviour trees over ROS 2 actions.",
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    commands = parser.add_subparsers(metavar="command", required=True)
-    for command in COMMANDS:
-        command.add_parser(commands)
+    parser = make_parser()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a sign that a terminal lacks ends no mission
@@ -106,6 +100,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
         )
         return MISSION_FAILED
     return code
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """The parser of all commands."""
+    parser = argparse.ArgumentParser(
+        prog="bt-mission",
+        description="Missions in YAML, carried out as behaviour trees over ROS 2 actions.",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    commands = parser.add_subparsers(metavar="command", required=True)
+    for command in COMMANDS:
+        command.add_parser(commands)
+    return parser
 
 
 def _parsed(parser: argparse.ArgumentParser, arguments: Sequence[str] | None) -> Any:

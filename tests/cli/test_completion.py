@@ -1,0 +1,125 @@
+"""What shells complete, asked of the shells themselves."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from bt_mission.cli import main
+from bt_mission.cli.completion import KINDS, SHELLS, script
+from bt_mission.cli.main import make_parser
+from bt_mission.common.data import names
+
+BASH = """\
+source "$1"
+shift
+COMP_WORDS=("$@")
+COMP_CWORD=$(($# - 1))
+_shtab_bt_mission
+printf '%s\\n' "${COMPREPLY[@]}"
+"""
+
+
+def asked(program: list[str], folder: Path | None = None) -> list[str]:
+    """What a shell prints, with our command in its path."""
+    here = {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
+    done = subprocess.run(
+        program,
+        env=os.environ | here,
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=60,
+    )
+    assert done.stderr == ""
+    return done.stdout.split("\n")[:-1]
+
+
+@pytest.fixture(scope="module")
+def bash(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The script for bash."""
+    path = tmp_path_factory.mktemp("completion") / "script"
+    path.write_text(script("bash"), encoding="utf-8")
+    return path
+
+
+@pytest.mark.process
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (["ru"], ["run"]),
+        (["run", "explore_f"], ["explore_fixed", "explore_frontiers"]),
+        (["run", "patrol", "--world", "nav"], ["nav_arena"]),
+        (["sim", "--robot", "b"], ["burger"]),
+        (["actions", "se"], ["send"]),
+        (["actions", "send", "/turn", "--f"], ["--form"]),
+        (["tree", "patrol", "--format", "s"], ["svg"]),
+        (["completion", "z"], ["zsh"]),
+    ],
+)
+def test_bash_completes(bash: Path, words: list[str], expected: list[str]) -> None:
+    """Commands, options, choices, and the names of missions, worlds and robots."""
+    program = ["/bin/bash", "-c", BASH, "bash", str(bash), "bt-mission", *words]
+    assert asked(program) == expected
+
+
+@pytest.mark.process
+def test_bash_completes_files_of_ones_own(bash: Path, tmp_path: Path) -> None:
+    """Missions are YAML or XML; folders lead to more."""
+    (tmp_path / "own").mkdir()
+    for name in ("own/mine.yaml", "own/mine.xml", "own/mine.txt", "one.yml"):
+        (tmp_path / name).touch()
+    program = ["/bin/bash", "-c", BASH, "bash", str(bash), "bt-mission", "check"]
+    assert asked([*program, "own/m"], tmp_path) == ["own/mine.yaml", "own/mine.xml"]
+    assert sorted(asked([*program, "o"], tmp_path)) == ["one.yml", "own"]
+
+
+@pytest.mark.process
+@pytest.mark.skipif(shutil.which("fish") is None, reason="fish is not installed")
+def test_fish_completes(tmp_path: Path) -> None:
+    """The same."""
+    path = tmp_path / "script.fish"
+    path.write_text(script("fish"), encoding="utf-8")
+    for line, expected in (("bt-mission actions se", "send"), ("bt-mission run expl", "explore")):
+        found = asked(["fish", "--no-config", "-c", f"source {path}; complete -C '{line}'"])
+        assert expected in [one.partition("\t")[0] for one in found]
+
+
+@pytest.mark.process
+@pytest.mark.skipif(shutil.which("zsh") is None, reason="zsh is not installed")
+def test_zsh_reads_its_script(tmp_path: Path) -> None:
+    """Its completion needs a terminal; here it only has to be well-formed."""
+    path = tmp_path / "script.zsh"
+    path.write_text(script("zsh"), encoding="utf-8")
+    assert asked(["zsh", "-n", str(path)]) == []
+
+
+@pytest.mark.parametrize("shell", SHELLS)
+def test_every_command_is_in_every_script(shell: str) -> None:
+    """Those below others, too."""
+    text = script(shell)
+    (commands,) = (one.choices for one in make_parser()._actions if isinstance(one.choices, dict))
+    for command in (*commands, "send", "echo", "call"):
+        assert command in text
+    for kind in ("missions", "worlds", "robots", "parameters"):
+        assert f"--names {kind}" in text
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_names_are_printed_for_scripts(kind: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """One a line."""
+    assert main(["completion", "--names", kind]) == 0
+    assert capsys.readouterr().out.split() == names(kind)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("arguments", [[], ["bash", "--names", "worlds"]])
+def test_one_of_both_is_asked_for(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    """Neither, or both, say nothing."""
+    assert main(["completion", *arguments]) == 2
+    assert "expected a shell (bash, zsh, fish), or --names" in capsys.readouterr().err
