@@ -78,6 +78,8 @@ def watch(options: argparse.Namespace) -> int:
 
     with Observer() as observer:
         try:
+            if not (options.once or options.json or options.plain) and _is_drawable():
+                return _draw(observer, options.executive)
             link = _look_for(observer, options)
             if link is None:
                 return MISSION_FAILED
@@ -86,6 +88,26 @@ def watch(options: argparse.Namespace) -> int:
             return _follow(observer, link, as_json=options.json)
         except KeyboardInterrupt:
             return INTERRUPTED
+
+
+def _is_drawable() -> bool:
+    """Can a picture stand on the terminal? Says so where it cannot."""
+    if not (sys.stdout.isatty() and sys.stdin.isatty()):
+        return False
+    if os.environ.get("TERM", "dumb") in ("dumb", "unknown"):
+        term = os.environ.get("TERM", "")
+        print(f"TERM={term}: nothing can be drawn on this terminal; plain lines", file=sys.stderr)
+        return False
+    return True
+
+
+def _draw(observer: Observer, executive: str | None) -> int:
+    from bt_mission.terminal.marks import marks_for
+    from bt_mission.terminal.screen.app import WatchApp
+    from bt_mission.watching.choice import wanted_name
+
+    WatchApp(observer, marks_for(sys.stdout.encoding), wanted_name(executive)).run()
+    return SUCCESS
 
 
 def _look_for(observer: Observer, options: argparse.Namespace) -> Link | None:

@@ -42,5 +42,5 @@ def entry_of(happening: Happening) -> Entry | None:
         case Spoke(time_ns, text):
             return Entry(time_ns, None, "", text)
         case Stood(state) if state.run:
-            return Entry(state.time_ns, None, state.status, state.reason)
+            return Entry(state.time_ns, None, f"mission {state.status}", state.reason)
     return None

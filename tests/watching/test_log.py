@@ -39,6 +39,6 @@ def test_words_and_the_state_of_the_mission_stand_in_it():
     assert entry_of(Spoke(S, "hello")) == Entry(S, None, "", "hello")
     assert entry_of(Began(tree())) == Entry(S, None, "explore", "begins")
     assert entry_of(Stood(State(S, "r", "m", "paused", "by hand"))) == Entry(
-        S, None, "paused", "by hand"
+        S, None, "mission paused", "by hand"
     )
     assert entry_of(Stood(State(S, "", "", "idle", ""))) is None

@@ -1,0 +1,79 @@
+"""A watcher's view on a terminal that the test holds: keys in, rows of text out."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from typing import Any
+
+from textual.pilot import Pilot
+
+from bt_mission.terminal.marks import SIGNS, Marks
+from bt_mission.terminal.screen.app import WatchApp
+from tests.support.watched import ScriptedExecutive, ScriptedGraph
+
+
+class Screen:
+    """The view of a scripted executive."""
+
+    def __init__(self, app: WatchApp, pilot: Pilot[None], graph: ScriptedGraph) -> None:
+        self.app = app
+        self.pilot = pilot
+        self.graph = graph
+
+    @property
+    def executive(self) -> ScriptedExecutive:
+        return self.graph.executives[0]
+
+    async def look(self) -> None:
+        """Let the view take what the executive tells."""
+        self.app.look()
+        await self.pilot.pause()
+        self.app.look()  # with what it has asked for
+        await self.pilot.pause()
+
+    async def press(self, *keys: str) -> None:
+        """Press keys, one after another."""
+        for key in keys:
+            await self.pilot.press(key)
+        await self.pilot.pause()
+
+    @property
+    def rows(self) -> list[str]:
+        """What stands on the terminal, without blanks at the ends of lines."""
+        strips = self.app.screen._compositor.render_strips()
+        return [strip.text.rstrip() for strip in strips]
+
+    @property
+    def text(self) -> str:
+        return "\n".join(self.rows)
+
+    @property
+    def chosen(self) -> str:
+        """The row that is selected in the tree."""
+        (row,) = (row for row in self.rows if row.startswith(SIGNS.cursor))
+        return row[2:].strip()
+
+
+def on_screen(
+    play: Callable[[Screen], Awaitable[None]],
+    *executives: ScriptedExecutive,
+    size: tuple[int, int] = (80, 24),
+    marks: Marks = SIGNS,
+    **options: Any,
+) -> None:
+    """Play a scene on a view of this size; without executives one that has begun a mission."""
+    if not executives:
+        executives = (ScriptedExecutive(),)
+        executives[0].begin()
+    graph = ScriptedGraph(*executives)
+
+    async def scene() -> None:
+        app = WatchApp(graph, marks, **options)
+        async with app.run_test(size=size) as pilot:
+            screen = Screen(app, pilot, graph)
+            await pilot.pause()
+            await screen.look()
+            await play(screen)
+
+    asyncio.run(scene())
