@@ -20,7 +20,7 @@ from bt_mission.common.yaml_words import translate
 MAX_DEPTH = 200
 """Levels of nesting, aliases followed. A tree node takes two to three levels."""
 
-MAX_VALUES = 200_000
+MAX_VALUES = 100_000
 """Values in a document, aliases followed: what an alias bomb runs into."""
 
 TEXT_WEIGHT = 10

@@ -98,10 +98,8 @@ class Ledger:
 
     def has_orphan_at(self, courier: Courier) -> bool:
         """Does a goal that nobody wants still live at this server?"""
-        return any(
-            goal.courier is courier and goal.is_live and goal.orphaned_ns is not None
-            for goal in self._open.values()
-        )
+        orphans = (self._open[goal_id] for goal_id in self._retry_ns)
+        return any(goal.courier is courier and goal.is_live for goal in orphans)
 
     def tend(self, now_ns: int) -> None:
         """Close what has ended, ask again where a cancel was refused, give up after the grace."""

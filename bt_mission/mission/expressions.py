@@ -31,6 +31,7 @@ __all__ = [
     "Text",
     "Type",
     "Value",
+    "draws",
     "names_in",
     "resolve",
 ]
@@ -222,6 +223,21 @@ def _tried(
         return reading.evaluate(names, rng)
     except ExpressionError as error:
         return error
+
+
+def draws(value: Any) -> bool:
+    """Return whether a value, nested parts included, uses random numbers."""
+    match value:
+        case Expression() | Template():
+            return value.draws
+        case Text():
+            readings = (value.template, value.expression)
+            return any(one.draws for one in readings if not isinstance(one, ExpressionError))
+        case Mapping():
+            return any(draws(part) for part in value.values())
+        case list() | tuple():
+            return any(draws(part) for part in value)
+    return False
 
 
 def names_in(value: Any) -> frozenset[str]:

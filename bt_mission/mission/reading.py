@@ -6,6 +6,7 @@ below and behind it is looked at too; such a draft is never run.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
@@ -64,6 +65,11 @@ class Reader:
         """Note a fault at a value or at its key."""
         self.faults.append(self.document.fault(path, message, hint, key=key))
 
+    @property
+    def is_full(self) -> bool:
+        """Whether there are as many faults as anybody reads."""
+        return len(self.faults) >= MOST_FAULTS
+
     def written(
         self, model: type[WrittenModel], path: tuple[Key, ...], data: Any
     ) -> WrittenModel | None:
@@ -72,7 +78,9 @@ class Reader:
             return model.model_validate(data)
         except pydantic.ValidationError as error:
             self.faults += model_faults(self.document, error, model, path)
-            for detail in error.errors(include_url=False)[:MOST_FAULTS]:
+            if error.error_count() > MOST_FAULTS:
+                return None
+            for detail in error.errors(include_url=False):
                 data = _without(data, detail["loc"])
         try:
             return model.model_validate(data)
@@ -81,9 +89,9 @@ class Reader:
 
     def node(self, data: Any, path: tuple[Key, ...]) -> Step | None:
         """Return a node and all below it as steps, or None where nothing of it can be kept."""
-        before = len(self.faults)
-        if before >= MOST_FAULTS:
+        if self.is_full:
             return None
+        before = len(self.faults)
         kind = self.kind(data, path)
         step = None if kind is None else self.step(kind, data, path)
         if len(self.faults) > before and isinstance(data, dict):
@@ -98,7 +106,7 @@ class Reader:
         model = KINDS[kind]
         known = [name for name in model.model_fields if name != kind]
         for key in data:
-            if key not in model.model_fields and len(self.faults) < MOST_FAULTS:
+            if key not in model.model_fields and not self.is_full:
                 message = f"no modifier {quoted(key)} for {kind} (it takes: {listed(known)})"
                 self.fault((*path, key), message, did_you_mean(key, known), key=True)
         fields = {key: data[key] for key in data if key in model.model_fields}
@@ -134,11 +142,14 @@ class Reader:
         wanted: Any = written.succeed_when
         if not isinstance(wanted, str):
             names = [step.name for step in kept]
-            wanted = tuple(names.index(name) for name in wanted if name in names)
+            known = [name for name in names if name]
+            count = Counter(known)
+            # The first of several of a name, which is a fault.
+            places = {name: len(names) - 1 - at for at, name in enumerate(reversed(names))}
+            wanted = tuple(places[name] for name in wanted if count[name])
             for index, name in enumerate(written.succeed_when):
-                if names.count(name) != 1:
-                    known = [known for known in names if known]
-                    what = "no child" if name not in names else "more than one child"
+                if count[name] != 1 and not self.is_full:
+                    what = "more than one child" if count[name] else "no child"
                     message = f"{what} is called {quoted(name)} (children with names: "
                     message += f"{listed(known) if known else 'none'})"
                     place = (*common["path"], "succeed_when", index)
@@ -163,6 +174,8 @@ class Reader:
             return steps.Subtree(tree=settings.name, outputs=written.outputs, **common)
         name, definition = signature.name, signature.definition
         for given, value in settings.inputs.items():
+            if self.is_full:
+                break
             place = (*path, "inputs", given)
             if given not in signature.types:
                 known = listed(signature.types) if signature.types else "none"
@@ -177,7 +190,7 @@ class Reader:
             message = f"{name} needs a value for {listed(missing)}"
             self.fault(inside, message, "give it under 'inputs'")
         for result in written.outputs:
-            if result not in definition.outputs:
+            if result not in definition.outputs and not self.is_full:
                 known = listed(definition.outputs) if definition.outputs else "none"
                 message = f"no output {quoted(result)} of {name} (it gives: {known})"
                 hint = did_you_mean(result, definition.outputs)

@@ -7,7 +7,8 @@ the file. That an earlier step has really written its outputs, only the run can 
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections import ChainMap
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from bt_mission.common.faults import Fault, describe, quoted
@@ -67,7 +68,7 @@ def walk(tree: Tree, output_type: OutputType) -> Iterator[tuple[Step, Variables]
     yield from _walk(tree.body, variables, output_type)
 
 
-def types_at_end(tree: Tree) -> dict[str, Type | None]:
+def types_at_end(tree: Tree) -> Mapping[str, Type | None]:
     """Return the types of a tree's variables behind its last step; of messages nothing is known."""
     (*_, (_, variables)) = walk(tree, lambda _step, _field: None)
     return variables.types
@@ -176,7 +177,7 @@ def step_faults(document: Document, step: Step, variables: Variables) -> Iterato
         yield from template_faults(document, path, step.message, variables)
     if isinstance(step, Set):
         # Each value may read what the ones before it have set.
-        variables = replace(variables, types=dict(variables.types))
+        variables = replace(variables, types=ChainMap({}, variables.types))
         for name, value in step.values.items():
             if isinstance(value, Expression):
                 path = (*step.path, "set", name)

@@ -29,8 +29,8 @@ MOST_LEVELS = 200
 """The most levels of a mission's tree, those of the trees that it uses included. A tick goes down
 a level in up to three calls, and Python has a thousand."""
 
-MOST_NODES = 50_000
-"""The most nodes of a mission, each use of a tree counted; a tree of so many takes some 100 MB."""
+MOST_NODES = 30_000
+"""The most nodes of a mission, each use of a tree counted; one of so many takes up to 170 MB."""
 
 SHOWN_RING = 20
 """Names of trees that use each other, at most so many of which are told."""
@@ -53,6 +53,10 @@ class Shelf:
         self, document: Document, written: MissionFile | Library, within: tuple[Path, ...]
     ) -> None:
         for index, entry in enumerate(written.include):
+            if index == MOST_FILES:
+                message = f"more than {MOST_FILES} files are included"
+                self.faults.append(document.fault(("include", index), message))
+                break
             self._include(document, ("include", index), entry, within)
         for name, content in written.trees.items():
             path = ("trees", name)

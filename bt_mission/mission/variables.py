@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Mapping
+from collections.abc import Mapping, MutableMapping
 from dataclasses import dataclass, field
 
 from bt_mission.common.faults import did_you_mean, listed
@@ -23,7 +23,7 @@ class Variables:
     """The names known at one step. It changes as the file is walked: use it at once."""
 
     inputs: Mapping[str, Plain]
-    types: dict[str, Type | None]
+    types: MutableMapping[str, Type | None]
     lines: Mapping[str, int]
     given: frozenset[str] = frozenset()
     """The inputs of this tree, which nobody writes."""

@@ -37,7 +37,7 @@ class Evaluator:
     def resolve(self, value: Any) -> Any:
         """A value with everything in it computed. Raises MissionFailure."""
         try:
-            return resolve(value, self._scope.values, self._scope.random(self._path))
+            return resolve(value, self._scope.values, self._scope.random_for(self._path, value))
         except ExpressionError as error:
             raise self.failure(str(error)) from error
 
@@ -102,7 +102,7 @@ class Evaluator:
         if isinstance(condition, bool):
             constant = Verdict(condition, "always holds" if condition else "never holds")
             return lambda: constant
-        random, variables = self._scope.random(self._path), self._scope.values
+        random, variables = self._scope.random_for(self._path, condition), self._scope.values
         names = dict.fromkeys(name.name for name in condition.references)
 
         def ask() -> Verdict:
@@ -144,7 +144,7 @@ class Evaluator:
 
     def condition(self, key: str, expression: Expression) -> Callable[[Any], str | None]:
         """What says whether a message meets a condition, with the values that it names."""
-        random = self._scope.random(f"{self._path}/{key}")
+        random = self._scope.random_for(f"{self._path}/{key}", expression)
 
         def met(message: Any) -> str | None:
             fields = MessageFields(message)
@@ -165,7 +165,7 @@ class Evaluator:
             case Comparison(first=Name(variable=False) as name, rest=((sign, _, bound),)) if (
                 sign in (">", ">=") and name.name not in self._scope.values
             ):
-                random = self._scope.random(f"{self._path}/target")
+                random = self._scope.random_for(f"{self._path}/target", condition)
                 nodes = Evaluation(self._scope.values, {}, random)
                 limit = bound.evaluate(nodes) if isinstance(bound, Constant | Name) else None
                 if isinstance(limit, int | float):

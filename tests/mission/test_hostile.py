@@ -106,12 +106,12 @@ def test_an_input_of_a_million_digits_is_refused():
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (f"{bomb()}\nmission: m\ntree: {{wait: 1}}", "7:10: error: aliases blow the file up: "),
+        (f"{bomb()}\nmission: m\ntree: {{wait: 1}}", "6:40: error: aliases blow the file up: "),
         ("mission: m\ntree: &a {sequence: [*a, *a]}", "2:22: error: the alias '*a' contains itse"),
         (
             f"mission: m\ninputs: {{t: &a {'x' * 9_000}}}\ntree:\n  sequence:\n"
             + "    - log: *a\n" * 500,
-            "226:12: error: aliases blow the file up: ",
+            "115:12: error: aliases blow the file up: ",
         ),
         (
             "mission: m\ntree: " + "{sequence: [" * DEEP + "{wait: 1}" + "]}" * DEEP,
@@ -123,6 +123,55 @@ def test_an_input_of_a_million_digits_is_refused():
 def test_files_that_grow_when_they_are_read_are_refused(text, said):
     """Before they have grown."""
     assert refusal(text).startswith(f"m.yaml:{said}")
+
+
+def many(form, count):
+    """Return a text so many times, one in a line, with a number in it."""
+    return ",\n".join(form.format(number) for number in range(count))
+
+
+SETS = f"tree: {{sequence: [{many('set: {{x{}: 1}}', 9_000)}]}}"
+CHILDREN = (
+    f"tree: {{parallel: [{many('{{wait: 1, name: a{}}}', 7_000)}],"
+    f" succeed_when: [{many('b{}a', 3_000)}]}}"
+)
+INPUTS = (
+    f"trees: {{t: {{inputs: {{{many('a{}: 1', 600)}}}, do: {{wait: 1}}}}}}\n"
+    f"tree: {{tree: {{name: t, inputs: {{{many('b{}a: 1', 9_000)}}}}}}}"
+)
+NUMBERS = f"tree: {{parallel: [wait: 1], succeed_when: [{many('{}', 30_000)}]}}"
+NOTHINGS = f"inputs: {{{many('a{}: ~', 15_000)}}}\ntree: {{wait: 1}}"
+INCLUDES = f"include: [{many('a{}.yaml', 30_000)}]\ntree: {{wait: 1}}"
+DRAWN = "log: '{} of ${{uniform(0, 1)}}'"
+DRAWS = (
+    f"trees: {{t: {{do: {{parallel: [{many(DRAWN, 295)}]}}}}}}\n"
+    f"tree: {{parallel: [{many('tree: t', 100)}]}}"
+)
+GOALS = (
+    f"trees: {{t: {{do: {{parallel: [{many('{{turn: {{angle: {}}}, timeout: 9}}', 300)}]}}}}}}\n"
+    f"tree: {{parallel: [{many('tree: t', 30)}]}}"
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "accepted"),
+    [
+        pytest.param(SETS, True, id="sets"),
+        pytest.param(CHILDREN, False, id="children"),
+        pytest.param(INPUTS, False, id="inputs"),
+        pytest.param(NUMBERS, False, id="numbers"),
+        pytest.param(NOTHINGS, False, id="nothings"),
+        pytest.param(INCLUDES, False, id="includes"),
+        pytest.param(DRAWS, True, id="draws"),
+        pytest.param(GOALS, True, id="goals"),
+    ],
+)
+def test_very_many_parts_take_no_more_than_a_mission_may(text, accepted):
+    """Refused, or run: their time does not grow with the square of their number."""
+    path = Path("m.yaml")
+    path.write_text(f"mission: m\n{text}\n", encoding="utf-8")
+    verdict = judge_within(path)
+    assert (verdict.accepted, verdict.finding) == (accepted, None)
 
 
 @pytest.mark.parametrize(
