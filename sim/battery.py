@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from bt_mission.common.robot import Battery as BatterySpec
+from sim.faults import FaultError
 
 
 class Battery:
@@ -25,6 +26,12 @@ class Battery:
             full = spec.capacity * 3600 * spec.nominal_voltage
             self.charge = max(0.0, self.charge - joules / full)
         self._time_ns = time_ns
+
+    def charge_to(self, share: float) -> None:
+        """Set the charge, 0 to 1. Raises FaultError for one that cannot be."""
+        if not 0 <= share <= 1:
+            raise FaultError(f"expected a charge from 0 to 1, got {share:g}")
+        self.charge = share
 
     @property
     def is_empty(self) -> bool:

@@ -9,8 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from bt_mission.common.robot import RobotModel
+from sim.faults import NO_LIDAR_FAULTS, LidarFaults
 from sim.names import BASE, MARKS, SCREENS, SOLID
 from sim.noise import Noise
+from sim.sensor_faults import LidarDistortion
 
 _TURN_JITTER = 0.005
 """1 sigma of the time an LDS-02 takes for a turn, relative: a few rays more or less."""
@@ -55,11 +57,16 @@ class Lidar:
         self._noise = Noise(seed, f"{prefix}lidar", self.most_rays)
         self._turns = Noise(seed, f"{prefix}lidar turns", 1)
         self._gaps = Noise(seed, f"{prefix}lidar gaps", self.most_rays)
+        self._distortion = LidarDistortion(seed, prefix, self.most_rays)
         self._rays = 0
         self._aim(spec.rays)
 
     def measure(
-        self, data: mujoco.MjData, index: int, out: npt.NDArray[np.float32] | None = None
+        self,
+        data: mujoco.MjData,
+        index: int,
+        out: npt.NDArray[np.float32] | None = None,
+        faults: LidarFaults = NO_LIDAR_FAULTS,
     ) -> npt.NDArray[np.float32]:
         """Return the ranges in metres of measurement `index`; positions in `data` must be current.
 
@@ -87,6 +94,8 @@ class Lidar:
             mujoco.mjMAXVAL,
         )
         missed = hit < 0
+        if faults is not NO_LIDAR_FAULTS:
+            self._distortion.apply(faults, seen, missed, index)
         (self._finish_02 if self._varies else self._finish_01)(seen, missed, index)
         if out is None:
             return seen.astype(np.float32)

@@ -14,7 +14,8 @@ import numpy.typing as npt
 _BLOCK = 64
 """Measurements drawn at once: making a generator costs as much as a thousand of its numbers."""
 
-_PICTURE_SIGMA = 0.007
+PICTURE_SIGMA = 0.007
+"""Noise of a camera, as a share of full scale [SDF]."""
 
 
 class Noise:
@@ -38,16 +39,16 @@ class Noise:
 
 
 class PictureNoise:
-    """Noise of a camera: each channel of each pixel by itself, 0.007 of full scale [SDF]."""
+    """Noise of a camera: each channel of each pixel by itself."""
 
     def __init__(self, seed: int, sensor: str) -> None:
         self._key = (seed % 2**63, zlib.crc32(sensor.encode()))
 
-    def add(self, pixels: npt.NDArray[np.uint8], index: int) -> None:
-        """Change picture `index` (from 0) in place."""
+    def add(self, pixels: npt.NDArray[np.uint8], index: int, sigma: float = PICTURE_SIGMA) -> None:
+        """Change picture `index` (from 0) in place; `sigma` is a share of full scale."""
         generator = np.random.default_rng((*self._key, index))
         noise = generator.standard_normal(pixels.shape, dtype=np.float32)
-        noise *= 255 * _PICTURE_SIGMA
+        noise *= 255 * sigma
         noise += pixels
         np.clip(np.rint(noise, out=noise), 0, 255, out=noise)
         pixels[:] = noise

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, field
 
 from bt_mission.common.robot import RobotModel
+from sim.faults import NO_ODOMETRY_FAULTS, OdometryFaults
 
 
 @dataclass
@@ -28,7 +29,13 @@ class Odometry:
     time_ns: int | None = field(default=None, init=False)
     """When it was last read."""
 
-    def read(self, left: float, right: float, time_ns: int) -> None:
+    def read(
+        self,
+        left: float,
+        right: float,
+        time_ns: int,
+        faults: OdometryFaults = NO_ODOMETRY_FAULTS,
+    ) -> None:
         """Take the wheels' angles (rad) at `time_ns`; taken twice at one time, it counts once."""
         if self.time_ns is None:
             self._left, self._right, self.time_ns = left, right, time_ns
@@ -38,14 +45,21 @@ class Odometry:
         radius = self.robot.wheel_radius * (1 + drift.wheel_radius_error)
         separation = self.robot.wheel_separation * (1 + drift.wheel_separation_error)
         left_m, right_m = radius * (left - self._left), radius * (right - self._right)
+        elapsed_s = (time_ns - self.time_ns) / 1e9
+        if faults is not NO_ODOMETRY_FAULTS:
+            left_m *= 1 + faults.left_radius_error
+            right_m *= 1 + faults.right_radius_error
+            separation *= 1 + faults.separation_error
         ahead = (left_m + right_m) / 2
         turned = (right_m - left_m) / separation
+        if faults is not NO_ODOMETRY_FAULTS:
+            ahead += faults.drift * elapsed_s
+            turned += math.radians(faults.turn_drift) * elapsed_s
         # On an arc: the chord of a turn, in the direction of its middle.
         chord = ahead * _sinc(turned / 2)
         self.x += chord * math.cos(self.yaw + turned / 2)
         self.y += chord * math.sin(self.yaw + turned / 2)
         self.yaw = wrapped(self.yaw + turned)
-        elapsed_s = (time_ns - self.time_ns) / 1e9
         self.linear, self.angular = ahead / elapsed_s, turned / elapsed_s
         self._left, self._right, self.time_ns = left, right, time_ns
 

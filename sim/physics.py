@@ -11,6 +11,7 @@ from typing import Protocol
 import mujoco
 import numpy as np
 
+from bt_mission.common.errors import BtMissionError
 from sim import entrants as entrants_
 from sim.entrants import Entrant
 from sim.grip import Grip
@@ -25,6 +26,10 @@ from sim.world import World
 _SETTLING_STEPS = 40
 
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION.value
+
+
+class UnstableError(BtMissionError):
+    """Forces have grown beyond what a step of the physics can follow."""
 
 
 class Moved(Protocol):
@@ -70,7 +75,7 @@ class Physics:
         self._robots: tuple[Moved, ...] = ()
         self._hooks: list[tuple[Callable[[int], None], Callable[[int], None]]] = []
         self._movers = Movers(self.model, world) if world.moving else None
-        self._grip = Grip(self.model, world) if world.slippery else None
+        self.grip = Grip(self.model, world)
         self.props = Props(self, bodies)
         """Obstacles that appear, move and vanish."""
         self._place()
@@ -104,7 +109,7 @@ class Physics:
     def advance_to(self, time_ns: int) -> None:
         """Step up to `time_ns`, a whole number of steps from now.
 
-        Raises ValueError where that time is past, or lies between two steps.
+        Raises ValueError where that time is past, or lies between two steps, and UnstableError.
         """
         steps, rest = divmod(time_ns - self.time_ns, STEP_NS)
         if steps < 0 or rest:
@@ -113,9 +118,10 @@ class Physics:
                 f" a multiple of {STEP_NS} ns away"
             )
         model, data, step = self.model, self.data, mujoco.mj_step
-        movers, grip = self._movers, self._grip
+        movers, grip = self._movers, self.grip if self.world.slippery else None
         props = self.props or None
         robots = self._hooks
+        began = data.time
         for now in range(self.time_ns, time_ns, STEP_NS):
             if movers is not None:
                 movers.place(data, now - self._epoch_ns)
@@ -130,6 +136,12 @@ class Physics:
                 after(now)
         self.time_ns = time_ns
         if steps:
+            # MuJoCo has put all to its start, and its time to 0, where numbers grew out of bounds.
+            if data.time - began < (steps - 0.5) * STEP_NS / 1e9:
+                raise UnstableError(
+                    f"the physics became unstable before {time_ns / 1e9:.3f} s: forces are too"
+                    " large, or a robot is deep inside of something"
+                )
             self._place()
             # What was computed within a step is that of its beginning.
             mujoco.mj_kinematics(model, data)

@@ -10,9 +10,11 @@ from sensor_msgs.msg import CameraInfo, Image
 from bt_mission.common.robot import Camera as CameraSpec
 from sim import fill, frames
 from sim.camera import Camera, NoCameraError
+from sim.faults import NO_CAMERA_FAULTS
 from sim.noise import PictureNoise
 from sim.raycast import RaycastCamera
 from sim.schedule import Schedule
+from sim.sensor_faults import PictureDistortion
 from sim.simrobot import SimRobot
 from sim.topics import RELIABLE, log, wanted
 
@@ -27,6 +29,7 @@ class CameraTopics:
         self._robot = robot
         self._spec = spec
         self._camera: Camera | RaycastCamera | None = None
+        self._has_drawn = False
         noisy = robot.robot.sensors.camera.noise
         noise = PictureNoise(robot.seed, f"{robot.prefix}camera") if noisy else None
         message, info = fill.header(Image(), stamp, frames.CAMERA_FRAME), CameraInfo()
@@ -35,14 +38,26 @@ class CameraTopics:
         images = node.create_publisher(Image, f"{robot.prefix}camera/image_raw", RELIABLE)
         infos = node.create_publisher(CameraInfo, f"{robot.prefix}camera/camera_info", RELIABLE)
 
+        distortion = PictureDistortion(robot.seed, robot.prefix)
+
+        def draw(index: int) -> None:
+            self._camera = self._camera or self._open()
+            self._camera.draw(robot.physics.data, pixels)
+            if noise is not None:
+                noise.add(pixels, index)
+            if robot.faults.camera is not NO_CAMERA_FAULTS:
+                distortion.apply(robot.faults.camera, pixels, index)
+            self._has_drawn = True
+
         def publish(index: int) -> None:
-            if wanted(infos):
+            if index == 0:  # the start, or a reset
+                self._has_drawn = False
+            faults = robot.faults.camera
+            if wanted(infos) and not faults.dead:
                 infos.publish(info)
-            if wanted(images):
-                self._camera = self._camera or self._open()
-                self._camera.draw(robot.physics.data, pixels)
-                if noise is not None:
-                    noise.add(pixels, index)
+            if wanted(images) and not faults.dead:
+                if not (faults.frozen and self._has_drawn):
+                    draw(index)
                 images.publish(message)
 
         schedule.every(spec.rate, "camera.rate", publish)

@@ -16,12 +16,15 @@ from sim.contacts import Collision, Contacts
 from sim.drive import Drive
 from sim.encoders import Encoders
 from sim.entrants import Entrant
+from sim.faults import Faults
 from sim.imu import Imu, Inertial
 from sim.lidar import Lidar
-from sim.names import BASE, GEAR_FRICTION, STEP_NS, TOUCH, WHEELS
+from sim.names import BASE, STEP_NS, TOUCH, WHEELS
 from sim.odometry import Odometry
 from sim.physics import Physics
+from sim.pushes import Frame, Pushes
 from sim.review import Reviewer, State, pose_of, velocity_of
+from sim.wheels import Wheels
 
 _STRIDE = 0.005
 """Metres. The way is measured in chords of this length, so that trembling against a wall is none:
@@ -50,7 +53,10 @@ class SimRobot:
         joint = model.joint(prefix + BASE)
         self._qpos = data.qpos[joint.qposadr[0] : joint.qposadr[0] + 9]
         self._qvel = data.qvel[joint.dofadr[0] : joint.dofadr[0] + 8]
-        self._wheel_friction = model.dof_frictionloss[joint.dofadr[0] + 6 : joint.dofadr[0] + 8]
+        self._wheels = Wheels(model, physics.grip, prefix)
+        self._pushes = Pushes(model, data, prefix)
+        self.faults = Faults(self._wheels.suffer)
+        """What is broken."""
         motor = model.actuator(prefix + WHEELS[0]).id
         self._ctrl = data.ctrl[motor : motor + 2]
         self._motor_bit = 1 << int(model.actuator_group[motor])
@@ -65,6 +71,7 @@ class SimRobot:
         self._gauge = robot_gauge(model, physics.names, prefix)
         spawn = entrant.spawn or physics.world.spawn
         self._check_spawn(spawn.x, spawn.y, spawn.yaw)
+        self._last_scan: npt.NDArray[np.float32] | None = None
         self._lidar = Lidar(model, self.robot, seed, prefix)
         self._imu = Imu(model, self.robot, seed, math.radians(spawn.yaw), prefix)
         self._encoders = Encoders(self.robot.sensors.odometry.slip, seed, prefix)
@@ -78,6 +85,9 @@ class SimRobot:
 
     def restart(self) -> None:
         """Be as at the start, where the physics has been put. What was counted stays counted."""
+        self.faults.clear()
+        self._pushes.forget()
+        self._last_scan = None
         self._encoders.start(*self._qpos[7:9].tolist())
         self._milestone = self.pose[:2]
         self._drive = Drive(self.robot, STEP_NS / 1e9, patience=self.patience)
@@ -118,10 +128,13 @@ class SimRobot:
         drive, ctrl, due = self._drive, self._ctrl, self._drive.due
         qpos, sensordata, touches = self._qpos, self._sensordata, self._touches
         x, y = self._milestone
+        pushes, acting = self._pushes, self._pushes.acting
 
         def before(now_ns: int) -> None:
             if due(now_ns):
                 ctrl[:] = drive.step()
+            if acting:
+                pushes.apply(now_ns, self.pose[2])
 
         def after(now_ns: int) -> None:
             nonlocal x, y
@@ -135,6 +148,41 @@ class SimRobot:
                 x, y = self._milestone = x + dx, y + dy
 
         return before, after
+
+    # ---- from outside --------------------------------------------------------------------
+
+    def push(
+        self,
+        force: tuple[float, float],
+        seconds: float,
+        *,
+        torque: float = 0.0,
+        frame: Frame = "robot",
+    ) -> None:
+        """Push the base, at its centre of mass, with a force (N) for a time from now on.
+
+        The force is ahead and to the left, or along x and y of the map; `torque` (N m) turns it to
+        the left. Several add up. Raises
+        FaultError for what is not finite, or beyond 50 N and 5 N m.
+        """
+        self._pushes.add(force, torque, frame, seconds, self.physics.time_ns)
+
+    def shove(
+        self, velocity: tuple[float, float], *, turn: float = 0.0, frame: Frame = "robot"
+    ) -> None:
+        """Give the base a velocity (m/s) and a turn rate (rad/s, left positive) at once.
+
+        Axes as with a push. Its wheels turn as before, so grip soon takes it away again. Raises
+        FaultError for what is not finite, or beyond 5 m/s and 10 rad/s.
+        """
+        self._pushes.shove(velocity, turn, frame, self.pose[2])
+
+    def charge_battery(self, share: float) -> None:
+        """Set the battery's charge, 0 to 1; empty, it takes the motors' power.
+
+        Raises FaultError for a charge that cannot be.
+        """
+        self.battery.charge_to(share)
 
     # ---- the truth -----------------------------------------------------------------------
 
@@ -188,7 +236,7 @@ class SimRobot:
         time_ns = self.physics.time_ns
         if time_ns != self.odometry.time_ns:
             turned = self._encoders.read(*self._qpos[7:9].tolist())
-            self.odometry.read(*self.wheels[0], time_ns)
+            self.odometry.read(*self.wheels[0], time_ns, self.faults.odometry)
             self.battery.use(time_ns, turned if self.motors_on else 0.0)
             if self.motors_on and self.battery.is_empty:
                 self._switch_motors(on=False)
@@ -203,7 +251,15 @@ class SimRobot:
         self, index: int, out: npt.NDArray[np.float32] | None = None
     ) -> npt.NDArray[np.float32]:
         """Return the lidar's ranges now, m; `index` counts its measurements (noise)."""
-        return self._lidar.measure(self.physics.data, index, out)
+        faults, last = self.faults.lidar, self._last_scan
+        if not faults.frozen or last is None:
+            self._last_scan = self._lidar.measure(self.physics.data, index, out, faults)
+            return self._last_scan
+        if out is None:
+            return last.copy()
+        if out is not last:
+            out[:] = last
+        return out
 
     def inertial(self, index: int) -> Inertial:
         """Return the IMU's reading now; `index` counts its measurements (noise)."""
@@ -225,7 +281,7 @@ class SimRobot:
             options.disableactuator &= ~self._motor_bit
         else:
             options.disableactuator |= self._motor_bit
-        self._wheel_friction[:] = 0.0 if on else GEAR_FRICTION
+        self._wheels.power(on=on)
 
     def _check_spawn(self, x: float, y: float, yaw: float) -> None:
         if any(self._sensordata[touch] for touch in self._touches):

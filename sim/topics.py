@@ -121,13 +121,14 @@ class RobotTopics:
 
         def publish(_: int) -> None:
             reading = robot.read_odometry()
-            if wanted(wheels_out):
+            faults = robot.faults
+            if wanted(wheels_out) and not faults.joints.dead:
                 fill.joints(wheels, *robot.wheels)
                 wheels_out.publish(wheels)
-            if wanted(odometry_out):
+            if wanted(odometry_out) and not faults.odometry.dead:
                 fill.odometry(odometry, reading)
                 odometry_out.publish(odometry)
-            if wanted(moving_out):
+            if wanted(moving_out) and not faults.odometry.dead:
                 here = (reading.x, reading.y, reading.yaw)
                 fill.planar_transform(to_base, *here)
                 fill.planar_transform(to_odom, *frames.map_to_odom(robot.pose, here))
@@ -145,7 +146,7 @@ class RobotTopics:
         publisher = self._publisher(Imu, "imu")
 
         def publish(index: int) -> None:
-            if wanted(publisher):
+            if wanted(publisher) and not self._robot.faults.imu.dead:
                 fill.inertial(message, self._robot.inertial(index))
                 publisher.publish(message)
 
@@ -159,7 +160,7 @@ class RobotTopics:
         publisher = self._publisher(LaserScan, "scan", SENSOR_DATA)
 
         def publish(index: int) -> None:
-            if wanted(publisher):
+            if wanted(publisher) and not self._robot.faults.lidar.dead:
                 if varies:
                     fill.scan_of(message, self._robot.scan(index))
                 else:
