@@ -76,6 +76,8 @@ class Executive:
         self.listeners: list[Callable[[Change], None]] = []
         self.goal_listeners: list[Callable[[str, Goal], None]] = []
         self.after_tick: list[Callable[[], None]] = []
+        self.follow: Callable[[Iterator[Behaviour]], Iterator[Behaviour]] = iter
+        """Put around each tick's walk, by who wants to see every node that it visits."""
         self._runtime = runtime
         self._trace = trace
         self._verdict = MissionStatus.FAILURE
@@ -230,7 +232,7 @@ class Executive:
     def _tick_tree(self) -> None:
         if self._walk is None:
             self.ticks += 1
-            self._walk = self.root.tick()
+            self._walk = self.follow(self.root.tick())
         try:
             for node in self._walk:
                 if node.status is not self._known[node]:

@@ -39,6 +39,9 @@ PRESENCE = QoSProfile(
 CANCEL_GRACE_NS = 3_000_000_000
 """How long a mission waits for goals that it no longer wants (the default cancel limit)."""
 
+newcomers: list[Callable[[Mission, Executive], None]] = []
+"""Told of each mission of this process that is set up, such as to see what tests reach of it."""
+
 
 class MissionNode(Node):
     """Runs one mission; it is the runtime of the mission's leaves.
@@ -98,6 +101,8 @@ class MissionNode(Node):
         self.trace = trace or Trace()
         self.ledger = Ledger(goal_seed or mission.seed, CANCEL_GRACE_NS, self._on_goal)
         self.executive = Executive(build_tree(mission, self.scope), self, self.trace)
+        for tell in newcomers:
+            tell(mission, self.executive)
         if has_controls if has_controls is not None else not lean:
             Controls(self, lambda: self.executive)
             topics = StatusTopics(self)

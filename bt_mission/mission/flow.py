@@ -5,7 +5,7 @@ Only what is certain is used: a goal may always end either way.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from bt_mission.common.faults import Fault
@@ -25,6 +25,7 @@ from bt_mission.mission.steps import (
     Sequence,
     Set,
     Step,
+    Subtree,
     Timeout,
     Wait,
     When,
@@ -40,11 +41,17 @@ _FAILURE: Ends = frozenset({"failure"})
 _SWAP = {"success": "failure", "failure": "success"}
 
 
-def ends_of(tree: Step) -> dict[int, Ends]:
-    """Return how each step of a tree can end, by the step's `id`."""
+def ends_of(tree: Step, uses: Mapping[str, Ends] | None = None) -> dict[int, Ends]:
+    """Return how each step of a tree can end, by the step's `id`.
+
+    `uses` says how named trees end; of others it is not known.
+    """
     ends: dict[int, Ends] = {}
     for step in reversed(list(tree.walk())):
-        ends[id(step)] = _ends(step, [ends[id(below)] for below in step.steps])
+        if uses and isinstance(step, Subtree):
+            ends[id(step)] = uses.get(step.tree, EITHER)
+        else:
+            ends[id(step)] = _ends(step, [ends[id(below)] for below in step.steps])
     return ends
 
 

@@ -6,6 +6,7 @@
 - ``moment``: :class:`Moment`, one control step, for conditions
 - ``claims``: what can be claimed of a run: always, never, eventually, whenever
 - ``seeds``, ``rates``, ``scenarios``: ``@pytest.mark.scenario``, a test for each seed
+- ``coverage/``: ``--mission-cov``, what no test has reached
 - ``history``, ``recorded``: what happened
 - ``scripted_server``: :class:`ScriptedServer`, an action server that a test plays
 """

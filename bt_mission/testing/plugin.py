@@ -34,6 +34,31 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         metavar="N",
         help="run tests marked 'scenario' with N seeds each, instead of as many as they say",
     )
+    group.addoption(
+        "--mission-cov",
+        action="store_true",
+        help="tell what no test has reached of the missions: nodes, outcomes, branches",
+    )
+    group.addoption(
+        "--mission-cov-source",
+        action="append",
+        default=[],
+        metavar="PATH",
+        help="count missions of this file or folder also where no test runs them; repeatable",
+    )
+    group.addoption(
+        "--mission-cov-report",
+        action="append",
+        default=[],
+        metavar="FILE",
+        help="write the coverage to FILE.txt, FILE.json or FILE.html; repeatable",
+    )
+    group.addoption(
+        "--mission-cov-fail-under",
+        type=_percent,
+        metavar="PERCENT",
+        help="fail where less than this is reached in all",
+    )
 
 
 def _count(text: str) -> int:
@@ -42,9 +67,24 @@ def _count(text: str) -> int:
     return int(text)
 
 
+def _percent(text: str) -> float:
+    try:
+        percent = float(text)
+    except ValueError:
+        percent = -1.0
+    if not 0 <= percent <= 100:
+        raise argparse.ArgumentTypeError(f"expected a number from 0 to 100, got '{text}'")
+    return percent
+
+
 def pytest_configure(config: pytest.Config) -> None:
     """Put the parts together."""
     config.pluginmanager.register(Scenarios(config), "bt_mission_scenarios")
+    asked = ("", "_source", "_report", "_fail_under")
+    if any(config.getoption(f"mission_cov{one}") not in (False, None, []) for one in asked):
+        from bt_mission.testing.coverage.hooks import Coverage  # noqa: PLC0415 - see above
+
+        config.pluginmanager.register(Coverage(config), "bt_mission_coverage")
 
 
 @pytest.fixture

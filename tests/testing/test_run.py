@@ -175,8 +175,9 @@ def test_missions_of_every_source(stage: Any, mission: Any, world: Any, tmp_path
     assert mission("explore").name == "explore"
     with pytest.raises(InputError, match=r"<text>:2:14: error: expected seconds, 0 or more"):
         stage.run("mission: m\ntree: {wait: -1}\n")
-    with pytest.raises(ScenarioError, match="seed: give the mission as file or text"):
-        stage.run(mission(WAITS), seed=3)
+    with pytest.raises(ScenarioError, match="robot: give the mission as file or text"):
+        stage.run(mission(WAITS), robot="burger")
+    assert stage.run(mission(WAITS), seed=3).mission.seed == 3
     small = world("name: small\nsize: [2, 2]\n")
     assert str(small).endswith("world_1.yaml")
 

@@ -1,0 +1,223 @@
+"""The part of the plugin that watches missions while tests run, and tells what none has reached.
+
+With pytest-xdist each worker watches its own, and sends what it saw when it ends; the process that
+started them adds it up.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Generator, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from bt_mission import node as missions
+from bt_mission.common import data
+from bt_mission.common.errors import BtMissionError
+from bt_mission.common.located import Document
+from bt_mission.mission import load
+from bt_mission.testing.coverage.page import page
+from bt_mission.testing.coverage.places import Built, Place, places
+from bt_mission.testing.coverage.table import table, trees
+from bt_mission.testing.coverage.tally import Covered, Spot, Tally
+from bt_mission.testing.coverage.watch import BRANCH, OUTCOME, Watch
+
+if TYPE_CHECKING:
+    from _pytest.terminal import TerminalReporter
+
+    from bt_mission.executive import Executive
+    from bt_mission.mission import Mission
+
+SENT = "bt_mission_coverage"
+WRITERS: dict[str, Callable[[Tally], str]] = {
+    ".json": lambda tally: json.dumps(tally.report(), indent=2) + "\n",
+    ".html": page,
+    ".txt": lambda tally: "\n".join([*table(tally), *trees(tally), ""]),
+}
+"""How a report of each kind of file is made."""
+
+
+class Coverage:
+    """Hooks of one session.
+
+    :raises pytest.UsageError: for a report of an unknown kind.
+    """
+
+    def __init__(self, config: pytest.Config) -> None:
+        self._config = config
+        self._tally = Tally()
+        self._test_file = ""
+        self._lost = 0
+        self._unread: list[str] = []
+        self._is_worker = hasattr(config, "workerinput")
+        scratch = config.getoption("basetemp")
+        self._scratch = Path(scratch).resolve() if scratch else None
+        self._reports = [Path(one) for one in config.getoption("mission_cov_report")]
+        for path in self._reports:
+            if path.suffix not in WRITERS:
+                raise pytest.UsageError(
+                    f"--mission-cov-report: the name of {path} ends in none of {', '.join(WRITERS)}"
+                )
+        missions.newcomers.append(self._begin)
+
+    def pytest_unconfigure(self) -> None:
+        """Watch no more."""
+        missions.newcomers.remove(self._begin)
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_protocol(self, item: pytest.Item) -> Generator[None, object, object]:
+        """Know the test that runs."""
+        self._test_file = item.nodeid.partition("::")[0]
+        return (yield)
+
+    @pytest.hookimpl(optionalhook=True)
+    def pytest_testnodedown(self, node: Any) -> None:
+        """Take in what a worker has seen."""
+        output = getattr(node, "workeroutput", None)
+        if output is None:
+            self._lost += 1
+        else:
+            self._tally.take(json.loads(output[SENT]))
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtestloop(self, session: pytest.Session) -> Generator[None, object, object]:
+        """Once all tests have run: fail where too little was reached."""
+        result = yield
+        if not self._is_worker:
+            self._take_sources()
+            if self._shortfall:
+                session.testsfailed += 1
+        return result
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_sessionfinish(self) -> None:
+        """Send what was seen, or write it down."""
+        if self._is_worker:
+            self._config.workeroutput[SENT] = json.dumps(self._tally.data())  # type: ignore[attr-defined]
+            return
+        for path in self._reports:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(WRITERS[path.suffix](self._tally), encoding="utf-8")
+
+    def pytest_terminal_summary(self, terminalreporter: TerminalReporter) -> None:
+        """Show the table, and what was not reached."""
+        terminalreporter.section("coverage of missions")
+        for line in self._summary():
+            terminalreporter.line(line)
+
+    # ---- what is told --------------------------------------------------------------------
+
+    @property
+    def _shortfall(self) -> str:
+        """How much is missing of what was asked for; empty where nothing is."""
+        wanted = self._config.getoption("mission_cov_fail_under")
+        percent = self._tally.score.percent if self._tally else 0.0
+        if wanted is None or percent >= wanted:
+            return ""
+        return f"missions are covered by {percent:.2f}%, at least {wanted:g}% wanted"
+
+    def _summary(self) -> Iterator[str]:
+        if self._tally:
+            yield from table(self._tally)
+            yield from trees(self._tally, brief=True)
+        else:
+            yield "no mission was run in this process, or a worker of it"
+        yield from self._unread
+        if self._lost:
+            yield f"{self._lost} of the workers crashed; what they saw is lost"
+        if self._reports:
+            yield f"written to {', '.join(map(str, self._reports))}"
+        if self._shortfall:
+            yield f"FAILED: {self._shortfall}"
+
+    # ---- what is seen --------------------------------------------------------------------
+
+    def _begin(self, mission: Mission, executive: Executive) -> None:
+        """A mission is set up."""
+        keys = self._know(mission)
+
+        def mark(one: Built, what: str, which: str) -> None:
+            covered = self._tally.files[keys[one.document.file]]
+            spot = covered.spots[one.step.line, one.step.column, one.step.kind]
+            if what == OUTCOME:
+                _count(spot.outcomes, which)
+            elif what == BRANCH:
+                _count(spot.branches, which)
+            else:
+                spot.runs += 1
+
+        Watch(mission, executive, mark)
+
+    def _know(self, mission: Mission) -> dict[str, str]:
+        """Take in what there is to reach in a mission; gives the key of each of its files."""
+        by_file: dict[str, list[Place]] = {}
+        for place in places(mission):
+            by_file.setdefault(place.document.file, []).append(place)
+        keys = {}
+        for file, found in by_file.items():
+            document = found[0].document
+            path = self._named(document)
+            label = path or f"{self._test_file} '{mission.name}'"
+            keys[file] = label if path else f"{label} {_shape(found)}"
+            spots = (_spot(place) for place in found)
+            covered = Covered(
+                label,
+                {mission.name},
+                document.lines,
+                {spot.key: spot for spot in spots},
+            )
+            self._tally.add(keys[file], covered)
+        return keys
+
+    def _named(self, document: Document) -> str:
+        """What a file of missions is called; empty for a text, or a file that a test has made."""
+        path = Path(document.file)
+        if not path.is_file():
+            return ""
+        real = path.resolve()
+        if self._scratch is not None and real.is_relative_to(self._scratch):
+            return ""
+        if real.is_relative_to(self._config.rootpath):
+            return real.relative_to(self._config.rootpath).as_posix()
+        for folder in data.folders("missions"):
+            if real.is_relative_to(folder.resolve()):
+                return f"bt_mission:{real.relative_to(folder.resolve()).as_posix()}"
+        return ""
+
+    def _take_sources(self) -> None:
+        """Take in the missions that should be covered, whether or not a test has run them."""
+        for source in self._config.getoption("mission_cov_source"):
+            path = Path(source)
+            found = sorted(path.rglob("*.yaml")) if path.is_dir() else [path]
+            for file in found:
+                try:
+                    self._know(load(file))
+                except BtMissionError as error:
+                    self._unread.append(f"not counted: {str(error).splitlines()[0]}")
+
+
+def _spot(place: Place) -> Spot:
+    return Spot(
+        line=place.step.line,
+        column=place.step.column,
+        kind=place.step.kind,
+        name=place.name,
+        tree=place.tree or "",
+        depth=place.depth,
+        outcomes=dict.fromkeys(place.outcomes, 0),
+        branches=dict.fromkeys(place.branches, 0),
+    )
+
+
+def _count(runs: dict[str, int], which: str) -> None:
+    if which in runs:
+        runs[which] += 1
+
+
+def _shape(found: list[Place]) -> str:
+    """Tells texts of one name apart by their trees, not by numbers that a test puts into them."""
+    shape = [(one.step.line, one.step.column, one.step.kind) for one in found]
+    return hashlib.sha256(repr(shape).encode()).hexdigest()[:8]

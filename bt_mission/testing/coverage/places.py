@@ -1,0 +1,224 @@
+"""What there is to reach in a mission: its nodes, what can come of each, and the ways they choose.
+
+Only what can happen is asked for: a leaf without a limit is never cancelled by one, a sequence of
+nodes that never fail does not fail.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from py_trees.behaviour import Behaviour
+
+from bt_mission.common.located import Document
+from bt_mission.goals.outcome import Outcome
+from bt_mission.mission import steps
+from bt_mission.mission.flow import Ends, ends_of
+from bt_mission.mission.loaded import Mission, Tree
+from bt_mission.tree.evaluate import name_of
+
+TRUE, FALSE = "true", "false"
+EXPIRED = "expired"
+EMPTY = "empty list"
+
+ALWAYS_POSSIBLE = (
+    Outcome.SUCCEEDED,
+    Outcome.ABORTED,
+    Outcome.REJECTED,
+    Outcome.CANCELED_FROM_OUTSIDE,
+    Outcome.NO_SERVER,
+    Outcome.NO_ANSWER,
+    Outcome.SERVER_LOST,
+)
+"""Ways in which the server of any goal can end it, or leave it."""
+
+CHOOSING = (steps.Fallback, steps.Parallel, steps.Choose)
+"""Kinds of which each child is a branch."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """A node of a mission, where it stands in its file.
+
+    :param tree: the named tree that it belongs to; None is the mission's own.
+    :param outcomes: what can come of it.
+    :param branches: the ways that it can choose.
+    """
+
+    document: Document
+    step: steps.Step
+    tree: str | None
+    depth: int
+    name: str
+    outcomes: tuple[str, ...]
+    branches: tuple[str, ...]
+
+
+def places(mission: Mission) -> Iterator[Place]:
+    """Every node of a mission, and of all named trees that it has at hand, used or not."""
+    uses = _ends_of_trees(mission)
+    halted = _trees_halted(mission)
+    for tree in mission.all_trees:
+        name = None if tree.is_main else tree.name
+        ends = ends_of(tree.body, uses)
+        for step, depth, can_halt in _descend(tree, ends, halted=name in halted):
+            yield Place(
+                tree.document,
+                step,
+                name,
+                depth,
+                _name_of(step, mission),
+                tuple(_outcomes(step, ends, can_halt=can_halt)),
+                tuple(branches(step)),
+            )
+
+
+def _name_of(step: steps.Step, mission: Mission) -> str:
+    """As the tree that is built has it."""
+    return mission.name if step is mission.tree and step.steps and not step.name else name_of(step)
+
+
+def branches(step: steps.Step) -> list[str]:
+    """The ways that a node can choose; those of children are in their order."""
+    match step:
+        case steps.Fallback() | steps.Parallel() | steps.Choose():
+            return [f"{number} {name_of(one)}" for number, one in enumerate(step.children, 1)]
+        case steps.When() | steps.Guard():
+            if isinstance(step.condition, bool):
+                return [TRUE if step.condition else FALSE]
+            return [TRUE, FALSE]
+    return []
+
+
+def _outcomes(step: steps.Step, ends: Mapping[int, Ends], *, can_halt: bool) -> list[str]:
+    match step:
+        case steps.Action():
+            return [str(one) for one in _of_goal(step, can_halt=can_halt)]
+        case steps.Check():
+            return [{"success": TRUE, "failure": FALSE}[end] for end in _both(ends[id(step)])]
+        case steps.Timeout():
+            return [*_both(ends[id(step.child)]), EXPIRED]
+        case steps.ForEach(elements=list() | tuple() as elements):
+            return _both(ends[id(step)]) if elements else [EMPTY]
+        case steps.ForEach():
+            return [*_both(ends[id(step)]), EMPTY]
+    return _both(ends[id(step)])
+
+
+def _both(ends: Ends) -> list[str]:
+    return [end for end in ("success", "failure") if end in ends]
+
+
+def _of_goal(step: steps.Action, *, can_halt: bool) -> Iterator[Outcome]:
+    """The outcomes that this leaf's goals can have, in the order of the closed list."""
+    limits = {
+        Outcome.CANCELED_BY_CONDITION: step.cancel_when is not None,
+        Outcome.CANCELED_BY_TIMEOUT: step.timeout is not None,
+        Outcome.SILENT: step.silence_timeout is not None,
+        Outcome.CANCELED_BY_HALT: can_halt,
+    }
+    asks = limits[Outcome.CANCELED_BY_CONDITION] or step.timeout or step.silence_timeout
+    limits |= dict.fromkeys((Outcome.CANCEL_REFUSED, Outcome.UNCONFIRMED), bool(asks))
+    return (one for one in Outcome if one in ALWAYS_POSSIBLE or limits.get(one))
+
+
+# ---- who can be halted ---------------------------------------------------------------------
+
+
+def _descend(
+    tree: Tree, ends: Mapping[int, Ends], *, halted: bool
+) -> Iterator[tuple[steps.Step, int, bool]]:
+    """Every step with its depth, and whether something above can halt it while it runs."""
+    waiting = [(tree.body, 0, halted)]
+    while waiting:
+        step, depth, can_halt = waiting.pop()
+        yield step, depth, can_halt
+        below = [
+            (child, depth + 1, can_halt or _halts(step, index, ends))
+            for index, child in enumerate(step.steps)
+        ]
+        waiting += reversed(below)
+
+
+def _halts(step: steps.Step, index: int, ends: Mapping[int, Ends]) -> bool:
+    """Can a step halt its child of this index?"""
+    match step:
+        case steps.Timeout():
+            return True
+        case steps.Guard():
+            return step.condition is not True
+        case steps.Sequence() | steps.Fallback():
+            return not step.memory and index > 0
+        case steps.Parallel():
+            others = [ends[id(one)] for n, one in enumerate(step.children) if n != index]
+            decides = step.succeed_when != "all" or any("failure" in one for one in others)
+            return step.rest == "halt" and bool(others) and decides
+    return False
+
+
+def _trees_halted(mission: Mission) -> set[str | None]:
+    """The named trees of which some use can be halted."""
+    uses = _ends_of_trees(mission)
+    found: set[str | None] = set()
+    grown = True
+    while grown:
+        before = len(found)
+        for tree in mission.all_trees:
+            name = None if tree.is_main else tree.name
+            ends = ends_of(tree.body, uses)
+            for step, _, can_halt in _descend(tree, ends, halted=name in found):
+                if can_halt and isinstance(step, steps.Subtree):
+                    found.add(step.tree)
+        grown = len(found) > before
+    return found
+
+
+def _ends_of_trees(mission: Mission) -> dict[str, Ends]:
+    """How the named trees end; those that use others come after them."""
+    found: dict[str, Ends] = {}
+    waiting = list(mission.trees.values())
+    while waiting:
+        tree = waiting.pop(0)
+        used = {one.tree for one in tree.body.walk() if isinstance(one, steps.Subtree)}
+        if used <= found.keys():
+            found[tree.name] = ends_of(tree.body, found)[id(tree.body)]
+        else:
+            waiting.append(tree)
+    return found
+
+
+# ---- nodes of a tree that was built --------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Built:
+    """A node of a tree, with the step that it was made of.
+
+    :param above: the node whose child it is.
+    :param number: the how manieth child, from 0.
+    """
+
+    node: Behaviour
+    step: steps.Step
+    document: Document
+    above: Built | None
+    number: int
+
+
+def built(mission: Mission, root: Behaviour) -> Iterator[Built]:
+    """Every node of a mission's tree, beside its step."""
+    waiting = [Built(root, mission.tree, mission.main.document, None, 0)]
+    while waiting:
+        one = waiting.pop()
+        yield one
+        if isinstance(one.step, steps.Subtree):
+            tree = mission.trees[one.step.tree]
+            waiting.append(Built(one.node.children[0], tree.body, tree.document, one, 0))
+        else:
+            waiting += [
+                Built(node, step, one.document, one, number)
+                for number, (step, node) in enumerate(
+                    zip(one.step.steps, one.node.children, strict=False)
+                )
+            ]

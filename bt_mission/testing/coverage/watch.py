@@ -1,0 +1,123 @@
+"""Sees what one run of a mission reaches."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from bt_mission.executive import MissionStatus
+from bt_mission.mission import steps
+from bt_mission.testing.coverage.places import (
+    CHOOSING,
+    EMPTY,
+    EXPIRED,
+    FALSE,
+    TRUE,
+    Built,
+    branches,
+    built,
+)
+from bt_mission.tree.action_leaf import ActionLeaf
+
+if TYPE_CHECKING:
+    from bt_mission.executive import Change, Executive
+    from bt_mission.mission import Mission
+
+REACHED, OUTCOME, BRANCH = "reached", "outcome", "branch"
+
+Mark = Callable[[Built, str, str], None]
+"""Told of a node, of what there is to reach (above), and which; once in a run."""
+
+
+class Watch:
+    """Follows the ticks of one mission.
+
+    :param mark: told of everything that is reached, when it is reached first.
+    """
+
+    def __init__(self, mission: Mission, executive: Executive, mark: Mark) -> None:
+        self._executive = executive
+        self._mark = mark
+        self._built = {one.node: one for one in built(mission, executive.root)}
+        self._seen: set[tuple[Behaviour, str, str]] = set()
+        followed = executive.follow
+        executive.follow = lambda walk: self._follow(followed(walk))
+        executive.listeners.append(self._on_change)
+
+    def _follow(self, walk: Iterator[Behaviour]) -> Iterator[Behaviour]:
+        for node in walk:
+            one = self._built.get(node)
+            if one is not None:
+                self._visit(one)
+            yield node
+
+    def _visit(self, one: Built) -> None:
+        """A tick has been at a node."""
+        self._reach(one, REACHED, "")
+        if one.above is not None:
+            way = _way_to(one)
+            if way:
+                self._reach(one.above, BRANCH, way)
+        if one.node.status in (Status.SUCCESS, Status.FAILURE):
+            if _went_nowhere(one):
+                self._reach(one, BRANCH, FALSE)
+            outcome = _outcome(one)
+            if outcome:
+                self._reach(one, OUTCOME, outcome)
+
+    def _on_change(self, change: Change) -> None:
+        """Goals that the tree halts are seen here; the end of a test is no such halt."""
+        node = change.node
+        if change.status is not Status.INVALID or not isinstance(node, ActionLeaf):
+            return
+        if node.was_halted and self._executive.status is MissionStatus.RUNNING:
+            one = self._built[node]
+            outcome = _outcome(one)
+            if outcome:
+                self._reach(one, OUTCOME, outcome)
+
+    def _reach(self, one: Built, what: str, which: str) -> None:
+        key = (one.node, what, which)
+        if key not in self._seen:
+            self._seen.add(key)
+            self._mark(one, what, which)
+
+
+def _way_to(one: Built) -> str:
+    """The branch of the node above that leads to this one, if that chooses."""
+    above = one.above
+    assert above is not None
+    if isinstance(above.step, CHOOSING):
+        return branches(above.step)[one.number]
+    if isinstance(above.step, steps.When | steps.Guard):
+        return FALSE if one.number else TRUE
+    return ""
+
+
+def _went_nowhere(one: Built) -> bool:
+    """Has a condition that does not hold kept a node from going on?"""
+    children = one.node.children
+    if isinstance(one.step, steps.When):
+        return len(children) == 1 and children[0].status is Status.INVALID
+    if isinstance(one.step, steps.Guard):
+        return children[0].status is Status.INVALID
+    return False
+
+
+def _outcome(one: Built) -> str:
+    """What came of a node that has just ended."""
+    node, step = one.node, one.step
+    if isinstance(node, ActionLeaf):
+        ending = node.attempt.ending if node.attempt else None
+        return str(ending.outcome) if ending else ""
+    has_failed = node.status is Status.FAILURE
+    if isinstance(step, steps.Check):
+        return FALSE if has_failed else TRUE
+    if isinstance(step, steps.Timeout) and has_failed:
+        return "failure" if node.children[0].status is Status.FAILURE else EXPIRED
+    if isinstance(step, steps.ForEach) and not has_failed:
+        return "success" if node.children[0].status is Status.SUCCESS else EMPTY
+    return "failure" if has_failed else "success"

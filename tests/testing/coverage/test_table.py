@@ -1,0 +1,86 @@
+from __future__ import annotations
+
+import pytest
+
+from bt_mission.testing.coverage.page import page
+from bt_mission.testing.coverage.table import in_ranges, table, trees
+from bt_mission.testing.coverage.tally import Covered, Spot, Tally
+
+MANY = {"succeeded": 1, "aborted": 0, "rejected": 0, "server lost": 0, "no answer": 0, "lost": 0}
+
+
+def spot(line: int, depth: int, name: str, runs: int, **more) -> Spot:
+    """A node in a line of its own."""
+    return Spot(line=line, column=1, kind="x", name=name, depth=depth, runs=runs, **more)
+
+
+@pytest.fixture
+def tally() -> Tally:
+    """One file with a named tree."""
+    spots = [
+        spot(3, 0, "look", 1, tree="look", outcomes=dict(MANY)),
+        spot(5, 0, "tour", 1, outcomes={"success": 1, "failure": 0}),
+        spot(6, 1, "here", 1, outcomes={"success": 1}),
+        spot(7, 1, "either", 1, branches={"1 a": 1, "2 b": 0}),
+        spot(8, 2, "a", 1),
+        spot(9, 2, "b", 0),
+        spot(10, 3, "<below>", 0),
+    ]
+    source = tuple(f"- line {number} <&>" for number in range(1, 12))
+    made = Tally()
+    made.add("a", Covered("a.yaml", {"a"}, source, {one.key: one for one in spots}))
+    return made
+
+
+def test_the_table_has_a_line_for_each_file(tally):
+    """And one for all where there are several."""
+    tally.add("b", Covered("much_longer.yaml", {"b"}, (), {(1, 1, "x"): spot(1, 0, "b", 1)}))
+    assert list(table(tally)) == [
+        "missions          nodes  reached  outcomes  seen  branches  taken  cover  missing",
+        "a.yaml                7        5         9     3         2      1    50%  9-10",
+        "much_longer.yaml      1        1         0     0         0      0   100%",
+        "in all                8        6         9     3         2      1    52%",
+    ]
+
+
+def test_the_tree_shows_what_was_not_reached_and_the_way_there(tally):
+    """What lies below a node that was never reached is not told again."""
+    assert list(trees(tally)) == [
+        "",
+        "a.yaml",
+        "        tree look:",
+        "     3  look      never: aborted, rejected, server lost, no answer, lost",
+        "        the mission:",
+        "     5  tour      never: failure",
+        "     7    either  never: 2 b",
+        "     9      b     never reached",
+    ]
+
+
+def test_a_long_list_is_told_by_what_was_seen(tally):
+    """On the terminal."""
+    assert "     3  look      only: succeeded (of 6 outcomes)" in list(trees(tally, brief=True))
+
+
+def test_a_file_that_is_reached_in_full_shows_no_tree():
+    """There is nothing to say."""
+    tally = Tally()
+    tally.add("b", Covered("b.yaml", {"b"}, (), {(1, 1, "x"): spot(1, 0, "b", 1)}))
+    assert list(trees(tally)) == []
+
+
+def test_lines_between_which_no_node_stands_are_one_range(tally):
+    """A comment does not part them, a node that was reached does."""
+    (covered,) = tally.in_order()
+    assert in_ranges([5, 6, 9, 10], covered) == "5-6, 9-10"
+    assert in_ranges([10], covered) == "10"
+
+
+def test_the_page_shows_the_lines_with_what_is_missing(tally):
+    """Escaped, each with its colour."""
+    text = page(tally)
+    assert '<span class="all"><i>6</i>- line 6 &lt;&amp;&gt;</span>' in text
+    assert '<span class="part"><i>7</i>- line 7 &lt;&amp;&gt;<b>never: 2 b</b></span>' in text
+    assert '<span class="none"><i>10</i>- line 10 &lt;&amp;&gt;<b>never reached</b></span>' in text
+    assert '<span class="text"><i>4</i>' in text
+    assert "<h1>Coverage of missions: 50%</h1>" in text

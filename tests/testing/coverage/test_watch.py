@@ -1,0 +1,170 @@
+"""What a run reaches; the servers are played, there is no ROS."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from bt_mission.mission import load_text
+from bt_mission.testing.coverage.places import places
+from bt_mission.testing.coverage.watch import REACHED, Watch
+from tests.support.play import Play
+
+
+class Seen:
+    """A mission that is watched while it is played."""
+
+    def __init__(self, play: Play, text: str) -> None:
+        self.play = play
+        self.mission = load_text(text)
+        self.marks: list[tuple[str, str, str]] = []
+        Watch(
+            self.mission,
+            play.executive,
+            lambda one, what, which: self.marks.append((one.node.name, what, which)),
+        )
+
+    @property
+    def reached(self) -> list[str]:
+        """Names of the nodes."""
+        return [name for name, what, _ in self.marks if what == REACHED]
+
+    def of(self, name: str) -> set[str]:
+        """What came of a node, and which way it went."""
+        return {which for one, what, which in self.marks if one == name and what != REACHED}
+
+
+@pytest.fixture
+def watch(server) -> Callable[..., Seen]:
+    """``watch(yaml_of_the_tree)``."""
+
+    def start(tree: str, head: str = "", z: str = "[]") -> Seen:
+        text = f"mission: m\ninputs: {{x: 1, z: {z}}}\n{head}\ntree:\n{tree}"
+        return Seen(Play(text, type(server)), text)
+
+    return start
+
+
+def test_nodes_are_reached_when_a_tick_is_at_them(watch):
+    """Those behind one that fails are not."""
+    seen = watch("  sequence: [log: a, check: x > 1, wait: 1]")
+    seen.play.tick()
+    assert seen.reached == ["log", "check x > 1", "m"]
+    assert seen.of("check x > 1") == {"false"}
+    assert seen.of("m") == {"failure"}
+
+
+def test_what_ends_alike_twice_is_seen_both_times(watch):
+    """Also where the status of the node is the same as before: here within one tick each."""
+    seen = watch(
+        "  sequence:\n"
+        "    - set: {n: 0}\n"
+        "    - repeat: {count: 2}\n"
+        "      do:\n"
+        "        sequence:\n"
+        "          - when: n > 0\n"
+        "            do: {log: a}\n"
+        "            name: fork\n"
+        "          - set: {n: n + 1}\n"
+    )
+    seen.play.tick(3)
+    assert seen.play.status == "success"
+    assert seen.of("fork") == {"true", "false", "success"}
+
+
+def test_each_way_is_seen(watch):
+    """Of a fallback, up to the child that succeeds; of a condition with else."""
+    seen = watch(
+        "  sequence:\n"
+        "    - fallback: [check: x > 1, log: a, log: b]\n"
+        "      name: first\n"
+        "    - when: x > 1\n"
+        "      do: {log: c}\n"
+        "      else: {log: d}\n"
+        "      name: second\n"
+    )
+    seen.play.tick()
+    assert seen.of("first") == {"1 check x > 1", "2 log", "success"}
+    assert seen.of("second") == {"false", "success"}
+
+
+def test_a_guard_that_stops_is_told_from_one_whose_child_fails(watch):
+    """Both fail."""
+    tree = "  sequence:\n    - set: {n: 0}\n    - parallel:\n        - guard: n < 1\n"
+    stops = watch(
+        f"{tree}          do: {{wait: 5}}\n          name: guarded\n"
+        "        - sequence: [wait: 0.1, set: {n: 1}]\n"
+    )
+    stops.play.tick(5)
+    assert stops.of("guarded") == {"true", "false", "failure"}
+    fails = watch(f"{tree}          do: {{check: x > 1}}\n          name: guarded\n")
+    fails.play.tick(2)
+    assert fails.of("guarded") == {"true", "failure"}
+
+
+def test_a_limit_that_expires_is_told_from_a_child_that_fails(watch):
+    """Both fail."""
+    seen = watch("  timeout: 0.1\n  do: {wait: 5}")
+    seen.play.tick(4)
+    assert seen.of("m") == {"expired"}
+    seen = watch("  timeout: 0.1\n  do: {check: x > 1}")
+    seen.play.tick()
+    assert seen.of("m") == {"failure"}
+
+
+@pytest.mark.parametrize(("elements", "outcome"), [("[]", "empty list"), ("[7]", "success")])
+def test_a_list_that_is_empty_is_an_outcome(watch, elements, outcome):
+    """Nothing was done for it."""
+    seen = watch("  for_each: {y: $z}\n  do: {log: $y}\n  name: all", z=elements)
+    seen.play.tick()
+    assert seen.of("all") == {outcome}
+
+
+def test_goals_end_in_one_of_the_closed_list(watch):
+    """As the leaf saw it."""
+    seen = watch("  retry: {attempts: 3}\n  do: {turn: {angle: 9}}")
+    play = seen.play
+    play.tick(2)
+    play.turn.reject()
+    play.tick(3)
+    play.turn.accept()
+    play.turn.abort()
+    play.tick(3)
+    play.turn.accept()
+    play.turn.succeed()
+    play.tick(2)
+    assert play.status == "success"
+    assert seen.of("turn") == {"rejected", "aborted", "succeeded"}
+
+
+def test_a_goal_that_the_tree_halts(watch):
+    """It is no end that the tick sees."""
+    seen = watch("  timeout: 0.2\n  do: {turn: {angle: 9}}")
+    seen.play.tick(2)
+    seen.play.turn.accept()
+    seen.play.tick(6)
+    assert seen.of("turn") == {"canceled by halt"}
+
+
+def test_a_goal_that_ends_with_the_test_was_not_halted(watch):
+    """The tree has not asked for it."""
+    seen = watch("  timeout: 20\n  do: {turn: {angle: 9}}")
+    seen.play.tick(2)
+    seen.play.executive.interrupt("the test is over")
+    assert seen.of("turn") == set()
+
+
+def test_everything_seen_is_among_what_there_is(watch):
+    """Each mark has its place; named trees count where they are written."""
+    seen = watch(
+        "  sequence:\n"
+        "    - tree: {name: half, inputs: {y: 1}}\n"
+        "    - tree: {name: half, inputs: {y: 3}}\n",
+        "trees: {half: {needs: {y: number}, do: {fallback: [check: y > 2, log: $y]}}}",
+    )
+    seen.play.tick()
+    there = {one.name: {*one.outcomes, *one.branches} for one in places(seen.mission)}
+    assert seen.of("check y > 2") == {"true", "false"}
+    for name, _, which in seen.marks:
+        assert which == "" or which in there[name]
