@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 from bisect import bisect_right
 from collections import defaultdict
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -165,11 +166,13 @@ class History:
             lines.append(f"{'  ' * depth}{UNICODE[status]} {node.name}{said}")
         return "\n".join(lines)
 
+    def read_events(self) -> Iterator[dict[str, Any]]:
+        """Every event of the trace."""
+        yield from map(json.loads, self.events)
+
     def last_events(self, most: int) -> list[str]:
         """The newest events of the trace that are no poses, in words."""
-        events = [
-            event for event in map(json.loads, self.events) if event.get("event", "pose") != "pose"
-        ]
+        events = [one for one in self.read_events() if one.get("event", "pose") != "pose"]
         return [f"{self.seconds(one['t']):8.2f} s  {told(one)}" for one in events[-most:]]
 
     # ---- listening -----------------------------------------------------------------------

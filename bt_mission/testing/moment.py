@@ -181,9 +181,9 @@ class Moment:
         return tuple(live.values())
 
     @property
-    def log(self) -> tuple[str, ...]:
+    def log(self) -> list[str]:
         """What ``log`` nodes have said so far."""
-        return tuple(text for _, text in self._run.history.said[: self._record.said])
+        return [text for _, text in self._run.history.said[: self._record.said]]
 
     # ---- topics --------------------------------------------------------------------------
 

@@ -15,7 +15,7 @@ from bt_mission.report import Report
 from bt_mission.session import report_on
 from bt_mission.stage import Stage
 from bt_mission.testing.claims import Claims, holds
-from bt_mission.testing.history import GoalLife, History
+from bt_mission.testing.history import GoalLife, History, Pose
 from bt_mission.testing.moment import Condition, Moment, ScenarioError, no_such
 from bt_mission.testing.recorded import Recorded
 from bt_mission.topic_reader import TopicReader
@@ -161,6 +161,15 @@ class Run(Claims):
         return self._moments
 
     @property
+    def pose(self) -> Pose:
+        """True pose of the base now: x m, y m, yaw rad."""
+        return self.stage.sim.simulation.pose
+
+    def events(self, kind: str) -> list[dict[str, Any]]:
+        """The events of one kind in the run's trace, in order (docs/trace.md)."""
+        return [event for event in self.history.read_events() if event.get("event") == kind]
+
+    @property
     def is_done(self) -> bool:
         """Has the mission ended, with every goal accounted for?"""
         return self.stage.is_done
@@ -197,9 +206,9 @@ class Run(Claims):
         return tuple(self.history.goals.values())
 
     @property
-    def log(self) -> tuple[str, ...]:
+    def log(self) -> list[str]:
         """What ``log`` nodes have said."""
-        return tuple(text for _, text in self.history.said)
+        return [text for _, text in self.history.said]
 
     def leaf(self, name: str) -> Any:
         """The node of this name or path, as it is now."""

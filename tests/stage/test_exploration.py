@@ -31,51 +31,52 @@ tree:
 
 
 @pytest.mark.parametrize("strategy", STRATEGIES)
-def test_each_strategy_maps_another_world_without_collision(on_stage: Any, strategy: str) -> None:
+def test_each_strategy_maps_another_world_without_collision(stage: Any, strategy: str) -> None:
     """In half a minute half of an arena of low walls, and never a touch."""
-    run = on_stage(f"explore_{strategy}", world="explore_arena", seed=4, set={"duration": "30"})
+    run = stage.run(f"explore_{strategy}", world="explore_arena", seed=4, inputs={"duration": "30"})
     run.until_done()
     assert (run.status, run.stage.collisions) == ("success", 0)
-    assert run.stage.executive.goals_left_behind == ()
-    assert run.seconds == pytest.approx(30.0, abs=0.5)
+    assert run.report.goals_left_behind == 0
+    assert run.t == pytest.approx(30.0, abs=0.5)
     assert run.stage.mapper.measure.area > 7.0
 
 
-def test_the_world_publishes_no_map_where_the_mapper_does(on_stage: Any) -> None:
+def test_the_world_publishes_no_map_where_the_mapper_does(stage: Any) -> None:
     """One publisher of the topic, whichever it is."""
     for name, has_mapper in (("explore_fixed", True), ("square", False)):
-        run = on_stage(name)
+        run = stage.run(name)
         assert (run.stage.mapper is not None) is has_mapper
         assert run.stage.node.count_publishers("map") == 1
+        run.close()
 
 
-def test_a_run_with_a_mapper_repeats(on_stage: Any) -> None:
+def test_a_run_with_a_mapper_repeats(stage: Any) -> None:
     """The same seed gives the same map, cell for cell."""
     maps = []
     for _ in range(2):
-        run = on_stage("explore_random", set={"duration": "15"})
+        run = stage.run("explore_random", inputs={"duration": "15"})
         run.until_done()
         maps.append(run.stage.mapper.grid)
     assert np.array_equal(maps[0].cells, maps[1].cells)
     assert maps[0].stamp == maps[1].stamp
 
 
-def test_what_was_explored_can_be_navigated(on_stage: Any) -> None:
+def test_what_was_explored_can_be_navigated(stage: Any) -> None:
     """Frontiers until none is left, then to a place behind two walls, by the map just made."""
-    run = on_stage(text=EXPLORE_THEN_GO)
+    run = stage.run(EXPLORE_THEN_GO)
     run.until_done()
     assert (run.status, run.reason) == ("success", "")
     assert run.stage.collisions == 0
     x, y, _ = run.pose
     assert math.hypot(x - 1.7, y + 1.7) < 0.15
-    area, visited = (float(part) for part in run.said[-1].split())
+    area, visited = (float(part) for part in run.log[-1].split())
     assert area > 20.0
     assert visited >= 1
 
 
-def test_frontiers_leave_no_floor_unknown(on_stage: Any) -> None:
+def test_frontiers_leave_no_floor_unknown(stage: Any) -> None:
     """Nearly all the floor there is; and nothing that is wall is taken for floor."""
-    run = on_stage("explore_frontiers", world="dqn_stage4")
+    run = stage.run("explore_frontiers", world="dqn_stage4")
     run.until_done()
     assert run.status == "success"
     grid = run.stage.mapper.grid

@@ -45,9 +45,9 @@ class Signals(Quiet):
             signal.raise_signal(signal.SIGINT)
 
 
-def test_a_reader_who_leaves_ends_the_mission_in_good_order(on_stage: Any) -> None:
+def test_a_reader_who_leaves_ends_the_mission_in_good_order(stage: Any) -> None:
     """The goal is cancelled and confirmed; nothing more is shown."""
-    run = on_stage(text=DRIVE)
+    run = stage.run(DRIVE)
     view = ClosedPipe()
     report = drive(run.stage, view)
     assert report.status == "interrupted"
@@ -56,19 +56,19 @@ def test_a_reader_who_leaves_ends_the_mission_in_good_order(on_stage: Any) -> No
     assert view.shown == 1
 
 
-def test_ctrl_c_ends_the_mission_and_gives_the_handlers_back(on_stage: Any) -> None:
+def test_ctrl_c_ends_the_mission_and_gives_the_handlers_back(stage: Any) -> None:
     """Afterwards Ctrl-C is Python's again."""
     before = signal.getsignal(signal.SIGINT)
-    run = on_stage(text=DRIVE)
+    run = stage.run(DRIVE)
     report = drive(run.stage, Signals(40))
     assert (report.status, report.reason) == ("interrupted", "interrupted by Ctrl-C")
     assert (report.goals_sent, report.goals_left_behind) == (1, 0)
     assert signal.getsignal(signal.SIGINT) is before
 
 
-def test_a_second_ctrl_c_leaves_at_once_and_names_the_goals(on_stage: Any) -> None:
+def test_a_second_ctrl_c_leaves_at_once_and_names_the_goals(stage: Any) -> None:
     """Both arrive between two steps: nothing is waited for."""
-    run = on_stage(text=DRIVE)
+    run = stage.run(DRIVE)
 
     class Twice(Signals):
         def refresh(self) -> None:
@@ -81,9 +81,9 @@ def test_a_second_ctrl_c_leaves_at_once_and_names_the_goals(on_stage: Any) -> No
     assert "left at once after a second Ctrl-C; left behind: /explore_forward" in report.reason
 
 
-def test_the_trace_file_holds_the_whole_run(on_stage: Any, tmp_path: Path) -> None:
+def test_the_trace_file_holds_the_whole_run(stage: Any, tmp_path: Path) -> None:
     """Written as it happens, so that a run that is cut off has left what it did."""
-    run = on_stage(text="mission: m\ntree: {wait: 0.2}")
+    run = stage.run("mission: m\ntree: {wait: 0.2}")
     path = tmp_path / "trace.jsonl"
     drive(run.stage, Quiet(), trace_file=path)
     events = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]

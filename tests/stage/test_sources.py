@@ -16,6 +16,7 @@ from bt_mission.common.robot import load_robot
 from bt_mission.mission.check import examine
 from bt_mission.mission.short_names import SHORT_NAMES
 from sim.world import load_world
+from tests.support.paths import path_length
 
 FOLDER = Path(__file__).resolve().parents[2] / "missions" / "sources"
 NAMES = sorted(path.stem for path in FOLDER.glob("*.yaml"))
@@ -33,11 +34,11 @@ def test_each_is_sound(name: str) -> None:
 
 
 @pytest.fixture
-def ran(on_stage: Any) -> Any:
+def ran(stage: Any) -> Any:
     """Run one to its end; it succeeds, touches nothing, and leaves no goal behind."""
 
     def run(name: str, **overrides: Any) -> Any:
-        story = on_stage(f"sources/{name}.yaml", **overrides)
+        story = stage.run(FOLDER / f"{name}.yaml", **overrides)
         story.until_done()
         assert (story.status, story.reason) == ("success", "")
         assert (story.stage.collisions, story.stage.executive.goals_left_behind) == (0, ())
@@ -63,7 +64,7 @@ def test_names_and_types_are_in_the_graph(tmp_path: Path) -> None:
 
 def message(run: Any, node: str, status: str) -> str:
     """What a node said at its last change to a status."""
-    found = [e for e in run.of("status") if (e["node"], e["status"]) == (node, status)]
+    found = [e for e in run.events("status") if (e["node"], e["status"]) == (node, status)]
     return str(found[-1]["message"])
 
 
@@ -71,60 +72,60 @@ def test_move_for_seconds(ran: Any) -> None:
     """Five seconds at 0.1 m/s, and the status has the real numbers."""
     run = ran("move_for_seconds")
     assert run.stage.distance_travelled_m == pytest.approx(0.5, abs=0.02)
-    assert run.seconds == pytest.approx(5.2, abs=0.2)
-    assert run.said == ["drove for 5.00 of 5 s, 0.50 m"]
+    assert run.t == pytest.approx(5.2, abs=0.2)
+    assert run.log == ["drove for 5.00 of 5 s, 0.50 m"]
 
 
 def test_rejected_goal(ran: Any) -> None:
     """The client does not wait for a result that will never come."""
     run = ran("rejected_goal")
-    assert run.said == ["too fast was refused"]
+    assert run.log == ["too fast was refused"]
     assert message(run, "too fast", "FAILURE").startswith("rejected: ")
-    assert run.seconds < 0.5
+    assert run.t < 0.5
     assert run.stage.distance_travelled_m < 0.001
 
 
 def test_record_distance(ran: Any) -> None:
     """The distance is that of the true path."""
     run = ran("record_distance")
-    (said,) = run.said
+    (said,) = run.log
     assert float(said.split()[0]) == pytest.approx(run.stage.distance_travelled_m, abs=0.1)
-    assert run.seconds == pytest.approx(20.2, abs=0.3)
+    assert run.t == pytest.approx(20.2, abs=0.3)
 
 
 def test_five_pictures(ran: Any, tmp_path: Any) -> None:
     """The result of the cancelled goal names the five files that are there."""
     run = ran("five_pictures")
-    assert run.said == ["5 pictures"]
+    assert run.log == ["5 pictures"]
     assert len(list(tmp_path.glob("run_001/*/*.png"))) == 5
 
 
 def test_bad_sweep(ran: Any, tmp_path: Any) -> None:
     """No folder is made for it."""
     run = ran("bad_sweep")
-    assert run.said == ["a sweep of nothing was refused"]
+    assert run.log == ["a sweep of nothing was refused"]
     assert list(tmp_path.iterdir()) == []
 
 
 def test_two_metres(ran: Any) -> None:
     """No goal drives further than 2 m, one control step and the way to stop."""
     run = ran("two_metres")
-    forward = [e for e in run.of("status") if e["node"] == "forward"]
+    forward = [e for e in run.events("status") if e["node"] == "forward"]
     legs = [
-        run.path_length(start["t"], end["t"])
+        path_length(run, start["t"], end["t"])
         for start, end in zip(forward[::2], forward[1::2], strict=True)
     ]
     assert len(legs) == 4
     assert max(legs) <= 2.0 + 0.2 * 0.05 + 0.2**2 / 2
-    assert all(said.count(" m") == 2 for said in run.said)
+    assert all(said.count(" m") == 2 for said in run.log)
 
 
 def test_informed_turn(ran: Any) -> None:
     """Each turn is away from the object that ended the drive before it."""
     run = ran("informed_turn")
-    angles = [int(said.split(", ")[-1].split()[0]) for said in run.said]
-    turns = [e for e in run.of("status") if e["node"] == "away"]
-    poses = {p["t"]: p["yaw"] for p in run.of("pose")}
+    angles = [int(said.split(", ")[-1].split()[0]) for said in run.log]
+    turns = [e for e in run.events("status") if e["node"] == "away"]
+    poses = {p["t"]: p["yaw"] for p in run.events("pose")}
     for angle, start, end in zip(angles, turns[::2], turns[1::2], strict=True):
         turned = math.remainder(poses[end["t"]] - poses[start["t"]], 2 * math.pi)
         assert math.degrees(abs(turned)) == pytest.approx(90, abs=6)
@@ -134,7 +135,7 @@ def test_informed_turn(ran: Any) -> None:
 def test_meanwhile(ran: Any) -> None:
     """A line each second, until the turn has ended."""
     run = ran("meanwhile")
-    assert run.said == ["1 x 7 = 7", "2 x 7 = 14", "3 x 7 = 21"]
+    assert run.log == ["1 x 7 = 7", "2 x 7 = 14", "3 x 7 = 21"]
     assert math.degrees(run.pose[2]) == pytest.approx(180, abs=5) or math.degrees(
         run.pose[2]
     ) == pytest.approx(-180, abs=5)
@@ -143,25 +144,25 @@ def test_meanwhile(ran: Any) -> None:
 def test_timed_cancel(ran: Any) -> None:
     """Three seconds after it was accepted; the next goal finds the base free."""
     run = ran("timed_cancel")
-    assert run.said == ["cancelled after 3 s"]
+    assert run.log == ["cancelled after 3 s"]
     assert message(run, "too slow", "FAILURE") == "canceled by timeout: not done within 3 s"
-    log = next(e for e in run.of("log"))
+    log = next(e for e in run.events("log"))
     assert log["t"] / 1e9 == pytest.approx(4.2, abs=0.2)
 
 
 def test_pictures_while_moving(ran: Any) -> None:
     """The robot drives for as long as pictures are taken, and stands after the last."""
     run = ran("pictures_while_moving")
-    assert run.said == ["5 pictures"]
-    assert run.seconds == pytest.approx(5.3, abs=0.4)
+    assert run.log == ["5 pictures"]
+    assert run.t == pytest.approx(5.3, abs=0.4)
     assert run.stage.distance_travelled_m == pytest.approx(0.05 * 5, abs=0.03)
 
 
 def test_waypoint_tour(ran: Any) -> None:
     """Within 0.25 m of each marker when it is said to be there."""
     run = ran("waypoint_tour")
-    poses = {p["t"]: (p["x"], p["y"]) for p in run.of("pose")}
-    logs = run.of("log")
+    poses = {p["t"]: (p["x"], p["y"]) for p in run.events("pose")}
+    logs = run.events("log")
     for zone, log in zip(load_world("nav_arena").zones, logs, strict=True):
         assert log["text"] == f"at {zone.name}"
         assert math.dist(poses[log["t"]], (zone.x, zone.y)) < 0.25
@@ -170,18 +171,18 @@ def test_waypoint_tour(ran: Any) -> None:
 def test_motor_power(ran: Any) -> None:
     """The one turn is made with the motors on."""
     run = ran("motor_power")
-    assert "no turn without power" in run.said
+    assert "no turn without power" in run.log
     assert math.degrees(run.pose[2]) == pytest.approx(90, abs=3)
 
 
 def test_stop_service(ran: Any) -> None:
     """The drive ends at 2 s with the reason, and the robot stands within 0.3 s of the call."""
     run = ran("stop_service")
-    assert run.said == ["the drive was stopped", "no goal while stopped"]
+    assert run.log == ["the drive was stopped", "no goal while stopped"]
     assert "stopped" in message(run, "move", "FAILURE")
-    called = next(e["t"] for e in run.of("status") if e["node"] == "stop")
-    after = run.path_length(called + 300_000_000, called + 600_000_000)
-    assert run.path_length(1_000_000_000, called) == pytest.approx(0.4, abs=0.05)
+    called = next(e["t"] for e in run.events("status") if e["node"] == "stop")
+    after = path_length(run, called + 300_000_000, called + 600_000_000)
+    assert path_length(run, 1_000_000_000, called) == pytest.approx(0.4, abs=0.05)
     assert after < 0.005
     assert math.degrees(run.pose[2]) == pytest.approx(90, abs=3)
 
@@ -189,7 +190,7 @@ def test_stop_service(ran: Any) -> None:
 def test_new_goal_replaces(ran: Any) -> None:
     """The old goal ends aborted when the new one begins, and never comes back."""
     run = ran("new_goal_replaces")
-    assert run.said == ["the old goal was replaced", "the new goal is done"]
+    assert run.log == ["the old goal was replaced", "the new goal is done"]
     assert message(run, "old", "FAILURE").startswith("aborted: /move aborted: replaced by a new")
     assert math.degrees(run.pose[2]) == pytest.approx(90, abs=3)
     assert run.stage.distance_travelled_m == pytest.approx(0.4, abs=0.06)
@@ -198,16 +199,16 @@ def test_new_goal_replaces(ran: Any) -> None:
 def test_no_server(ran: Any) -> None:
     """Each is named after its limit."""
     run = ran("no_server")
-    assert run.said == ["no such action", "no such service"]
+    assert run.log == ["no such action", "no such service"]
     assert message(run, "camera_sweap", "FAILURE").endswith("/camera_sweap: no server after 2 s")
-    assert run.seconds == pytest.approx(3.05)
+    assert run.t == pytest.approx(3.05)
 
 
 def test_recoveries(ran: Any) -> None:
     """The wall is told of by Nav2's code, and the robot faces away from it in the end."""
     run = ran("recoveries")
-    assert run.said[0] == "blocked, code 723"
-    assert run.said[1].startswith("backed up for 3 s") or run.said[1] == "backed up for 4 s"
+    assert run.log[0] == "blocked, code 723"
+    assert run.log[1].startswith("backed up for 3 s") or run.log[1] == "backed up for 4 s"
     assert abs(math.degrees(run.pose[2])) == pytest.approx(180, abs=8)
 
 

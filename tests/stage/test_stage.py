@@ -26,25 +26,24 @@ tree:
 DRIVE_EMPTY = DRIVE.format(world="empty_arena")
 
 
-def moves(run: Any) -> bool:
+def moves(s: Any) -> bool:
     """Does the robot move?"""
-    linear, _ = run.stage.sim.simulation.velocity
-    return abs(linear) > 0.1
+    return abs(s.speed) > 0.1
 
 
-def test_the_first_tick_is_one_period_after_the_start(on_stage: Any) -> None:
+def test_the_first_tick_is_one_period_after_the_start(stage: Any) -> None:
     """Virtual time starts at one second; the executive ticks at 20 Hz."""
-    run = on_stage(text="mission: m\ntree: {wait: 0.1}")
+    run = stage.run("mission: m\ntree: {wait: 0.1}")
     run.until_done()
-    times = [e["t"] for e in run.of("status")]
+    times = [e["t"] for e in run.events("status")]
     assert times == [1_050_000_000, 1_150_000_000]
 
 
-def test_a_run_repeats_and_another_seed_differs(on_stage: Any) -> None:
+def test_a_run_repeats_and_another_seed_differs(stage: Any) -> None:
     """The same seed gives the same trace, bit for bit, in one process."""
     hashes = []
     for seed in (5, 5, 6):
-        run = on_stage(text=DRIVE_EMPTY, seed=seed)
+        run = stage.run(DRIVE_EMPTY, seed=seed)
         run.until_done()
         hashes.append(run.stage.trace.sha256)
     assert hashes[0] == hashes[1] != hashes[2]
@@ -82,25 +81,25 @@ def _without_wall_times(output: str) -> dict[str, Any]:
     return report
 
 
-def test_an_interrupted_mission_leaves_a_standing_robot(on_stage: Any) -> None:
+def test_an_interrupted_mission_leaves_a_standing_robot(stage: Any) -> None:
     """The goal is cancelled, the base stands still within half a second, nothing is left."""
-    run = on_stage(text=DRIVE_EMPTY)
-    run.until(lambda: moves(run))
+    run = stage.run(DRIVE_EMPTY)
+    run.until(moves)
     run.stage.executive.interrupt("interrupted by Ctrl-C")
-    interrupted_s = run.seconds
+    interrupted_s = run.t
     run.until_done()
     assert run.status == "interrupted"
-    assert run.seconds - interrupted_s <= 0.15
-    assert run.stage.executive.goals_left_behind == ()
-    while run.seconds < interrupted_s + 0.5:
+    assert run.t - interrupted_s <= 0.15
+    assert run.report.goals_left_behind == 0
+    while run.t < interrupted_s + 0.5:
         run.stage.step()
     linear, angular = run.stage.sim.simulation.velocity
     assert math.hypot(linear, angular) < 0.01
 
 
-def test_a_goal_outside_the_limits_is_rejected_and_nothing_moves(on_stage: Any) -> None:
+def test_a_goal_outside_the_limits_is_rejected_and_nothing_moves(stage: Any) -> None:
     """0.9 m/s is more than a Waffle can do."""
-    run = on_stage(text=DRIVE_EMPTY.replace("0.2", "0.9"))
+    run = stage.run(DRIVE_EMPTY.replace("0.2", "0.9"))
     run.until_done()
     assert run.status == "failure"
     assert run.reason.startswith(
@@ -109,10 +108,10 @@ def test_a_goal_outside_the_limits_is_rejected_and_nothing_moves(on_stage: Any) 
     assert run.stage.distance_travelled_m < 0.001
 
 
-def test_an_action_server_that_does_not_exist_is_a_clear_failure(on_stage: Any) -> None:
+def test_an_action_server_that_does_not_exist_is_a_clear_failure(stage: Any) -> None:
     """After the server limit of five seconds, and the reason names it."""
-    run = on_stage(
-        text="mission: m\ntree:\n"
+    run = stage.run(
+        "mission: m\ntree:\n"
         "  action: {name: /fly, type: bt_mission_interfaces/action/Turn, goal: {angle: 90}}\n"
         "  timeout: 9"
     )
@@ -121,15 +120,15 @@ def test_an_action_server_that_does_not_exist_is_a_clear_failure(on_stage: Any) 
         "failure",
         "'fly' server not available: /fly: no server after 5 s",
     )
-    assert run.seconds == pytest.approx(5.05)
+    assert run.t == pytest.approx(5.05)
 
 
 def test_an_exception_in_a_servers_callback_ends_the_mission_with_its_cause(
-    on_stage: Any, monkeypatch: pytest.MonkeyPatch
+    stage: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """No traceback: the mission fails, the goal is cancelled and the robot stops."""
-    run = on_stage(text=DRIVE_EMPTY)
-    run.until(lambda: moves(run))
+    run = stage.run(DRIVE_EMPTY)
+    run.until(moves)
 
     def explode() -> None:
         monkeypatch.undo()
@@ -140,15 +139,15 @@ def test_an_exception_in_a_servers_callback_ends_the_mission_with_its_cause(
     run.until_done()
     assert run.status == "failure"
     assert run.reason == "a callback failed: RuntimeError: broken callback"
-    assert run.stage.executive.goals_left_behind == ()
+    assert run.report.goals_left_behind == 0
 
 
 def test_a_callback_that_keeps_failing_does_not_hang_the_end(
-    on_stage: Any, monkeypatch: pytest.MonkeyPatch
+    stage: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The second failure, while goals are seen to their end, is raised for the caller."""
-    run = on_stage(text=DRIVE_EMPTY)
-    run.until(lambda: moves(run))
+    run = stage.run(DRIVE_EMPTY)
+    run.until(moves)
 
     def explode() -> None:
         raise RuntimeError("broken for good")
@@ -163,16 +162,16 @@ def test_a_callback_that_keeps_failing_does_not_hang_the_end(
     [({"world": "atlantis"}, "atlantis"), ({"robot": "hexapod"}, "hexapod")],
 )
 def test_an_unknown_world_or_robot_is_named(
-    on_stage: Any, overrides: dict[str, str], words: str
+    stage: Any, overrides: dict[str, str], words: str
 ) -> None:
     """With what there is instead."""
     with pytest.raises(BtMissionError, match=words):
-        on_stage(text=DRIVE_EMPTY, **overrides)
+        stage.run(DRIVE_EMPTY, **overrides)
 
 
-def test_a_burger_drives_too(on_stage: Any) -> None:
+def test_a_burger_drives_too(stage: Any) -> None:
     """The robot is the mission's choice."""
-    run = on_stage(text=DRIVE_EMPTY, robot="burger")
+    run = stage.run(DRIVE_EMPTY, robot="burger")
     run.until_done()
     assert (run.status, run.stage.collisions) == ("success", 0)
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+import bt_mission.testing.stages  # noqa: F401 - NumPy cannot be imported anew by each inner session
+
 FAILS = '''
 MISSION = """
 mission: waits

@@ -57,7 +57,7 @@ def test_a_run_can_be_asked_about_any_of_its_moments(stage: Any) -> None:
         {"pause": 0.2},
         {"pause": 0.2, "done": 1},
     )
-    assert (before.log, after.log) == ((), ("half done",))
+    assert (before.log, after.log) == ([], ["half done"])
     assert (before.leaf("second").status, after.leaf("second").status) == ("idle", "running")
     assert (after.leaf("first").since, after.leaf("first").runs) == (0.25, 1)
     assert after.tree.splitlines()[1] == "  ✓ first  0.0 s left"

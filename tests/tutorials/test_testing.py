@@ -1,0 +1,42 @@
+"""docs/testing.md works as it stands, in an empty folder."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+import bt_mission.testing.stages  # noqa: F401 - NumPy cannot be imported anew by each inner session
+
+TEXT = (Path(__file__).resolve().parents[2] / "docs/testing.md").read_text(encoding="utf-8")
+NAMED = re.compile(r"`(\S+\.(?:yaml|py))`[^`]*```\w+\n(.*?)```", re.DOTALL)
+PYTHON = re.compile(r"```python\n(.*?)```", re.DOTALL)
+
+
+@pytest.fixture
+def folder(pytester: pytest.Pytester) -> pytest.Pytester:
+    """The folder of the first chapter."""
+    files = dict(NAMED.findall(TEXT))
+    assert sorted(files) == ["hall.yaml", "test_there.py", "there.yaml"]
+    for name, text in files.items():
+        (pytester.path / name).write_text(text, encoding="utf-8")
+    return pytester
+
+
+def test_the_three_tests_pass(folder: pytest.Pytester) -> None:
+    """As a user's own."""
+    result = folder.runpytest("-p", "no:cacheprovider", "-p", "no:randomly")
+    result.assert_outcomes(passed=3)
+
+
+@pytest.mark.parametrize(
+    "block",
+    [block for block in PYTHON.findall(TEXT) if "def test_it_stops_before" not in block],
+    ids=lambda block: re.search(r"def (test_\w+)", block)[1],  # type: ignore[index]
+)
+def test_every_other_example_passes(folder: pytest.Pytester, block: str) -> None:
+    """With the mission and the world of the first chapter."""
+    (folder.path / "test_there.py").write_text(block, encoding="utf-8")
+    result = folder.runpytest("-p", "no:cacheprovider", "--scenario-seeds", "1")
+    result.assert_outcomes(passed=block.count("def test_"))
