@@ -52,6 +52,7 @@ ROS_MODULES = (
     "bt_mission/hand/rate_lines.py",
     "bt_mission/hand/rejections.py",
     "bt_mission/hand/sending.py",
+    "bt_mission/hand/watch_views.py",
     "bt_mission/hand/watching.py",
     "bt_mission/joined.py",
     "bt_mission/journal/keep.py",

@@ -6,6 +6,7 @@ import argparse
 import os
 import sys
 from collections.abc import Mapping
+from contextlib import closing
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.exits import (
@@ -238,14 +239,16 @@ def cancel(options: argparse.Namespace) -> int:
 def watch(options: argparse.Namespace) -> int:
     """Show the goals of an action until Ctrl-C."""
     from bt_mission.hand.about import about
+    from bt_mission.hand.watch_views import watch_view
     from bt_mission.hand.watching import Watch
 
     with joined(options) as hand:
         name, type_name = _named(hand, options)
-        watching = Watch(hand, name, about(type_name), sys.stdout, json=options.json)
-        while not hand.interrupts:
-            hand.step()
-            watching.flush()
+        with closing(watch_view(sys.stdout, about(type_name), json=options.json)) as view:
+            Watch(hand, name, type_name, view)
+            while not hand.interrupts:
+                hand.step()
+                view.flush()
     return INTERRUPTED
 
 

@@ -12,10 +12,9 @@ from bt_mission.cli.middleware import prepare_middleware
 EPILOG = """\
 examples:
   bt-mission serve
-  ros2 action send_goal -f /execute_mission bt_mission_interfaces/action/ExecuteMission \\
-      "{path: missions/patrol.yaml, inputs: ['speed=0.15'], seed: 3}"
-  ros2 service call /bt_mission/pause bt_mission_interfaces/srv/PauseMission
-  ros2 service call /bt_mission/resume std_srvs/srv/Trigger
+  bt-mission actions send /execute_mission "{path: missions/patrol.yaml, seed: 3}"
+  bt-mission services call /bt_mission/pause
+  bt-mission services call /bt_mission/resume
 
 in a mission:
   - execute_mission: {path: missions/patrol.yaml}

@@ -16,9 +16,9 @@ def add_parser(commands: Any) -> None:
         "servers",
         help="run the action servers alone, as a ROS node",
         description="Offers driving, turning, pictures, colours, distances, exploration, and "
-        "Nav2's navigation and recoveries as actions ('ros2 action list' names them), and the "
-        "services /stop and /release, for a robot, simulated or real, that it knows by its topics "
-        "alone.",
+        "Nav2's navigation and recoveries as actions ('bt-mission actions list' names them), and "
+        "the services /stop and /release, for a robot, simulated or real, that it knows by its "
+        "topics alone.",
     )
     parser.add_argument("--robot", default="waffle", help="a robot's name or file")
     parser.add_argument("--namespace", default="", help="namespace of the robot's topics")

@@ -187,7 +187,7 @@ def _speaker(step: steps.Speaker) -> list[str]:
             return [
                 *_called(step.action, step.name),
                 *_fields(step.goal),
-                *_cancels(step),
+                *([f"{step.on_cancel} when {step.cancel_when.text}"] if step.cancel_when else []),
                 *([f"within {written(step.timeout)} s"] if step.timeout is not None else []),
                 *_outputs(step),
             ]
@@ -200,13 +200,6 @@ def _speaker(step: steps.Speaker) -> list[str]:
             until = f"until {step.until.text}"
             return [*_called(step.topic, step.name), until, *within, *_outputs(step)]
     return []
-
-
-def _cancels(step: steps.Action) -> list[str]:
-    if step.cancel_when is None:
-        return []
-    counts = ["and that is a success"] if step.on_cancel == "success" else []
-    return [f"cancelled when {step.cancel_when.text}", *counts]
 
 
 def _called(topic: str, name: str | None) -> list[str]:

@@ -37,6 +37,10 @@ class Hand(Protocol):
     def interrupts(self) -> int:
         """How often Ctrl-C or SIGTERM came."""
 
+    @property
+    def interrupted_by(self) -> str:
+        """Which of them it was."""
+
     def step(self) -> None:
         """Serve what comes next, for a tenth of a second at most."""
 
@@ -88,6 +92,11 @@ class JoinedHand:
     def interrupts(self) -> int:
         """How often Ctrl-C or SIGTERM came."""
         return self._interrupts.count
+
+    @property
+    def interrupted_by(self) -> str:
+        """Which of them it was."""
+        return self._interrupts.name
 
     def step(self) -> None:
         """Serve what comes next, for a tenth of a second at most."""

@@ -74,9 +74,9 @@ def see_through(hand: Hand, goal: OneGoal) -> End:
             if (end := goal.poll(hand.now_ns)) is not None:
                 return end
             if hand.interrupts == 1:
-                goal.cancel("interrupted by Ctrl-C", hand.now_ns)
+                goal.cancel(f"interrupted by {hand.interrupted_by}", hand.now_ns)
             elif hand.interrupts > 1:
-                goal.leave("left at once after a second Ctrl-C", hand.now_ns)
+                goal.leave(f"left at once after a second {hand.interrupted_by}", hand.now_ns)
         except BrokenPipeError:
             goal.mute()
             goal.cancel("nobody reads the output any more", hand.now_ns)

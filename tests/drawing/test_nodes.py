@@ -51,7 +51,7 @@ def test_every_shipped_mission_has_an_outline(path: Path) -> None:
         ("check: 1 < 2\n  name: sane", "◇ sane  1 < 2"),
         (
             "turn: {angle: 90}\n  cancel_when: current_angle > 5\n  on_cancel: success",
-            "▶ turn  angle 90; cancelled when current_angle > 5; and that is a success",
+            "▶ turn  angle 90; success when current_angle > 5",
         ),
         (
             "turn: {angle: 90}\n  timeout: 9\n  outputs: {angle_turned: turned}",

@@ -11,10 +11,13 @@ import pytest
 from bt_mission_interfaces.action import Turn
 from rclpy.action import ActionClient, ActionServer, CancelResponse
 from rclpy.task import Future
+from rich.console import Console
 
 from bt_mission.hand import canceling
 from bt_mission.hand.about import about
+from bt_mission.hand.watch_views import WatchLines, WatchObjects, WatchPicture, watch_view
 from bt_mission.hand.watching import Watch
+from tests.support.graph import TURN
 
 
 class Robot:
@@ -151,17 +154,56 @@ def test_goals_under_way_are_told_to_those_who_come_later(
     """For programs: an object a line, a state or a feedback, with the goal's whole id."""
     turning = robot(2)
     out = io.StringIO()
-    watch = Watch(hand, "/turn", about("bt_mission_interfaces/action/Turn"), out, json=True)
+    view = WatchObjects(out)
+    Watch(hand, "/turn", TURN, view)
     for _ in range(2000):
         hand.step()
-        watch.flush()
+        view.flush()
         if out.getvalue():
             break
     turning.goals[0].publish_feedback(Turn.Feedback(current_angle=4.0))
     hand.step()
-    watch.flush()
+    view.flush()
     objects = [json.loads(line) for line in out.getvalue().splitlines()]
     assert objects == [
-        *({"goal": one, "state": "executing"} for one in turning.ids),
+        *({"goal": one, "state": "executing", "is_end": False} for one in turning.ids),
         {"goal": turning.ids[0], "feedback": {"current_angle": 4.0, "remaining_angle": 0.0}},
     ]
+
+
+def test_on_a_terminal_feedback_is_drawn_in_place() -> None:
+    """States stay above it; a goal that has ended takes its feedback with it."""
+    page = io.StringIO()
+    console = Console(file=page, width=80, force_terminal=True, color_system=None)
+    view = WatchPicture(console, about(TURN))
+    view.state("0123456789", 0.0, "executing", is_end=False)
+    view.feedback("0123456789", 0.5, Turn.Feedback(current_angle=4.0))
+    view.flush()
+    length = len(page.getvalue())
+    view.flush()
+    assert len(page.getvalue()) == length, "nothing new, nothing drawn"
+    view.state("0123456789", 1.0, "succeeded", is_end=True)
+    view.flush()
+    view.close()
+    text = page.getvalue()
+    assert "01234567      0.00 s  executing" in text
+    assert "01234567      0.50 s  current_angle 4 deg, remaining_angle 0 deg" in text
+    assert "01234567      1.00 s  succeeded" in text[length:]
+    assert "current_angle" not in text[length:]
+
+
+def test_what_is_shown_fits_the_output(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In place on a terminal, lines in a pipe and on a dumb terminal, objects for programs."""
+
+    class Terminal(io.StringIO):
+        def isatty(self) -> bool:
+            return True
+
+    assert isinstance(watch_view(io.StringIO(), about(TURN), json=True), WatchObjects)
+    assert isinstance(watch_view(io.StringIO(), about(TURN), json=False), WatchLines)
+    monkeypatch.setenv("TERM", "dumb")
+    assert isinstance(watch_view(Terminal(), about(TURN), json=False), WatchLines)
+    monkeypatch.setenv("TERM", "xterm")
+    view = watch_view(Terminal(), about(TURN), json=False)
+    view.close()
+    assert isinstance(view, WatchPicture)

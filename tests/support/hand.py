@@ -20,6 +20,7 @@ class VirtualHand:
         self.graph = graph
         self.node = graph.node("_bt_mission_hand_1")
         self.interrupts = 0
+        self.interrupted_by = "Ctrl-C"
         self.pauses = 0
         self._moves: list[tuple[Callable[[], Any], Callable[[], Any]]] = []
 
