@@ -9,7 +9,10 @@ import argparse
 import gc
 import statistics
 import tracemalloc
+from collections.abc import Iterator
 from itertools import cycle
+
+from measuring import spread, table
 
 from bt_mission.mission import load_text
 from bt_mission.mission.check import check
@@ -78,35 +81,33 @@ def mission_of(nodes: int) -> str:
     raise AssertionError
 
 
-def main() -> None:
-    """Measure and print a table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--rounds", type=int, default=7)
-    options = parser.parse_args()
+def measure(rounds: int) -> None:
+    """Print what loading and checking costs, by size."""
+    print("### Loading and checking\n")
     check(load_text(mission_of(10)))  # the ROS types are imported once
-    print("| nodes | bytes | load | check | both, us a node | memory, KiB a node |")
-    print("|---|---|---|---|---|---|")
+    head = ("nodes", "bytes", "load", "check", "both, us a node", "memory, KiB a node")
+    table(head, _rows(rounds))
+
+
+def _rows(rounds: int) -> Iterator[list[object]]:
     for size in SIZES:
         text = mission_of(size)
         loads, checks = [], []
-        for _ in range(options.rounds):
+        for _ in range(rounds):
             gc.collect()
             watch = Stopwatch()
             mission = load_text(text)
-            loads.append(watch.elapsed_s)
+            loads.append(1000 * watch.elapsed_s)
             assert check(mission) == ()
-            checks.append(watch.elapsed_s - loads[-1])
+            checks.append(1000 * watch.elapsed_s - loads[-1])
         nodes = sum(1 for _ in mission.tree.walk())
         both = [load + looked for load, looked in zip(loads, checks, strict=True)]
-        print(
-            f"| {nodes} | {len(text)} | {_ms(loads)} | {_ms(checks)} "
-            f"| {1e6 * statistics.median(both) / nodes:.0f} | {_memory(text, nodes):.1f} |"
-        )
-
-
-def _ms(seconds: list[float]) -> str:
-    median, least, most = statistics.median(seconds), min(seconds), max(seconds)
-    return f"{1000 * median:.0f} ms ({1000 * least:.0f} to {1000 * most:.0f})"
+        cells = [nodes, len(text), spread(loads, 0, "ms"), spread(checks, 0, "ms")]
+        yield [
+            *cells,
+            f"{1000 * statistics.median(both) / nodes:.0f}",
+            f"{_memory(text, nodes):.1f}",
+        ]
 
 
 def _memory(text: str, nodes: int) -> float:
@@ -117,6 +118,13 @@ def _memory(text: str, nodes: int) -> float:
     tracemalloc.stop()
     del mission
     return kept / nodes / 1024
+
+
+def main() -> None:
+    """Measure, and print a table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--rounds", type=int, default=7)
+    measure(parser.parse_args().rounds)
 
 
 if __name__ == "__main__":

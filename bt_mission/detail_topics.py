@@ -1,6 +1,7 @@
 """What a mission is doing, for people and tools that look on: ``~/details`` and ``~/log``.
 
-Nothing is made up for nobody: without a subscription a tick costs one question to the middleware.
+Nothing is made up for nobody: without a subscription a tick costs one look at the watch, and ten
+times a second one question to the middleware.
 With one, wall time paces the messages, not the mission's clock, which may run a hundred times as
 fast: who looks on must not slow down what is looked at.
 """
@@ -99,7 +100,7 @@ class DetailTopics:
         mission.log_listeners.append(self._on_log)
 
     def flush(self, *, at_once: bool = False) -> None:
-        """Publish, if somebody listens and it is time.
+        """Publish, if it is time and somebody listens.
 
         :param at_once: do not wait until it is time: the mission's state has changed.
         """
@@ -107,10 +108,10 @@ class DetailTopics:
             return
         if not at_once and self._since_last.elapsed_s < EVERY_S:
             return
+        self._since_last = Stopwatch()
         if not self._details.get_subscription_count():
             self._count = 0
             return
-        self._since_last = Stopwatch()
         self._details.publish(self._describe(self._mission))
 
     # ---- what is heard while nobody listens ----------------------------------------------

@@ -234,8 +234,9 @@ class Executive:
             self.ticks += 1
             self._walk = self.follow(self.root.tick())
         try:
+            known = self._known
             for node in self._walk:
-                if node.status is not self._known[node]:
+                if node.status is not known[node]:
                     if node is self.breakpoints.mark:
                         self._break()
                         return
@@ -275,7 +276,8 @@ class Executive:
 
     def _note_halted(self) -> None:
         """A node that the tree halts is not visited by the tick, but has changed all the same."""
-        for node in [node for node in self._running if node.status is not Status.RUNNING]:
+        running = Status.RUNNING
+        for node in [node for node in self._running if node.status is not running]:
             self._note(node)
 
     def _note(self, node: Behaviour) -> None:

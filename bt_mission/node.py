@@ -93,6 +93,7 @@ class MissionNode(Node):
         """Told of each line that the mission says, with the ROS time, ns."""
         self._why_rejected = why_rejected or (lambda _: "")
         self._say = say or self._log_line
+        self._tick_ns: int | None = None
         self._couriers: dict[tuple[str, str], ActionCourier] = {}
         self._callers: dict[tuple[str, str], ServiceCaller] = {}
         self._readers: dict[tuple[str, str], TopicReader] = {}
@@ -108,12 +109,22 @@ class MissionNode(Node):
             topics = StatusTopics(self)
             topics.begin(mission.name, self)
             self.executive.after_tick.append(topics.flush)
-        self.create_timer(1 / TICK_RATE_HZ, self.executive.tick)
+        self.create_timer(1 / TICK_RATE_HZ, self.tick)
 
     @property
     def now_ns(self) -> int:
-        """ROS time, ns."""
+        """ROS time, ns; it stands still during a tick."""
+        if self._tick_ns is not None:
+            return self._tick_ns
         return int(self.get_clock().now().nanoseconds)
+
+    def tick(self) -> None:
+        """Tick the executive, all of it at one instant."""
+        self._tick_ns = self.now_ns
+        try:
+            self.executive.tick()
+        finally:
+            self._tick_ns = None
 
     def courier(self, action: str, type_name: str) -> ActionCourier:
         """The client of an action; one for each name and type."""

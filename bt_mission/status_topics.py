@@ -55,7 +55,7 @@ class StatusTopics:
         self._is_told = False
         self._indices: dict[Behaviour, int] = {}
         self._pending: list[NodeStatus] = []
-        self._shown: tuple[str, str] | None = None
+        self._seen: tuple[str, str | None, str] | None = None
 
     def rest(self) -> None:
         """Tell that there is no mission yet."""
@@ -92,12 +92,13 @@ class StatusTopics:
             )
             self._pending = []
         has_turned = False
-        if self._executive is not None:
-            shown = (self._executive.state, self._executive.paused or self._executive.reason)
-            has_turned = shown != self._shown
+        executive = self._executive
+        if executive is not None:
+            seen = (executive.status, executive.paused, executive.reason)
+            has_turned = seen != self._seen
             if has_turned:
-                self._shown = shown
-                self._publish_state(*shown)
+                self._seen = seen
+                self._publish_state(executive.state, executive.paused or executive.reason)
         self._details.flush(at_once=has_turned)
 
     def _take(self, change: Change) -> None:

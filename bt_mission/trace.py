@@ -21,6 +21,7 @@ from bt_mission.common.errors import BtMissionError
 
 VERSION = 1
 KEPT_EVENTS = 200
+_ENCODER = json.JSONEncoder(sort_keys=True)  # json.dumps makes a new one for each event
 
 
 class Trace:
@@ -45,9 +46,7 @@ class Trace:
 
     def record(self, time_ns: int, event: str, **fields: Any) -> None:
         """Add an event at a time of the ROS clock."""
-        self._add(
-            json.dumps({"t": time_ns, "event": event, **fields}, sort_keys=True, allow_nan=True)
-        )
+        self._add(_ENCODER.encode({"t": time_ns, "event": event, **fields}))
 
     @contextmanager
     def written_to(self, path: Path) -> Iterator[None]:

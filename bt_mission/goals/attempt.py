@@ -8,6 +8,7 @@ wins.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
@@ -90,6 +91,7 @@ class Attempt:
         self._cause: Cause | None = None
         self._cause_text = ""
         self._next_server_check_ns = now_ns
+        self._due_ns = now_ns
         self.goal: Goal | None = None
         self.ending: Ending | None = None
 
@@ -115,6 +117,17 @@ class Attempt:
         if self.goal.phase is Phase.SENT:
             return "waiting for an answer"
         return "canceling" if self._cause else "active"
+
+    def is_quiet(self, now_ns: int) -> bool:
+        """Is the goal under way, with nothing new and no limit due? Then a poll finds nothing."""
+        goal = self.goal
+        return (
+            now_ns < self._due_ns
+            and goal is not None
+            and goal.phase is Phase.ACTIVE
+            and not goal.unread
+            and self.ending is None
+        )
 
     def poll(self, now_ns: int) -> Ending | None:
         """Move on; gives the ending once there is one."""
@@ -148,7 +161,10 @@ class Attempt:
             self._check_feedback(self.goal, now_ns)
         if self._cause is None:
             self._check_limits(now_ns)
-        return self._wait_for_cancel(self.goal, now_ns) if self._cause else None
+        if self._cause is None:
+            self._due_ns = self._next_due_ns(self._accepted_ns)
+            return None
+        return self._wait_for_cancel(self.goal, now_ns)
 
     def _wait_for_server(self, now_ns: int) -> Ending | None:
         busy = self._ledger.has_orphan_at(self._courier)
@@ -177,7 +193,18 @@ class Attempt:
         if now_ns < self._next_server_check_ns:
             return False
         self._next_server_check_ns = now_ns + SERVER_CHECK_NS
-        return not self._courier.is_ready()
+        return not self._ledger.is_there(self._courier, now_ns)
+
+    def _next_due_ns(self, accepted_ns: int) -> int:
+        """The first instant, rounded down, at which the server or a limit is to be looked at."""
+        due_ns = self._next_server_check_ns
+        for since_ns, limit_s in (
+            (accepted_ns, self._limits.goal),
+            (self._heard_ns, self._limits.silence),
+        ):
+            if limit_s is not None:
+                due_ns = min(due_ns, since_ns + math.floor(limit_s * NS))
+        return due_ns
 
     def _check_feedback(self, goal: Goal, now_ns: int) -> None:
         if goal.unread:
@@ -203,6 +230,7 @@ class Attempt:
     def _cancel(self, cause: Cause, text: str, now_ns: int) -> None:
         assert self.goal is not None
         self._cause, self._cause_text, self._cancel_ns = cause, text, now_ns
+        self._due_ns = now_ns
         self.goal.on(Event.UNWANTED)
 
     def _wait_for_cancel(self, goal: Goal, now_ns: int) -> Ending | None:

@@ -45,6 +45,7 @@ class Ledger:
         self._open: dict[bytes, Goal] = {}
         self._retry_ns: dict[bytes, int] = {}
         self._given_up: set[bytes] = set()
+        self._seen: dict[Courier, tuple[int, bool]] = {}
         self.goals_sent = 0
 
     @property
@@ -101,10 +102,22 @@ class Ledger:
         orphans = (self._open[goal_id] for goal_id in self._retry_ns)
         return any(goal.courier is courier and goal.is_live for goal in orphans)
 
+    def is_there(self, courier: Courier, now_ns: int) -> bool:
+        """Is this server there? The graph is asked once at each instant."""
+        seen = self._seen.get(courier)
+        if seen is None or seen[0] != now_ns:
+            seen = self._seen[courier] = now_ns, courier.is_ready()
+        return seen[1]
+
     def tend(self, now_ns: int) -> None:
         """Close what has ended, ask again where a cancel was refused, give up after the grace."""
-        for goal in tuple(self._open.values()):
-            if goal.phase is Phase.ENDED:
+        ended = Phase.ENDED
+        for goal in [
+            goal
+            for goal in self._open.values()
+            if goal.orphaned_ns is not None or goal.phase is ended
+        ]:
+            if goal.phase is ended:
                 del self._open[goal.id]
                 self._retry_ns.pop(goal.id, None)
                 self._given_up.discard(goal.id)

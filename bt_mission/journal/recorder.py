@@ -107,7 +107,10 @@ class Recorder:
         return record
 
     def _ended_goals(self) -> list[str]:
-        still = {goal.id.hex() for goal in self._runtime.ledger.open_goals}
+        open_goals = self._runtime.ledger.open_goals
+        if len(open_goals) == len(self._story.goals):  # every open goal is in the story
+            return []
+        still = {goal.id.hex() for goal in open_goals}
         return [goal_id for goal_id in self._story.goals if goal_id not in still]
 
     def _write(self, record: Record) -> None:

@@ -7,13 +7,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from bt_mission.common.errors import BtMissionError
 from bt_mission.goals.attempt import Attempt, Limits
 from bt_mission.goals.goal import Courier, Goal
 from bt_mission.goals.outcome import Ending, Outcome
+from bt_mission.tree.leaf import Leaf
 from bt_mission.tree.progress import Progress
 from bt_mission.tree.runtime import MissionFailure, Runtime, Scope, placed, read_field, scalars
 
@@ -35,7 +35,7 @@ class Plan:
     target: tuple[str, float] | None = None
 
 
-class ActionLeaf(Behaviour):
+class ActionLeaf(Leaf):
     """Sends one goal each time it starts, and turns the goal's outcome into a status.
 
     Succeeds when the goal does, or when it is cancelled by its condition and ``on_cancel`` is
@@ -108,7 +108,10 @@ class ActionLeaf(Behaviour):
     def update(self) -> Status:
         """Poll the attempt; write outputs and say why when it has ended."""
         assert self.attempt is not None
-        ending = self.attempt.poll(self._runtime.now_ns)
+        now_ns = self._runtime.now_ns
+        if self.attempt.is_quiet(now_ns):
+            return Status.RUNNING
+        ending = self.attempt.poll(now_ns)
         if ending is None:
             self.feedback_message = self._doing(self.attempt)
             return Status.RUNNING

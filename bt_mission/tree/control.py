@@ -51,27 +51,35 @@ class Parallel(py_trees.composites.Parallel):
 
     def tick(self) -> Iterator[Behaviour]:
         """Tick what has not ended; decide; end when the rest may be left."""
-        if self.status != Status.RUNNING:
-            self._decided = Status.RUNNING
-            for child in self.children:
-                if child.status != Status.INVALID:
-                    child.stop(Status.INVALID)
-            self.initialise()
+        running, invalid = Status.RUNNING, Status.INVALID
+        if self.status is not running:
+            self._begin()
+        still = []
         for child in self.children:
-            if child.status in (Status.INVALID, Status.RUNNING):
+            if child.status is running or child.status is invalid:
                 yield from child.tick()
-        if self._decided is Status.RUNNING:
-            self._decided, self.current_child = self._decide()
-        still = [child for child in self.children if child.status is Status.RUNNING]
+                if child.status is running:
+                    still.append(child)
+        if self._decided is running:
+            self.current_child = self.children[-1]
+            if len(still) < len(self.children):
+                self._decided, self.current_child = self._decide()
         self.feedback_message = ""
-        if self._decided is not Status.RUNNING and not (self._finish and still):
+        if self._decided is not running and not (self._finish and still):
             self.stop(self._decided)
         else:
-            self.status = Status.RUNNING
-            if self._decided is not Status.RUNNING:
+            self.status = running
+            if self._decided is not running:
                 names = ", ".join(f"'{child.name}'" for child in still)
                 self.feedback_message = f"{self._decided.value.lower()}, once {names} has finished"
         yield self
+
+    def _begin(self) -> None:
+        self._decided = Status.RUNNING
+        for child in self.children:
+            if child.status is not Status.INVALID:
+                child.stop(Status.INVALID)
+        self.initialise()
 
     def remember(self, _now_ns: int) -> dict[str, Any]:
         """Whether it is decided already, and the rest only finishes."""
@@ -91,9 +99,9 @@ class Parallel(py_trees.composites.Parallel):
                 return Status.SUCCESS, done[0]
             if len(failed) == len(self.children):
                 return Status.FAILURE, failed[-1]
-        elif all(child in done for child in self._needed):
+        elif all(child.status is Status.SUCCESS for child in self._needed):
             return Status.SUCCESS, self._needed[-1]
-        elif lost := [child for child in self._needed if child in failed]:
+        elif lost := [child for child in self._needed if child.status is Status.FAILURE]:
             return Status.FAILURE, lost[0]
         return Status.RUNNING, self.children[-1]
 

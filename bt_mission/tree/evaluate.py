@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from operator import is_
 from typing import Any
 
 from bt_mission.common.faults import describe
@@ -14,6 +15,9 @@ from bt_mission.mission.rules import LIMIT, SECONDS, TIMES, NumberRule
 from bt_mission.mission.values import WORDS, Type, fits, show, type_of
 from bt_mission.tree.control import Question, Verdict
 from bt_mission.tree.runtime import MissionFailure, Scope, read_field
+
+_LASTING = (bool, int, float, str)
+"""Values that do not change while a variable holds them, unlike lists."""
 
 
 class Evaluator:
@@ -98,27 +102,44 @@ class Evaluator:
     # ---- decisions -----------------------------------------------------------------------
 
     def question(self, condition: steps.Condition) -> Question:
-        """A condition on variables. Asking raises MissionFailure where it cannot be answered."""
+        """A condition on variables. Asking raises MissionFailure where it cannot be answered.
+
+        While the variables that it reads hold the same plain values, the answer is the same.
+        """
         if isinstance(condition, bool):
             constant = Verdict(condition, "always holds" if condition else "never holds")
             return lambda: constant
-        random, variables = self._scope.random_for(self._path, condition), self._scope.values
-        names = dict.fromkeys(name.name for name in condition.references)
+        variables = self._scope.values
+        names = tuple(dict.fromkeys(name.name for name in condition.references))
+        known: Verdict | None = None
+        known_of: list[Any] = []
 
         def ask() -> Verdict:
-            try:
-                answer = condition.evaluate(variables, random)
-            except ExpressionError as error:
-                raise self.failure(str(error)) from error
-            if not isinstance(answer, bool):
-                raise self.failure(f"'{condition.text}' gave {show(answer)}, not true or false")
-            values = ", ".join(
-                f"{name} = {_brief(variables[name])}" for name in names if name in variables
-            )
-            holds = "holds" if answer else "does not hold"
-            return Verdict(answer, holds + (f" ({values})" if values else ""))
+            nonlocal known, known_of
+            values = [variables.get(name) for name in names]
+            if known is not None and all(map(is_, values, known_of)):
+                return known
+            verdict = self._judge(condition)
+            is_lasting = not condition.draws and all(isinstance(one, _LASTING) for one in values)
+            known, known_of = (verdict, values) if is_lasting else (None, [])
+            return verdict
 
         return ask
+
+    def _judge(self, condition: Expression) -> Verdict:
+        variables = self._scope.values
+        try:
+            answer = condition.evaluate(variables, self._scope.random_for(self._path, condition))
+        except ExpressionError as error:
+            raise self.failure(str(error)) from error
+        if not isinstance(answer, bool):
+            raise self.failure(f"'{condition.text}' gave {show(answer)}, not true or false")
+        names = dict.fromkeys(name.name for name in condition.references)
+        values = ", ".join(
+            f"{name} = {_brief(variables[name])}" for name in names if name in variables
+        )
+        holds = "holds" if answer else "does not hold"
+        return Verdict(answer, holds + (f" ({values})" if values else ""))
 
     def fork(self, condition: steps.Condition) -> Callable[[], tuple[int, str]]:
         """What picks the first child where a condition holds, else the second."""

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from bt_mission.tree.control import Question
+from bt_mission.tree.leaf import Leaf
 from bt_mission.tree.progress import Progress
 from bt_mission.tree.runtime import NS, Runtime
 
 
-class Wait(Behaviour):
+class Wait(Leaf):
     """Runs for a time of the ROS clock, then succeeds."""
 
     def __init__(self, name: str, seconds: Callable[[], float]) -> None:
@@ -56,7 +56,7 @@ class Wait(Behaviour):
         return (self._until_ns - self._runtime.now_ns) / NS
 
 
-class Log(Behaviour):
+class Log(Leaf):
     """Says a line to the people who watch, and succeeds."""
 
     def __init__(self, name: str, text: Callable[[], str]) -> None:
@@ -75,7 +75,7 @@ class Log(Behaviour):
         return Status.SUCCESS
 
 
-class Check(Behaviour):
+class Check(Leaf):
     """Succeeds where a condition holds, else fails."""
 
     def __init__(self, name: str, question: Question) -> None:
@@ -89,7 +89,7 @@ class Check(Behaviour):
         return Status.SUCCESS if verdict.holds else Status.FAILURE
 
 
-class Set(Behaviour):
+class Set(Leaf):
     """Gives variables new values, and succeeds.
 
     :param assign: does it, and tells what was set.

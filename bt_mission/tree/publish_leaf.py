@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from bt_mission.common.errors import BtMissionError
+from bt_mission.tree.leaf import Leaf
 from bt_mission.tree.runtime import NS, MissionFailure, Runtime, Speech, placed
 
 
-class PublishLeaf(Behaviour):
+class PublishLeaf(Leaf):
     """Publishes a message each time it starts, as soon as so many subscriptions are matched.
 
     It fails when they are not there in time.

@@ -141,7 +141,7 @@ class Runtime(Protocol):
 
     @property
     def now_ns(self) -> int:
-        """ROS time, ns."""
+        """ROS time, ns; the same throughout a tick."""
 
     def courier(self, action: str, type_name: str) -> Courier:
         """The client of an action; one for each name and type.

@@ -6,10 +6,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from bt_mission.common.errors import BtMissionError
+from bt_mission.tree.leaf import Leaf
 from bt_mission.tree.runtime import Caller, MissionFailure, Runtime, Scope, placed, read_field
 
 NS = 1_000_000_000
@@ -29,7 +29,7 @@ class Call:
     answer_s: float
 
 
-class ServiceLeaf(Behaviour):
+class ServiceLeaf(Leaf):
     """Calls a service each time it starts; the answer makes it succeed.
 
     It fails when there is no server or no answer in time, and when the response has a field

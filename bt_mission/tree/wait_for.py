@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from bt_mission.tree.leaf import Leaf
 from bt_mission.tree.runtime import MissionFailure, Reader, Runtime, Scope, placed, read_field
 
 NS = 1_000_000_000
@@ -28,7 +28,7 @@ class Watch:
     show: Callable[[Any], str]
 
 
-class WaitFor(Behaviour):
+class WaitFor(Leaf):
     """Succeeds at the first tick after a message has met the condition; latches until then.
 
     Messages count from the moment the leaf is reached. A topic that is latched tells its newest

@@ -28,7 +28,10 @@ class Story:
 
     def tick(self, seconds: float = 0.05) -> Outcome | None:
         self.now += round(seconds * S)
+        was_quiet, stage = self.attempt.is_quiet(self.now), self.attempt.stage
         ending = self.attempt.poll(self.now)
+        if was_quiet:  # a leaf does not even ask
+            assert (ending, self.attempt.stage) == (None, stage)
         self.ledger.tend(self.now)
         return ending.outcome if ending else None
 
@@ -49,6 +52,24 @@ def accepted(story: Story, server: Any) -> None:
     story.tick()
     server.accept()
     story.tick()
+
+
+def test_a_goal_under_way_is_quiet_but_for_news_and_limits(server: Any) -> None:
+    """Nothing is to be done in four ticks of five; what comes, or is due, is seen at once."""
+    story = Story(server, goal=1.0)
+    accepted(story, server)
+    quiet = [story.attempt.is_quiet(story.now + number * TICK) for number in range(1, 21)]
+    assert quiet == [True] * 4 + [False] * 16, "the server is looked for after 0.25 s"
+    server.feed("feedback")
+    assert not story.attempt.is_quiet(story.now + TICK)
+    story.tick()
+    for _ in range(18):
+        story.tick()
+    assert not story.attempt.is_quiet(story.now + TICK), "its limit"
+    story.tick()
+    server.cancel()
+    assert story.tick() is Outcome.CANCELED_BY_TIMEOUT
+    assert not story.attempt.is_quiet(story.now)
 
 
 def test_success(story: Story, server: Any) -> None:

@@ -36,6 +36,15 @@ def test_a_refused_cancel_is_asked_again_each_second(server: Any) -> None:
         assert len(server.cancels) == second + 1
 
 
+def test_a_server_is_looked_for_once_at_each_instant(server: Any) -> None:
+    """However many goals it holds; another instant, another look."""
+    ledger = Ledger(1, 3 * S)
+    assert ledger.is_there(server, S)
+    server.ready = False
+    assert ledger.is_there(server, S)
+    assert not ledger.is_there(server, S + 1)
+
+
 def test_handing_over_twice_is_the_same_as_once(server: Any) -> None:
     """One cancel request goes out."""
     ledger = Ledger(1, 3 * S)

@@ -43,6 +43,35 @@ def test_a_condition_says_what_it_read(play: Any) -> None:
     )
 
 
+def test_a_condition_is_asked_anew_when_what_it_reads_has_changed(play: Any) -> None:
+    """And only then, for what is plain: a text of its own is the same one."""
+    story = play("  guard: x >= 1\n  do: {wait: 60}", "mission: m\ninputs: {x: 1}")
+    messages = []
+    for value in (1, 2.5, 2.5, 0):
+        story.scope.values["x"] = value
+        story.tick()
+        messages.append(story.root.feedback_message)
+    assert messages == ["holds (x = 1)", *["holds (x = 2.5)"] * 2, "does not hold (x = 0)"]
+    assert messages[1] is messages[2]
+
+
+def test_a_condition_on_a_list_is_always_asked(play: Any) -> None:
+    """A list may change in its place."""
+    story = play("  guard: len(x) < 2\n  do: {wait: 60}", "mission: m\ninputs: {x: [1]}")
+    story.tick()
+    story.scope.values["x"].append(2)
+    story.tick()
+    assert story.root.feedback_message == "does not hold (x = a list of 2)"
+
+
+def test_a_condition_that_draws_is_always_asked(play: Any) -> None:
+    """At each tick it is another number."""
+    story = play("  guard: uniform(0, 1) < 0.8\n  do: {wait: 60}")
+    assert story.tick() == "RR"
+    story.tick(30)
+    assert story.status == "failure"
+
+
 def test_a_timeout_says_what_it_was(play: Any) -> None:
     """And the mission's reason names the node, rather than the child that was halted."""
     story = play("  timeout: 0.1\n  do: {wait: 5}\n  name: hurry")

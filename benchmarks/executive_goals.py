@@ -1,0 +1,213 @@
+"""What a goal costs through a leaf, against an action client alone; and what halting costs.
+
+Each side has a lock-step executor of its own with two nodes: the client's, and a scripted server
+that accepts at once and ends the goal at once. Both look at the goal in a timer of 20 Hz, and send
+the next one at the tick after its end.
+"""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Callable
+from contextlib import ExitStack
+from itertools import count
+from typing import Any
+
+import rclpy
+from bt_mission_interfaces.action import Turn
+from measuring import CpuWatch, in_turns, ratios, spread, table
+from rclpy.action import ActionClient
+from rclpy.context import Context
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from bt_mission.goals.goal import Goal
+from bt_mission.lockstep import LockstepExecutor
+from bt_mission.mission import load_text
+from bt_mission.node import TICK_RATE_HZ, MissionNode
+from bt_mission.testing.scripted_server import ScriptedServer
+
+TURN = "bt_mission_interfaces/action/Turn"
+Options = dict[str, Any]
+LEAN: Options = {
+    "enable_rosout": False,
+    "start_parameter_services": False,
+    "parameter_overrides": [Parameter("start_type_description_service", value=False)],
+}
+"""As a mission's node on the stage."""
+
+GOALS = 200
+"""Goals of one measurement."""
+
+TURNS = """\
+mission: turns
+tree:
+  repeat: {count: 100000}
+  do:
+    turn: {angle: 90}
+    timeout: 60
+    outputs: {angle_turned: turned}
+"""
+
+
+class QuickServer(ScriptedServer):
+    """Every goal has succeeded when it is accepted."""
+
+    async def _on_goal(self, request: Any, answer: Any) -> Any:
+        await super()._on_goal(request, answer)
+        self.goal.succeed(angle_turned=90.0)
+        return answer
+
+
+class BareClient(Node):
+    """Sends one goal after another with an action client, and nothing else."""
+
+    def __init__(self, options: Options) -> None:
+        super().__init__("bare", **options, **LEAN)
+        self._client = ActionClient(self, Turn, "turn")
+        self._is_busy = self._is_matched = False
+        self._response: Any = None
+        self.turned = 0.0
+        self.create_timer(1 / TICK_RATE_HZ, self._tick)
+
+    def _tick(self) -> None:
+        if self._response is not None:
+            self.turned = self._response.result.angle_turned
+            self._response, self._is_busy = None, False
+        elif not self._is_busy and self._has_server():
+            self._is_busy = True
+            future = self._client.send_goal_async(Turn.Goal(angle=90.0))
+            future.add_done_callback(self._on_answer)
+
+    def _has_server(self) -> bool:
+        """Look until the server is there for the first time."""
+        self._is_matched = self._is_matched or self._client.server_is_ready()
+        return self._is_matched
+
+    def _on_answer(self, future: Any) -> None:
+        future.result().get_result_async().add_done_callback(self._on_result)
+
+    def _on_result(self, future: Any) -> None:
+        self._response = future.result()
+
+
+class Side:
+    """An executor with a client and its server, in a namespace that no other side has.
+
+    :param client: makes the client's node.
+    """
+
+    _count = count(1)
+
+    def __init__(self, client: Callable[[Options], Node], server: type[ScriptedServer]) -> None:
+        self._made = ExitStack()
+        namespace = f"side_{next(self._count)}"
+        context = Context()
+        rclpy.init(context=context)
+        self._made.callback(context.shutdown)
+        host = Node("server", context=context, namespace=namespace, **LEAN)
+        self.server = server(host, TURN, "turn")
+        self.client = client({"context": context, "namespace": namespace})
+        self.executor = LockstepExecutor(context=context)
+        self._made.callback(self.executor.shutdown)
+        for node in (host, self.client):
+            self._made.callback(node.destroy_node)
+            self.executor.add_node(node)
+
+    def close(self) -> None:
+        """Take everything down."""
+        self._made.close()
+
+    def spend(self) -> float:
+        """Seconds of one goal, from the tick that sends it to the one that sends the next."""
+        last = len(self.server.goals) + GOALS
+        watch = CpuWatch()
+        while len(self.server.goals) < last:
+            self.executor.step()
+        return watch.elapsed_s / GOALS
+
+
+def compare(rounds: int) -> None:
+    """Print what a goal costs, by who sends it."""
+    print("### A goal, its acceptance and its result\n")
+    mission = load_text(TURNS)
+    sides = (
+        Side(lambda options: MissionNode(mission, lean=True, **options), QuickServer),
+        Side(BareClient, QuickServer),
+    )
+    for side in sides:
+        side.spend()  # until everything is imported and matched
+    ours, bare = in_turns(rounds, *(side.spend for side in sides))
+    for side in sides:
+        side.close()
+    head = ("a leaf, us a goal", "`ActionClient` alone, us a goal", "ratio", "more, us a goal")
+    cells = [spread(1e6 * one for one in seconds) for seconds in (ours, bare)]
+    more = spread(1e6 * (one - other) for one, other in zip(ours, bare, strict=True))
+    table(head, [[*cells, spread(ratios(ours, bare), 2), more]])
+
+
+# ---- halting -----------------------------------------------------------------------------
+
+
+def halts(goals: int) -> str:
+    """A mission that again and again halts so many goals at once."""
+    turns = "        - {turn: {angle: 90}, timeout: 60}\n" * goals
+    return (
+        "mission: halts\ntree:\n  repeat: {count: 100000}\n  do:\n    sequence:\n"
+        f"    - parallel:\n        - wait: 0.5\n{turns}      succeed_when: any\n    - wait: 0.5\n"
+    )
+
+
+class TimedMission(MissionNode):
+    """Knows how long each tick took, and how many goals were handed over so far."""
+
+    def __init__(self, goals: int, options: Options) -> None:
+        super().__init__(load_text(halts(goals)), lean=True, **options)
+        self.seconds: list[float] = []
+        self.halted = 0
+        self.executive.goal_listeners.append(self._note)
+
+    def tick(self) -> None:
+        """Tick, and look at the watch."""
+        watch = CpuWatch()
+        super().tick()
+        self.seconds.append(watch.elapsed_s)
+
+    def _note(self, what: str, _goal: Goal) -> None:
+        self.halted += what == "handed over"
+
+
+def _halting(goals: int, rounds: int) -> list[object]:
+    """Halt so many goals so many times.
+
+    A step of the executor is one instant of virtual time with at most one tick: what the server
+    has heard when the step returns, it has heard at the instant of the tick.
+    """
+    side = Side(lambda options: TimedMission(goals, options), ScriptedServer)
+    node = side.client
+    assert isinstance(node, TimedMission)
+    ordinary, halting, heard = [], [], 0
+    while len(halting) < rounds:
+        halted, cancels = node.halted, _cancels(side)
+        side.executor.step()
+        if node.halted > halted:
+            assert node.halted - halted == goals
+            heard += _cancels(side) - cancels
+            halting.append(1000 * node.seconds[-1])
+            ordinary.append(1000 * statistics.median(node.seconds[-6:-1]))
+    side.close()
+    each = [1000 * (one - other) / goals for one, other in zip(halting, ordinary, strict=True)]
+    cells = [goals, spread(ordinary, 2), spread(halting, 2), spread(each)]
+    return [*cells, f"{heard} of {goals * rounds}"]
+
+
+def _cancels(side: Side) -> int:
+    return sum(goal.cancels for goal in side.server.goals)
+
+
+def compare_halts(rounds: int) -> None:
+    """Print what a tick costs that halts running goals, and when their server hears of it."""
+    print("### A tick that halts running goals\n")
+    head = ("goals", "a tick before, ms", "the halting tick, ms", "us a goal")
+    head += ("cancel requests at the server at the instant of that tick",)
+    table(head, (_halting(goals, rounds) for goals in (1, 10, 100)))

@@ -1,0 +1,271 @@
+"""What a tick costs in which nothing changes, against py_trees alone with a tree of the same shape.
+
+Ours is a mission as it runs: its node, trace, ledger and status topics with a subscriber, and a
+goal under way in each action leaf that runs. The goals do not cross the wire, since ten thousand
+of them would take minutes to accept; while a goal runs, nothing but feedback crosses it anyway.
+Whether the servers are still there is asked of the real graph.
+"""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from itertools import cycle
+from pathlib import Path
+from typing import Any
+
+import py_trees
+import rclpy
+from bt_mission_interfaces.action import Turn
+from bt_mission_interfaces.msg import StatusChanges
+from measuring import CpuWatch, in_turns, ratios, spread, table
+from py_trees.behaviour import Behaviour
+from py_trees.common import ParallelPolicy, Status
+from rclpy.clock_type import ClockType
+from rclpy.context import Context
+from rclpy.node import Node
+from rclpy.time import Time
+
+from bt_mission.courier import ActionCourier
+from bt_mission.goals.goal import Event, Goal
+from bt_mission.journal.keep import keep_journal
+from bt_mission.lockstep.matching import settle
+from bt_mission.mission import load_text
+from bt_mission.mission.steps import Action
+from bt_mission.node import MissionNode
+from bt_mission.status_topics import CHANGES
+from bt_mission.testing.scripted_server import ScriptedServer
+from bt_mission.tree.action_leaf import ActionLeaf
+
+WIDTH = 10
+"""Children of a composite."""
+
+TICK_NS = 50_000_000
+TICKS = 20
+"""Ticks of one measurement: a second of ROS time, so that what is done at times is in it."""
+
+FLUSHES = 1000
+
+LEAVES: tuple[dict[str, Any], ...] = (
+    {"turn": {"angle": 90}, "timeout": 3600},
+    {"explore_forward": {"fwd_velocity": 0.2, "stopping_distance": 0.5}, "timeout": 3600},
+    {"camera_sweep": {"sweep_angle": 180, "image_count": 8}, "timeout": 3600},
+)
+TURNS = ({"turn": {"angle": 90}, "timeout": 3600, "cancel_when": "current_angle > 400"},)
+CHECKS = [{"check": "battery > 0.2"}, {"check": "is_ready and battery < 1"}]
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A tree that fans out by ten.
+
+    :param kind: of its composites: ``parallel`` or ``sequence``.
+    :param leaves: the actions of the leaves, in turn.
+    :param guarded: the last level are reactive sequences, each of two checks before its actions.
+    """
+
+    title: str
+    kind: str
+    leaves: tuple[dict[str, Any], ...] = LEAVES
+    guarded: bool = False
+
+
+ALL_RUN = Shape("parallels: every leaf runs", "parallel")
+SHAPES = (
+    ALL_RUN,
+    Shape("reactive sequences in parallels", "parallel", guarded=True),
+    Shape("sequences with memory: one leaf runs", "sequence"),
+)
+
+
+def step_of(shape: Shape, nodes: int) -> dict[str, Any]:
+    """The mission's step for a tree of so many nodes."""
+    if nodes > WIDTH + 1:
+        sizes = [(nodes - 1 + index) // WIDTH for index in range(WIDTH)]
+        return {shape.kind: [step_of(shape, size) for size in sizes]}
+    leaves = [leaf for leaf, _ in zip(cycle(shape.leaves), range(nodes - 1), strict=False)]
+    if shape.guarded:
+        return {"sequence": CHECKS + leaves[len(CHECKS) :], "memory": False}
+    return {shape.kind: leaves}
+
+
+class Constant(Behaviour):
+    """A leaf that does nothing."""
+
+    def __init__(self, status: Status) -> None:
+        super().__init__(f"always {status.value}")
+        self._answer = status
+
+    def update(self) -> Status:
+        """Say the same again."""
+        return self._answer
+
+
+def bare_tree(ours: Behaviour) -> Behaviour:
+    """A tree of py_trees' own composites with the shape of ours, its leaves doing nothing."""
+    children = [bare_tree(child) for child in ours.children]
+    if not children:
+        return Constant(Status.RUNNING if isinstance(ours, ActionLeaf) else Status.SUCCESS)
+    if isinstance(ours, py_trees.composites.Sequence):
+        return py_trees.composites.Sequence(ours.name, ours.memory, children)
+    policy = ParallelPolicy.SuccessOnAll(synchronise=True)
+    return py_trees.composites.Parallel(ours.name, policy, children)
+
+
+class HeldCourier(ActionCourier):
+    """Its goals are accepted at once, and run for ever."""
+
+    def send(self, goal: Goal, request: Any) -> None:  # noqa: ARG002 - the courier's form
+        """Accept."""
+        goal.on(Event.ACCEPTED)
+
+    def ask_result(self, goal: Goal) -> None:
+        """Ask nobody."""
+
+
+class HeldMission(MissionNode):
+    """A mission all of whose goals run on."""
+
+    def courier(self, action: str, type_name: str) -> ActionCourier:
+        """A courier that keeps its goals."""
+        key = (self.resolve_topic_name(action), type_name)
+        if key not in self._couriers:
+            self._couriers[key] = HeldCourier(self, action, type_name, lambda _: "")
+        return self._couriers[key]
+
+
+class Ticked:
+    """A mission in the middle of it, and py_trees' tree of the same shape.
+
+    :param feedback: given to each goal before each tick, in turn; empty is none.
+    """
+
+    def __init__(self, node: MissionNode, feedback: tuple[Any, ...]) -> None:
+        self.node = node
+        self.size = len(node.executive.nodes)
+        self._bare = py_trees.trees.BehaviourTree(bare_tree(node.executive.root))
+        self._feedback = cycle(feedback)
+        self._clock = node.get_clock()
+        with self._clock.handle:
+            self._clock.handle.set_ros_time_override_is_enabled(True)
+        self._now_ns = 1_000_000_000
+        for work in (self.ours, self.theirs):
+            work()  # every leaf starts
+
+    def ours(self) -> float:
+        """Seconds of one tick of the mission's node."""
+        return self._timed(self.node.tick)
+
+    def theirs(self) -> float:
+        """Seconds of one tick of py_trees' ``BehaviourTree``, without visitors or handlers."""
+        return self._timed(self._bare.tick)
+
+    def root_alone(self) -> float:
+        """Seconds of one tick of py_trees' root behaviour, with nothing around it."""
+        return self._timed(self._bare.root.tick_once)
+
+    def flush(self) -> float:
+        """Seconds of what status publishing adds to a tick."""
+        publish = self.node.executive.after_tick[0]
+        watch = CpuWatch()
+        for _ in range(FLUSHES):
+            publish()
+        return watch.elapsed_s / FLUSHES
+
+    def _timed(self, tick: Callable[[], object]) -> float:
+        spent_s = 0.0
+        for _ in range(TICKS):
+            self._move_on()
+            watch = CpuWatch()
+            tick()
+            spent_s += watch.elapsed_s
+        return spent_s / TICKS
+
+    def _move_on(self) -> None:
+        """Let 50 ms of ROS time pass."""
+        self._now_ns += TICK_NS
+        time = Time(nanoseconds=self._now_ns, clock_type=ClockType.ROS_TIME)
+        self._clock.set_ros_time_override(time)
+        for feedback in self._feedback:
+            for goal in self.node.ledger.open_goals:
+                goal.on_feedback(feedback)
+            break
+
+
+@contextmanager
+def ticked(
+    shape: Shape, nodes: int, *, feedback: tuple[Any, ...] = (), with_journal: bool = False
+) -> Iterator[Ticked]:
+    """A mission of so many nodes with every goal under way, its servers, and one who looks on."""
+    head = {"mission": "ticked", "inputs": {"battery": 0.9, "is_ready": True}}
+    mission = load_text(json.dumps({**head, "tree": step_of(shape, nodes)}))
+    with ExitStack() as made:
+        context = Context()
+        rclpy.init(context=context)
+        made.callback(context.shutdown)
+        others = Node("others", context=context, start_parameter_services=False)
+        made.callback(others.destroy_node)
+        steps = [step for step in mission.tree.walk() if isinstance(step, Action)]
+        for action, kind in sorted({(step.action, step.type) for step in steps}):
+            ScriptedServer(others, kind, action)
+        others.create_subscription(StatusChanges, "/bt_mission/changes", lambda _: None, CHANGES)
+        node = HeldMission(mission, context=context, lean=True, has_controls=True)
+        made.callback(node.destroy_node)
+        if with_journal:
+            folder = made.enter_context(tempfile.TemporaryDirectory())
+            journal = keep_journal(Path(folder) / "journal", mission, node, resume=False)
+            made.callback(journal.close)
+        settle([others, node])
+        yield Ticked(node, feedback)
+
+
+def compare(rounds: int, sizes: tuple[int, ...]) -> None:
+    """Print what a tick costs, by shape and size."""
+    print("### One tick in which nothing changes\n")
+    head = ("tree", "nodes", "ours, us a node", "py_trees, us a node", "ours to py_trees")
+    head += ("to its root alone", "status publishing, us", "share of our tick")
+    table(head, (_row(shape, size, rounds) for shape in SHAPES for size in sizes))
+
+
+def _row(shape: Shape, nodes: int, rounds: int) -> list[object]:
+    with ticked(shape, nodes) as tree:
+        ours, theirs, root, flush = in_turns(
+            rounds, tree.ours, tree.theirs, tree.root_alone, tree.flush
+        )
+        size = tree.size
+    return [
+        shape.title,
+        size,
+        spread((1e6 * one / size for one in ours), 2),
+        spread((1e6 * one / size for one in theirs), 2),
+        spread(ratios(ours, theirs), 2),
+        spread(ratios(ours, root), 2),
+        spread((1e6 * one for one in flush), 2),
+        spread((100 * one for one in ratios(flush, ours)), 2, "%"),
+    ]
+
+
+def compare_extras(rounds: int, nodes: int) -> None:
+    """Print what feedback and a journal add to a tick."""
+    print(f"### The same with {nodes} nodes that all run, and more to do\n")
+    shape = Shape(ALL_RUN.title, ALL_RUN.kind, TURNS)
+    messages = (Turn.Feedback(current_angle=1.0), Turn.Feedback(current_angle=2.0))
+    rows = []
+    for title, options in (
+        ("a condition on feedback in each leaf, and no feedback", {}),
+        ("a journal", {"with_journal": True}),
+        ("feedback for each leaf at each tick", {"feedback": messages}),
+    ):
+        with ticked(shape, nodes, **options) as tree:
+            (ours, theirs) = in_turns(rounds, tree.ours, tree.theirs)
+            rows.append(
+                [
+                    title,
+                    spread((1e6 * one / tree.size for one in ours), 2),
+                    spread(ratios(ours, theirs), 2),
+                ]
+            )
+    table(("", "us a node", "to py_trees"), rows)
