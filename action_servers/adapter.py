@@ -18,6 +18,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.task import Future
 
+from action_servers.interposed import Before, Interposed
 from action_servers.maneuver import Maneuver, Observation, Refusal
 from action_servers.messages import fill
 from action_servers.pilot import Fields, Outcome, Pilot, Run, raised
@@ -77,6 +78,7 @@ class ActionAdapter:
         self._refusal = refusal
         self._planned: Maneuver | None = None
         self._running: dict[bytes, tuple[Run, Future]] = {}
+        self._before: list[Before] = []
         self._closed: str | None = None
         self.refused = ""
         """Why the last goal was rejected; a rejection itself carries no reason in ROS."""
@@ -97,6 +99,18 @@ class ActionAdapter:
     def close(self, reason: str) -> None:
         """Refuse every goal from now on."""
         self._closed = reason
+
+    def interpose(self, before: Before) -> Callable[[], None]:
+        """Ask before each step of this action's maneuvers; gives a function that ends it."""
+        self._before.append(before)
+        for run, _ in self._running.values():
+            run.maneuver = self._interposed(run.maneuver)
+
+        def remove() -> None:
+            if before in self._before:
+                self._before.remove(before)
+
+        return remove
 
     def destroy(self) -> None:
         """Withdraw the action; its goals are to be ended before."""
@@ -136,7 +150,7 @@ class ActionAdapter:
             handle.publish_feedback(self._filled(self._action.type.Feedback(), fields))
 
         self._log.info(f"goal accepted: {shown(handle.request)}")
-        run = Run(maneuver, on_feedback, on_end)
+        run = Run(self._interposed(maneuver), on_feedback, on_end)
         self._running[_key(handle)] = (run, ended)
         self._pilot.start(run)
         try:
@@ -144,6 +158,11 @@ class ActionAdapter:
         except Exception as error:  # noqa: BLE001 - the goal was accepted, so it ends with the cause
             self._pilot.fail(run, error)
         handle.execute()
+
+    def _interposed(self, maneuver: Maneuver) -> Maneuver:
+        if not self._before or isinstance(maneuver, Interposed):
+            return maneuver
+        return Interposed(maneuver, self._before)
 
     def _cancel(self, handle: ServerGoalHandle) -> CancelResponse:
         # Never refused: rclpy skips the goal after one whose cancel is refused, and a goal that

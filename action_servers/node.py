@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +19,7 @@ from action_servers import turn
 from action_servers.actions import Kit, actions
 from action_servers.adapter import ActionAdapter
 from action_servers.interlock import Interlock
+from action_servers.interposed import Before
 from action_servers.interrupts import Interrupts
 from action_servers.maneuver import Maneuver
 from action_servers.mapping.tuning import FrontierTuning
@@ -146,6 +147,18 @@ class ServersNode(Node):
         """Why the last goal of an action, by its resolved name, was rejected; empty if unknown."""
         return next((one.refused for one in self._adapters if one.name == action), "")
 
+    @property
+    def actions(self) -> tuple[str, ...]:
+        """Resolved names of the actions that are offered."""
+        return tuple(adapter.name for adapter in self._adapters)
+
+    def interpose(self, action: str, before: Before) -> Callable[[], None]:
+        """Ask before each step of an action's maneuvers; gives a function that ends it.
+
+        `action` is one of `actions`.
+        """
+        return next(one for one in self._adapters if one.name == action).interpose(before)
+
     def stop(self, reason: str) -> None:
         """Command zero velocity, end every goal as aborted with `reason`, and accept no more.
 
@@ -162,6 +175,10 @@ class ServersNode(Node):
     def destroy_node(self) -> None:
         """Stop the robot, then leave the graph."""
         self.stop("the action servers have been shut down")
+        self.vanish()
+
+    def vanish(self) -> None:
+        """Leave the graph without a word, as a process does that is killed."""
         for adapter in self._adapters:
             adapter.destroy()
         self._adapters.clear()

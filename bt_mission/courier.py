@@ -11,7 +11,7 @@ from unique_identifier_msgs.msg import UUID
 
 from bt_mission.common.errors import BtMissionError
 from bt_mission.common.faults import listed
-from bt_mission.goals.goal import Event, Goal
+from bt_mission.goals.goal import Event, Goal, GoalStatus, Phase
 from bt_mission.ros_types import action_type, fill
 
 if TYPE_CHECKING:
@@ -19,6 +19,18 @@ if TYPE_CHECKING:
 
     from rclpy.node import Node
     from rclpy.task import Future
+
+
+class _Client(ActionClient):
+    """Hears the first answer to a goal; of a second at the same time rclpy makes an error."""
+
+    async def execute(self, taken_data: dict[str, Any]) -> None:
+        """Take in what has come."""
+        if "goal" in taken_data:
+            pending = self._pending_goal_requests.get(taken_data["goal"][0])
+            if pending is not None and pending.done():
+                del taken_data["goal"]
+        await super().execute(taken_data)  # type: ignore[no-untyped-call]  # rclpy's
 
 
 class ActionCourier:
@@ -41,7 +53,7 @@ class ActionCourier:
         types = dict(get_action_names_and_types(node)).get(self.name, [])
         if types and type_name not in types:
             raise BtMissionError(f"{self.name} is a {listed(types)}, not a {type_name}")
-        self._client = ActionClient(node, self._type, name)
+        self._client: ActionClient = _Client(node, self._type, name)  # type: ignore[no-untyped-call]
         self._handles: dict[bytes, ClientGoalHandle] = {}
 
     def is_ready(self) -> bool:
@@ -75,9 +87,12 @@ class ActionCourier:
         ).add_done_callback(on_answer)
 
     def find_again(self, goal: Goal) -> None:
-        """Be able to speak of a goal that another process has sent."""
+        """Be able to speak of a goal whose acceptance did not come here."""
+        self._handles[goal.id] = self._handle(goal)
+
+    def _handle(self, goal: Goal) -> ClientGoalHandle:
         answer = self._type.Impl.SendGoalService.Response(accepted=True)
-        self._handles[goal.id] = ClientGoalHandle(self._client, UUID(uuid=list(goal.id)), answer)
+        return ClientGoalHandle(self._client, UUID(uuid=list(goal.id)), answer)
 
     def ask_result(self, goal: Goal) -> None:
         """Ask for the result; it arrives when the server has ended the goal."""
@@ -92,18 +107,37 @@ class ActionCourier:
     def send_cancel(self, goal: Goal) -> None:
         """Ask the server to cancel.
 
-        An answer without the goal is a refusal, unless the goal has ended: then its result is on
-        the way, and decides.
+        What the answer means is told by :meth:`_hear_of_cancel`.
         """
         handle = self._handles.get(goal.id)
         if handle is None:
-            return  # the result is here already
+            if goal.accepted:
+                return  # the result is here already
+            handle = self._handle(goal)
+        handle.cancel_goal_async().add_done_callback(
+            lambda future: self._hear_of_cancel(goal, future.result())
+        )
 
-        def on_answer(future: Future) -> None:
-            answer = future.result()
-            if answer.return_code == CancelGoal.Response.ERROR_GOAL_TERMINATED:
-                return
-            if goal.id not in {bytes(info.goal_id.uuid) for info in answer.goals_canceling}:
-                goal.on(Event.CANCEL_REFUSED)
+    def _hear_of_cancel(self, goal: Goal, answer: Any) -> None:
+        """Take in the answer to a cancel.
 
-        handle.cancel_goal_async().add_done_callback(on_answer)
+        Without the goal it is a refusal, unless the goal has ended: then its result decides, and is
+        asked for again, since the first may be lost. A server that does not know a goal that was
+        accepted has been started anew. One that cancels a goal, or has ended it, has accepted it,
+        even if that has not come here.
+        """
+        if goal.phase is Phase.ENDED:
+            return
+        is_taken = goal.id in {bytes(info.goal_id.uuid) for info in answer.goals_canceling}
+        is_over = answer.return_code == CancelGoal.Response.ERROR_GOAL_TERMINATED
+        if not goal.accepted:
+            if is_taken or is_over:
+                self.find_again(goal)
+                goal.on(Event.ACCEPTED)
+        elif is_over:
+            self.ask_result(goal)
+        elif answer.return_code == CancelGoal.Response.ERROR_UNKNOWN_GOAL_ID:
+            self._handles.pop(goal.id, None)
+            goal.on_result(GoalStatus.UNKNOWN, None)
+        elif not is_taken:
+            goal.on(Event.CANCEL_REFUSED)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection
 from contextlib import ExitStack
+from functools import partial
 from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
@@ -95,10 +96,17 @@ class Stage:
                 with_map=mission.map == "known",
             )
             made.callback(self.sim.destroy_node)
-            self.servers = ServersNode(
-                robot, image_folder=images, lean=True, context=context, without=without
+            self._make_servers = partial(
+                ServersNode,
+                robot,
+                image_folder=images,
+                lean=True,
+                context=context,
+                without=without,
             )
-            made.callback(self.servers.destroy_node)
+            self.servers = self._make_servers()
+            self.has_servers = True
+            made.callback(self._end_servers)
             self.mapper: MapperNode | None = None
             if mission.map == "unknown":
                 self.mapper = MapperNode(robot, lean=True, context=context)
@@ -111,7 +119,7 @@ class Stage:
                 say=say,
                 trace=trace,
                 has_controls=visible,
-                why_rejected=self.servers.why_rejected,
+                why_rejected=self._why_rejected,
             )
             made.callback(self.node.destroy_node)
             self.clock = LockstepExecutor(start_ns=START_NS, world=self.sim, context=context)
@@ -176,6 +184,20 @@ class Stage:
         self.add_node(node)
         return node
 
+    def kill_servers(self) -> None:
+        """Have the action servers leave the graph without a word, as a process that is killed."""
+        if self.has_servers:
+            self.has_servers = False
+            self.clock.remove_node(self.servers)
+            self.servers.vanish()
+
+    def start_servers(self) -> None:
+        """Have action servers again, after the first were killed; they know nothing of goals."""
+        if not self.has_servers:
+            self.servers = self._make_servers()
+            self.has_servers = True
+            self.clock.add_node(self.servers)
+
     def step(self) -> None:
         """Jump to the next instant at which anything is due, and serve it.
 
@@ -197,3 +219,10 @@ class Stage:
             )
             if not math.isfinite(x + y + yaw):
                 raise StageError("the simulation became unstable: the robot's pose is not finite")
+
+    def _why_rejected(self, action: str) -> str:
+        return self.servers.why_rejected(action)
+
+    def _end_servers(self) -> None:
+        if self.has_servers:
+            self.servers.destroy_node()

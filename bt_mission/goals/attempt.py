@@ -269,4 +269,6 @@ def _say_error(result: Any) -> str:
     message = getattr(result, "error_msg", "")
     if not code and not message:
         return ""
+    if not code:
+        return f": {message}"
     return f": {message} (code {code})" if message else f" with code {code}"

@@ -23,7 +23,8 @@ class Phase(StrEnum):
 
     SENT = "sent"
     RECALLED = "recalled"
-    """No longer wanted before the server answered: cancelled as soon as it is accepted."""
+    """No longer wanted before the server answered, which may have accepted it all the same: it is
+    asked to cancel, and once more as soon as it accepts."""
     ACTIVE = "active"
     CANCELING = "canceling"
     LOST = "lost"
@@ -62,18 +63,20 @@ TRANSITIONS: Mapping[tuple[Phase, Event], tuple[Phase, tuple[Command, ...]]] = M
     {
         (Phase.SENT, Event.ACCEPTED): (Phase.ACTIVE, (Command.ASK_RESULT,)),
         (Phase.SENT, Event.REJECTED): (Phase.ENDED, ()),
-        (Phase.SENT, Event.UNWANTED): (Phase.RECALLED, ()),
+        (Phase.SENT, Event.UNWANTED): (Phase.RECALLED, (Command.SEND_CANCEL,)),
         (Phase.SENT, Event.GIVEN_UP): (Phase.LOST, ()),
         (Phase.RECALLED, Event.ACCEPTED): (
             Phase.CANCELING,
             (Command.ASK_RESULT, Command.SEND_CANCEL),
         ),
         (Phase.RECALLED, Event.REJECTED): (Phase.ENDED, ()),
+        (Phase.RECALLED, Event.UNWANTED): (Phase.RECALLED, (Command.SEND_CANCEL,)),
         (Phase.RECALLED, Event.GIVEN_UP): (Phase.LOST, ()),
         (Phase.ACTIVE, Event.UNWANTED): (Phase.CANCELING, (Command.SEND_CANCEL,)),
         (Phase.ACTIVE, Event.RESULT): (Phase.ENDED, ()),
         (Phase.ACTIVE, Event.GIVEN_UP): (Phase.LOST, ()),
         (Phase.CANCELING, Event.CANCEL_REFUSED): (Phase.ACTIVE, ()),
+        (Phase.CANCELING, Event.UNWANTED): (Phase.CANCELING, (Command.SEND_CANCEL,)),
         (Phase.CANCELING, Event.RESULT): (Phase.ENDED, ()),
         (Phase.CANCELING, Event.GIVEN_UP): (Phase.LOST, ()),
         (Phase.LOST, Event.ACCEPTED): (
@@ -113,7 +116,7 @@ class Courier(Protocol):
         """Ask for the result of an accepted goal."""
 
     def send_cancel(self, goal: Goal) -> None:
-        """Ask the server to cancel an accepted goal."""
+        """Ask the server to cancel a goal, also one that it has not answered."""
 
 
 @dataclass(eq=False)

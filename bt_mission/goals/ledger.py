@@ -14,7 +14,7 @@ from typing import Any
 from bt_mission.goals.goal import Courier, Event, Goal, Phase
 
 RETRY_NS = 1_000_000_000
-"""A refused cancel of an orphaned goal is asked again after this time."""
+"""A cancel of an orphaned goal that is refused or not answered is asked again after this time."""
 
 FOUND_GRACE_NS = 10_000_000_000
 """How long a goal of another process may take to end; its server has only just been found."""
@@ -110,7 +110,7 @@ class Ledger:
         return seen[1]
 
     def tend(self, now_ns: int) -> None:
-        """Close what has ended, ask again where a cancel was refused, give up after the grace."""
+        """Close what has ended, ask again where no cancel is confirmed, give up after the grace."""
         ended = Phase.ENDED
         for goal in [
             goal
@@ -133,7 +133,7 @@ class Ledger:
                 self._given_up.add(goal.id)
                 goal.on(Event.GIVEN_UP)
                 self._on_event("given up", goal)
-            elif goal.phase is Phase.ACTIVE and now_ns >= self._retry_ns[goal.id]:
+            elif now_ns >= self._retry_ns[goal.id]:
                 self._retry_ns[goal.id] = now_ns + RETRY_NS
                 goal.on(Event.UNWANTED)
 

@@ -31,24 +31,30 @@ class ScriptedGoal:
 
     :param request: the goal message.
     :param id: its UUID, 16 bytes.
-    :param cancels: how often somebody asked to cancel it.
+    :param cancels: how often somebody asked to cancel it, once it was accepted.
     """
 
     server: ScriptedServer
     request: Any
     id: bytes
     cancels: int = 0
+    accepted: bool | None = None
     _answer: Future = field(default_factory=Future)
     _cancel_answers: list[Future] = field(default_factory=list)
     _end: Future = field(default_factory=Future)
 
     def accept(self) -> None:
         """Answer the goal: accepted."""
-        self._answer.set_result(True)
+        self.answer(accepted=True)
 
     def reject(self) -> None:
         """Answer the goal: rejected."""
-        self._answer.set_result(False)
+        self.answer(accepted=False)
+
+    def answer(self, *, accepted: bool) -> None:
+        """Answer the goal."""
+        self.accepted = accepted
+        self._answer.set_result(accepted)
 
     def feed(self, **fields: Any) -> None:
         """Send feedback; possible at any time, also before the answer and after the end."""
@@ -153,12 +159,14 @@ class ScriptedServer:
         goal = ScriptedGoal(self, request.goal, bytes(request.goal_id.uuid))
         self.goals.append(goal)
         self._by_id[goal.id] = goal
-        answer.accepted = await goal._answer if self.accepts is None else self.accepts  # noqa: SLF001
+        if self.accepts is not None:
+            goal.answer(accepted=self.accepts)
+        answer.accepted = await goal._answer  # noqa: SLF001
         return answer
 
     async def _on_cancel(self, request: Any, answer: Any) -> Any:
         goal = self._by_id.get(bytes(request.goal_info.goal_id.uuid))
-        if goal is None:
+        if goal is None or not goal.accepted:
             answer.return_code = CancelGoal.Response.ERROR_UNKNOWN_GOAL_ID
             return answer
         goal.cancels += 1

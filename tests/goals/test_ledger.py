@@ -94,8 +94,23 @@ def test_a_goal_that_is_heard_of_after_it_was_given_up_has_its_time_again(server
         phases.append((str(goal.phase), ledger.is_settled))
         if moves:
             moves()
-    assert server.cancels == [goal]
+    assert server.cancels == [goal] * 3
     assert phases == [("lost", True), ("canceling", False), ("canceling", False), ("lost", True)]
+
+
+def test_a_cancel_is_asked_again_until_it_is_answered(server: Any) -> None:
+    """Each second: the first may have reached a server that has died since."""
+    ledger = Ledger(1, 3 * S)
+    goal = ledger.send(server, "leaf", {})
+    asked = []
+    ledger.hand_over(goal, 0)
+    for tenth in range(31):
+        if tenth == 15:
+            server.accept()
+        ledger.tend(tenth * S // 10)
+        asked.append(len(server.cancels))
+    changes = [n for n in range(1, 31) if asked[n] != asked[n - 1]]
+    assert (asked[0], changes, goal.phase) == (1, [10, 15, 20], Phase.LOST)
 
 
 def test_each_goal_has_the_grace_of_its_sender(server: Any) -> None:

@@ -35,6 +35,7 @@ def test_this_machine_delivers_at_once() -> None:
 
 def test_a_machine_on_which_messages_come_late_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """With what to set: virtual time would not repeat there."""
+    self_test.cache_clear()
     monkeypatch.setattr(LockstepExecutor, "run_until_quiet", lambda self: None)
     with pytest.raises(
         NotLockstepError, match=r"50 of 50 exchanges .* came late with rmw_fastrtps"

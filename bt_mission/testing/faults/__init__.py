@@ -2,6 +2,9 @@
 
 - ``fault``: :class:`Fault`, an action of a test that goes on for a while
 - ``topics``, ``corruptions``: messages on their way between nodes
+- ``goals``, ``feedback``: what passes between an action server and its clients
+- ``servers``: servers that abort, die or fail
+- ``raising``: exceptions in code
 """
 
 from __future__ import annotations
@@ -9,6 +12,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from bt_mission.testing.faults.fault import Fault, Occurrence
+from bt_mission.testing.faults.feedback import FeedbackFaults
+from bt_mission.testing.faults.goals import GoalFaults
+from bt_mission.testing.faults.raising import CodeFaults
+from bt_mission.testing.faults.servers import ServerFaults
 from bt_mission.testing.faults.topics import TopicFaults
 
 if TYPE_CHECKING:
@@ -17,7 +24,7 @@ if TYPE_CHECKING:
 __all__ = ["Fault", "Faults", "Occurrence"]
 
 
-class Faults(TopicFaults):
+class Faults(TopicFaults, GoalFaults, FeedbackFaults, ServerFaults, CodeFaults):
     """Makes faults: actions for ``run.do``, ``run.at`` and ``run.when``.
 
         blind = stage.faults.drop("scan")

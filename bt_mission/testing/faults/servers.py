@@ -1,0 +1,195 @@
+"""Faults of servers themselves: goals that they abort, their death, services that fail."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from types import SimpleNamespace
+from typing import Any
+
+from bt_mission.common.errors import BtMissionError, described
+from bt_mission.lockstep import Answer, Delivery, Side
+from bt_mission.ros_types import fill
+from bt_mission.testing.faults.fault import Fault, Maker, Occurrence, nanoseconds
+from bt_mission.testing.moment import ScenarioError, no_such
+
+
+class ServerFaults(Maker):
+    """Faults of action servers, ours and those that a test plays, and of services."""
+
+    def abort_goal(
+        self,
+        action: str,
+        code: int = 0,
+        message: str = "",
+        *,
+        when: Callable[[Any], Any] | None = None,
+        lasting: float | None = None,
+    ) -> Fault:
+        """Abort a goal: the one that runs, or else the next.
+
+        A server of ours does so at its next control step, and stops the robot first.
+
+        :param code: the result's ``error_code``.
+        :param message: the result's ``error_msg``.
+        :param when: looks at feedback, and tells whether it is time; None is at once.
+        """
+
+        def begin(fault: Occurrence) -> None:
+            name = fault.action(action)
+            played = self._stages.scripted.get(name)
+            if played is not None:
+                if when is not None:
+                    raise ScenarioError(
+                        f"abort_goal: {name} is played by the test, which says when"
+                    )
+                if not played.goals:
+                    raise ScenarioError(f"abort_goal: {name} has no goal yet")
+                played.goal.abort(error_code=code, error_msg=message)
+                return
+
+            def before(method: str, feedback: Mapping[str, Any]) -> tuple[int, str] | None:
+                if method != "step" or (when is not None and not _asked(fault, when, feedback)):
+                    return None
+                fault.end()
+                return code, message
+
+            fault.undo(self._servers(fault, name).interpose(name, before))
+
+        return self._fault(
+            "abort_goal",
+            begin,
+            lasting,
+            action=action,
+            code=code or None,
+            message=message or None,
+            when=when,
+        )
+
+    def kill_server(self, action: str, *, lasting: float | None = None) -> Fault:
+        """Have the node that offers an action leave the graph without a word, with all it offers.
+
+        At the end of the fault it is back, and knows nothing of the goals before.
+        """
+
+        def begin(fault: Occurrence) -> None:
+            stage, name = fault.run.stage, fault.action(action)
+            played = self._stages.scripted.get(name)
+            if played is None:
+                self._servers(fault, name)
+                stage.kill_servers()
+                fault.undo(stage.start_servers)
+                return
+            node_name = played.node.get_name()
+            stage.clock.remove_node(played.node)
+            played.node.destroy_node()
+
+            def restart() -> None:
+                played.forget()
+                played.offer(self._stages.node(node_name))
+                stage.add_node(played.node)
+
+            fault.undo(restart)
+
+        return self._fault("kill_server", begin, lasting, action=action)
+
+    def raise_in_maneuver(
+        self,
+        action: str,
+        error: Exception | None = None,
+        *,
+        method: str = "step",
+        on: int = 1,
+        lasting: float | None = None,
+    ) -> Fault:
+        """Raise an exception in a server of ours, where it carries a goal out.
+
+        :param error: RuntimeError where it is None.
+        :param method: ``step``, ``feedback`` or ``result``.
+        :param on: at which call from now on.
+        """
+        if method not in ("step", "feedback", "result"):
+            raise ScenarioError(
+                f"raise_in_maneuver: expected a method of step, feedback, result, got '{method}'"
+            )
+        raised = error or RuntimeError("made by a fault")
+
+        def begin(fault: Occurrence) -> None:
+            name = fault.action(action)
+            left = [on]
+
+            def before(called: str, _feedback: Mapping[str, Any]) -> None:
+                if called != method:
+                    return
+                left[0] -= 1
+                if left[0] == 0:
+                    fault.end()
+                    raise raised
+
+            fault.undo(self._servers(fault, name).interpose(name, before))
+
+        return self._fault(
+            "raise_in_maneuver",
+            begin,
+            lasting,
+            action=action,
+            error=error,
+            method=method,
+            on=on,
+        )
+
+    # ---- services --------------------------------------------------------------------------
+
+    def delay_service(self, service: str, by: float, *, lasting: float | None = None) -> Fault:
+        """Deliver the answers of a service late; it has done its work then."""
+        by_ns = nanoseconds("delay_service", by)
+
+        def begin(fault: Occurrence) -> None:
+            name, _ = fault.service(service)
+            fault.tap(name, Side.RESPONSE, lambda p: (Delivery(p.message, after_ns=by_ns),))
+
+        return self._fault("delay_service", begin, lasting, service=service, by=by)
+
+    def ignore_service(self, service: str, *, lasting: float | None = None) -> Fault:
+        """Lose requests to a service: it does nothing, and never answers."""
+
+        def begin(fault: Occurrence) -> None:
+            name, _ = fault.service(service)
+            fault.tap(name, Side.REQUEST, lambda _: ())
+
+        return self._fault("ignore_service", begin, lasting, service=service)
+
+    def fail_service(self, service: str, *, lasting: float | None = None, **fields: Any) -> Fault:
+        """Answer in a service's place; it does nothing.
+
+        :param fields: of the response, such as ``success=False, message="worn out"``; the others
+            are empty.
+        """
+
+        def begin(fault: Occurrence) -> None:
+            name, kind = fault.service(service)
+            try:
+                fill(kind.Response(), fields)
+            except BtMissionError as error:
+                raise ScenarioError(f"fail_service: {name}: {error}") from error
+            fault.tap(name, Side.REQUEST, lambda _: (Answer(fill(kind.Response(), fields)),))
+
+        return self._fault("fail_service", begin, lasting, service=service, **fields)
+
+    # ---- inside ----------------------------------------------------------------------------
+
+    def _servers(self, fault: Occurrence, name: str) -> Any:
+        """Our servers, where it is they that offer an action."""
+        servers = fault.run.stage.servers
+        if name not in servers.actions:
+            raise no_such("action of ours", name, list(servers.actions))
+        return servers
+
+
+def _asked(fault: Occurrence, when: Callable[[Any], Any], feedback: Mapping[str, Any]) -> bool:
+    if not feedback:
+        return False
+    try:
+        return bool(when(SimpleNamespace(**feedback)))
+    except Exception as error:  # noqa: BLE001 - whatever a test's function raises is the test's
+        fault.run.blame_test(ScenarioError(f"abort_goal: `when` raised {described(error)}"))
+        return False
