@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
 from bt_mission.executive import Executive, MissionStatus
@@ -21,6 +22,13 @@ CLOCK_WAIT_S = 4.0
 """Wall time to look for a publisher of ``/clock`` before this machine's clock is taken; and to
 see time stand still without a publisher before it counts as gone. Other participants of Fast DDS
 announce themselves every 3 s, so discovery may take that long."""
+
+QUIET: dict[str, Any] = {
+    "enable_rosout": False,
+    "start_parameter_services": False,
+    "parameter_overrides": [Parameter("start_type_description_service", value=False)],
+}
+"""For a node that only looks on: no services of its own for others to find."""
 
 LAST_ROUNDS = 20
 """Callbacks that may still run before a graph is left."""
@@ -45,7 +53,7 @@ class JoinedGraph:
             self.executor = SingleThreadedExecutor(context=self.context)
             made.callback(self.executor.shutdown)
             self._probe: Node | None = rclpy.create_node(
-                "bt_mission_probe", context=self.context, enable_rosout=False
+                "bt_mission_probe", context=self.context, **QUIET
             )
             self.has_clock = not wall_clock and self._find_clock(self._probe)
             self._exit = made.pop_all()

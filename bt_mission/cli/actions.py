@@ -22,6 +22,7 @@ from bt_mission.cli.hand_options import (
     add_graph_options,
     add_json_option,
     joined,
+    print_found,
     seconds,
     subcommands,
 )
@@ -141,17 +142,12 @@ def _add_type(parser: argparse.ArgumentParser) -> None:
 def list_actions(options: argparse.Namespace) -> int:
     """Print the actions of the graph."""
     from bt_mission.hand import listing, looking
-    from bt_mission.hand.values import as_json
 
     with joined(options) as hand:
         looking.look_around(hand, options.wait)
         found = looking.actions(hand.node)
-    if options.json:
-        print(as_json([listing.entry_object(one, "servers", "clients") for one in found]))
-    elif not found:
-        print(f"no actions in the graph (looked for {options.wait:g} s)", file=sys.stderr)
-    for line in listing.columns(listing.action_rows(found)) if not options.json else ():
-        print(line)
+    objects = [listing.entry_object(one, "servers", "clients") for one in found]
+    print_found(options, "actions", listing.action_rows(found), objects)
     return SUCCESS
 
 

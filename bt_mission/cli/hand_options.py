@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator
+import sys
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -74,3 +75,17 @@ def joined(options: argparse.Namespace) -> Iterator[JoinedHand]:
 
         with JoinedHand(options.namespace) as hand:
             yield hand
+
+
+def print_found(
+    options: argparse.Namespace, what: str, rows: Iterable[Sequence[str]], objects: object
+) -> None:
+    """Print what was found in the graph: a table, or a list of objects; or that it is none."""
+    from bt_mission.hand.listing import columns
+    from bt_mission.hand.values import as_json
+
+    lines = [as_json(objects)] if options.json else columns(rows)
+    if not lines:
+        print(f"no {what} in the graph (looked for {options.wait:g} s)", file=sys.stderr)
+    for line in lines:
+        print(line)

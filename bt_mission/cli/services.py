@@ -12,6 +12,7 @@ from bt_mission.cli.hand_options import (
     add_graph_options,
     add_json_option,
     joined,
+    print_found,
     seconds,
     subcommands,
 )
@@ -62,16 +63,12 @@ def add_parser(commands: Any) -> None:
 def list_services(options: argparse.Namespace) -> int:
     """Print the services of the graph."""
     from bt_mission.hand import listing, looking
-    from bt_mission.hand.values import as_json
 
     with joined(options) as hand:
         looking.look_around(hand, options.wait)
         found = looking.services(hand.node, hidden=options.all)
-    if options.json:
-        print(as_json([{"name": one.name, "types": list(one.types)} for one in found]))
-        return SUCCESS
-    for line in listing.columns(listing.service_rows(found)):
-        print(line)
+    objects = [{"name": one.name, "types": list(one.types)} for one in found]
+    print_found(options, "services", listing.service_rows(found), objects)
     return SUCCESS
 
 

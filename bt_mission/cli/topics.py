@@ -11,6 +11,7 @@ from bt_mission.cli.hand_options import (
     add_json_option,
     count,
     joined,
+    print_found,
     subcommands,
 )
 
@@ -81,16 +82,12 @@ def _add_topic(parser: argparse.ArgumentParser) -> None:
 def list_topics(options: argparse.Namespace) -> int:
     """Print the topics of the graph."""
     from bt_mission.hand import listing, looking
-    from bt_mission.hand.values import as_json
 
     with joined(options) as hand:
         looking.look_around(hand, options.wait)
         found = looking.topics(hand.node, hidden=options.all)
-    if options.json:
-        print(as_json([listing.entry_object(one, "publishers", "subscribers") for one in found]))
-        return SUCCESS
-    for line in listing.columns(listing.topic_rows(found)):
-        print(line)
+    objects = [listing.entry_object(one, "publishers", "subscribers") for one in found]
+    print_found(options, "topics", listing.topic_rows(found), objects)
     return SUCCESS
 
 

@@ -12,7 +12,7 @@ from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.parameter import Parameter
 
-from bt_mission.joined import JoinedGraph
+from bt_mission.joined import QUIET, JoinedGraph
 from bt_mission.session import Interrupts
 
 if TYPE_CHECKING:
@@ -70,8 +70,7 @@ class JoinedHand:
                 f"{NODE_PREFIX}_{os.getpid()}",
                 context=self._graph.context,
                 namespace=namespace,
-                enable_rosout=False,
-                start_parameter_services=False,
+                **QUIET,
             )
             made.callback(self.node.destroy_node)
             self._graph.host(self.node)

@@ -85,8 +85,8 @@ def actions(node: Node) -> list[Entry]:
 
 
 def topics(node: Node, *, hidden: bool = False) -> list[Entry]:
-    """The topics of the graph; hidden ones too, if wanted."""
-    return [
+    """The topics of the graph that others than we publish or hear; hidden ones too, if wanted."""
+    found = (
         Entry(
             name,
             tuple(types),
@@ -95,7 +95,8 @@ def topics(node: Node, *, hidden: bool = False) -> list[Entry]:
         )
         for name, types in sorted(node.get_topic_names_and_types())
         if hidden or not is_hidden(name)
-    ]
+    )
+    return [one for one in found if one.offers or one.uses]
 
 
 def services(node: Node, *, hidden: bool = False) -> list[Entry]:
@@ -145,7 +146,8 @@ def resolved(node: Node, kind: Kind, name: str) -> str:
 
 
 def _not_there(hand: Hand, kind: Kind, name: str, seconds: float) -> str:
-    known = [one for one, _ in _LOOK_UP[kind](hand.node) if not is_hidden(one)]
+    entries = {"action": actions, "topic": topics, "service": services}[kind](hand.node)
+    known = [one.name for one in entries]
     head = f"no {kind} {name} in the graph (looked for {seconds:g} s); there "
     are = f"are: {listed(known)}" if known else f"is no {kind} at all"
     hint = did_you_mean(name, known)

@@ -56,10 +56,19 @@ def test_hidden_names_are_left_out_unless_asked_for(
 
 
 def test_an_empty_graph_is_said_to_be_empty(ros: Any, type_in: Any) -> None:
-    """With the time that was looked for."""
+    """With the time that was looked for; programs get an empty list."""
     done = type_in("actions", "list", "--wait", "2")
     assert (done.code, done.out) == (0, "")
     assert done.err == "no actions in the graph (looked for 2 s)\n"
+    assert json.loads(type_in("actions", "list", "--json", "--wait", "2").out) == []
+
+
+def test_what_only_we_take_part_in_is_no_topic(ros: Any, type_in: Any) -> None:
+    """Every node has some of its own, ours too."""
+    ros.drop(ros.client)
+    ros.node("beat").create_timer(0.1, lambda: None)
+    names = [one["name"] for one in json.loads(type_in("topics", "list", "--json").out)]
+    assert names == ["/parameter_events"], "of the node 'beat'"
 
 
 def test_a_graph_is_known_when_nothing_new_has_come_for_a_second(ros: Any, hand: Any) -> None:
