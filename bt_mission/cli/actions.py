@@ -204,7 +204,15 @@ def _fill_in(
     """Send goals from a form; gives the code of the last one."""
     from bt_mission.hand.form import GoalForm
 
-    form = GoalForm(hand, sender, known, name, fields, server_s=options.wait)
+    form = GoalForm(
+        hand,
+        sender,
+        known,
+        name,
+        fields,
+        server_s=options.wait,
+        encoding=sys.stdout.encoding,
+    )
     end = form.run()
     for line in form.last_words:
         print(line)

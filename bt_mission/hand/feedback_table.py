@@ -13,6 +13,10 @@ from bt_mission.hand.gauges import Gauges
 from bt_mission.hand.values import SHOWN_ITEMS, flat, plain, short
 
 BAR_WIDTH = 20
+SIGNS = ("█", "░")
+ASCII_SIGNS = ("#", ".")
+"""For what of a bar is full, and what is empty."""
+
 NARROW = 60
 """Columns below which there are no bars, and values stand before their names."""
 
@@ -58,10 +62,10 @@ class FeedbackTable:
 def signs_for(encoding: str | None) -> tuple[str, str]:
     """The signs for full and empty that a terminal of this encoding can show."""
     try:
-        "█░".encode(encoding or "ascii")
+        "".join(SIGNS).encode(encoding or "ascii")
     except (UnicodeEncodeError, LookupError):
-        return "#", "."
-    return "█", "░"
+        return ASCII_SIGNS
+    return SIGNS
 
 
 def bar(value: float, bound: float, signs: tuple[str, str]) -> str:

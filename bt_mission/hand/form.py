@@ -16,7 +16,7 @@ from textual.widgets import Checkbox, Footer, Input, Label, Static
 from bt_mission.common.errors import BtMissionError
 from bt_mission.common.harmless import harmless
 from bt_mission.hand.about import About
-from bt_mission.hand.feedback_table import FeedbackTable
+from bt_mission.hand.feedback_table import ASCII_SIGNS, FeedbackTable, signs_for
 from bt_mission.hand.form_fields import Line, lines_of, nested, texts
 from bt_mission.hand.goal_lines import end_lines
 from bt_mission.hand.one_goal import End, OneGoal
@@ -81,6 +81,7 @@ class GoalForm(App[End | None]):
     :param action: its full name.
     :param fields: of the goal, to begin with.
     :param server_s: how long to wait for a server.
+    :param encoding: of the terminal; what it cannot show is drawn in ASCII.
     :param beat_s: how often to serve what has come, s; None leaves it to the caller.
     """
 
@@ -97,6 +98,7 @@ class GoalForm(App[End | None]):
     .note { padding: 0 0 0 2; color: $text-muted; }
     .wrong .note { color: $text-error; text-style: bold; }
     #progress { height: auto; max-height: 50%; border-top: solid $primary; padding: 0 1; }
+    .ascii #progress { border-top: ascii $primary; }
     """
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("ctrl+s", "send", "Send", priority=True),
@@ -114,6 +116,7 @@ class GoalForm(App[End | None]):
         fields: Mapping[str, Any],
         *,
         server_s: float,
+        encoding: str | None = "utf-8",
         beat_s: float | None = BEAT_S,
     ) -> None:
         super().__init__()
@@ -124,6 +127,7 @@ class GoalForm(App[End | None]):
         self._lines = lines_of(about.part("goal"))
         self._texts = texts(self._lines, fields)
         self._server_s = server_s
+        self._encoding = encoding
         self._beat_s = beat_s
         self._goal: OneGoal | None = None
         self._table: FeedbackTable | None = None
@@ -150,6 +154,7 @@ class GoalForm(App[End | None]):
 
     def on_mount(self) -> None:
         """Begin to serve the graph."""
+        self.screen.set_class(signs_for(self._encoding) == ASCII_SIGNS, "ascii")
         if self._beat_s is not None:
             self.set_interval(self._beat_s, self.beat)
 
@@ -200,7 +205,7 @@ class GoalForm(App[End | None]):
         except BtMissionError as error:
             self._say(f"not sent: {error}")
             return
-        self._table = FeedbackTable(self._about, request, self.console.encoding)
+        self._table = FeedbackTable(self._about, request, self._encoding)
         self._show("")
         self._say("sending")
         self._goal = self._sender.open(request, self, server_s=self._server_s)

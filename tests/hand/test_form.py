@@ -26,7 +26,9 @@ Script = Callable[[GoalForm, Pilot[Any]], Awaitable[None]]
 def fill_in(hand: Any) -> Callable[..., GoalForm]:
     """Open a form for /turn and act: ``fill_in(script)`` gives the form when it has closed."""
 
-    def run(script: Script, type_name: str = TURN, **fields: Any) -> GoalForm:
+    def run(
+        script: Script, type_name: str = TURN, encoding: str = "utf-8", **fields: Any
+    ) -> GoalForm:
         form = GoalForm(
             hand,
             Sender(hand, "/turn", type_name),
@@ -34,6 +36,7 @@ def fill_in(hand: Any) -> Callable[..., GoalForm]:
             "/turn",
             fields,
             server_s=5.0,
+            encoding=encoding,
             beat_s=None,  # the script beats
         )
 
@@ -146,6 +149,22 @@ def test_escape_cancels_the_goal_and_the_form_stays(ros: Any, fill_in: Any) -> N
     form = fill_in(script, angle=30.0)
     assert form.return_value.how is How.ABORTED
     assert [goal.request.angle for goal in server.goals] == [30.0, 30.0]
+
+
+def test_a_terminal_without_unicode_has_bars_in_ascii(ros: Any, fill_in: Any) -> None:
+    """And lines."""
+    server = ros.server()
+
+    async def script(form: GoalForm, pilot: Pilot[Any]) -> None:
+        await pilot.press("ctrl+s")
+        await until(form, pilot, lambda: server.goals)
+        server.goal.feed(current_angle=45.0, remaining_angle=45.0)
+        await until(form, pilot, lambda: "##########.......... of 90" in _page(form))
+        assert _page(form).isascii()
+        server.goal.succeed()
+        await until(form, pilot, lambda: form.last_words[0].startswith("succeeded"))
+
+    fill_in(script, encoding="ascii")
 
 
 @pytest.mark.parametrize("cancels", [True, None])
