@@ -47,6 +47,17 @@ class Entities:
         self.waitables = [
             e for node in nodes for e in node.waitables if not isinstance(e, EventHandler)
         ]
+        # Looked at many times in each instant: what stays the same is looked up once.
+        self._handles = [
+            (kind, entities, [entity.handle for entity in entities])
+            for kind, entities in (
+                ("subscription", self.subscriptions),
+                ("service", self.services),
+                ("client", self.clients),
+                ("guard_condition", self.guards),
+            )
+        ]
+        self._ends = [(waitable, *_end_of_action(waitable)) for waitable in self.waitables]
         self.timers: list[Timer] = [e for node in nodes for e in node.timers]
         for node in nodes:
             for timer in node.timers:
@@ -124,30 +135,33 @@ class Entities:
         wait_set.clear_entities()
         wait_set.add_guard_condition(self._awake)
         self._awake.trigger_guard_condition()
-        for subscription in self.subscriptions:
-            wait_set.add_subscription(subscription.handle)
-        for guard in self.guards:
-            wait_set.add_guard_condition(guard.handle)
-        for client in self.clients:
-            wait_set.add_client(client.handle)
-        for service in self.services:
-            wait_set.add_service(service.handle)
-        for waitable in self.waitables:
-            waitable.add_to_wait_set(wait_set)
+        for kind, _, handles in self._handles:
+            add = getattr(wait_set, f"add_{kind}")
+            for handle in handles:
+                add(handle)
+        for waitable, end, _ in self._ends:
+            if end is None:
+                waitable.add_to_wait_set(wait_set)
+            else:
+                end.add_to_waitset(wait_set)
         wait_set.wait(0)
 
         found: list[Any] = []
-        for kind, entities in (
-            ("subscription", self.subscriptions),
-            ("service", self.services),
-            ("client", self.clients),
-            ("guard_condition", self.guards),
-        ):
+        for kind, entities, handles in self._handles:
             if entities:
                 pointers = wait_set.get_ready_entities(kind)
                 if pointers:
-                    found += [e for e in entities if e.handle.pointer in pointers]
-        found += [waitable for waitable in self.waitables if _has_work(waitable, wait_set)]
+                    found += [
+                        entity
+                        for entity, handle in zip(entities, handles, strict=True)
+                        if handle.pointer in pointers
+                    ]
+        for waitable, end, work in self._ends:
+            # An end is asked first, its waitable if it says yes: most have nothing to serve.
+            if (end is None or True in end.is_ready(wait_set)[work]) and waitable.is_ready(
+                wait_set
+            ):
+                found.append(waitable)
         return found
 
     def ns_until_next_timer(self, *, any_suspended: bool) -> int | None:
@@ -163,19 +177,17 @@ class Entities:
         return min(waits, default=None)
 
 
-def _has_work(waitable: Waitable, wait_set: Any) -> bool:
-    """Is there something to serve, other than old results of goals to forget?
+def _end_of_action(waitable: Waitable) -> tuple[Any, slice]:
+    """The handle of an action's server or client, and which of its flags mean work.
 
-    Those stay due for a whole instant, at which virtual time would then stand still; they go
-    with the next request.
+    A server's last one tells of old results of goals to forget. Those stay due for a whole
+    instant, at which virtual time would then stand still; they go with the next request.
     """
-    if not waitable.is_ready(wait_set):
-        return False
-    return not isinstance(waitable, ActionServer) or (
-        waitable._is_goal_request_ready
-        or waitable._is_cancel_request_ready
-        or waitable._is_result_request_ready
-    )
+    if isinstance(waitable, ActionServer):
+        return waitable._handle, slice(0, 3)
+    if isinstance(waitable, ActionClient):
+        return waitable._client_handle, slice(None)
+    return None, slice(None)
 
 
 def _type_name(action_type: Any) -> str:
