@@ -13,6 +13,8 @@ from bt_mission.journal.keep import keep_journal
 from bt_mission.node import MissionNode
 
 if TYPE_CHECKING:
+    from rclpy.node import Node
+
     from bt_mission.mission import Mission
 
 
@@ -82,6 +84,10 @@ class Attached:
     def start_ns(self) -> int:
         """ROS time of the first tick, ns; before it, the present."""
         return self.executive.started_ns or self.now_ns
+
+    def add_node(self, node: Node) -> None:
+        """Serve a node of somebody who looks on, too; its owner destroys it."""
+        self._graph.host(node)
 
     def step(self) -> None:
         """Serve what comes next, for at most a tenth of a second."""

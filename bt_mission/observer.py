@@ -11,7 +11,7 @@ from collections import deque
 from collections.abc import Callable
 from contextlib import ExitStack
 from functools import partial
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Protocol, Self
 
 import rclpy
 from bt_mission_interfaces.msg import (
@@ -40,6 +40,8 @@ if TYPE_CHECKING:
     from rclpy.node import Node
     from rclpy.task import Future
 
+    from bt_mission.node import MissionNode
+
 STATE_TYPE = "bt_mission_interfaces/msg/MissionState"
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 ALL = QoSProfile(depth=1000)
@@ -58,10 +60,9 @@ TELLS: dict[str, tuple[Any, QoSProfile, Callable[[Any], told.Told]]] = {
 
 ROBOT: dict[str, tuple[Any, QoSProfile, Callable[[Any], told.Robot]]] = {
     "scan": (LaserScan, NEWEST, reading.scan),
-    "map": (OccupancyGrid, LATCHED, reading.grid),
     "battery_state": (BatteryState, NEWEST, reading.battery),
 }
-"""What a robot publishes, apart from its frames."""
+"""What a robot publishes many times a second, apart from its frames."""
 
 SERVE_S = 0.05
 """Wall time for which messages are received at a stretch."""
@@ -83,10 +84,12 @@ class Link:
 
     :param node: owns the subscriptions; somebody serves it.
     :param name: of the executive, such as ``/robot1/bt_mission``.
+    :param with_robot: hear its robot, too.
     """
 
-    def __init__(self, node: Node, name: str) -> None:
+    def __init__(self, node: Node, name: str, *, with_robot: bool = True) -> None:
         self.name = name
+        self._with_robot = with_robot
         self._node = node
         self._told: deque[told.Told] = deque()
         self._raw: deque[tuple[Callable[[Any], told.Told], Any]] = deque()
@@ -97,15 +100,12 @@ class Link:
         self._since_asked: Stopwatch | None = None
         self._since_look: Stopwatch | None = None
         self._is_there = False
-        self._made: list[Any] = []
-        for topic, (kind, qos, read) in TELLS.items():
+        self._ears = [
             self._listen(kind, f"{name}/{topic}", partial(self._keep, read), qos)
-        robot = name.rpartition("/")[0]
-        for topic, (kind, qos, read_robot) in ROBOT.items():
-            keep = partial(self._keep_newest, topic, read_robot)
-            self._listen(kind, f"{robot}/{topic}", keep, qos)
-        self._listen(TFMessage, f"{robot}/tf", self._keep_frames, FRAMES)
-        self._listen(TFMessage, f"{robot}/tf_static", self._keep_frames, STATIC_FRAMES)
+            for topic, (kind, qos, read) in TELLS.items()
+        ]
+        self._robot_ears: list[Any] = []
+        self._robot_prefix: str | None = None
         self._statuses = node.create_client(GetStatuses, f"{name}/statuses")
         self._pause = node.create_client(PauseMission, f"{name}/pause")
         self._breakpoint = node.create_client(SetBreakpoint, f"{name}/breakpoint")
@@ -113,6 +113,7 @@ class Link:
             verb: node.create_client(Trigger, f"{name}/{service}")
             for verb, service in TRIGGERS.items()
         }
+        self._tune_in()
 
     @property
     def is_there(self) -> bool:
@@ -120,6 +121,7 @@ class Link:
         if self._since_look is None or self._since_look.elapsed_s > LOOK_S:
             self._since_look = Stopwatch()
             self._is_there = self._node.count_publishers(f"{self.name}/state") > 0
+            self._tune_in()
         return self._is_there
 
     def take(self, *, needs_statuses: bool) -> Heard:
@@ -152,15 +154,40 @@ class Link:
 
     def close(self) -> None:
         """Listen no longer."""
-        for subscription in self._made:
+        for subscription in (*self._ears, *self._robot_ears):
             self._node.destroy_subscription(subscription)
         for client in (self._statuses, self._pause, self._breakpoint, *self._triggers.values()):
             self._node.destroy_client(client)
 
     # ---- inside: callbacks only keep what comes, so that none of them can raise ------------
 
-    def _listen(self, kind: Any, topic: str, keep: Callable[[Any], Any], qos: QoSProfile) -> None:
-        self._made.append(self._node.create_subscription(kind, topic, keep, qos))
+    def _listen(self, kind: Any, topic: str, keep: Callable[[Any], Any], qos: QoSProfile) -> Any:
+        return self._node.create_subscription(kind, topic, keep, qos)
+
+    def _tune_in(self) -> None:
+        """Hear the robot: what its stage tells people who look on, else its own topics."""
+        own = self.name.rpartition("/")[0]
+        is_relayed = self._node.count_publishers(f"{self.name}/scan") > 0
+        prefix = self.name if is_relayed else own
+        if not self._with_robot or prefix == self._robot_prefix:
+            return
+        self._robot_prefix = prefix
+        for subscription in self._robot_ears:
+            self._node.destroy_subscription(subscription)
+        self._robot_ears = [
+            self._listen(kind, f"{prefix}/{topic}", partial(self._keep_newest, topic, read), qos)
+            for topic, (kind, qos, read) in ROBOT.items()
+        ]
+        self._robot_ears += [
+            self._listen(TFMessage, f"{prefix}/tf", self._keep_frames, FRAMES),
+            self._listen(TFMessage, f"{own}/tf_static", self._keep_frames, STATIC_FRAMES),
+            self._listen(
+                OccupancyGrid,
+                f"{own}/map",
+                partial(self._keep_newest, "map", reading.grid),
+                LATCHED,
+            ),
+        ]
 
     def _keep(self, read: Callable[[Any], told.Told], message: Any) -> None:
         self._raw.append((read, message))
@@ -199,6 +226,46 @@ class Link:
             else:
                 waiting.append((future, service, since))
         self._asked = waiting
+
+
+class Hosting(Protocol):
+    """A session that serves a further node, such as :class:`bt_mission.stage.Stage`."""
+
+    node: MissionNode
+
+    def add_node(self, node: Node) -> None:
+        """Serve it, too."""
+
+
+class OwnExecutive:
+    """The executive of this process as a graph of its own: its session serves what listens."""
+
+    where = "this process"
+
+    def __init__(self, session: Hosting) -> None:
+        self.name = session.node.get_fully_qualified_name()
+        self._node = rclpy.create_node(
+            "bt_mission_screen",
+            context=session.node.context,
+            enable_rosout=False,
+            start_parameter_services=False,
+        )
+        session.add_node(self._node)
+
+    def serve(self) -> None:
+        """The session does."""
+
+    def find(self) -> tuple[Found, ...]:
+        """It."""
+        return (Found(self.name),)
+
+    def attach(self, name: str) -> Link:
+        """Listen to it."""
+        return Link(self._node, name)
+
+    def close(self) -> None:
+        """Leave, before the session is closed."""
+        self._node.destroy_node()
 
 
 class Observer:
@@ -254,9 +321,9 @@ class Observer:
             if self._node.count_publishers(topic)
         )
 
-    def attach(self, name: str) -> Link:
-        """Listen to an executive, also one that is not there yet."""
-        return Link(self._node, name)
+    def attach(self, name: str, *, with_robot: bool = True) -> Link:
+        """Listen to an executive, also one that is not there yet; and to its robot."""
+        return Link(self._node, name, with_robot=with_robot)
 
     def _look_at(self, topic: str) -> Found:
         name = topic.removesuffix("/state")

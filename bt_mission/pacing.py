@@ -35,10 +35,19 @@ class Pacer:
         self._start_ns = start_ns
         self._watch = Stopwatch()
 
+    def ahead_s(self, time_ns: int) -> float:
+        """Wall time until virtual time ``time_ns`` is due, s; not above 0 when it is."""
+        if self._speed is None:
+            return 0.0
+        return (time_ns - self._start_ns) / NS / self._speed - self._watch.elapsed_s
+
     def hold(self, time_ns: int, is_wanted: Callable[[], bool]) -> None:
         """Return when the wall has reached virtual time ``time_ns``, or when somebody is wanted."""
-        if self._speed is None:
-            return
-        due_s = (time_ns - self._start_ns) / NS / self._speed
-        while (ahead_s := due_s - self._watch.elapsed_s) > 0 and not is_wanted():
-            time.sleep(min(ahead_s, LONGEST_SLEEP_S))
+        while (ahead_s := self.ahead_s(time_ns)) > 0 and not is_wanted():
+            rest(ahead_s)
+
+
+def rest(seconds: float) -> None:
+    """Let wall time pass, at most :data:`LONGEST_SLEEP_S`."""
+    if seconds > 0:
+        time.sleep(min(seconds, LONGEST_SLEEP_S))

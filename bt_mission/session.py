@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import replace
 from pathlib import Path
@@ -13,9 +13,12 @@ from typing import Protocol, Self
 from bt_mission.common.errors import BtMissionError
 from bt_mission.executive import Change, Executive
 from bt_mission.mission import Mission
-from bt_mission.pacing import Pacer, Stopwatch
+from bt_mission.pacing import Pacer, Stopwatch, rest
 from bt_mission.report import Report
 from bt_mission.trace import Trace
+
+Steps = Generator[float, None, Report]
+"""A session on its way: see :func:`driving`."""
 
 
 class Session(Protocol):
@@ -84,9 +87,13 @@ class Interrupts:
         for number, handler in self._before.items():
             signal.signal(number, handler)  # type: ignore[arg-type]  # what signal() gave us
 
-    def _take(self, number: int, _: FrameType | None) -> None:
+    def note(self, name: str) -> None:
+        """Somebody wants the mission to end."""
         self.count += 1
-        self.name = "Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name
+        self.name = name
+
+    def _take(self, number: int, _: FrameType | None) -> None:
+        self.note("Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name)
 
 
 class Audience:
@@ -124,7 +131,32 @@ class Audience:
 def drive(
     session: Session, view: View, *, speed: float | None = None, trace_file: Path | None = None
 ) -> Report:
+    """Step a session to its end, paced and shown; gives the report: see :func:`driving`."""
+    return finish(driving(session, view, Interrupts(), speed=speed, trace_file=trace_file))
+
+
+def finish(steps: Steps) -> Report:
+    """Take all steps that are left, each when it is due; gives the report."""
+    while True:
+        try:
+            rest(next(steps))
+        except StopIteration as end:
+            report: Report = end.value
+            return report
+
+
+def driving(
+    session: Session,
+    view: View,
+    interrupts: Interrupts,
+    *,
+    speed: float | None = None,
+    trace_file: Path | None = None,
+) -> Steps:
     """Step a session to its end, paced and shown; gives the report.
+
+    Whoever drives takes one step after another. A step tells the wall time until the next is due,
+    s, for which to rest or to look after other things; when it comes too early, it changes nothing.
 
     The first Ctrl-C or SIGTERM halts the tree and waits until every goal has ended; the second
     leaves at once, and the report's reason names the goals left behind.
@@ -135,7 +167,7 @@ def drive(
     with ExitStack() as stack:
         if trace_file is not None:
             stack.enter_context(session.trace.written_to(trace_file))
-        interrupts = stack.enter_context(Interrupts())
+        stack.enter_context(interrupts)
         view.open(session, wall)
         stack.enter_context(view)
         audience = Audience(view)
@@ -151,8 +183,12 @@ def drive(
                 session.executive.abandon(f"left at once after a second {interrupts.name}")
                 break
             _step(session)
-            pacer.hold(session.now_ns, lambda: interrupts.count > 0 and not session.is_done)
+            while (ahead_s := pacer.ahead_s(session.now_ns)) > 0:
+                if interrupts.count > 0 and not session.is_done:
+                    break
+                yield ahead_s
             audience.refresh()
+            yield 0.0
     return summarise(session, wall.elapsed_s)
 
 

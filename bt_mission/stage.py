@@ -26,6 +26,7 @@ from bt_mission.executive import MissionStatus
 from bt_mission.isolation import isolate
 from bt_mission.lockstep import LockstepExecutor, self_test
 from bt_mission.node import MissionNode
+from bt_mission.robot_relay import Look, RobotRelay
 from bt_mission.trace import Trace
 from sim.node import SimNode
 from sim.world import load_world
@@ -59,6 +60,7 @@ class Stage:
     :param image_folder: where this run makes a folder of its own for pictures, if it takes any.
     :param say: where ``log`` nodes speak to; None is the ROS log.
     :param visible: may other processes of this machine look on, and take part?
+    :param watched: offer the topics and services for tools also where nobody else may look on.
     :param without: actions that the servers leave to others, by their relative names.
     :param context: the rclpy context of all nodes, which stays; None makes one for the run.
     :raises BtMissionError: for a world, robot or action type that is not there, and where this
@@ -72,6 +74,7 @@ class Stage:
         image_folder: Path,
         say: Callable[[str], None] | None = None,
         visible: bool = False,
+        watched: bool = False,
         without: Collection[str] = (),
         context: Context | None = None,
     ) -> None:
@@ -118,7 +121,7 @@ class Stage:
                 lean=True,
                 say=say,
                 trace=trace,
-                has_controls=visible,
+                has_controls=visible or watched,
                 why_rejected=self._why_rejected,
             )
             made.callback(self.node.destroy_node)
@@ -127,6 +130,9 @@ class Stage:
             for node in (self.sim, self.servers, self.mapper, self.node):
                 if node is not None:
                     self.clock.add_node(node)
+            if visible or watched:
+                relay = RobotRelay(self.node, self._look)
+                self.node.executive.after_tick.append(relay.flush)
             self._exit = made.pop_all()
         self.context = context
         self.executive = self.node.executive
@@ -171,6 +177,20 @@ class Stage:
     def distance_travelled_m(self) -> float:
         """The true length of the robot's path, m."""
         return self.sim.simulation.distance_travelled
+
+    def _look(self) -> Look:
+        """What people who look on see of the robot."""
+        robot = self.sim.simulation
+        spec, battery = robot.robot.lidar, robot.battery
+        return Look(
+            time_ns=self.now_ns,
+            pose=robot.pose,
+            lidar=(spec.x, spec.y, 0.0),
+            ranges=robot.scan(0),
+            reach=(spec.min_range, spec.max_range),
+            charge=battery.percentage,
+            voltage=battery.voltage,
+        )
 
     def add_node(self, node: Node) -> None:
         """Have a node of one's own take part, on the clock of the stage; its owner destroys it."""

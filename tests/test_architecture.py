@@ -60,6 +60,7 @@ ROS_MODULES = (
     "bt_mission/lockstep/*",
     "bt_mission/node.py",
     "bt_mission/observer.py",
+    "bt_mission/robot_relay.py",
     "bt_mission/ros_types.py",
     "bt_mission/service_caller.py",
     "bt_mission/serve_node.py",

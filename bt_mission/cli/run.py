@@ -18,7 +18,9 @@ from bt_mission.cli.options import add_mission_options, speed
 from bt_mission.common.errors import BtMissionError
 
 if TYPE_CHECKING:
-    from bt_mission.session import Session
+    from bt_mission.attached import Attached
+    from bt_mission.report import Report
+    from bt_mission.stage import Stage
 
 
 def add_parser(commands: Any) -> None:
@@ -74,6 +76,11 @@ def add_parser(commands: Any) -> None:
         "--plain", action="store_true", help="plain lines, also when the output is a terminal"
     )
     parser.add_argument(
+        "--tui",
+        action="store_true",
+        help="the full-screen view of `bt-mission watch`; in real time unless --speed says else",
+    )
+    parser.add_argument(
         "--trace", type=Path, help="write what happened to this file, as JSON lines"
     )
     parser.add_argument(
@@ -93,6 +100,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _run(options: argparse.Namespace) -> int:
     from bt_mission.cli.check import load_checked
+    from bt_mission.cli.watch import is_drawable
     from bt_mission.executive import MissionStatus
     from bt_mission.session import drive
     from bt_mission.terminal.views import view_for
@@ -100,9 +108,12 @@ def _run(options: argparse.Namespace) -> int:
     prepare_middleware()
     refuse_contradictions(options)
     mission = load_checked(options)
-    view = view_for(sys.stdout, plain=options.plain, quiet=options.json)
-    with _open_session(options, mission, view.say) as session:
-        report = drive(session, view, speed=options.speed, trace_file=options.trace)
+    if options.tui and is_drawable():
+        report = _run_on_screen(options, mission)
+    else:
+        view = view_for(sys.stdout, plain=options.plain, quiet=options.json)
+        with _open_session(options, mission, view.say) as session:
+            report = drive(session, view, speed=options.speed, trace_file=options.trace)
     if options.json:
         print(json.dumps(report.as_dict()))
     else:
@@ -113,6 +124,27 @@ def _run(options: argparse.Namespace) -> int:
         MissionStatus.FAILURE: MISSION_FAILED,
     }
     return codes[MissionStatus(report.status)]
+
+
+def _run_on_screen(options: argparse.Namespace, mission: Any) -> Report:
+    """Carry the mission out on a full screen, in real time unless another speed is asked for."""
+    from contextlib import closing
+
+    from bt_mission.observer import OwnExecutive
+    from bt_mission.session import Interrupts, driving
+    from bt_mission.terminal.marks import marks_for
+    from bt_mission.terminal.screen.run_app import RunApp
+    from bt_mission.terminal.views import Quiet
+
+    speed = options.speed or (None if options.attach else 1.0)
+    with (
+        _open_session(options, mission, lambda _: None) as session,
+        closing(OwnExecutive(session)) as graph,
+    ):
+        interrupts = Interrupts()
+        steps = driving(session, Quiet(), interrupts, speed=speed, trace_file=options.trace)
+        marks = marks_for(sys.stdout.encoding)
+        return RunApp(graph, marks, graph.name, steps, interrupts).run_to_the_end()
 
 
 @contextmanager
@@ -134,6 +166,8 @@ def refuse_contradictions(options: argparse.Namespace) -> None:
 
     :raises BtMissionError: with what to do instead.
     """
+    if options.tui and (options.json or options.plain):
+        raise BtMissionError("--tui: a full screen leaves no room for --json or --plain")
     if options.attach and options.speed is not None:
         raise BtMissionError("--speed: an attached run has the pace of the graph that it joins")
     if options.attach and (options.world or options.robot):
@@ -148,7 +182,7 @@ def refuse_contradictions(options: argparse.Namespace) -> None:
         raise BtMissionError("--wall-clock goes with --attach; a simulation has a clock of its own")
 
 
-def _open_session(options: argparse.Namespace, mission: Any, say: Any) -> Session:
+def _open_session(options: argparse.Namespace, mission: Any, say: Any) -> Attached | Stage:
     if options.attach:
         from bt_mission.attached import Attached
 
@@ -164,4 +198,10 @@ def _open_session(options: argparse.Namespace, mission: Any, say: Any) -> Sessio
         raise BtMissionError("--namespace names a robot of a running graph: add --attach")
     from bt_mission.stage import Stage
 
-    return Stage(mission, image_folder=options.images, say=say, visible=options.visible)
+    return Stage(
+        mission,
+        image_folder=options.images,
+        say=say,
+        visible=options.visible,
+        watched=options.tui,
+    )

@@ -78,7 +78,7 @@ def watch(options: argparse.Namespace) -> int:
 
     with Observer() as observer:
         try:
-            if not (options.once or options.json or options.plain) and _is_drawable():
+            if not (options.once or options.json or options.plain) and is_drawable():
                 return _draw(observer, options.executive)
             link = _look_for(observer, options)
             if link is None:
@@ -90,7 +90,7 @@ def watch(options: argparse.Namespace) -> int:
             return INTERRUPTED
 
 
-def _is_drawable() -> bool:
+def is_drawable() -> bool:
     """Can a picture stand on the terminal? Says so where it cannot."""
     if not (sys.stdout.isatty() and sys.stdin.isatty()):
         return False
@@ -126,7 +126,7 @@ def _look_for(observer: Observer, options: argparse.Namespace) -> Link | None:
         if since_found is not None and since_found.elapsed_s > SETTLE_S:
             chosen = choose(found, wanted)
             if chosen is not None:
-                return observer.attach(chosen.name)
+                return observer.attach(chosen.name, with_robot=False)
         if options.wait is not None and since.elapsed_s > options.wait:
             print(nobody(wanted, found, observer.where), file=sys.stderr)
             return None

@@ -36,6 +36,9 @@ class WatchApp(App[None]):
     """
 
     ENABLE_COMMAND_PALETTE = False
+    leaving = "leave; the mission runs on"
+    """What the key for that does, for the help."""
+
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding(key.keys, key.action, show=False) for key in KEYS
     ]
@@ -76,7 +79,7 @@ class WatchApp(App[None]):
             heard = self.source.take(needs_statuses=needs)
             self.outlook.take(heard, self._wall.elapsed_s)
             for answer in heard.answers:
-                self.notify_user(answer.text)
+                self.tell(answer.text)
         self.draw()
 
     def draw(self) -> None:
@@ -97,16 +100,16 @@ class WatchApp(App[None]):
         if self._wanted is not None:
             found = tuple(one for one in found if one.name == self._wanted)
         if not found:
-            self.notify_user(f"no sign of {self._wanted or 'an executive'} ({self.graph.where})")
+            self.tell(f"no sign of {self._wanted or 'an executive'} ({self.graph.where})")
         elif len(found) > 1:
             self.action_choose()
         elif found[0].is_foreign:
-            self.notify_user(f"{found[0].name}: {found[0].fault}")
+            self.tell(f"{found[0].name}: {found[0].fault}")
         else:
             self._notice = found[0].fault
             self.attach(found[0].name)
 
-    def notify_user(self, text: str) -> None:
+    def tell(self, text: str) -> None:
         """Show a line in the place of the keys, for a while."""
         self._notice = text
         self._notice_until_s = self._wall.elapsed_s + NOTICE_S
@@ -138,39 +141,40 @@ class WatchApp(App[None]):
 
     # ---- wishes --------------------------------------------------------------------------
 
-    def _send(self, command: Command) -> None:
+    def send_command(self, command: Command) -> None:
+        """Pass a wish on to the executive."""
         if self.source is not None:
             self.source.send(command)
 
     def action_pause(self) -> None:
         """Pause."""
-        self._send(Command(Verb.PAUSE))
+        self.send_command(Command(Verb.PAUSE))
 
     def action_pause_keeping(self) -> None:
         """Pause, while goals run on."""
-        self._send(Command(Verb.PAUSE_KEEPING_GOALS))
+        self.send_command(Command(Verb.PAUSE_KEEPING_GOALS))
 
     def action_resume(self) -> None:
         """Go on."""
-        self._send(Command(Verb.RESUME))
+        self.send_command(Command(Verb.RESUME))
 
     def action_step(self) -> None:
         """One tick."""
-        self._send(Command(Verb.STEP))
+        self.send_command(Command(Verb.STEP))
 
     def action_stop(self) -> None:
         """Stop, when asked twice in a row."""
         if self._may_stop:
             self._may_stop = False
-            self._send(Command(Verb.STOP))
+            self.send_command(Command(Verb.STOP))
         else:
             self._may_stop = True
-            self.notify_user("x again stops the mission; any other key does not")
+            self.tell("x again stops the mission; any other key does not")
 
     def action_breakpoint(self) -> None:
         """Set or remove the breakpoint at the selected node."""
         if (command := self.outlook.breakpoint()) is not None:
-            self._send(command)
+            self.send_command(command)
 
     def on_event_key(self, key: str) -> None:
         """Forget the wish to stop when another key is pressed."""
@@ -247,13 +251,13 @@ class WatchApp(App[None]):
         """Stay with what was found."""
         self._close_search()
         if event.value and not self.outlook.search(event.value, self._before_search - 1):
-            self.notify_user(f"'{event.value}' is nowhere in the tree")
+            self.tell(f"'{event.value}' is nowhere in the tree")
         self.draw()
 
     def action_again(self, step: int) -> None:
         """The next node with the text of the last search."""
         if not self.outlook.search(self.outlook.sought, self.outlook.cursor, step=step):
-            self.notify_user("nothing was searched for yet: / does")
+            self.tell("nothing was searched for yet: / does")
         self.draw()
 
     def key_escape(self) -> None:
@@ -293,7 +297,7 @@ class WatchApp(App[None]):
 
     def action_help(self) -> None:
         """Show the keys."""
-        self.push_screen(Help(self._marks, "leave; the mission runs on"))
+        self.push_screen(Help(self._marks, self.leaving))
 
     def action_choose(self) -> None:
         """Choose among the executives of the graph."""

@@ -1,0 +1,298 @@
+"""What it costs to look on at a mission, and how fast the view is on a large tree.
+
+Slow-down: a mission runs on the stage as fast as it goes; in turns nobody looks on, and `bt-mission
+watch` does on a terminal of its own. Measured is the share of the stage's thread that goes into
+telling: processor time within what publishes for tools, of all processor time of the thread. Both
+are of one process and one run, so that a busy machine does not count. The slow-down is by how much
+that share makes a mission longer, against the same without a watcher. What the middleware's own
+threads take is printed beside it: it is spent on other cores.
+
+Large tree: the full-screen view, driven by Textual's pilot, is given a tree of ten thousand nodes.
+The first picture is the time from the message to the drawn screen, statuses included; a change is
+the time from StatusChanges of one node to the drawn screen.
+
+Run it as: python benchmarks/watching.py [--turns N] [--nodes N] [--only slowdown|picture]
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import os
+import pty
+import select
+import signal
+import statistics
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from py_trees.common import Status
+
+from bt_mission.mission import load_text
+from bt_mission.pacing import Stopwatch
+from bt_mission.stage import Stage
+from bt_mission.terminal.marks import SIGNS
+from bt_mission.terminal.screen.app import WatchApp
+from bt_mission.watching import told
+from bt_mission.watching.source import Command, Found, Heard
+
+VIRTUAL_S = 40.0
+"""Of one turn."""
+
+MISSION = """\
+mission: to and fro
+world: nav_arena
+seed: 7
+tree:
+  repeat: {count: 1000000}
+  do:
+    sequence:
+      - explore_forward: {fwd_velocity: 0.2, stopping_distance: 0.5}
+        cancel_when: current_distance_travelled > 1.0
+        on_cancel: success
+        timeout: 30
+        outputs: {closest_obstacle_angle: obstacle}
+      - turn: {angle: 120}
+        timeout: 30
+"""
+"""Some three changes of the tree a virtual second, and feedback all the time."""
+
+CHILDREN = 10
+S = 1_000_000_000
+
+
+# ---- slow-down -------------------------------------------------------------------------------
+
+
+@contextmanager
+def watcher(arguments: tuple[str, ...]) -> Iterator[int]:
+    """`bt-mission watch` on a terminal; gives the terminal's file, which somebody has to read."""
+    child, terminal = pty.fork()
+    if child == 0:
+        os.environ |= {"TERM": "xterm-256color", "LINES": "45", "COLUMNS": "140"}
+        os.execv(sys.executable, [sys.executable, "-m", "bt_mission", "watch", *arguments])  # noqa: S606 - ourselves
+    try:
+        yield terminal
+    finally:
+        os.kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+        os.close(terminal)
+
+
+def drain(terminal: int | None) -> int:
+    """Read what the watcher has drawn, as a terminal would; gives how many bytes that was."""
+    count = 0
+    while terminal is not None and select.select([terminal], [], [], 0)[0]:
+        count += len(os.read(terminal, 65536))
+    return count
+
+
+@dataclass
+class Cost:
+    """Processor time of a turn, s: of telling, of the stage's thread, and of all other threads."""
+
+    telling: float = 0.0
+    thread: float = 0.0
+    others: float = 0.0
+
+    @property
+    def slowdown(self) -> float:
+        """By how much telling makes the mission longer."""
+        return self.telling / (self.thread - self.telling)
+
+
+class Meter:
+    """Measures what is called after each tick: all that is published for tools."""
+
+    def __init__(self, stage: Stage) -> None:
+        self.telling = 0.0
+        listeners = stage.executive.after_tick
+        listeners[:] = [partial(self._measure, listener) for listener in listeners]
+
+    def _measure(self, listener: Callable[[], None]) -> None:
+        start = time.thread_time()
+        listener()
+        self.telling += time.thread_time() - start
+
+
+def turn(stage: Stage, meter: Meter, terminal: int | None) -> Cost:
+    """The cost of a turn."""
+    start_ns, drawn = stage.now_ns, 0
+    before = (meter.telling, time.thread_time(), time.process_time())
+    while stage.now_ns - start_ns < VIRTUAL_S * S:
+        for _ in range(50):
+            stage.step()
+        drawn += drain(terminal)
+    if terminal is not None and not drawn:
+        raise SystemExit("the watcher has drawn nothing: it was not attached")
+    after = (meter.telling, time.thread_time(), time.process_time())
+    telling, thread, process = (new - old for new, old in zip(after, before, strict=True))
+    return Cost(telling, thread, process - thread)
+
+
+def attach(stage: Stage, terminal: int) -> None:
+    """Let the mission run until the watcher draws it."""
+    watch = Stopwatch()
+    while not stage.node.count_subscribers("/bt_mission/details"):
+        if watch.elapsed_s > 60:
+            raise SystemExit("the watcher did not attach within a minute")
+        stage.step()
+        drain(terminal)
+    for _ in range(400):
+        stage.step()
+        drain(terminal)
+
+
+def measure_slowdown(turns: int, arguments: tuple[str, ...]) -> None:
+    """Print how much more processor time a watched mission takes."""
+    mission = load_text(MISSION)
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        Stage(mission, image_folder=Path(folder), say=lambda _: None, visible=True) as stage,
+    ):
+        meter = Meter(stage)
+        turn(stage, meter, None)  # imports, and the first pictures
+        alone, seen = [], []
+        for _ in range(turns):
+            alone.append(turn(stage, meter, None))
+            with watcher(arguments) as terminal:
+                attach(stage, terminal)
+                seen.append(turn(stage, meter, terminal))
+            while stage.node.count_subscribers("/bt_mission/details"):
+                stage.step()
+    slowdowns = [one.slowdown - other.slowdown for one, other in zip(seen, alone, strict=True)]
+    print(
+        f"{' '.join(('watch', *arguments))}: slow-down {statistics.median(slowdowns):+.2%}, spread "
+        f"{min(slowdowns):+.2%} to {max(slowdowns):+.2%}; {turns} turns of {VIRTUAL_S:g} s, "
+        f"{median_ms(one.thread for one in alone):.1f} ms a virtual second, other threads "
+        f"{median_ms(one.others for one in alone):.1f} ms alone and "
+        f"{median_ms(one.others for one in seen):.1f} ms watched"
+    )
+
+
+def median_ms(times_s: Iterable[float]) -> float:
+    """The median of turns, ms a virtual second."""
+    return statistics.median(times_s) / VIRTUAL_S * 1e3
+
+
+# ---- a large tree ----------------------------------------------------------------------------
+
+
+class Large:
+    """An executive with a tree of so many nodes, of which one leaf after another runs."""
+
+    name = "/bt_mission"
+    is_there = True
+    where = "a benchmark"
+
+    def __init__(self, count: int) -> None:
+        nodes = [told.Node("large", "Sequence", "0", 0)]
+        while len(nodes) < count:
+            place = len(nodes)
+            part = (place - 1) // (CHILDREN + 1) * (CHILDREN + 1) + 1
+            is_part = place == part
+            kind, parent = ("Sequence", 0) if is_part else ("ActionLeaf", part)
+            name = f"part {place}" if is_part else f"leaf {place}"
+            nodes.append(told.Node(name, kind, f"0.{place}", parent))
+        self.tree = told.Tree(S, "run", "large", tuple(nodes))
+        self.heard = Heard()
+
+    def serve(self) -> None:
+        """Nothing comes by itself."""
+
+    def find(self) -> tuple[Found, ...]:
+        """It."""
+        return (Found(self.name),)
+
+    def attach(self, _name: str) -> Large:
+        """It."""
+        return self
+
+    def take(self, *, needs_statuses: bool) -> Heard:
+        """What was put there."""
+        del needs_statuses
+        heard, self.heard = self.heard, Heard()
+        return heard
+
+    def send(self, command: Command) -> None:
+        """Nobody listens."""
+
+    def close(self) -> None:
+        """Nothing to leave."""
+
+
+async def show(large: Large, app: WatchApp, heard: Heard) -> float:
+    """Wall time from a message to the drawn screen, s."""
+    large.heard = heard
+    watch = Stopwatch()
+    app.look()
+    app.screen._compositor.render_strips()  # noqa: SLF001 - what the pilot's driver does not do
+    return watch.elapsed_s
+
+
+async def draw(nodes: int, changes: int) -> tuple[float, list[float]]:
+    """Seconds to the first picture, and of each change."""
+    large = Large(nodes)
+    app = WatchApp(large, SIGNS)
+    async with app.run_test(size=(140, 45)) as pilot:
+        await pilot.pause()
+        statuses = tuple(told.Standing(i, Status.INVALID, "") for i in range(nodes))
+        first = await show(
+            large,
+            app,
+            Heard(
+                (
+                    large.tree,
+                    told.State(S, "run", "large", "running", ""),
+                    told.Statuses("run", 0, statuses),
+                )
+            ),
+        )
+        taken, index = [], 0
+        for number in range(1, changes + 1):
+            starts = number % 2 == 1
+            index = 2 + number * 7919 % (nodes - 2) if starts else index
+            status = Status.RUNNING if starts else Status.SUCCESS
+            standing = told.Standing(index, status, "so it goes")
+            change = told.Changes(S + number * S, "run", number, (standing,))
+            taken.append(await show(large, app, Heard((change,))))
+            await pilot.pause()
+    return first, taken
+
+
+def measure_picture(nodes: int) -> None:
+    """Print how long the first picture and each change take."""
+    firsts, changes = [], []
+    for _ in range(5):
+        first, taken = asyncio.run(draw(nodes, 100))
+        firsts.append(first)
+        changes += taken
+    print(
+        f"{nodes} nodes: first picture {statistics.median(firsts) * 1e3:.0f} ms, at most "
+        f"{max(firsts) * 1e3:.0f}; a change {statistics.median(changes) * 1e3:.1f} ms, at most "
+        f"{max(changes) * 1e3:.1f} ({len(changes)} changes)"
+    )
+
+
+def main() -> None:
+    """Measure both, or one of them."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--turns", type=int, default=5)
+    parser.add_argument("--nodes", type=int, default=10_000)
+    parser.add_argument("--only", choices=("slowdown", "picture"))
+    options = parser.parse_args()
+    if options.only != "slowdown":
+        measure_picture(options.nodes)
+    if options.only != "picture":
+        measure_slowdown(options.turns, ())
+        measure_slowdown(options.turns, ("--json",))
+
+
+if __name__ == "__main__":
+    main()
