@@ -7,6 +7,8 @@
 - ``claims``: what can be claimed of a run: always, never, eventually, whenever
 - ``seeds``, ``rates``, ``scenarios``: ``@pytest.mark.scenario``, a test for each seed
 - ``coverage/``: ``--mission-cov``, what no test has reached
+- ``results``: what a test tells and leaves when it is over
+- ``live_graph``, ``processes``: sim, servers and executive as processes of their own
 - ``history``, ``recorded``: what happened
 - ``scripted_server``: :class:`ScriptedServer`, an action server that a test plays
 """

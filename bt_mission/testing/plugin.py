@@ -8,21 +8,20 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
 
+from bt_mission.testing.results import DEFAULT, GRAPHS, STAGES, Results
 from bt_mission.testing.scenarios import Scenarios
-from bt_mission.testing.seeds import seeded
 
 if TYPE_CHECKING:
     from bt_mission.mission import Mission
+    from bt_mission.testing.live_graph import LiveGraph
     from bt_mission.testing.scripted_server import ScriptedServer
     from bt_mission.testing.stages import Stages
-
-STAGES = pytest.StashKey["list[Stages]"]()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -33,6 +32,11 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         type=_count,
         metavar="N",
         help="run tests marked 'scenario' with N seeds each, instead of as many as they say",
+    )
+    group.addoption(
+        "--scenario-results",
+        metavar="DIR",
+        help=f"where failed tests leave what happened (default: {DEFAULT} in pytest's rootdir)",
     )
     group.addoption(
         "--mission-cov",
@@ -79,10 +83,11 @@ def _percent(text: str) -> float:
 
 def pytest_configure(config: pytest.Config) -> None:
     """Put the parts together."""
+    config.pluginmanager.register(Results(config), "bt_mission_results")
     config.pluginmanager.register(Scenarios(config), "bt_mission_scenarios")
     asked = ("", "_source", "_report", "_fail_under")
     if any(config.getoption(f"mission_cov{one}") not in (False, None, []) for one in asked):
-        from bt_mission.testing.coverage.hooks import Coverage  # noqa: PLC0415 - see above
+        from bt_mission.testing.coverage.hooks import Coverage
 
         config.pluginmanager.register(Coverage(config), "bt_mission_coverage")
 
@@ -94,7 +99,8 @@ def stage(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Stages]:
     ``run = stage.run("missions/explore.yaml", world="empty_arena", seed=3)``
     """
     os.environ.setdefault("ROS_LOG_DIR", str(tmp_path / "log"))
-    from bt_mission.testing.stages import Stages  # noqa: PLC0415 - see above
+    from bt_mission.testing.seeds import seeded
+    from bt_mission.testing.stages import Stages
 
     one = seeded(request.node)
     made = Stages(tmp_path, seed=None if one is None else one.seed)
@@ -126,14 +132,17 @@ def scripted_server(stage: Stages) -> Callable[..., ScriptedServer]:
     return stage.scripted_server
 
 
-@pytest.hookimpl(wrapper=True)
-def pytest_runtest_makereport(
-    item: pytest.Item,
-) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Tell of the runs of a test that failed."""
-    report = yield
-    if report.when == "call" and report.failed:
-        for made in item.stash.get(STAGES, []):
-            for run in made.runs:
-                report.sections.append(("mission", run.describe()))
-    return report
+@pytest.fixture
+def live_graph(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[LiveGraph]:
+    """Sim, servers and executive as processes of their own, in a graph that nobody else is in.
+
+    ``sim, servers = live_graph.robot("empty_arena")``
+    ``assert live_graph.run("missions/square.yaml").wait(within=120) == 0``
+    """
+    from bt_mission.testing.live_graph import LiveGraph, own_domain
+
+    with own_domain() as domain_id:
+        graph = LiveGraph(tmp_path, domain_id)
+        request.node.stash.setdefault(GRAPHS, []).append(graph)
+        yield graph
+        graph.close()

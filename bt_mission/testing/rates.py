@@ -129,6 +129,9 @@ class Rates:
             self.by_test[test] = Rate(test, told["function"], told["at_least"], place)
         self.by_test[test].add(report, told)
 
+    def __bool__(self) -> bool:
+        return bool(self.run)
+
     @property
     def run(self) -> list[Rate]:
         """Those of which at least one seed ran to an end."""

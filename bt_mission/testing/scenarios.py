@@ -1,5 +1,7 @@
 """The part of the plugin that runs tests with many seeds, and counts how many pass.
 
+This module is imported in every session of pytest, and the rest when the first such test is found.
+
 With pytest-xdist, the process that starts the workers counts and judges; what it needs to know of
 a test travels in its reports.
 """
@@ -11,20 +13,12 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from bt_mission.testing.rates import Rates
-from bt_mission.testing.seeds import (
-    FAILING,
-    MARKER,
-    USAGE,
-    failing_seeds,
-    line_to_repeat,
-    parametrize,
-    seeded,
-)
-
 if TYPE_CHECKING:
     from _pytest.terminal import TerminalReporter
 
+    from bt_mission.testing.rates import Rates
+
+MARKER = "scenario"
 TITLE = "scenarios: seeds that passed, as a rate with its 95 % interval"
 
 
@@ -33,14 +27,17 @@ class Scenarios:
 
     def __init__(self, config: pytest.Config) -> None:
         self._config = config
-        self._rates = Rates()
+        self._rates: Rates | None = None
         self._is_worker = hasattr(config, "workerinput")
-        text = f"{MARKER}(seeds, at_least=1.0): run with each seed, as in {USAGE}"
+        text = f"{MARKER}(seeds, at_least=1.0): run with each seed (docs/testing.md of bt-mission)"
         config.addinivalue_line("markers", text)
 
     def pytest_generate_tests(self, metafunc: pytest.Metafunc) -> None:
         """One test for each seed."""
-        parametrize(metafunc)
+        if metafunc.definition.get_closest_marker(MARKER) is not None:
+            from bt_mission.testing.seeds import parametrize
+
+            parametrize(metafunc)
 
     @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_runtest_makereport(
@@ -52,6 +49,10 @@ class Scenarios:
         have, is known only at the end.
         """
         report = yield
+        if item.get_closest_marker(MARKER) is None:
+            return report
+        from bt_mission.testing.seeds import line_to_repeat, seeded
+
         one = seeded(item)
         if one is None or hasattr(report, "wasxfail"):
             return report
@@ -74,20 +75,25 @@ class Scenarios:
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         """Count."""
         told = getattr(report, "scenario", None)
-        if told is not None and not self._is_worker:
-            self._rates.add(report, told)
+        if told is None or self._is_worker:
+            return
+        if self._rates is None:
+            from bt_mission.testing.rates import Rates
+
+            self._rates = Rates()
+        self._rates.add(report, told)
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtestloop(self) -> Generator[None, object, object]:
         """Once all tests have run, fail those of which too few seeds have passed."""
         result = yield
-        for rate in self._rates.missed:
+        for rate in self._rates.missed if self._rates else ():
             self._config.hook.pytest_runtest_logreport(report=rate.verdict())
         return result
 
     def pytest_terminal_summary(self, terminalreporter: TerminalReporter) -> None:
         """Show the rates."""
-        if self._rates.run:
+        if self._rates:
             terminalreporter.section(TITLE)
             for line in self._rates.summary():
                 terminalreporter.line(line)
@@ -97,17 +103,21 @@ class Scenarios:
         """Remember which seeds have failed, for the next session."""
         result = yield
         cache = getattr(self._config, "cache", None)
-        if cache is None or self._is_worker or not self._rates.run:
-            return result
-        before = failing_seeds(self._config)
-        after = self._rates.failing(before)
-        if after != before:
-            cache.set(FAILING, after)
-        missed = self._rates.missed
-        if missed:  # --lf knows single tests: name those that failed
-            last = cache.get("cache/lastfailed", {})
-            for rate in missed:
-                last.pop(rate.test, None)
-                last |= {one.nodeid: True for one in rate.failures()}
-            cache.set("cache/lastfailed", last)
+        if cache is not None and self._rates:
+            _remember(cache, self._rates)
         return result
+
+
+def _remember(cache: pytest.Cache, rates: Rates) -> None:
+    from bt_mission.testing.seeds import FAILING, failing_seeds
+
+    before = failing_seeds(cache)
+    after = rates.failing(before)
+    if after != before:
+        cache.set(FAILING, after)
+    if rates.missed:  # --lf knows single tests: name those that failed
+        last = cache.get("cache/lastfailed", {})
+        for rate in rates.missed:
+            last.pop(rate.test, None)
+            last |= {one.nodeid: True for one in rate.failures()}
+        cache.set("cache/lastfailed", last)

@@ -11,7 +11,8 @@ from typing import Any
 
 import pytest
 
-MARKER = "scenario"
+from bt_mission.testing.scenarios import MARKER
+
 USAGE = "@pytest.mark.scenario(seeds=range(50), at_least=0.9)"
 FAILING = "bt_mission/failing_seeds"
 """Where pytest's cache keeps the seeds that failed, by the test's node id."""
@@ -138,7 +139,7 @@ def parametrize(metafunc: pytest.Metafunc) -> None:
     if count is not None:
         seeds = so_many(seeds, count)
     first = [
-        *failing_seeds(config).get(definition.nodeid, ()),
+        *failing_seeds(getattr(config, "cache", None)).get(definition.nodeid, ()),
         *asked_for(config.args, definition.name),
     ]
     if "seed" not in metafunc.fixturenames:
@@ -150,11 +151,9 @@ def _joined(names: Any) -> str:
     return names if isinstance(names, str) else ",".join(names)
 
 
-def failing_seeds(config: pytest.Config) -> dict[str, list[int]]:
+def failing_seeds(cache: pytest.Cache | None) -> dict[str, list[int]]:
     """The seeds that failed and have not passed since, by the test's node id."""
-    if not hasattr(config, "cache"):  # -p no:cacheprovider
-        return {}
-    found = config.cache.get(FAILING, {})
+    found = {} if cache is None else cache.get(FAILING, {})
     return found if isinstance(found, dict) else {}
 
 

@@ -14,7 +14,7 @@ import rclpy
 from geometry_msgs.msg import TwistStamped
 from rclpy.executors import SingleThreadedExecutor
 
-from tests.support.processes import LOCAL, read_until, started
+from bt_mission.testing.processes import LOCAL, read_until, started
 
 pytestmark = pytest.mark.process
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.processes import LOCAL, read_until, started
+from bt_mission.testing.processes import LOCAL, read_until, started
 
 pytestmark = pytest.mark.process
 

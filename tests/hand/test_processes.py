@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from tests.support.processes import LOCAL, read_until, started
+from bt_mission.testing.processes import LOCAL, read_until, started
 
 pytestmark = pytest.mark.process
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+
 import pytest
 
 import bt_mission.testing.stages  # noqa: F401 - NumPy cannot be imported anew by each inner session
@@ -59,3 +62,26 @@ def test_a_test_that_leaves_a_goal_behind_fails(pytester: pytest.Pytester) -> No
     result = pytester.runpytest("-p", "no:cacheprovider")
     result.assert_outcomes(passed=1, errors=1)
     result.stdout.fnmatch_lines(["goals left behind: /turn goal ???????? of 'turn' (lost)"])
+
+
+@pytest.mark.process
+def test_the_plugin_costs_next_to_nothing_where_there_is_no_mission() -> None:
+    """It is loaded in every session of its environment: no ROS, no MuJoCo, no mission language."""
+    code = (
+        "import pytest, sys\n"
+        "before = set(sys.modules)\n"
+        "import bt_mission.testing.plugin\n"
+        "new = set(sys.modules) - before\n"
+        "print(*sorted(n for n in new if n.partition('.')[0] != 'bt_mission'))\n"
+        "print(*sorted(n for n in sys.modules if n.startswith('bt_mission')))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    others, ours = done.stdout.splitlines()
+    assert others == ""
+    assert ours.split() == [
+        "bt_mission",
+        "bt_mission.testing",
+        "bt_mission.testing.plugin",
+        "bt_mission.testing.results",
+        "bt_mission.testing.scenarios",
+    ]

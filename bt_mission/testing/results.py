@@ -1,0 +1,118 @@
+"""What a test tells when it is over: figures for JUnit's file, and what a failed one leaves.
+
+A failed test leaves a folder of its own with what happened in its runs; one that passes none.
+What a recorder has written of a run belongs there as well: :meth:`Results.leave` is the place.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+import shlex
+import shutil
+from collections.abc import Generator, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+if TYPE_CHECKING:
+    from bt_mission.testing.live_graph import LiveGraph
+    from bt_mission.testing.run import Run
+    from bt_mission.testing.stages import Stages
+
+STAGES: pytest.StashKey[list[Stages]] = pytest.StashKey()
+GRAPHS: pytest.StashKey[list[LiveGraph]] = pytest.StashKey()
+WALL_S = pytest.StashKey[float]()
+FOLDER = pytest.StashKey[Path]()
+
+DEFAULT = "scenario_results"
+MOST_RUNS = 5
+"""Of a test with more runs only the last are told of: hypothesis ends with the smallest example."""
+
+
+class Results:
+    """Hooks of one session."""
+
+    def __init__(self, config: pytest.Config) -> None:
+        self._config = config
+        given = config.getoption("scenario_results")
+        here = config.invocation_params.dir
+        self._parent = here / given if given else config.rootpath / DEFAULT
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtest_setup(self, item: pytest.Item) -> None:
+        """Take away what this test left the last time."""
+        shutil.rmtree(self._folder_of(item), ignore_errors=True)
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_makereport(
+        self, item: pytest.Item
+    ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+        """Tell of the runs of a test."""
+        report = yield
+        runs = [run for made in item.stash.get(STAGES, []) for run in made.runs][-MOST_RUNS:]
+        if report.when == "call":
+            item.stash[WALL_S] = report.duration
+        if report.failed and FOLDER not in item.stash:
+            self._tell(item, report, runs)
+        if report.when == "teardown":
+            if FOLDER in item.stash:  # once more: now the runs have ended
+                self.leave(item.stash[FOLDER], runs)
+            if runs:
+                report.user_properties += properties(runs, item.stash.get(WALL_S, 0.0))
+        return report
+
+    def leave(self, folder: Path, runs: list[Run]) -> list[Path]:
+        """Write down what happened; gives the traces."""
+        if not self._parent.exists():
+            self._parent.mkdir(parents=True)
+            (self._parent / ".gitignore").write_text("*\n", encoding="utf-8")
+        folder.mkdir(parents=True, exist_ok=True)
+        traces = []
+        for number, run in enumerate(runs, 1):
+            suffix = f"_{number}" if len(runs) > 1 else ""
+            traces.append(folder / f"trace{suffix}.jsonl")
+            lines = (f"{line}\n" for line in run.history.events)
+            traces[-1].write_text("".join(lines), encoding="utf-8")
+            told = folder / f"run{suffix}.txt"
+            told.write_text(run.describe() + "\n", encoding="utf-8")
+        return traces
+
+    def _tell(self, item: pytest.Item, report: pytest.TestReport, runs: list[Run]) -> None:
+        """Show and leave what happened."""
+        report.sections += [("mission", run.describe()) for run in runs]
+        for graph in item.stash.get(GRAPHS, []):
+            report.sections += [(f"process {one.name}", one.output) for one in graph.processes]
+        if runs:
+            item.stash[FOLDER] = self._folder_of(item)
+            traces = self.leave(item.stash[FOLDER], runs)
+            here = self._config.invocation_params.dir
+            told = [f"bt-mission replay {_typed(path, here)}" for path in traces]
+            report.sections.append(("to see it again", "\n".join(told)))
+
+    def _folder_of(self, item: pytest.Item) -> Path:
+        return self._parent / folder_name(item.nodeid)
+
+
+def folder_name(nodeid: str) -> str:
+    """A name for the folder of a test, alike for no two."""
+    plain = re.sub(r"\.py(?=::)|\]$", "", nodeid).replace("::", ".").replace("/", ".")
+    name = re.sub(r"[^\w.-]+", "-", plain.replace("[", "-"))
+    if name == plain.replace("[", "-") and len(name) <= 120:
+        return name
+    return f"{name[:100]}-{hashlib.sha256(nodeid.encode()).hexdigest()[:8]}"
+
+
+def properties(runs: list[Run], wall_s: float) -> Iterator[tuple[str, object]]:
+    """What stands beside a test in JUnit's file: seconds in all, seed and trace of each run."""
+    yield "virtual_s", round(sum(run.t for run in runs), 6)
+    yield "wall_s", round(wall_s, 6)
+    for run in runs:
+        yield "seed", run.mission.seed
+        yield "trace_sha256", run.stage.trace.sha256
+
+
+def _typed(path: Path, here: Path) -> str:
+    return shlex.quote(os.path.relpath(path, here))

@@ -1,0 +1,101 @@
+"""The same tests give the same traces: in any order, one after another or in two processes."""
+
+from __future__ import annotations
+
+import random
+import xml.etree.ElementTree as ET
+
+import pytest
+
+SCENARIOS = '''
+import pytest
+
+TURN = """
+mission: turns
+inputs: {n: 0}
+tree:
+  sequence:
+    - turn: {angle: "uniform(20, 90)"}
+      timeout: 30
+      outputs: {angle_turned: turned}
+    - log: $turned
+"""
+UNTIL = """
+mission: drives
+map: unknown
+tree:
+  explore_forward: {fwd_velocity: 0.2, stopping_distance: 0.3}
+  cancel_when: current_distance_travelled > 0.2
+  on_cancel: success
+  timeout: 30
+"""
+
+@pytest.mark.scenario(seeds=2)
+@pytest.mark.parametrize("world", ["empty_arena", "dqn_stage4"])
+def test_turns(stage, world):
+    assert stage.run(TURN, world=world).until_done().status == "success"
+
+def test_drives(stage):
+    run = stage.run(UNTIL, world="dqn_stage4", robot="burger")
+    run.record("scan")
+    run.until_done()
+
+def test_leaves_in_the_middle(stage):
+    stage.run(UNTIL, world="empty_arena").advance(1.0)
+
+def test_scripted(stage, scripted_server):
+    turn = scripted_server("turn", accepts=None)
+    run = stage.run(TURN, world="empty_arena")
+    run.until(lambda s: turn.goals)
+
+def test_two_stages_after_another(stage):
+    for seed in (3, 4):
+        stage.run(TURN, world="empty_arena", seed=seed).until_done()
+
+def test_fails(stage):
+    stage.run(TURN, world="empty_arena").advance(0.3)
+    raise ValueError("in the middle of a run")
+'''
+
+
+@pytest.fixture
+def scenarios(pytester: pytest.Pytester) -> pytest.Pytester:
+    """Scenarios that end, are left, fail, and put servers in place of ours."""
+    pytester.makepyfile(test_a=SCENARIOS)
+    return pytester
+
+
+def traces(pytester: pytest.Pytester) -> dict[str, list[str]]:
+    """The hashes of the runs of each test, as JUnit's file of the last session has them."""
+    return {
+        str(case.get("name")): [
+            str(one.get("value"))
+            for one in case.iter("property")
+            if one.get("name") == "trace_sha256"
+        ]
+        for case in ET.parse(pytester.path / "junit.xml").iter("testcase")  # noqa: S314 - ours
+    }
+
+
+def test_no_test_leaves_a_trace_in_another(scenarios):
+    """In one process: each alone at the start, then all in several orders."""
+    scenarios.runpytest("--junitxml=junit.xml")
+    first = traces(scenarios)
+    assert sum(map(len, first.values())) == 10
+    names = list(first)
+    for seed in (1, 2):
+        order = random.Random(seed).sample(names, len(names))
+        scenarios.runpytest("--junitxml=junit.xml", *(f"test_a.py::{name}" for name in order))
+        found = traces(scenarios)
+        assert list(found) == order
+        assert found == first
+
+
+@pytest.mark.process
+def test_workers_do_not_hear_each_other(scenarios):
+    """Two processes at once give the traces of one, though all robots have the same topics."""
+    scenarios.runpytest_subprocess("--junitxml=junit.xml")
+    first = traces(scenarios)
+    result = scenarios.runpytest_subprocess("--junitxml=junit.xml", "-n", "2")
+    result.assert_outcomes(passed=8, failed=1, errors=1)
+    assert traces(scenarios) == first

@@ -1,0 +1,73 @@
+"""The fixture ``live_graph``."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+
+import pytest
+
+from bt_mission.testing.live_graph import DOMAINS, own_domain
+from bt_mission.testing.moment import ScenarioError
+
+TURN = """
+mission: turn
+tree:
+  turn: {angle: 30}
+  timeout: 30
+"""
+FAILS = """
+def test_it(live_graph):
+    hello = live_graph.start_program("hello", "echo", "hello", "world")
+    hello.wait()
+    live_graph.start_program("hello", "echo", "again").wait()
+    sleeper = live_graph.start_program("sleeper", "sleep", "100")
+    print(f"domain {live_graph.domain_id}")
+    raise ValueError
+
+def test_after(live_graph):
+    pass
+"""
+
+
+def test_each_has_a_domain_of_its_own(tmp_path):
+    """Until it is given back; where none is left, that is said."""
+    with own_domain(tmp_path) as one, own_domain(tmp_path) as other:
+        assert one != other
+        assert {one, other} <= set(DOMAINS)
+    with own_domain(tmp_path) as again:
+        assert again == one
+    with ExitStack() as taken:
+        assert {taken.enter_context(own_domain(tmp_path)) for _ in DOMAINS} == set(DOMAINS)
+        with pytest.raises(ScenarioError, match="all 101 DDS domains are taken"):
+            taken.enter_context(own_domain(tmp_path))
+
+
+@pytest.mark.process
+def test_a_test_that_fails_shows_what_the_processes_said(pytester):
+    """And ends them."""
+    pytester.makepyfile(FAILS)
+    result = pytester.runpytest()
+    result.assert_outcomes(passed=1, failed=1)
+    result.stdout.fnmatch_lines(
+        [
+            "*- process hello -*",
+            "hello world",
+            "*- process hello 2 -*",
+            "again",
+        ]
+    )
+
+
+@pytest.mark.process
+def test_a_mission_runs_over_processes(live_graph):
+    """Sim, servers and executive; what is killed is missed."""
+    _, servers = live_graph.robot("empty_arena", "waffle", "--no-camera", "--speed", "5")
+    turn = live_graph.run(TURN)
+    assert turn.wait() == 0
+    assert "turn: success" in turn.output
+    assert "/turn" in live_graph.start("actions", "list").until("/turn")
+    again = live_graph.run(TURN.replace("30", "3000").replace("timeout: 3000", "timeout: 300"))
+    again.until("▶ turn")
+    servers.kill()
+    again.until("server lost: /turn has gone from the graph")
+    assert again.wait() == 1

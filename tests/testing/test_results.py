@@ -1,0 +1,152 @@
+"""What a test tells and leaves when it is over, as somebody sees it who runs pytest."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import pytest
+
+from bt_mission.testing.results import folder_name
+from bt_mission.traces.stored import read_trace
+
+TESTS = '''
+import pytest
+
+MISSION = """
+mission: waits
+tree: {wait: 2}
+"""
+
+def test_passes(stage):
+    stage.run(MISSION, seed=4).until_done()
+
+def test_two(stage):
+    for seed in (1, 2):
+        stage.run(MISSION, seed=seed).until_done()
+    assert not %(fails)s
+
+@pytest.mark.scenario(seeds=[7], at_least=0.5)
+def test_stops(stage):
+    stage.run(MISSION).advance(0.5)
+    assert not %(fails)s
+
+def test_without():
+    assert not %(fails)s
+'''
+
+
+@pytest.fixture
+def session(pytester: pytest.Pytester):
+    """Run the tests above."""
+
+    def run(*arguments: str, fails: bool) -> pytest.RunResult:
+        pytester.makepyfile(test_a=TESTS % {"fails": fails})
+        return pytester.runpytest(*arguments)
+
+    return run
+
+
+def left_in(folder: Path) -> list[str]:
+    """Every file in a folder, but for the one that git reads."""
+    found = (path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file())
+    return sorted(path for path in found if path != ".gitignore")
+
+
+def test_a_failed_test_leaves_its_traces(session, pytester):
+    """Whole, with what to type; a test without runs leaves nothing."""
+    result = session(fails=True)
+    result.assert_outcomes(passed=1, failed=3, xfailed=1)
+    result.stdout.fnmatch_lines(
+        [
+            "*- mission -*",
+            "waits: success, at 2.05 s, seed 1",
+            "*- to see it again -*",
+            "bt-mission replay scenario_results/test_a.test_two/trace_1.jsonl",
+            "bt-mission replay scenario_results/test_a.test_two/trace_2.jsonl",
+        ]
+    )
+    folder = pytester.path / "scenario_results"
+    assert left_in(folder) == [
+        "test_a.test_stops-seed7/run.txt",
+        "test_a.test_stops-seed7/trace.jsonl",
+        "test_a.test_two/run_1.txt",
+        "test_a.test_two/run_2.txt",
+        "test_a.test_two/trace_1.jsonl",
+        "test_a.test_two/trace_2.jsonl",
+    ]
+    assert (folder / ".gitignore").read_text() == "*\n"
+    trace = read_trace(folder / "test_a.test_stops-seed7/trace.jsonl")
+    assert trace.start["seed"] == 7
+    (end,) = (event for event in trace.events if event["event"] == "mission")
+    assert end["reason"] == "the test is over", "what came after the failure is in it, too"
+    assert "waits: interrupted" in (folder / "test_a.test_stops-seed7/run.txt").read_text()
+
+
+def test_a_test_that_passes_takes_away_what_it_left(session, pytester):
+    """Only its own: what another left stays until that passes."""
+    session(fails=True)
+    session("-k", "two", fails=False).assert_outcomes(passed=1, deselected=3)
+    left = left_in(pytester.path / "scenario_results")
+    assert {path.split("/")[0] for path in left} == {"test_a.test_stops-seed7"}
+
+
+def test_the_folder_can_be_another(session, pytester):
+    """From where pytest was started."""
+    result = session("--scenario-results=out/here", "-k", "two", fails=True)
+    result.stdout.fnmatch_lines(["bt-mission replay out/here/test_a.test_two/trace_1.jsonl"])
+    assert left_in(pytester.path / "out/here")
+
+
+def test_a_goal_left_behind_shows_the_run(pytester):
+    """The test itself has passed."""
+    pytester.makepyfile(
+        test_a="""
+        def test_it(stage, scripted_server):
+            turn = scripted_server("turn", cancels=None)
+            run = stage.run("mission: m\\ntree: {turn: {angle: 9}, timeout: 60}\\n")
+            run.until(lambda s: turn.goals)
+        """
+    )
+    result = pytester.runpytest()
+    result.assert_outcomes(passed=1, errors=1)
+    result.stdout.fnmatch_lines(
+        ["*- mission -*", "m: interrupted*", "*replay scenario_results/test_a.test_it/trace.jsonl"]
+    )
+
+
+def test_junit_has_the_figures(session, pytester):
+    """Virtual and wall time, seed and trace of each run; of a test without runs nothing."""
+    session("--junitxml=junit.xml", fails=False)
+    cases = {
+        case.get("name"): [(one.get("name"), one.get("value")) for one in case.iter("property")]
+        for case in ET.parse(pytester.path / "junit.xml").iter("testcase")  # noqa: S314 - ours
+    }
+    names = [name for name, _ in cases["test_two"]]
+    assert names == ["virtual_s", "wall_s", "seed", "trace_sha256", "seed", "trace_sha256"]
+    assert dict(cases["test_two"])["virtual_s"] == "4.1"
+    found = dict(cases["test_passes"])
+    assert found["seed"] == "4"
+    assert len(str(found["trace_sha256"])) == 64
+    assert 0 < float(str(found["wall_s"])) < 100
+    assert cases["test_without"] == []
+
+
+@pytest.mark.parametrize(
+    ("nodeid", "name"),
+    [
+        ("tests/a/test_b.py::TestC::test_d[seed3]", "tests.a.test_b.TestC.test_d-seed3"),
+        ("test_b.py::test_d", "test_b.test_d"),
+    ],
+)
+def test_a_folder_is_named_after_its_test(nodeid, name):
+    """So that people find it."""
+    assert folder_name(nodeid) == name
+
+
+def test_no_two_folders_are_alike():
+    """What a file system does not take, or a long name, is told apart by a digest."""
+    ids = [f"test_b.py::test[{one}]" for one in ("a b", "a/b", "a-b", "a:b", "a" * 300, "a" * 301)]
+    names = {folder_name(one) for one in ids}
+    assert len(names) == len(ids)
+    assert all(len(name) < 130 and "/" not in name and " " not in name for name in names)
