@@ -79,7 +79,7 @@ def watch(options: argparse.Namespace) -> int:
     with Observer() as observer:
         try:
             if not (options.once or options.json or options.plain) and is_drawable():
-                return _draw(observer, options.executive)
+                return _draw(observer, options)
             link = _look_for(observer, options)
             if link is None:
                 return MISSION_FAILED
@@ -101,12 +101,22 @@ def is_drawable() -> bool:
     return True
 
 
-def _draw(observer: Observer, executive: str | None) -> int:
+def _draw(observer: Observer, options: argparse.Namespace) -> int:
     from bt_mission.terminal.marks import marks_for
     from bt_mission.terminal.screen.app import WatchApp
-    from bt_mission.watching.choice import wanted_name
+    from bt_mission.watching.choice import nobody, wanted_name
 
-    WatchApp(observer, marks_for(sys.stdout.encoding), wanted_name(executive)).run()
+    name = wanted_name(options.executive)
+    app = WatchApp(
+        observer,
+        marks_for(sys.stdout.encoding),
+        name,
+        wait_s=options.wait,
+    )
+    app.run()
+    if app.return_code:
+        print(nobody(name, (), observer.where), file=sys.stderr)
+        return MISSION_FAILED
     return SUCCESS
 
 

@@ -16,12 +16,16 @@ from bt_mission.terminal.screen.dialogs import Chooser, Help
 from bt_mission.terminal.screen.keys import KEYS
 from bt_mission.terminal.screen.layout import MainScreen
 from bt_mission.terminal.words import Span
+from bt_mission.watching.attachment import Attachment
 from bt_mission.watching.outlook import Outlook
 from bt_mission.watching.source import Command, Found, Graph, Source, Verb
 from bt_mission.watching.told import FINAL
 
 FRAME_S = 0.1
 """Wall time between two looks at what has come."""
+
+CHECK_S = 1.0
+"""Wall time between two looks at who is there, once somebody is watched."""
 
 NOTICE_S = 5.0
 """How long a notice stands in the place of the keys."""
@@ -33,6 +37,8 @@ class WatchApp(App[None]):
     :param graph: where executives are found.
     :param marks: the terminal's signs.
     :param name: of the executive to watch; None takes the only one, or asks.
+    :param wait_s: wall time after which it leaves when nobody was there to watch; None keeps
+        looking. The return code is then 1.
     """
 
     ENABLE_COMMAND_PALETTE = False
@@ -43,14 +49,17 @@ class WatchApp(App[None]):
         Binding(key.keys, key.action, show=False) for key in KEYS
     ]
 
-    def __init__(self, graph: Graph, marks: Marks, name: str | None = None) -> None:
+    def __init__(
+        self, graph: Graph, marks: Marks, name: str | None = None, *, wait_s: float | None = None
+    ) -> None:
         super().__init__(ansi_color=True)
         self.graph = graph
         self.outlook = Outlook()
-        self.source: Source | None = None
+        self.attachment = Attachment(graph, name)
         self._marks = marks
-        self._wanted = name
+        self._wait_s = wait_s
         self._wall = Stopwatch()
+        self._since_check = Stopwatch()
         self._main = MainScreen(marks)
         self._notice = ""
         self._notice_until_s = 0.0
@@ -72,9 +81,8 @@ class WatchApp(App[None]):
     def look(self) -> None:
         """Take what has come, and show it."""
         self.graph.serve()
-        if self.source is None:
-            self._seek()
-        else:
+        self._look_round()
+        if self.source is not None:
             needs = self.outlook.mission.needs_statuses
             heard = self.source.take(needs_statuses=needs)
             self.outlook.take(heard, self._wall.elapsed_s)
@@ -89,25 +97,28 @@ class WatchApp(App[None]):
 
     def attach(self, name: str) -> None:
         """Watch this executive from now on."""
-        if self.source is not None:
-            self.source.close()
         self.outlook = Outlook()
-        self.source = self.graph.attach(name)
+        self.attachment.attach(name)
 
-    def _seek(self) -> None:
-        """Attach to the executive that is wanted, or to the only one."""
-        found = self.graph.find()
-        if self._wanted is not None:
-            found = tuple(one for one in found if one.name == self._wanted)
-        if not found:
-            self.tell(f"no sign of {self._wanted or 'an executive'} ({self.graph.where})")
-        elif len(found) > 1:
+    @property
+    def source(self) -> Source | None:
+        """Who is watched."""
+        return self.attachment.source
+
+    def _look_round(self) -> None:
+        """Look at who is there: always while nobody is watched, and now and then after that."""
+        if self.source is not None and self._since_check.elapsed_s < CHECK_S:
+            return
+        self._since_check = Stopwatch()
+        finding = self.attachment.look()
+        if finding.is_new:
+            self.outlook = Outlook()
+        elif finding.is_choice:
             self.action_choose()
-        elif found[0].is_foreign:
-            self.tell(f"{found[0].name}: {found[0].fault}")
-        else:
-            self._notice = found[0].fault
-            self.attach(found[0].name)
+        elif finding.text and self._wait_s is not None and self._wall.elapsed_s > self._wait_s:
+            self.exit(return_code=1)
+        if finding.text:
+            self.tell(finding.text)
 
     def tell(self, text: str) -> None:
         """Show a line in the place of the keys, for a while."""
@@ -228,6 +239,22 @@ class WatchApp(App[None]):
         """Go with what runs, or no longer."""
         self.outlook.follow()
         self.look()
+
+    def on_click(self, event: events.Click) -> None:
+        """Select the node that is clicked on; fold or unfold it with a second click."""
+        if event.widget is self._main.panes["tree"] and event.y > 0:
+            self.outlook.select_row(event.y - 1)
+            if event.chain > 1:
+                self.outlook.toggle()
+            self.draw()
+
+    def on_mouse_scroll_down(self) -> None:
+        """As the key."""
+        self.action_move(1)
+
+    def on_mouse_scroll_up(self) -> None:
+        """As the key."""
+        self.action_move(-1)
 
     # ---- search --------------------------------------------------------------------------
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from bt_mission.terminal.marks import ASCII_SIGNS
+from bt_mission.terminal.screen import app
 from bt_mission.watching.source import Found
 from bt_mission.watching.told import Goal
 from tests.support.screens import Screen, on_screen
@@ -223,5 +224,64 @@ def test_goals_are_listed_with_those_that_are_open_first():
             "▶ active      5.0 s  /explore_forward  drive  cdcdcdcd",
             "✓ succeeded   2.0 s  /turn  turn away  abababab",
         ]
+
+    on_screen(play)
+
+
+def test_an_executive_that_comes_back_as_another_version_is_left(
+    monkeypatch: pytest.MonkeyPatch,
+):
+    """Its messages are read no longer."""
+
+    async def play(screen: Screen) -> None:
+        assert screen.app.source is screen.executive
+        screen.graph.faults["/bt_mission"] = Found(
+            "/bt_mission", "its Tree messages are of another version", is_foreign=True
+        )
+        monkeypatch.setattr(app, "CHECK_S", 0.0)
+        await screen.look()
+        assert screen.executive.closed
+        assert screen.rows[-1] == "/bt_mission: its Tree messages are of another version"
+
+    on_screen(play)
+
+
+def test_two_of_one_name_are_told():
+    """They are watched with care."""
+    executive = ScriptedExecutive()
+    executive.is_there = False
+
+    async def play(screen: Screen) -> None:
+        screen.graph.faults["/bt_mission"] = Found("/bt_mission", "2 executives share this name")
+        executive.is_there = True
+        await screen.look()
+        assert screen.rows[-1] == "2 executives share this name"
+        assert screen.app.source is executive
+
+    on_screen(play, executive)
+
+
+def test_who_does_not_want_to_wait_leaves():
+    """With a code that scripts can read."""
+    executive = ScriptedExecutive()
+    executive.is_there = False
+
+    async def play(screen: Screen) -> None:
+        assert screen.app.return_code == 1
+
+    on_screen(play, executive, wait_s=0.0)
+
+
+def test_the_mouse_selects_and_folds():
+    """A click selects, a second one folds, the wheel moves."""
+
+    async def play(screen: Screen) -> None:
+        await screen.pilot.click("#tree", offset=(8, 3))
+        assert screen.chosen.startswith("· repeat")
+        await screen.pilot.click("#tree", offset=(8, 3), times=2)
+        assert screen.chosen.startswith("· repeat [+2]")
+        screen.app.on_mouse_scroll_up()
+        await screen.pilot.pause()
+        assert screen.chosen.startswith("· look around")
 
     on_screen(play)
