@@ -15,6 +15,7 @@ from action_servers.adapter import Action
 from action_servers.maneuver import Maneuver, Observation, Refusal, Twist2D
 from action_servers.real_listeners import STAMPED, Listeners
 from action_servers.real_settings import Wiring
+from bt_mission.common.presence import RECORDER
 
 WATCH_PERIOD_S = 0.5
 """Seconds between two looks at who listens."""
@@ -81,7 +82,9 @@ class Base:
         if not self._watched:
             return None
         infos = self._node.get_subscriptions_info_by_topic(self._topic)
-        self._fault = self._listeners.look(info.topic_type for info in infos)
+        self._fault = self._listeners.look(
+            info.topic_type for info in infos if info.node_name != RECORDER
+        )
         if self._publisher is None and self.type is not None:
             self._open()
         if self._fault != self._told:

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from rclpy.node import Node
 
     from bt_mission.mission import Mission
+    from bt_mission.observing import Observer
+    from bt_mission.recording.topics import Inside
 
 
 class Attached:
@@ -30,6 +32,7 @@ class Attached:
     :raises BtMissionError: when the mission cannot be set up, or the journal not be used.
     """
 
+    image_folder: Path | None = None
     collisions: int | None = None
     distance_travelled_m: float | None = None
 
@@ -44,6 +47,8 @@ class Attached:
         say: Callable[[str], None] | None = None,
     ) -> None:
         self.mission = mission
+        self.facts: dict[str, str] = {}
+        self._observers: list[Observer] = []
         with ExitStack() as made:
             self._graph = JoinedGraph(wall_clock=wall_clock)
             made.callback(self._graph.close)
@@ -92,3 +97,19 @@ class Attached:
     def step(self) -> None:
         """Serve what comes next, for at most a tenth of a second."""
         self._graph.step(self.executive, self.node)
+        for observer in self._observers:
+            observer.look()
+
+    def inside(self) -> tuple[Inside, ...]:
+        """None: all of the graph is heard by subscriptions."""
+        return ()
+
+    def add_observer(self, observer: Observer) -> None:
+        """Serve an observer's node, too, and call it after each step."""
+        self._graph.host(observer.node)
+        self._observers.append(observer)
+
+    def remove_observer(self, observer: Observer) -> None:
+        """Call it no more, and destroy its node."""
+        self._observers.remove(observer)
+        self._graph.drop(observer.node)

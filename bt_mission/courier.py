@@ -11,11 +11,12 @@ from unique_identifier_msgs.msg import UUID
 
 from bt_mission.common.errors import BtMissionError
 from bt_mission.common.faults import listed
+from bt_mission.goals.exchange import Exchange, Overhear
 from bt_mission.goals.goal import Event, Goal, GoalStatus, Phase
 from bt_mission.ros_types import action_type, fill
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Mapping, Sequence
 
     from rclpy.node import Node
     from rclpy.task import Future
@@ -40,13 +41,20 @@ class ActionCourier:
     :param name: the action's name; resolved against the node's namespace.
     :param type_name: such as ``bt_mission_interfaces/action/Turn``.
     :param why_rejected: asked with the resolved name; empty where nobody knows.
+    :param listeners: told of what passes between client and server.
     :raises BtMissionError: when the type is not installed, or the action has another one.
     """
 
     def __init__(
-        self, node: Node, name: str, type_name: str, why_rejected: Callable[[str], str]
+        self,
+        node: Node,
+        name: str,
+        type_name: str,
+        why_rejected: Callable[[str], str],
+        listeners: Sequence[Overhear] = (),
     ) -> None:
         self._why_rejected = why_rejected
+        self._listeners = listeners
         self._type = action_type(type_name)
         self.type_name = type_name
         self.name = node.resolve_topic_name(name)
@@ -69,9 +77,15 @@ class ActionCourier:
 
     def send(self, goal: Goal, request: Any) -> None:
         """Send the goal with the UUID of its record."""
+        goal_id = _uuid(goal)
+        service = self._type.Impl.SendGoalService
+        asked = service.Request(goal_id=goal_id, goal=request) if self._listeners else None
 
         def on_answer(future: Future) -> None:
             handle = future.result()
+            if asked is not None:
+                answer = service.Response(accepted=handle.accepted, stamp=handle.stamp)
+                self._tell("send_goal", goal, asked, answer)
             if handle.accepted:
                 self._handles[goal.id] = handle
             else:
@@ -80,11 +94,14 @@ class ActionCourier:
                 self._client._feedback_callbacks.pop(goal.id, None)  # noqa: SLF001
             goal.on(Event.ACCEPTED if handle.accepted else Event.REJECTED)
 
-        self._client.send_goal_async(
+        future = self._client.send_goal_async(
             request,
             feedback_callback=lambda wrapped: goal.on_feedback(wrapped.feedback),
-            goal_uuid=UUID(uuid=list(goal.id)),
-        ).add_done_callback(on_answer)
+            goal_uuid=goal_id,
+        )
+        if asked is not None:
+            self._tell("send_goal", goal, asked)
+        future.add_done_callback(on_answer)
 
     def find_again(self, goal: Goal) -> None:
         """Be able to speak of a goal whose acceptance did not come here."""
@@ -92,17 +109,21 @@ class ActionCourier:
 
     def _handle(self, goal: Goal) -> ClientGoalHandle:
         answer = self._type.Impl.SendGoalService.Response(accepted=True)
-        return ClientGoalHandle(self._client, UUID(uuid=list(goal.id)), answer)
+        return ClientGoalHandle(self._client, _uuid(goal), answer)
 
     def ask_result(self, goal: Goal) -> None:
         """Ask for the result; it arrives when the server has ended the goal."""
+        asked = self._type.Impl.GetResultService.Request(goal_id=_uuid(goal))
 
         def on_result(future: Future) -> None:
             response = future.result()
+            self._tell("get_result", goal, asked, response)
             self._handles.pop(goal.id, None)
             goal.on_result(response.status, response.result)
 
-        self._handles[goal.id].get_result_async().add_done_callback(on_result)
+        future = self._handles[goal.id].get_result_async()
+        self._tell("get_result", goal, asked)
+        future.add_done_callback(on_result)
 
     def send_cancel(self, goal: Goal) -> None:
         """Ask the server to cancel.
@@ -114,9 +135,16 @@ class ActionCourier:
             if goal.accepted:
                 return  # the result is here already
             handle = self._handle(goal)
-        handle.cancel_goal_async().add_done_callback(
-            lambda future: self._hear_of_cancel(goal, future.result())
-        )
+        asked = CancelGoal.Request()
+        asked.goal_info.goal_id = _uuid(goal)
+
+        def on_answer(future: Future) -> None:
+            self._tell("cancel_goal", goal, asked, future.result())
+            self._hear_of_cancel(goal, future.result())
+
+        future = handle.cancel_goal_async()
+        self._tell("cancel_goal", goal, asked)
+        future.add_done_callback(on_answer)
 
     def _hear_of_cancel(self, goal: Goal, answer: Any) -> None:
         """Take in the answer to a cancel.
@@ -141,3 +169,13 @@ class ActionCourier:
             goal.on_result(GoalStatus.UNKNOWN, None)
         elif not is_taken:
             goal.on(Event.CANCEL_REFUSED)
+
+    def _tell(self, service: str, goal: Goal, request: Any, answer: Any = None) -> None:
+        if self._listeners:
+            told = Exchange(self.name, self.type_name, service, goal.id, request, answer)
+            for listener in self._listeners:
+                listener(told)
+
+
+def _uuid(goal: Goal) -> UUID:
+    return UUID(uuid=list(goal.id))

@@ -15,9 +15,11 @@ from bt_mission.common.presence import LEASE_S, TOPIC
 from bt_mission.controls import Controls
 from bt_mission.courier import ActionCourier
 from bt_mission.executive import Executive
+from bt_mission.goals.exchange import Overhear
 from bt_mission.goals.goal import Goal
 from bt_mission.goals.ledger import Ledger
 from bt_mission.service_caller import ServiceCaller
+from bt_mission.status_feed import StatusFeed
 from bt_mission.status_topics import StatusTopics
 from bt_mission.topic_reader import TopicReader
 from bt_mission.topic_writer import TopicWriter
@@ -94,6 +96,8 @@ class MissionNode(Node):
         self._why_rejected = why_rejected or (lambda _: "")
         self._say = say or self._log_line
         self._tick_ns: int | None = None
+        self.overhear: list[Overhear] = []
+        """Told of every request to an action, and of every answer."""
         self._couriers: dict[tuple[str, str], ActionCourier] = {}
         self._callers: dict[tuple[str, str], ServiceCaller] = {}
         self._readers: dict[tuple[str, str], TopicReader] = {}
@@ -104,11 +108,15 @@ class MissionNode(Node):
         self.executive = Executive(build_tree(mission, self.scope), self, self.trace)
         for tell in newcomers:
             tell(mission, self.executive)
+        self.status = StatusFeed(self.get_clock())
+        self.status.begin(mission.name, self.executive)
         if has_controls if has_controls is not None else not lean:
             Controls(self, lambda: self.executive)
-            topics = StatusTopics(self)
-            topics.begin(mission.name, self)
+            topics = StatusTopics(self, self.status)
+            topics.begin(self)
             self.executive.after_tick.append(topics.flush)
+        else:
+            self.executive.after_tick.append(self.status.flush)
         self.create_timer(1 / TICK_RATE_HZ, self.tick)
 
     @property
@@ -130,7 +138,9 @@ class MissionNode(Node):
         """The client of an action; one for each name and type."""
         key = (self.resolve_topic_name(action), type_name)
         if key not in self._couriers:
-            self._couriers[key] = ActionCourier(self, action, type_name, self._why_rejected)
+            self._couriers[key] = ActionCourier(
+                self, action, type_name, self._why_rejected, self.overhear
+            )
         return self._couriers[key]
 
     def caller(self, service: str, type_name: str) -> ServiceCaller:

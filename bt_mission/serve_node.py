@@ -27,6 +27,7 @@ from bt_mission.mission.check import examine, examine_text
 from bt_mission.node import MissionNode
 from bt_mission.pacing import Stopwatch
 from bt_mission.session import report_on
+from bt_mission.status_feed import StatusFeed
 from bt_mission.status_topics import StatusTopics
 from bt_mission.tree.runtime import NS
 
@@ -110,8 +111,9 @@ class ServeNode(Node):
         self._run: _Run | None = None
         self._waiting: ServerGoalHandle | None = None
         self._ends: dict[bytes, Future] = {}
-        self._topics = StatusTopics(self)
-        self._topics.rest()
+        self._feed = StatusFeed(self.get_clock())
+        self._topics = StatusTopics(self, self._feed)
+        self._feed.rest()
         self._controls = Controls(self, lambda: self.executive)
         self._server = ActionServer(
             self,
@@ -264,7 +266,8 @@ class ServeNode(Node):
         if self._watch is not None:
             self._watch(mission, node.executive)
         self._controls.begin(node.executive)
-        self._topics.begin(mission.name, node)
+        self._feed.begin(mission.name, node.executive)
+        self._topics.begin(node)
 
     def _tell(self, run: _Run) -> None:
         executive = run.node.executive

@@ -6,8 +6,9 @@ rclpy and DDS, as between processes; only time is ours.
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterator
 from contextlib import ExitStack
 from functools import partial
 from itertools import count
@@ -26,6 +27,7 @@ from bt_mission.executive import MissionStatus
 from bt_mission.isolation import isolate
 from bt_mission.lockstep import LockstepExecutor, self_test
 from bt_mission.node import MissionNode
+from bt_mission.recording.topics import Inside
 from bt_mission.robot_relay import Look, RobotRelay
 from bt_mission.trace import Trace
 from sim.node import SimNode
@@ -33,6 +35,7 @@ from sim.world import load_world
 
 if TYPE_CHECKING:
     from bt_mission.mission import Mission
+    from bt_mission.observing import Observer
 
 START_NS = 1_000_000_000
 DEFAULT_WORLD = "empty_arena"
@@ -137,6 +140,12 @@ class Stage:
         self.context = context
         self.executive = self.node.executive
         self.trace = self.node.trace
+        self.image_folder = images
+        self.facts = {
+            "world": world.name,
+            "robot_hull": json.dumps([robot.hull.front, robot.hull.rear, robot.hull.half_width]),
+        }
+        self._observers: list[Observer] = []
         self._beats = 0
         self.trace.record(
             START_NS,
@@ -239,6 +248,25 @@ class Stage:
             )
             if not math.isfinite(x + y + yaw):
                 raise StageError("the simulation became unstable: the robot's pose is not finite")
+        for observer in self._observers:
+            observer.look()
+
+    def inside(self) -> Iterator[Inside]:
+        """The nodes of the stage; the simulation sends only what somebody subscribes to."""
+        for node in self.clock.get_nodes():
+            yield Inside(node, is_frugal=node is self.sim)
+
+    def add_observer(self, observer: Observer) -> None:
+        """Call an observer after each step, when all of that instant has happened.
+
+        Its node is not served: it takes by itself what it was sent, without an effect on the run.
+        """
+        self._observers.append(observer)
+
+    def remove_observer(self, observer: Observer) -> None:
+        """Call it no more, and destroy its node."""
+        self._observers.remove(observer)
+        observer.node.destroy_node()
 
     def _why_rejected(self, action: str) -> str:
         return self.servers.why_rejected(action)

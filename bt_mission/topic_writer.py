@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from bt_mission.common.errors import BtMissionError
 from bt_mission.common.faults import listed
+from bt_mission.common.presence import RECORDER
 from bt_mission.ros_types import fill, message_type
 
 if TYPE_CHECKING:
@@ -26,6 +27,7 @@ class TopicWriter:
     """
 
     def __init__(self, node: Node, name: str, type_name: str) -> None:
+        self._node = node
         self._type = message_type(type_name)
         self.name = node.resolve_topic_name(name)
         types = dict(node.get_topic_names_and_types()).get(self.name, [])
@@ -41,8 +43,13 @@ class TopicWriter:
         return fill(self._type(), fields)
 
     def count_readers(self) -> int:
-        """How many subscriptions are matched."""
-        return int(self._publisher.get_subscription_count())
+        """How many subscriptions are matched; that of a recorder does not count."""
+        matched = int(self._publisher.get_subscription_count())
+        if matched == 0:
+            return 0
+        found = self._node.get_subscriptions_info_by_topic(self.name)
+        recorders = sum(1 for one in found if one.node_name == RECORDER)
+        return max(0, matched - recorders)
 
     def publish(self, message: Any) -> None:
         """Send a message."""

@@ -15,6 +15,13 @@ from typing import TYPE_CHECKING, Any
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
 from bt_mission.cli.middleware import prepare_middleware
 from bt_mission.cli.options import add_mission_options, speed
+from bt_mission.cli.recording import (
+    add_recording_options,
+    finish,
+    recorder_for,
+    refuse_recording,
+    told,
+)
 from bt_mission.common.errors import BtMissionError
 
 if TYPE_CHECKING:
@@ -89,6 +96,7 @@ def add_parser(commands: Any) -> None:
         default=Path("images"),
         help="where camera sweeps make their folders (default: images)",
     )
+    add_recording_options(parser)
     parser.set_defaults(command=run)
 
 
@@ -102,22 +110,16 @@ def _run(options: argparse.Namespace) -> int:
     from bt_mission.cli.check import load_checked
     from bt_mission.cli.watch import is_drawable
     from bt_mission.executive import MissionStatus
-    from bt_mission.session import drive
-    from bt_mission.terminal.views import view_for
 
     prepare_middleware()
     refuse_contradictions(options)
     mission = load_checked(options)
-    if options.tui and is_drawable():
-        report = _run_on_screen(options, mission)
-    else:
-        view = view_for(sys.stdout, plain=options.plain, quiet=options.json)
-        with _open_session(options, mission, view.say) as session:
-            report = drive(session, view, speed=options.speed, trace_file=options.trace)
+    run_shown = _run_on_screen if options.tui and is_drawable() else _run_in_lines
+    report, kept = run_shown(options, mission)
     if options.json:
-        print(json.dumps(report.as_dict()))
+        print(json.dumps({**report.as_dict(), **kept}))
     else:
-        print(report.as_text())
+        print("\n".join([report.as_text(), *told(kept)]))
     codes = {
         MissionStatus.SUCCESS: SUCCESS,
         MissionStatus.INTERRUPTED: INTERRUPTED,
@@ -126,7 +128,21 @@ def _run(options: argparse.Namespace) -> int:
     return codes[MissionStatus(report.status)]
 
 
-def _run_on_screen(options: argparse.Namespace, mission: Any) -> Report:
+def _run_in_lines(options: argparse.Namespace, mission: Any) -> tuple[Report, dict[str, str]]:
+    """Carry the mission out, shown in lines."""
+    from bt_mission.session import drive
+    from bt_mission.terminal.views import view_for
+
+    view = view_for(sys.stdout, plain=options.plain, quiet=options.json)
+    with (
+        _open_session(options, mission, view.say) as session,
+        recorder_for(options, session) as recorder,
+    ):
+        report = drive(session, view, speed=options.speed, trace_file=options.trace)
+        return report, finish(recorder, report)
+
+
+def _run_on_screen(options: argparse.Namespace, mission: Any) -> tuple[Report, dict[str, str]]:
     """Carry the mission out on a full screen, in real time unless another speed is asked for."""
     from contextlib import closing
 
@@ -140,11 +156,13 @@ def _run_on_screen(options: argparse.Namespace, mission: Any) -> Report:
     with (
         _open_session(options, mission, lambda _: None) as session,
         closing(OwnExecutive(session)) as graph,
+        recorder_for(options, session) as recorder,
     ):
         interrupts = Interrupts()
         steps = driving(session, Quiet(), interrupts, speed=speed, trace_file=options.trace)
         marks = marks_for(sys.stdout.encoding)
-        return RunApp(graph, marks, graph.name, steps, interrupts).run_to_the_end()
+        report = RunApp(graph, marks, graph.name, steps, interrupts).run_to_the_end()
+        return report, finish(recorder, report)
 
 
 @contextmanager
@@ -168,6 +186,7 @@ def refuse_contradictions(options: argparse.Namespace) -> None:
     """
     if options.tui and (options.json or options.plain):
         raise BtMissionError("--tui: a full screen leaves no room for --json or --plain")
+    refuse_recording(options)
     if options.attach and options.speed is not None:
         raise BtMissionError("--speed: an attached run has the pace of the graph that it joins")
     if options.attach and (options.world or options.robot):

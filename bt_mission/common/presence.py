@@ -12,3 +12,7 @@ TOPIC = "bt_mission_executive"
 LEASE_S = 0.2
 """Seconds of the wall clock without assurance after which the executive counts as dead: with the
 0.26 s that braking from full speed takes, the base stands within 0.5 s."""
+
+RECORDER = "bt_mission_recorder"
+"""Name of the node of a recorder. It listens to everything, and moves no robot: where somebody has
+to be there to listen, it does not count."""

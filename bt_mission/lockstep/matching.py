@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from rclpy.action import ActionClient, ActionServer, get_action_server_names_and_types_by_node
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
+from rclpy.publisher import Publisher
 from rclpy.qos import QoSCompatibility, qos_check_compatible
 
 from bt_mission.common.errors import BtMissionError
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
 
     from rclpy.context import Context
     from rclpy.node import Node
-    from rclpy.publisher import Publisher
     from rclpy.subscription import Subscription
 
 ATTEMPTS = 5_000
@@ -81,7 +81,8 @@ def _unmatched_topics(nodes: Sequence[Node]) -> Iterator[str]:
         writers, readers = publishers[topic], subscriptions[topic]
         for writer in writers:
             partners = sum(_compatible(writer, reader) for reader in readers)
-            if writer.get_subscription_count() < partners:
+            # The class's own: one that is tapped counts its tap, too.
+            if Publisher.get_subscription_count(writer) < partners:
                 yield f"publisher of {topic}"
         for reader in readers:
             partners = sum(_compatible(writer, reader) for writer in writers)

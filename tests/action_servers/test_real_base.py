@@ -23,6 +23,7 @@ from sensor_msgs.msg import LaserScan
 from action_servers.maneuver import ErrorCode
 from action_servers.node import ServersNode
 from action_servers.real_listeners import COMMAND_TYPES
+from bt_mission.common.presence import RECORDER
 from bt_mission.common.robot import load_robot
 from bt_mission.lockstep import LockstepExecutor
 
@@ -145,10 +146,18 @@ def test_nobody_listens(bench, capfd):
     assert said.count("[ERROR]") == 1
 
 
+def test_a_recorder_is_nobody(bench, monkeypatch):
+    """It hears the commands, but does not drive."""
+    on = bench()
+    infos = [SimpleNamespace(topic_type=COMMAND_TYPES[0], node_name=RECORDER)]
+    monkeypatch.setattr(on.servers, "get_subscriptions_info_by_topic", lambda _: infos)
+    assert not on.send(on.turns, Turn.Goal(angle=90.0)).accepted
+
+
 def test_two_types_at_once_are_refused(bench, capfd, monkeypatch):
     """Whichever were sent, one of the two would not hear. One process cannot play that."""
     on = bench(Twist)
-    infos = [SimpleNamespace(topic_type=name) for name in COMMAND_TYPES]
+    infos = [SimpleNamespace(topic_type=name, node_name="robot") for name in COMMAND_TYPES]
     monkeypatch.setattr(on.servers, "get_subscriptions_info_by_topic", lambda _: infos)
     assert not on.send(on.turns, Turn.Goal(angle=90.0)).accepted
     assert "goal rejected: both TwistStamped and Twist are listened for" in capfd.readouterr().err

@@ -8,6 +8,7 @@ import pytest
 from std_msgs.msg import Bool, String
 
 from bt_mission.common.errors import BtMissionError
+from bt_mission.common.presence import RECORDER
 from bt_mission.ros_types import FillError, UnknownType
 from bt_mission.topic_writer import TopicWriter
 
@@ -22,6 +23,14 @@ def test_a_message_reaches_whoever_listens(graph: Any) -> None:
     writer.publish(writer.prepare({"data": True}))
     graph.settle(lambda: bool(heard))
     assert [message.data for message in heard] == [True]
+
+
+def test_a_recorder_does_not_count_as_a_reader(graph: Any) -> None:
+    """A mission that waits for somebody to listen waits on while it is recorded."""
+    writer = TopicWriter(graph.node("mission"), "lamp", "std_msgs/msg/Bool")
+    graph.node(RECORDER).create_subscription(Bool, "lamp", lambda _: None, 10)
+    graph.settle(lambda: writer._publisher.get_subscription_count() == 1)
+    assert writer.count_readers() == 0
 
 
 def test_a_value_that_does_not_fit_is_refused(graph: Any) -> None:

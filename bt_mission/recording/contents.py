@@ -1,0 +1,85 @@
+"""What a recording says about a run besides its messages."""
+
+from __future__ import annotations
+
+import json
+import platform
+from collections.abc import Iterator
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from typing import TYPE_CHECKING, Any
+
+from bt_mission.goals.goal import GoalStatus
+
+if TYPE_CHECKING:
+    from bt_mission.mission import Mission
+
+DEBUG, INFO, WARN, ERROR = 10, 20, 30, 40
+"""Levels of ``rcl_interfaces/msg/Log``."""
+
+PACKAGES = ("bt-mission", "ros-jazzy-rclpy", "mujoco", "py-trees", "numpy", "mcap")
+
+
+@cache
+def versions() -> dict[str, str]:
+    """Versions of what carries a run out, by name; ``?`` where there is no package of it."""
+    found = {"python": platform.python_version(), "machine": platform.machine()}
+    for name in PACKAGES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = "?"
+    return found
+
+
+def files_of(mission: Mission) -> Iterator[tuple[str, str]]:
+    """The mission's file and those that it includes, each with its name and text."""
+    seen = set()
+    for tree in mission.all_trees:
+        document = tree.document
+        if document.file not in seen:
+            seen.add(document.file)
+            yield document.file, "\n".join(document.lines).rstrip("\n") + "\n"
+
+
+def log_line(line: str) -> tuple[int, str] | None:
+    """What a line of the trace says to people, with a level; None where it says nothing."""
+    if '"event": "pose"' in line:
+        return None  # the most frequent, and nothing for people
+    event: dict[str, Any] = json.loads(line)
+    match event.get("event"):
+        case "log":
+            return INFO, str(event["text"])
+        case "status":
+            return _status(event)
+        case "mission":
+            reason = f": {event['reason']}" if event["reason"] else ""
+            return (
+                INFO if event["status"] == "success" else ERROR,
+                f"mission: {event['status']}{reason}",
+            )
+        case "paused":
+            return WARN, f"paused: {event['reason']}"
+        case "resumed":
+            return INFO, "resumed"
+        case str(what) if what.startswith("goal "):
+            return _goal(what.removeprefix("goal "), event)
+    return None
+
+
+def _status(event: dict[str, Any]) -> tuple[int, str] | None:
+    message = event["message"]
+    if event["status"] not in ("SUCCESS", "FAILURE") or not message:
+        return None
+    return (WARN if event["status"] == "FAILURE" else INFO), f"'{event['node']}' {message}"
+
+
+def _goal(what: str, event: dict[str, Any]) -> tuple[int, str]:
+    came_to = ""
+    if what == "ended" and event["status"] is not None:
+        came_to = f": {GoalStatus(event['status']).name.lower()}"
+    level = WARN if what == "given up" else DEBUG
+    return (
+        level,
+        f"goal {event['goal'][:8]} of '{event['owner']}' to {event['action']} {what}{came_to}",
+    )

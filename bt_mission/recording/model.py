@@ -1,0 +1,258 @@
+"""What is known of a run once its recording has been read: the base of reports and replays.
+
+All times are ROS times in ns, as in the file; :attr:`Run.start_ns` is the run's first instant.
+Lengths are m, angles rad, in the frame of the map unless another is named.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+Times = npt.NDArray[np.int64]
+
+RUNNING, SUCCESS, FAILURE, HALTED = "running", "success", "failure", "halted"
+
+
+@dataclass(frozen=True)
+class TreeNode:
+    """A node of the mission's tree; `parent` is its parent's index, the root's its own."""
+
+    name: str
+    kind: str
+    path: str
+    parent: int
+
+    @property
+    def depth(self) -> int:
+        """0 for the root."""
+        return self.path.count(".")
+
+
+@dataclass(frozen=True)
+class Change:
+    """A node has changed its status: to ``running``, ``success``, ``failure`` or ``halted``."""
+
+    time_ns: int
+    node: int
+    status: str
+    message: str
+
+
+@dataclass(frozen=True)
+class Span:
+    """A node has run: from when it started until it ended, which may be one instant.
+
+    `status` is how it ended, or ``running`` where the recording ends before it did.
+    """
+
+    start_ns: int
+    end_ns: int
+    status: str
+    message: str
+
+
+@dataclass(frozen=True)
+class Track:
+    """Poses and velocities over time: `x`, `y` m, `yaw` rad, `speed` m/s, `turn` rad/s."""
+
+    times: Times
+    x: Floats
+    y: Floats
+    yaw: Floats
+    speed: Floats
+    turn: Floats
+
+    def __len__(self) -> int:
+        return len(self.times)
+
+    def at(self, time_ns: int) -> tuple[float, float, float] | None:
+        """The newest pose at a time; the first one before it, None on an empty track."""
+        if not len(self.times):
+            return None
+        number = max(0, int(np.searchsorted(self.times, time_ns, side="right")) - 1)
+        return float(self.x[number]), float(self.y[number]), float(self.yaw[number])
+
+    @property
+    def distance(self) -> Floats:
+        """Length of the way so far, m, at each time."""
+        steps = np.hypot(np.diff(self.x), np.diff(self.y))
+        return np.concatenate(([0.0], np.cumsum(steps))) if len(self.times) else self.x
+
+
+@dataclass(frozen=True)
+class Series:
+    """A figure over time."""
+
+    times: Times
+    values: Floats
+
+    def __len__(self) -> int:
+        return len(self.times)
+
+
+@dataclass(frozen=True)
+class Scan:
+    """What the lidar measured: `points` are m, in the robot's frame (ahead, left), rows of x y.
+
+    `clearance` is the distance of the nearest of them to the robot's hull, or to the lidar where
+    the hull is not known; infinite where nothing was in reach.
+    """
+
+    time_ns: int
+    points: Floats
+    clearance: float
+
+
+@dataclass(frozen=True)
+class Grid:
+    """An occupancy grid: `cells` are rows from low y up; -1 unknown, 0 free to 100 occupied."""
+
+    time_ns: int
+    resolution: float
+    x: float
+    y: float
+    cells: npt.NDArray[np.int8]
+
+
+@dataclass
+class Goal:
+    """The life of a goal. Times are None for what has not happened, or is not in the file.
+
+    `status` is ``succeeded``, ``canceled``, ``aborted``, ``unknown``, ``rejected``, or empty;
+    `values` and `result` are the fields of the messages.
+    """
+
+    id: str
+    action: str
+    type_name: str = ""
+    owner: str = ""
+    sent_ns: int | None = None
+    accepted_ns: int | None = None
+    rejected_ns: int | None = None
+    handed_over_ns: int | None = None
+    """When its leaf no longer wanted it."""
+    cancel_ns: int | None = None
+    ended_ns: int | None = None
+    given_up_ns: int | None = None
+    status: str = ""
+    values: Mapping[str, Any] = field(default_factory=dict)
+    result: Mapping[str, Any] | None = None
+    feedback: list[tuple[int, Mapping[str, Any]]] = field(default_factory=list)
+
+    @property
+    def end_ns(self) -> int | None:
+        """When it ended, was rejected, or was given up."""
+        known = (self.ended_ns, self.rejected_ns, self.given_up_ns)
+        return next((time_ns for time_ns in known if time_ns is not None), None)
+
+
+@dataclass(frozen=True)
+class LogLine:
+    """Something that was said; `level` is 10 debug, 20 info, 30 warning, 40 error, 50 fatal."""
+
+    time_ns: int
+    level: int
+    name: str
+    text: str
+
+
+@dataclass(frozen=True)
+class Collision:
+    """The robot has come into contact with something, at a point of the map."""
+
+    time_ns: int
+    obstacle: str
+    x: float
+    y: float
+    force: float
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A picture that the run has saved, or a camera has sent."""
+
+    time_ns: int
+    name: str
+    media_type: str
+    data: bytes = field(repr=False)
+
+
+@dataclass(frozen=True)
+class Run:
+    """A recorded run of one mission."""
+
+    path: Path
+    mission: str
+    node: str
+    """Full name of the executive's node."""
+    facts: Mapping[str, str]
+    """What the recorder wrote down at the start: seed, robot, world, ..."""
+    summary: Mapping[str, Any]
+    """What the run came to, as :class:`bt_mission.report.Report` has it; empty where it is cut."""
+    start_ns: int
+    end_ns: int
+    status: str
+    """The last that is known: ``success``, ``failure``, ``interrupted``, or of one that runs."""
+    reason: str
+    why_cut: str
+    """Why the file ends before its end; empty where it does not."""
+    missing: str
+    """What the recorder could not record; empty where it could everything."""
+    tree: tuple[TreeNode, ...]
+    changes: tuple[Change, ...]
+    spans: tuple[tuple[Span, ...], ...]
+    """Of each node of the tree."""
+    truth: Track
+    """Where the robot was; empty where only the robot itself knows."""
+    measured: Track
+    """Where it took itself to be, by its odometry from the first pose on."""
+    scans: tuple[Scan, ...]
+    grid: Grid | None
+    """The newest map."""
+    goals: tuple[Goal, ...]
+    log: tuple[LogLine, ...]
+    battery: Series
+    """Percentage."""
+    collisions: tuple[Collision, ...]
+    pictures: tuple[Picture, ...]
+    files: Mapping[str, str]
+    """The mission's file and those it includes, by name."""
+    versions: Mapping[str, str]
+    hull: tuple[float, float, float] | None
+    """Front, rear (negative) and half width of the robot, m; None where it is not known."""
+
+    @property
+    def track(self) -> Track:
+        """The best that is known of where the robot was."""
+        return self.truth if len(self.truth) else self.measured
+
+    def statuses_at(self, time_ns: int) -> list[str]:
+        """The status of each node at a time; empty for one that has not run yet."""
+        statuses = [""] * len(self.tree)
+        end = bisect_right(self.changes, time_ns, key=lambda change: change.time_ns)
+        for change in self.changes[:end]:
+            statuses[change.node] = change.status
+        return statuses
+
+    def scan_at(self, time_ns: int) -> Scan | None:
+        """The newest scan at a time; None before the first."""
+        number = bisect_right(self.scans, time_ns, key=lambda scan: scan.time_ns)
+        return self.scans[number - 1] if number else None
+
+    def goals_at(self, time_ns: int) -> list[Goal]:
+        """The goals that lived at a time."""
+        return [
+            goal
+            for goal in self.goals
+            if goal.sent_ns is not None
+            and goal.sent_ns <= time_ns
+            and (goal.end_ns is None or time_ns < goal.end_ns)
+        ]

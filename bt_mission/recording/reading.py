@@ -1,0 +1,139 @@
+"""MCAP files, read from their beginning as far as they go.
+
+Readers that look for the summary at the end of a file find none in one that was cut. This one
+takes record after record until there is no more, and says so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import BinaryIO
+
+from mcap import records
+from mcap.stream_reader import StreamReader
+
+from bt_mission.common.errors import BtMissionError
+
+LARGEST_RECORD = 1 << 30
+
+
+class RecordingError(BtMissionError):
+    """A file that is no recording, or nothing of which can be read."""
+
+
+@dataclass(frozen=True)
+class Channel:
+    """A topic of a file."""
+
+    topic: str
+    type_name: str
+    definition: str
+    encoding: str
+
+
+@dataclass(frozen=True)
+class Attached:
+    """A file within the file."""
+
+    name: str
+    media_type: str
+    time_ns: int
+    data: bytes = field(repr=False)
+
+
+Message = tuple[Channel, int, bytes]
+"""A channel, a time (ns) and serialized data."""
+
+
+class RecordedFile:
+    """What stands in an MCAP file. Read :meth:`messages` to the end; the rest is known then.
+
+    :raises RecordingError: for a file that is none, or that cannot be opened.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.library = ""
+        self.notes: dict[str, Mapping[str, str]] = {}
+        self.attached: list[Attached] = []
+        self.is_cut = False
+        """Does it end before its end?"""
+        self.why_cut = ""
+
+    def messages(self) -> Iterator[Message]:
+        """All messages in the order of the file.
+
+        :raises RecordingError: for a file that is none, or that cannot be opened.
+        """
+        try:
+            with self.path.open("rb") as stream:
+                self._check_beginning(stream)
+                yield from self._messages(stream)
+        except OSError as error:
+            raise RecordingError(f"{self.path}: cannot read it: {error.strerror}") from error
+
+    def _check_beginning(self, stream: BinaryIO) -> None:
+        magic = b"\x89MCAP0\r\n"
+        beginning = stream.read(len(magic))
+        if not beginning:
+            raise RecordingError(f"{self.path}: the file is empty")
+        if not magic.startswith(beginning):
+            raise RecordingError(
+                f"{self.path}: not an MCAP file; bt-mission run --record makes one"
+            )
+        stream.seek(0)
+
+    def _messages(self, stream: BinaryIO) -> Iterator[Message]:
+        schemas: dict[int, records.Schema] = {}
+        channels: dict[int, Channel] = {}
+        for record in self._records(stream):
+            match record:
+                case records.Message():
+                    channel = channels.get(record.channel_id)
+                    if channel is not None:
+                        yield channel, record.log_time, record.data
+                case records.Schema():
+                    schemas[record.id] = record
+                case records.Channel():
+                    schema = schemas.get(record.schema_id)
+                    channels[record.id] = Channel(
+                        record.topic,
+                        schema.name if schema else "",
+                        schema.data.decode(errors="replace") if schema else "",
+                        record.message_encoding,
+                    )
+                case records.Metadata():
+                    self.notes[record.name] = record.metadata
+                case records.Attachment():
+                    self.attached.append(
+                        Attached(record.name, record.media_type, record.log_time, record.data)
+                    )
+                case records.Header():
+                    self.library = record.library
+
+    def _records(self, stream: BinaryIO) -> Iterator[records.McapRecord]:
+        reader = StreamReader(stream, validate_crcs=True, record_size_limit=LARGEST_RECORD)
+        found = reader.records
+        while True:
+            try:
+                record = next(found)
+            except StopIteration:
+                return
+            except Exception as error:  # noqa: BLE001 - whatever a damaged chunk does to a decompressor
+                self._note_cut(stream, error)
+                return
+            if isinstance(record, records.DataEnd):
+                return  # what follows repeats what has been read
+            yield record
+
+    def _note_cut(self, stream: BinaryIO, error: Exception) -> None:
+        self.is_cut = True
+        at = stream.tell()
+        size = self.path.stat().st_size
+        self.why_cut = (
+            "the file was cut, or the recorder killed"
+            if at >= size
+            else f"the file is damaged before byte {at} of {size} ({type(error).__name__}: {error})"
+        )

@@ -1,0 +1,50 @@
+"""What the publishers of this process send, taken where they send it.
+
+A subscription would do, too, but costs twice as much: another reader for the middleware, and
+another look into a queue at every instant. It is needed for types of which ROS does not know in
+advance how long a message becomes (`Decoder.has_known_length`): of these, ``serialize_message``
+gives more bytes than there are, and strict readers refuse them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.publisher import Publisher
+from rclpy.serialization import serialize_message
+
+Take = Callable[[bytes], None]
+"""Takes a serialized message."""
+
+
+class Tapped(Publisher):
+    """A publisher whose messages somebody takes before they are sent; made by :func:`tap`."""
+
+    take: Take
+    counts: bool
+
+    def publish(self, msg: Any) -> None:
+        """Have a message taken, and send it."""
+        data = msg if isinstance(msg, bytes) else serialize_message(msg)
+        self.take(data)
+        super().publish(data)
+
+    def get_subscription_count(self) -> int:
+        """How many subscriptions it has, and one more where the tap counts as one."""
+        return int(super().get_subscription_count()) + self.counts
+
+
+def tap(publisher: Publisher, take: Take, *, counts: bool) -> None:
+    """Have ``take`` see what a publisher sends.
+
+    :param counts: be taken for a subscription, so that what is only sent to somebody is sent.
+    """
+    # Nodes hold on to their publishers, so another object in its place will not do.
+    publisher.__class__ = Tapped
+    publisher.take, publisher.counts = take, counts  # type: ignore[attr-defined]  # it is one now
+
+
+def untap(publisher: Publisher) -> None:
+    """Make it a publisher like others again."""
+    publisher.__class__ = Publisher

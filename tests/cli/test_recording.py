@@ -1,0 +1,129 @@
+"""Recording from the command line, in this process and in others."""
+
+from __future__ import annotations
+
+import json
+import resource
+import subprocess
+import sys
+from contextlib import ExitStack
+from pathlib import Path
+
+import pytest
+
+from bt_mission.cli import main
+from bt_mission.recording.read import read_run
+from bt_mission.testing.processes import LOCAL, read_until, started
+from tests.recording.conftest import heard_by_others
+
+WAIT = "mission: short\ntree: {wait: 0.5}\n"
+LONG = "mission: long\nworld: empty_arena\ntree: {wait: 60}\n"
+DRIVE = """\
+mission: drive
+tree:
+  retry: {attempts: 20, pause: 1}
+  do:
+    turn: {angle: 90}
+    timeout: 30
+"""
+
+
+@pytest.fixture
+def mission(tmp_path: Path) -> str:
+    """A mission file."""
+    path = tmp_path / "mission.yaml"
+    path.write_text(WAIT, encoding="utf-8")
+    return str(path)
+
+
+def test_a_run_says_where_it_was_recorded(
+    mission: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """In the last line, and the file is there."""
+    path = tmp_path / "run.mcap"
+    assert main(["run", mission, "--record", str(path)]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == f"  recorded to {path}"
+    run = read_run(path)
+    assert (run.mission, run.status, run.missing) == ("short", "success", "")
+
+
+def test_programs_are_told_too(
+    mission: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Two more fields."""
+    path = tmp_path / "run.mcap"
+    assert main(["run", mission, "--json", "--record", str(path)]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert (report["recording"], report["recording_lacks"]) == (str(path), "")
+
+
+def test_a_file_that_cannot_be_made_is_bad_input(
+    mission: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Nothing has moved."""
+    assert main(["run", mission, "--record", str(tmp_path / "no" / "run.mcap")]) == 2
+    assert "cannot write the recording: No such file" in capsys.readouterr().err
+
+
+def test_the_camera_alone_is_not_recorded(mission: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """It needs a file."""
+    assert main(["run", mission, "--record-camera"]) == 2
+    assert "--record FILE.mcap" in capsys.readouterr().err
+
+
+@pytest.mark.process
+def test_a_full_disk_is_told_at_the_end(mission: str, tmp_path: Path) -> None:
+    """The mission itself succeeds."""
+    path = tmp_path / "run.mcap"
+    done = subprocess.run(
+        [sys.executable, "-m", "bt_mission", "run", mission, "--record", str(path)],
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (8000, 8000)),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0
+    assert done.stdout.splitlines()[-1].startswith(
+        f"  recorded to {path}; it lacks everything after 0.0 s (File too large)"
+    )
+    assert "Traceback" not in done.stdout + done.stderr
+
+
+@pytest.mark.process
+def test_a_killed_run_leaves_all_but_its_last_second(tmp_path: Path) -> None:
+    """What it recorded can be read, without a summary."""
+    mission, path = tmp_path / "mission.yaml", tmp_path / "run.mcap"
+    mission.write_text(LONG, encoding="utf-8")
+    arguments = ("run", str(mission), "--speed", "2", "--trace", str(tmp_path / "trace"))
+    with started(*arguments, "--record", str(path)) as process:
+        read_until(process, "▶ wait")
+        while not path.exists() or path.stat().st_size < 100_000:
+            assert process.poll() is None
+        process.kill()
+        process.wait()
+    run = read_run(path)
+    assert run.why_cut == "the file was cut, or the recorder killed"
+    assert run.status == "running"
+    assert len(run.truth) > 20
+
+
+@pytest.mark.process
+def test_an_attached_run_records_the_whole_graph(tmp_path: Path) -> None:
+    """Of a robot and servers in other processes."""
+    mission, path = tmp_path / "mission.yaml", tmp_path / "run.mcap"
+    mission.write_text(DRIVE, encoding="utf-8")
+    with ExitStack() as stack:
+        for command in (["sim", "--world", "empty_arena"], ["servers"]):
+            stack.enter_context(started(*command, **LOCAL))
+        run = stack.enter_context(
+            started("run", str(mission), "--attach", "--record", str(path), **LOCAL)
+        )
+        out, _ = run.communicate(timeout=100)
+    assert run.returncode == 0, out
+    heard = heard_by_others(path)
+    topics = {one.topic for one in heard}
+    assert {"/odom", "/scan", "/tf", "/tf_static", "/map", "/turn/_action/feedback"} <= topics
+    assert {"/bt_mission/tree", "/bt_mission/changes", "/rosout"} <= topics
+    known = read_run(path)
+    assert [goal.status for goal in known.goals if goal.action == "/turn"][-1] == "succeeded"
+    assert known.start_ns < 60_000_000_000, "the times are those of the simulation"
