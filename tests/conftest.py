@@ -3,6 +3,7 @@
 import os
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -10,28 +11,16 @@ import pytest
 from hypothesis import settings
 
 from bt_mission.goals.goal import Event, Goal
+from bt_mission.testing.live_graph import own_domain
 from tests.support.play import Play
 
 pytest_plugins = ["pytester"]
 
-# Domain ids above 101 reach into Linux' range of ephemeral ports.
-_DOMAINS = 101
-
-
-def _domain_id(environ: Mapping[str, str]) -> int:
-    """A DDS domain id for this process alone: the session's base, plus the xdist worker's number.
-
-    The base is the id of the session's first process, so that two sessions on one machine are
-    likely to be apart, unless ROS_DOMAIN_ID is set, as it is for the workers by that process.
-    """
-    base = int(environ.get("ROS_DOMAIN_ID") or os.getpid())
-    worker = environ.get("PYTEST_XDIST_WORKER", "gw0")
-    return 1 + (base + int(worker.removeprefix("gw"))) % _DOMAINS
-
-
-# Before any test module imports rclpy. Within a process DDS works with discovery off; a test with
-# processes of its own hands them ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST.
-os.environ["ROS_DOMAIN_ID"] = str(_domain_id(os.environ))
+# Before any test module imports rclpy. The domain belongs to this process as long as it lives.
+# Within a process DDS works with discovery off; a test with processes of its own hands them
+# ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST.
+_DOMAIN = ExitStack()
+os.environ["ROS_DOMAIN_ID"] = str(_DOMAIN.enter_context(own_domain()))
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "OFF"
 os.environ["ROS_LOG_DIR"] = str(Path(tempfile.gettempdir()) / "bt_mission_test_logs")
 

@@ -112,6 +112,8 @@ def test_too_few_seeds_fail_the_test_as_a_whole(scenarios, pytester, workers):
     cases = ET.parse(pytester.path / "junit.xml").iter("testcase")  # noqa: S314 - our own
     (whole,) = (case for case in cases if case.get("name") == "test_most")
     assert whole.find("failure") is not None
+    result = scenarios("-v", "-k", "most")
+    assert [name[-7:] for name in order(result)[:4]] == ["[seed2]", "[seed5]", "[seed7]", "[seed0]"]
 
 
 def test_seeds_that_failed_run_first_until_they_pass(scenarios):

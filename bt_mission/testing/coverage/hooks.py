@@ -107,6 +107,8 @@ class Coverage:
         terminalreporter.section("coverage of missions")
         for line in self._summary():
             terminalreporter.line(line)
+        if self._shortfall:
+            terminalreporter.line(f"FAILED: {self._shortfall}", red=True)
 
     # ---- what is told --------------------------------------------------------------------
 
@@ -130,8 +132,6 @@ class Coverage:
             yield f"{self._lost} of the workers crashed; what they saw is lost"
         if self._reports:
             yield f"written to {', '.join(map(str, self._reports))}"
-        if self._shortfall:
-            yield f"FAILED: {self._shortfall}"
 
     # ---- what is seen --------------------------------------------------------------------
 

@@ -21,7 +21,8 @@ pre .all { border-color: var(--all); }
 pre .part { border-color: var(--part); background: #d4a72c22; }
 pre .none { border-color: var(--none); background: #cf222e22; }
 i { opacity: .55; display: inline-block; width: 3rem; font-style: normal; user-select: none; }
-b { font-weight: normal; font-style: italic; margin-left: 2rem; opacity: .8; }
+b { font-weight: normal; font-style: italic; margin-left: 2rem; opacity: .8; white-space: normal;
+    display: inline-block; vertical-align: top; max-width: 26rem; }
 """
 
 
@@ -41,7 +42,8 @@ def page(tally: Tally) -> str:
         f"{_row('in all', tally.score)}</tbody></table>",
     ]
     for number, one in enumerate(files):
-        parts += [f'<h2 id="f{number}">{escape(one.label)}</h2>', "<pre>", *_lines(one), "</pre>"]
+        lines = "".join(_lines(one))  # a line feed between two would be a line of its own
+        parts += [f'<h2 id="f{number}">{escape(one.label)}</h2>', f"<pre>{lines}</pre>"]
     return "\n".join([*parts, "</body></html>", ""])
 
 
