@@ -80,7 +80,7 @@ class Ledger:
 
     def find_again(self, goal_id: bytes, courier: Courier, owner: str, now_ns: int) -> Goal:
         """Take over a goal that another process has sent: ask what became of it, and cancel it."""
-        goal = Goal(goal_id, courier, owner, FOUND_GRACE_NS, Phase.LOST, orphaned_ns=now_ns)
+        goal = Goal(goal_id, courier, owner, FOUND_GRACE_NS, phase=Phase.LOST, orphaned_ns=now_ns)
         self._open[goal.id] = goal
         self._retry_ns[goal.id] = now_ns + RETRY_NS
         self._on_event("found again", goal)

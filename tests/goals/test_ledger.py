@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from bt_mission.goals.goal import Phase
+from bt_mission.goals.goal import GoalStatus, Phase
 from bt_mission.goals.ledger import Ledger
 
 S = 1_000_000_000
@@ -124,3 +124,14 @@ def test_each_goal_has_the_grace_of_its_sender(server: Any) -> None:
     assert (patient.phase, usual.phase) == (Phase.RECALLED, Phase.LOST)
     ledger.tend(10 * S)
     assert patient.phase is Phase.LOST
+
+
+def test_a_goal_of_another_process_is_asked_after_and_cancelled(server: Any) -> None:
+    """What was asked of the server is not known; how the goal ends is."""
+    ledger = Ledger(seed=1, grace_ns=3 * S)
+    goal = ledger.find_again(b"\x01" * 16, server, "drive", now_ns=5 * S)
+    assert (goal.phase, goal.request, goal.owner) == (Phase.CANCELING, None, "drive")
+    assert (server.cancels, server.results_asked) == ([goal], [goal])
+    goal.on_result(5, "partial")
+    ledger.tend(6 * S)
+    assert (ledger.open_goals, goal.status) == ((), GoalStatus.CANCELED)
