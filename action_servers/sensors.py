@@ -1,7 +1,8 @@
 """What the servers hear of the robot: a few topics, each translated only when it is looked at.
 
-Messages are kept as they come, serialized: most are never looked at, and unpacking an odometry
-message costs ten times as much as receiving it.
+Messages are kept as they come, serialized: most are never looked at. Those that every control step
+looks at are read where they lie (`cdr`): to unpack an odometry message costs ten times as much as
+receiving it.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from sensor_msgs.msg import Image as ImageMessage
 from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
 
+from action_servers import cdr
 from action_servers.maneuver import Image, Observation, Pose2D
 from action_servers.messages import (
     grid_of,
@@ -47,8 +49,10 @@ TRANSFORMS = QoSProfile(depth=100)
 class Latest(Generic[T]):
     """The newest message of a topic, translated when it is first asked for."""
 
-    def __init__(self, message_type: type, translate: Callable[[Any], T | None]) -> None:
-        self._message_type = message_type
+    def __init__(
+        self, unpack: Callable[[bytes], Any], translate: Callable[[Any], T | None]
+    ) -> None:
+        self._unpack = unpack
         self._translate = translate
         self._data: bytes | None = None
         self._value: T | None = None
@@ -71,7 +75,7 @@ class Latest(Generic[T]):
         if self._data is not None:
             data, self._data = self._data, None
             former, self._value = self._value, None
-            new = self._translate(deserialize_message(data, self._message_type))
+            new = self._translate(self._unpack(data))
             self._value = former if new is None else new
         return self._value
 
@@ -83,7 +87,7 @@ class CameraStream:
         self.topic = node.resolve_topic_name(topic)
         """Full name of the topic."""
         self._node = node
-        self._latest = Latest(ImageMessage, image_of)
+        self._latest = Latest(_unpack_image, image_of)
         self._subscription: Subscription | None = None
         self._users: set[CameraUser] = set()
 
@@ -145,9 +149,9 @@ class Sensors:
         self._node = node
         self._clock = node.get_clock()
         self._map_frame = wiring.map_frame
-        self._scan = Latest(LaserScan, partial(scan_of, lidar=lidar))
-        self._odometry = Latest(OdometryMessage, odometry_of)
-        self._grid = Latest(OccupancyGrid, grid_of)
+        self._scan = Latest(cdr.scan, partial(scan_of, lidar=lidar))
+        self._odometry = Latest(cdr.odometry, odometry_of)
+        self._grid = Latest(_unpack_grid, grid_of)
         self._transforms: deque[bytes] = deque(maxlen=100)
         self._map_to_odom: Pose2D | None = None
         self._map_users = 0
@@ -197,15 +201,23 @@ class Sensors:
             return None
         # The newest that places the odometry frame counts; other transforms lie in between.
         while self._transforms:
-            message = deserialize_message(self._transforms.pop(), TFMessage)
-            found = _transform(self._map_frame, odometry.frame, message.transforms)
+            transforms = cdr.transforms(self._transforms.pop())
+            found = _transform(self._map_frame, odometry.frame, transforms)
             if found is not None:
                 self._map_to_odom = found
                 self._transforms.clear()
         return self._map_to_odom and composed(self._map_to_odom, odometry.pose)
 
 
-def _transform(parent: str, child: str, transforms: list[Any]) -> Pose2D | None:
+def _unpack_image(data: bytes) -> Any:
+    return deserialize_message(data, ImageMessage)
+
+
+def _unpack_grid(data: bytes) -> Any:
+    return deserialize_message(data, OccupancyGrid)
+
+
+def _transform(parent: str, child: str, transforms: list[cdr.TransformStamped]) -> Pose2D | None:
     for transform in reversed(transforms):
         if transform.header.frame_id == parent and transform.child_frame_id == child:
             return transform_of(transform.transform)

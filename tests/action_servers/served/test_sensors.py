@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import pytest
 import rclpy
 from geometry_msgs.msg import TransformStamped
-from rclpy.serialization import serialize_message
+from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import Image, LaserScan
 from tf2_msgs.msg import TFMessage
 
+from action_servers import cdr
 from action_servers.maneuver import Pose2D
 from action_servers.messages import image_of, scan_of
 from action_servers.node import ServersNode
@@ -110,7 +112,7 @@ def test_a_message_is_translated_when_it_is_looked_at():
         translated.append(message)
         return scan_of(message)
 
-    latest = Latest(LaserScan, translate)
+    latest = Latest(cdr.scan, translate)
     assert latest.value() is None
     for ray in (1.0, 2.0, 3.0):
         latest.take(serialize_message(LaserScan(angle_increment=1.0, ranges=[ray])))
@@ -123,7 +125,7 @@ def test_a_message_is_translated_when_it_is_looked_at():
 
 def test_a_message_that_cannot_be_translated_raises_once():
     """Afterwards nothing is known, until the next one."""
-    latest = Latest(Image, image_of)
+    latest = Latest(partial(deserialize_message, message_type=Image), image_of)
     latest.take(serialize_message(Image(encoding="jpeg")))
     with pytest.raises(ValueError, match="image encoding"):
         latest.value()
