@@ -12,6 +12,7 @@ import re
 import shlex
 import shutil
 from collections.abc import Generator, Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -59,17 +60,19 @@ class Results:
             self._tell(item, report, runs)
         if report.when == "teardown":
             if FOLDER in item.stash:  # once more: now the runs have ended
-                self.leave(item.stash[FOLDER], runs)
+                with suppress(OSError):  # told when it was tried first
+                    self.leave(item.stash[FOLDER], runs)
             if runs:
                 report.user_properties += properties(runs, item.stash.get(WALL_S, 0.0))
         return report
 
     def leave(self, folder: Path, runs: list[Run]) -> list[Path]:
-        """Write down what happened; gives the traces."""
-        if not self._parent.exists():
-            self._parent.mkdir(parents=True)
-            (self._parent / ".gitignore").write_text("*\n", encoding="utf-8")
+        """Write down what happened; gives the traces.
+
+        :raises OSError: where that cannot be written.
+        """
         folder.mkdir(parents=True, exist_ok=True)
+        (self._parent / ".gitignore").write_text("*\n", encoding="utf-8")
         traces = []
         for number, run in enumerate(runs, 1):
             suffix = f"_{number}" if len(runs) > 1 else ""
@@ -87,10 +90,16 @@ class Results:
             report.sections += [(f"process {one.name}", one.output) for one in graph.processes]
         if runs:
             item.stash[FOLDER] = self._folder_of(item)
-            traces = self.leave(item.stash[FOLDER], runs)
-            here = self._config.invocation_params.dir
-            told = [f"bt-mission replay {_typed(path, here)}" for path in traces]
-            report.sections.append(("to see it again", "\n".join(told)))
+            report.sections.append(("to see it again", self._left(item.stash[FOLDER], runs)))
+
+    def _left(self, folder: Path, runs: list[Run]) -> str:
+        """Leave what happened; gives what to type."""
+        try:
+            traces = self.leave(folder, runs)
+        except OSError as error:
+            return f"nothing is left of it: {error.filename}: {error.strerror}"
+        here = self._config.invocation_params.dir
+        return "\n".join(f"bt-mission replay {_typed(path, here)}" for path in traces)
 
     def _folder_of(self, item: pytest.Item) -> Path:
         return self._parent / folder_name(item.nodeid)

@@ -98,6 +98,14 @@ def test_the_folder_can_be_another(session, pytester):
     assert left_in(pytester.path / "out/here")
 
 
+def test_a_folder_that_cannot_be_written_is_told(session, pytester):
+    """The test's own failure is still shown."""
+    (pytester.path / "file").write_text("no folder")
+    result = session("--scenario-results=file", "-k", "two", fails=True)
+    result.assert_outcomes(failed=1, deselected=3)
+    result.stdout.fnmatch_lines(["nothing is left of it: */file/test_a.test_two: Not a directory"])
+
+
 def test_a_goal_left_behind_shows_the_run(pytester):
     """The test itself has passed."""
     pytester.makepyfile(
