@@ -25,6 +25,7 @@ class Drive:
             ProgressWatch("m/s", tuning.blocked_after),
             ProgressWatch("rad/s", tuning.blocked_after),
         )
+        self._course = CourseWatch(tuning.blocked_after)
         self._resting_since_s: float | None = None
 
     @property
@@ -62,7 +63,7 @@ class Drive:
         blocked = linear.update(now.time_s, self.distance, twist.linear) or angular.update(
             now.time_s, self.yaw, twist.angular
         )
-        return blocked or twist
+        return blocked or self._course.update(now, twist) or twist
 
     def _age_s(self, now: Observation) -> float:
         scan_s = now.time_s if now.scan is None else now.scan.stamp_s
@@ -104,5 +105,36 @@ class ProgressWatch:
             return None
         reason = (
             f"blocked: commanded {speed:.2f} {self.unit}, no progress for {self.patience_s:g} s"
+        )
+        return Finished("aborted", ErrorCode.BLOCKED, reason)
+
+
+ASTRAY_RATE = 0.25
+"""rad/s. An uneven floor turns a base that drives straight on by less, one wheel alone by more."""
+
+
+@dataclass(slots=True)
+class CourseWatch:
+    """Notices a base that turns though it is told to drive straight, for `patience_s` on end.
+
+    One wheel is blocked, or slips: the base goes round in circles, and makes way all the same.
+    """
+
+    patience_s: float = TUNING.blocked_after
+    _since_s: float | None = None
+
+    def update(self, now: Observation, twist: Twist2D) -> Finished | None:
+        """Take in what odometry says and what is commanded; return the end when astray."""
+        is_straight = twist.linear != 0.0 and twist.angular == 0.0
+        if not is_straight or now.velocity is None or abs(now.velocity.angular) < ASTRAY_RATE:
+            self._since_s = None
+            return None
+        if self._since_s is None:
+            self._since_s = now.time_s
+        if now.time_s - self._since_s < self.patience_s:
+            return None
+        reason = (
+            f"astray: commanded straight on, turning at {now.velocity.angular:.2f} rad/s "
+            f"for {self.patience_s:g} s; does a wheel block or slip?"
         )
         return Finished("aborted", ErrorCode.BLOCKED, reason)

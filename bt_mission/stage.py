@@ -66,6 +66,7 @@ class Stage:
     :param watched: offer the topics and services for tools also where nobody else may look on.
     :param without: actions that the servers leave to others, by their relative names.
     :param context: the rclpy context of all nodes, which stays; None makes one for the run.
+    :param props: how many obstacles can appear while it runs.
     :raises BtMissionError: for a world, robot or action type that is not there, and where this
         machine cannot keep virtual time.
     """
@@ -80,6 +81,7 @@ class Stage:
         watched: bool = False,
         without: Collection[str] = (),
         context: Context | None = None,
+        props: int = 0,
     ) -> None:
         self.mission = mission
         isolate(visible=visible)
@@ -100,6 +102,7 @@ class Stage:
                 lean=True,
                 context=context,
                 with_map=mission.map == "known",
+                props=props,
             )
             made.callback(self.sim.destroy_node)
             self._make_servers = partial(

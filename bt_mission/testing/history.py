@@ -11,6 +11,7 @@ from bisect import bisect_right
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from py_trees.behaviour import Behaviour
@@ -74,6 +75,7 @@ class Record:
     :param changes: how many changes of status there were until then.
     :param goal_events: how many events of goals.
     :param said: how many lines of the mission's log.
+    :param state: of the simulation, for what is worked out later.
     """
 
     time_ns: int
@@ -87,6 +89,7 @@ class Record:
     changes: int
     goal_events: int
     said: int
+    state: Any
 
 
 class History:
@@ -134,12 +137,18 @@ class History:
                 changes=len(self.changes),
                 goal_events=len(self.goal_events),
                 said=len(self.said),
+                state=sim.record(),
             )
         )
 
     def say(self, text: str) -> None:
         """Write down what the mission says."""
         self.said.append((self.seconds(self._stage.now_ns), text))
+
+    @cached_property
+    def review(self) -> Any:
+        """Tells of states of the simulation what they were like; made when it is first asked."""
+        return self._stage.sim.simulation.review()
 
     # ---- asking --------------------------------------------------------------------------
 

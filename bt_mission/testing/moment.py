@@ -136,6 +136,21 @@ class Moment:
         """How often the robot has touched something so far."""
         return self._record.collisions
 
+    @property
+    def clearance(self) -> float:
+        """Room between the robot and the nearest thing it could touch, m; below 0 in it."""
+        return float(self._clearance.distance)
+
+    @property
+    def nearest(self) -> str | None:
+        """Name of the nearest thing that the robot could touch."""
+        name = self._clearance.obstacle
+        return None if name is None else str(name)
+
+    @property
+    def _clearance(self) -> Any:
+        return self._run.history.review.clearance(self._record.state)
+
     def distance_to(self, x: float, y: float) -> float:
         """How far the axle's middle is from a point, m."""
         return math.hypot(self.x - x, self.y - y)

@@ -27,6 +27,10 @@ if TYPE_CHECKING:
     from bt_mission.mission.expressions import Plain
 
 
+PROPS = 4
+"""Obstacles that can appear in a run, unless it is told otherwise; they cost a few per cent."""
+
+
 class Stages:
     """Carries missions out in a simulation of their own, one after another.
 
@@ -42,6 +46,10 @@ class Stages:
         self.runs: list[Run] = []
         self.left_behind: list[str] = []
         self.faults = Faults(self)
+        self.spawn_box = self.faults.spawn_box
+        self.spawn_cylinder = self.faults.spawn_cylinder
+        self.move_box = self.faults.move_box
+        self.remove_box = self.faults.remove_box
         self.scripted: dict[str, ScriptedServer] = {}
         """The servers that the test plays, by the full names of their actions."""
         self._exit = ExitStack()
@@ -83,7 +91,7 @@ class Stages:
             self.folder,
             context=self.context,
             without=tuple(name.strip("/") for name in self.scripted),
-            **options,
+            **({"props": PROPS} | options),
         )
         for server in self.scripted.values():
             made.stage.add_node(server.node)

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from action_servers.drive import Drive, ProgressWatch
+from action_servers.drive import CourseWatch, Drive, ProgressWatch
 from action_servers.maneuver import ZERO, ErrorCode, Finished, Observation, Twist2D
 
 
@@ -40,6 +40,33 @@ def test_a_base_that_rests_is_not_blocked():
     assert watch.update(1.9, 0.0, 0.0) is None
     assert watch.update(3.8, 0.0, 0.2) is None
     assert watch.update(3.9, 0.0, 0.2).error_code == ErrorCode.BLOCKED
+
+
+def test_a_base_that_goes_round_in_circles_is_astray():
+    """One wheel is blocked: it makes way, but not straight on; two seconds of that are enough."""
+    watch: Any = CourseWatch()
+    turning = Twist2D(0.1, 0.7)
+    ends = []
+    for number, (measured, commanded) in enumerate(
+        [
+            (turning, Twist2D(0.2, 0.0)),
+            (Twist2D(0.2, 0.2), Twist2D(0.2, 0.0)),  # no more than an uneven floor does
+            (turning, Twist2D(0.2, 0.0)),
+            (turning, Twist2D(0.2, 0.5)),  # as it was told
+            (turning, Twist2D(0.2, 0.0)),
+            (turning, Twist2D(0.2, 0.0)),
+            (None, Twist2D(0.2, 0.0)),  # odometry without velocities
+            (turning, Twist2D(0.2, 0.0)),
+            (turning, Twist2D(0.2, 0.0)),
+            (turning, Twist2D(0.2, 0.0)),
+        ]
+    ):
+        ends.append(watch.update(Observation(float(number), velocity=measured), commanded))
+    assert ends[:-1] == [None] * 9
+    assert (ends[-1].error_code, ends[-1].reason) == (
+        ErrorCode.BLOCKED,
+        "astray: commanded straight on, turning at 0.70 rad/s for 2 s; does a wheel block or slip?",
+    )
 
 
 def test_rests_until_odometry_says_that_it_stands(fake, waffle):

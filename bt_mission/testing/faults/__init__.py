@@ -5,6 +5,7 @@
 - ``goals``, ``feedback``: what passes between an action server and its clients
 - ``servers``: servers that abort, die or fail
 - ``raising``: exceptions in code
+- ``robot``, ``world``: sensors, wheels, pushes; obstacles that appear, move and vanish
 """
 
 from __future__ import annotations
@@ -15,8 +16,10 @@ from bt_mission.testing.faults.fault import Fault, Occurrence
 from bt_mission.testing.faults.feedback import FeedbackFaults
 from bt_mission.testing.faults.goals import GoalFaults
 from bt_mission.testing.faults.raising import CodeFaults
+from bt_mission.testing.faults.robot import RobotFaults
 from bt_mission.testing.faults.servers import ServerFaults
 from bt_mission.testing.faults.topics import TopicFaults
+from bt_mission.testing.faults.world import WorldFaults
 
 if TYPE_CHECKING:
     from bt_mission.testing.run import Run
@@ -24,7 +27,15 @@ if TYPE_CHECKING:
 __all__ = ["Fault", "Faults", "Occurrence"]
 
 
-class Faults(TopicFaults, GoalFaults, FeedbackFaults, ServerFaults, CodeFaults):
+class Faults(
+    TopicFaults,
+    GoalFaults,
+    FeedbackFaults,
+    ServerFaults,
+    CodeFaults,
+    RobotFaults,
+    WorldFaults,
+):
     """Makes faults: actions for ``run.do``, ``run.at`` and ``run.when``.
 
         blind = stage.faults.drop("scan")

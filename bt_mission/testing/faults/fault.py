@@ -93,6 +93,8 @@ class Occurrence:
         self.began_ns: int = run.stage.now_ns
         self.ended_ns: int | None = None
         self.number = len(run.faults) + 1
+        self.made: Any = None
+        """What it has brought into the world."""
         likes = sum(str(one.fault) == str(fault) for one in run.faults)
         self._seed = f"{run.mission.seed}/{fault}/{likes}"
         self._undo = ExitStack()
