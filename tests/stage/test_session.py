@@ -79,6 +79,7 @@ def test_a_second_ctrl_c_leaves_at_once_and_names_the_goals(stage: Any) -> None:
     report = drive(run.stage, Twice(40))
     assert report.goals_left_behind == 1
     assert "left at once after a second Ctrl-C; left behind: /explore_forward" in report.reason
+    assert len(run.close()) == 1
 
 
 def test_the_trace_file_holds_the_whole_run(stage: Any, tmp_path: Path) -> None:
