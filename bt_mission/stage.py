@@ -255,9 +255,9 @@ class Stage:
             observer.look()
 
     def inside(self) -> Iterator[Inside]:
-        """The nodes of the stage; the simulation sends only what somebody subscribes to."""
+        """The nodes of the stage."""
         for node in self.clock.get_nodes():
-            yield Inside(node, is_frugal=node is self.sim)
+            yield Inside(node, is_sensor=node is self.sim)
 
     def add_observer(self, observer: Observer) -> None:
         """Call an observer after each step, when all of that instant has happened.

@@ -25,6 +25,7 @@ from bt_mission.recording.options import RecordingOptions
 from bt_mission.recording.pictures import PictureFolder, compressed
 from bt_mission.recording.tapping import Take
 from bt_mission.recording.topics import Topics
+from bt_mission.recording.trimming import Trim
 
 if TYPE_CHECKING:
     from bt_mission.observing import Observable
@@ -180,9 +181,12 @@ class Recorder:
 
     # ---- channels --------------------------------------------------------------------------
 
-    def can_tap(self, type_name: str) -> bool:
-        """Whether the length of a message is known, so that it need not be received for it."""
-        return self._decoder(type_name).has_known_length
+    def trimming(self, type_name: str, *, has_one_shape: bool) -> Trim | None:
+        """Give what takes from a message what rclpy adds to it; None where that takes too long."""
+        decoder = self._decoder(type_name)
+        if has_one_shape or decoder.has_known_length:
+            return Trim(decoder, has_one_shape=has_one_shape)
+        return None
 
     def open_topic(self, topic: str, type_name: str, offered_qos: str) -> Take | None:
         """Give who takes the messages of a topic, if any."""
@@ -223,8 +227,8 @@ class Recorder:
 
     def _open_own(self, topic: str, type_name: str) -> Take:
         """The same for messages that are serialized here."""
-        take, trim = self._open_channel(topic, type_name), self._decoder(type_name).trim
-        return lambda data: take(trim(data))
+        take = self._open_channel(topic, type_name)
+        return Trim(self._decoder(type_name), has_one_shape=False).before(take)
 
     def _decoder(self, type_name: str) -> Decoder:
         if type_name not in self._decoders:

@@ -1,9 +1,7 @@
 """What the publishers of this process send, taken where they send it.
 
 A subscription would do, too, but costs twice as much: another reader for the middleware, and
-another look into a queue at every instant. It is needed for types of which ROS does not know in
-advance how long a message becomes (`Decoder.has_known_length`): of these, ``serialize_message``
-gives more bytes than there are, and strict readers refuse them.
+another look into a queue at every instant.
 """
 
 from __future__ import annotations
@@ -12,6 +10,7 @@ from collections.abc import Callable
 from typing import Any
 
 from rclpy.publisher import Publisher
+from rclpy.qos import DurabilityPolicy
 from rclpy.serialization import serialize_message
 
 Take = Callable[[bytes], None]
@@ -23,12 +22,14 @@ class Tapped(Publisher):
 
     take: Take
     counts: bool
+    is_latched: bool
 
     def publish(self, msg: Any) -> None:
-        """Have a message taken, and send it."""
+        """Have a message taken, and send it where somebody else hears it, or will."""
         data = msg if isinstance(msg, bytes) else serialize_message(msg)
         self.take(data)
-        super().publish(data)
+        if self.is_latched or super().get_subscription_count():
+            super().publish(data)
 
     def get_subscription_count(self) -> int:
         """How many subscriptions it has, and one more where the tap counts as one."""
@@ -42,7 +43,9 @@ def tap(publisher: Publisher, take: Take, *, counts: bool) -> None:
     """
     # Nodes hold on to their publishers, so another object in its place will not do.
     publisher.__class__ = Tapped
-    publisher.take, publisher.counts = take, counts  # type: ignore[attr-defined]  # it is one now
+    one: Any = publisher
+    one.take, one.counts = take, counts
+    one.is_latched = publisher.qos_profile.durability is not DurabilityPolicy.VOLATILE
 
 
 def untap(publisher: Publisher) -> None:

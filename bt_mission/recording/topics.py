@@ -16,6 +16,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from bt_mission.common.errors import BtMissionError
 from bt_mission.common.faults import listed
 from bt_mission.recording.tapping import Take, tap, untap
+from bt_mission.recording.trimming import Trim
 from bt_mission.ros_types import action_type, message_type
 
 if TYPE_CHECKING:
@@ -34,19 +35,20 @@ class Opening(Protocol):
     def open_topic(self, topic: str, type_name: str, offered_qos: str) -> Take | None:
         """Give who takes the topic's messages, if any; `offered_qos` as rosbag2 writes it."""
 
-    def can_tap(self, type_name: str) -> bool:
-        """Whether messages of this type can be taken before they are sent."""
+    def trimming(self, type_name: str, *, has_one_shape: bool) -> Trim | None:
+        """Give what takes from a message what rclpy adds to it; None where that takes too long."""
 
 
 @dataclass(frozen=True)
 class Inside:
     """A node of this process, whose publishers can be tapped.
 
-    :param is_frugal: it sends only what somebody subscribes to.
+    :param is_sensor: it sends only what somebody subscribes to, and the messages of a topic have
+        one shape: as many elements in each sequence, as many characters in each text.
     """
 
     node: Node
-    is_frugal: bool = False
+    is_sensor: bool = False
 
 
 @dataclass(frozen=True)
@@ -93,7 +95,7 @@ class Topics:
             for publisher in one.node.publishers:
                 if publisher not in self._publishers:
                     self._publishers.add(publisher)
-                    self._tap(publisher, counts=one.is_frugal)
+                    self._tap(publisher, one)
         for topic, types in self._node.get_topic_names_and_types():
             if topic not in self._known:
                 self._find(topic, types)
@@ -117,12 +119,13 @@ class Topics:
             untap(publisher)
         self._tapped.clear()
 
-    def _tap(self, publisher: Publisher, *, counts: bool) -> None:
+    def _tap(self, publisher: Publisher, by: Inside) -> None:
         topic, type_name = publisher.topic_name, name_of(publisher.msg_type)
         if topic in self._skip or (topic in self._known and topic not in self._tappable):
             return
         try:
-            if not self._opening.can_tap(type_name):
+            trim = self._opening.trimming(type_name, has_one_shape=by.is_sensor)
+            if trim is None:
                 return
             self._known.add(topic)
             self._tappable.add(topic)
@@ -132,7 +135,7 @@ class Topics:
             self.faults[topic] = str(error)
             return
         if take is not None:
-            tap(publisher, take, counts=counts)
+            tap(publisher, trim.before(take), counts=by.is_sensor)
             self._tapped.append(publisher)
 
     def _find(self, topic: str, types: list[str]) -> None:
