@@ -1,4 +1,4 @@
-"""Do the same inputs give the same trace? Drawn missions in drawn worlds, each run twice.
+"""Do the same inputs give the same trace? Drawn missions, worlds and faults, each run twice.
 
 Run it as: python benchmarks/determinism.py [--count 500] [--python PATH]
 
@@ -27,17 +27,14 @@ BATCH = 25
 def run_batch(first: int, last: int) -> None:
     """Print a line of JSON for each scenario: its seed, its end, its trace's hash."""
     from bt_mission.testing.drawn.draws import Seeded  # noqa: PLC0415 - in the child only
-    from bt_mission.testing.drawn.missions import drawn_mission  # noqa: PLC0415
-    from bt_mission.testing.drawn.strategies import as_text  # noqa: PLC0415
-    from bt_mission.testing.drawn.worlds import drawn_world  # noqa: PLC0415
+    from bt_mission.testing.drawn.scenarios import drawn_scenario  # noqa: PLC0415
     from bt_mission.testing.stages import Stages  # noqa: PLC0415
 
     for seed in range(first, last):
-        draws = Seeded(seed)
-        world, mission = as_text(drawn_world(draws)), as_text(drawn_mission(draws))
+        scenario = drawn_scenario(Seeded(seed))
         stages = Stages(Path(tempfile.mkdtemp(dir=".")))
         try:
-            run = stages.run(mission, world=world, seed=seed)
+            run = scenario.on(stages)
             run.until_done()
         finally:
             stages.close()
@@ -46,6 +43,7 @@ def run_batch(first: int, last: int) -> None:
             "end": run.status,
             "s": run.t,
             "goals": len(run.goals),
+            "faults": len(scenario.faults),
             "collisions": run.now.collisions,
             "trace": run.stage.trace.sha256,
         }
@@ -83,7 +81,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if options.batch:
         run_batch(*options.batch)
         return 0
-    differ, ended, seconds, goals = [], 0, 0.0, 0
+    differ, ended, seconds, goals, faults = [], 0, 0.0, 0, 0
     for first in range(0, options.count, BATCH):
         last = min(first + BATCH, options.count)
         one = batch(sys.executable, first, last, {"PYTHONHASHSEED": "1"})
@@ -98,12 +96,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
             ended += mine["end"] == "success"
             seconds += float(str(mine["s"]))
             goals += int(str(mine["goals"]))
+            faults += int(str(mine["faults"]))
             if mine != its:
                 differ.append(mine["seed"])
         print(f"\r{last} of {options.count}, {len(differ)} differ", end="", file=sys.stderr)
     print(file=sys.stderr)
     print(
-        f"{options.count} scenarios, {seconds:.0f} virtual seconds, {goals} goals, "
+        f"{options.count} scenarios, {seconds:.0f} virtual s, {goals} goals, {faults} faults, "
         f"{ended} missions succeeded: {len(differ)} traces differ"
         + (f": seeds {differ}" if differ else "")
     )

@@ -11,7 +11,8 @@ from hypothesis import find, given, settings
 from bt_mission.mission.check import examine_text
 from bt_mission.testing.drawn.draws import Seeded
 from bt_mission.testing.drawn.missions import drawn_mission
-from bt_mission.testing.drawn.strategies import as_text, missions, worlds
+from bt_mission.testing.drawn.scenarios import Scenario, as_text, drawn_scenario
+from bt_mission.testing.drawn.strategies import fault_schedules, missions, scenarios, worlds
 from bt_mission.testing.drawn.worlds import drawn_world
 from bt_mission.testing.stages import Stages
 from sim.world import load_world
@@ -41,12 +42,34 @@ def test_the_simplest_world_and_mission() -> None:
 
 
 @settings(max_examples=5)
-@given(worlds(), missions())
-def test_every_one_of_them_runs_to_its_end(tmp_path_factory: Any, world: str, mission: str) -> None:
-    """With no goal left behind."""
+@given(scenarios())
+def test_every_scenario_runs_to_its_end(tmp_path_factory: Any, scenario: Scenario) -> None:
+    """Whatever is broken on the way, a mission comes to an end."""
     stages = Stages(tmp_path_factory.mktemp("drawn"))
     try:
-        run = stages.run(mission, world=world)
-        assert run.until_done().goals_left_behind == 0
+        run = scenario.on(stages)
+        run.until_done()
+        assert run.is_done
     finally:
         stages.close()
+
+
+def test_a_scenario_looks_like_a_test_that_repeats_it(tmp_path: Path) -> None:
+    """To be pasted as it is; the same trace comes out."""
+    scenario = next(
+        found for seed in range(99) if len((found := drawn_scenario(Seeded(seed))).faults) > 2
+    )
+    names: dict[str, Any] = {}
+    exec(repr(scenario), names)  # noqa: S102 - what it looks like is what is tested
+    stages = Stages(tmp_path)
+    names["test_it"](stages)
+    scenario.on(stages).until_done()
+    stages.close()
+    first, second = (run.stage.trace.sha256 for run in stages.runs)
+    assert first == second
+
+
+def test_the_simplest_schedule_that_matters() -> None:
+    """One fault, not five."""
+    (fault,) = find(fault_schedules(), lambda faults: any(one.name == "freeze" for one in faults))
+    assert repr(fault) == "run.at(0.25, stage.faults.freeze('scan', lasting=0.25))"
