@@ -17,6 +17,9 @@ from bt_mission.watching.told import FINAL, OPEN, Goal
 
 Rows = list[list[Span]]
 
+SHORT = 8
+"""Characters of a number that is shown with all its digits."""
+
 GOAL_STATUSES = {
     "succeeded": Status.SUCCESS,
     "aborted": Status.FAILURE,
@@ -64,8 +67,11 @@ def path(names: Sequence[str], width: int, marks: Marks) -> list[Span]:
     """The way from the root to what runs; its end stays when it is too long."""
     spans: list[Span] = []
     shown = [clean(name, marks) for name in names]
-    while len(shown) > 1 and len(marks.then.join(shown)) > width:
-        shown = [marks.cut, *shown[2:]] if shown[0] == marks.cut else [marks.cut, *shown[1:]]
+    cut: list[str] = []
+    while len(shown) > 1 and len(marks.then.join([*cut, *shown])) > width:
+        shown, cut = shown[1:], [marks.cut]
+    if len(marks.then.join([*cut, *shown])) <= width:
+        shown = [*cut, *shown]
     for number, name in enumerate(shown):
         if number:
             spans.append((marks.then, "words"))
@@ -120,9 +126,17 @@ def variable_rows(mission: WatchedMission, marks: Marks) -> Rows:
     """Name and value of each variable."""
     width = min(max((len(name) for name in mission.variables), default=0), 24)
     return [
-        [(f"{clean(name, marks):<{width}} ", "title"), (clean(value, marks), "")]
+        [(f"{clean(name, marks):<{width}} ", "title"), (clean(_short(value), marks), "")]
         for name, value in mission.variables.items()
     ]
+
+
+def _short(value: str) -> str:
+    """A variable's value; of a number's digits the first six."""
+    try:
+        return value if len(value) <= SHORT else f"{float(value):.6g}"
+    except ValueError:
+        return value
 
 
 def node_rows(mission: WatchedMission, index: int, width: int, marks: Marks) -> Rows:

@@ -12,8 +12,8 @@ from bt_mission.watching.mission import WatchedMission
 from bt_mission.watching.outline import Outline
 
 BAR_WIDTH = 12
-NARROW = 50
-"""Columns below which a row has no bar."""
+NARROW, TINY = 50, 30
+"""Columns below which a row has figures instead of a bar; and percent, with a smaller indent."""
 
 STATUS_STYLES = {
     Status.SUCCESS: "success",
@@ -24,7 +24,13 @@ STATUS_STYLES = {
 
 
 def tree_row(
-    mission: WatchedMission, outline: Outline, index: int, width: int, marks: Marks
+    mission: WatchedMission,
+    outline: Outline,
+    index: int,
+    width: int,
+    marks: Marks,
+    *,
+    is_chosen: bool = False,
 ) -> list[Span]:
     """Status, name, time in state, progress and words of a node; not yet cut to the width.
 
@@ -33,17 +39,18 @@ def tree_row(
     assert mission.tree is not None
     node, status = mission.tree.nodes[index], mission.statuses[index]
     style = STATUS_STYLES[status]
-    indent = " " * min(2 * outline.depth[index], width // 3)
+    indent = " " * min((1 if width < TINY else 2) * outline.depth[index], width // 3)
     row: list[Span] = [
         (_margin(mission, index, marks), "breakpoint"),
         (f"{indent}{marks.status[status]} ", style),
-        (clean(node.name, marks), style),
+        (clean(node.name, marks), "chosen" if is_chosen else style),
     ]
     if hidden := outline.hidden(index):
         row.append((f" [+{hidden}]", "folded"))
-    if time := time_in_state(mission, index):
+    progress = _progress(mission, index, width, marks)
+    if (time := time_in_state(mission, index)) and not (progress and width < TINY):
         row.append((f"  {time}", "time"))
-    row += _progress(mission, index, width, marks)
+    row += progress
     message = mission.messages[index]
     if message and (status is not Status.INVALID or mission.since_ns[index] is not None):
         row.append((f"  {clean(message, marks)}", "words"))
@@ -70,8 +77,12 @@ def _progress(mission: WatchedMission, index: int, width: int, marks: Marks) -> 
     progress = mission.progress.get(index) if index in mission.running else None
     if progress is None or progress.limit <= 0 or not math.isfinite(progress.value):
         return []
+    if width < TINY:
+        return [(f" {min(max(progress.value / progress.limit, 0), 1):.0%}", "bar")]
     unit = " s" if progress.label == "s" else ""
-    value = f"{progress.value:.1f}" if unit else f"{progress.value:.4g}"
+    # A fixed number of digits: figures that change all the time should not jump.
+    digits = 1 if unit else 0 if progress.value.is_integer() and progress.limit >= 3 else 2
+    value = f"{progress.value:.{digits}f}"
     figures = f"{value} of {progress.limit:.4g}{unit}"
     if width < NARROW:
         return [(f"  {figures}", "bar")]

@@ -37,7 +37,7 @@ def test_a_tree_reads_without_colour(mission: WatchedMission):
         " ▶ explore  11.9 s",
         "   ✓ look around  8.4 s  canceled by condition: enough",
         "   ▶ repeat  3.5 s",
-        "     ▶ drive  2.5 s  ███████░░░░░ 1.208 of 2  travelled 1.21",
+        "     ▶ drive  2.5 s  ███████░░░░░ 1.21 of 2  travelled 1.21",
         "●    · turn away",
     ]
 
@@ -46,17 +46,25 @@ def test_it_reads_without_utf_8(mission: WatchedMission):
     """Other signs, the same facts."""
     lines = list(whole_tree(mission, ASCII_SIGNS, None))
     assert lines[2] == "   + look around  8.4 s  canceled by condition: enough"
-    assert lines[4] == "     > drive  2.5 s  #######..... 1.208 of 2  travelled 1.21"
+    assert lines[4] == "     > drive  2.5 s  #######..... 1.21 of 2  travelled 1.21"
     assert lines[5] == "*    - turn away"
     assert all(line.isascii() for line in lines)
 
 
 @pytest.mark.parametrize("width", [5, 20, 40])
 def test_no_row_is_wider_than_the_terminal(mission: WatchedMission, width: int):
-    """What does not fit is cut, with a sign; a narrow row has figures instead of a bar."""
+    """What does not fit is cut, with a sign."""
     lines = list(whole_tree(mission, SIGNS, width))[1:]
     assert max(len(line) for line in lines) <= width
     assert lines[1].endswith("…")
+
+
+def test_bars_give_way_to_figures_and_those_to_percent(mission: WatchedMission):
+    """The less room, the less there is to read; the indent shrinks, too."""
+    assert (
+        list(whole_tree(mission, SIGNS, 45))[4] == "     ▶ drive  2.5 s  1.21 of 2  travelled 1.…"
+    )
+    assert list(whole_tree(mission, SIGNS, 20))[4] == "   ▶ drive 60%  tra…"
 
 
 def test_a_folded_node_says_how_much_it_hides(mission: WatchedMission):

@@ -124,6 +124,7 @@ class WatchApp(App[None]):
         """Show a line in the place of the keys, for a while."""
         self._notice = text
         self._notice_until_s = self._wall.elapsed_s + NOTICE_S
+        self.draw()
 
     def _foot(self) -> list[Span]:
         if self._notice and self._wall.elapsed_s < self._notice_until_s:

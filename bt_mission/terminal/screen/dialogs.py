@@ -108,7 +108,7 @@ class Chooser(ModalScreen[str | None]):
         rows: list[list[Span]] = [
             [
                 (f"{self._marks.cursor if number == self._cursor else ' '} ", "key"),
-                (clean(one.name, self._marks), "title"),
+                (clean(one.name, self._marks), "chosen" if number == self._cursor else "title"),
                 (f"  {one.fault}" if one.fault else "", "notice"),
             ]
             for number, one in enumerate(self._found)
@@ -116,7 +116,7 @@ class Chooser(ModalScreen[str | None]):
         if not rows:
             rows = [[(f"no executive yet ({self._where}); looking", "")]]
         rows += [[], [("Enter", "key"), (" watches it, ", ""), ("Esc", "key"), (" goes back", "")]]
-        self._pane.show(rows, "executives", "", self._cursor if self._found else None)
+        self._pane.show(rows, "executives")
 
     def action_move(self, rows: int) -> None:
         """Select another one."""

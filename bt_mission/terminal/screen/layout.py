@@ -106,11 +106,16 @@ class MainScreen(Screen[None]):
         chosen = outlook.cursor_row - outlook.top if indices else None
         rows: Rows = []
         for number, index in enumerate(indices):
-            sign = self._marks.cursor if number == chosen else " "
+            is_chosen = number == chosen
             row = tree_row(
-                outlook.mission, outlook.outline, index, pane.size.width - 1, self._marks
+                outlook.mission,
+                outlook.outline,
+                index,
+                pane.size.width - 1,
+                self._marks,
+                is_chosen=is_chosen,
             )
-            rows.append([(sign, ""), *row])
+            rows.append([(self._marks.cursor if is_chosen else " ", "key"), *row])
         count = len(outlook.outline.rows)
         right = (
             f"{outlook.top + 1} to {outlook.top + len(rows)} of {count}"
@@ -118,7 +123,7 @@ class MainScreen(Screen[None]):
             else ""
         )
         title = "tree, following" if outlook.is_following else "tree"
-        pane.show(rows, title, right, chosen)
+        pane.show(rows, title, right)
 
     def _panel(self, name: str, outlook: Outlook) -> tuple[Rows, str]:
         mission, marks, pane = outlook.mission, self._marks, self.panes[name]

@@ -23,6 +23,7 @@ STYLES: Mapping[str, Style] = {
     "words": Style(dim=True),
     "time": Style(),
     "bar": Style(color="cyan"),
+    "chosen": Style(bold=True, reverse=True),
     "folded": Style(color="magenta"),
     "breakpoint": Style(color="red", bold=True),
     "paused": Style(color="yellow", bold=True, reverse=True),
@@ -36,14 +37,12 @@ STYLES: Mapping[str, Style] = {
     "waypoint": Style(color="magenta", bold=True),
     "robot": Style(color="cyan", bold=True, reverse=True),
 }
-CHOSEN = Style(reverse=True)
 
 
-def strip(spans: list[Span], width: int, marks: Marks, *, is_chosen: bool = False) -> Strip:
+def strip(spans: list[Span], width: int, marks: Marks) -> Strip:
     """Spans as a line of a widget, cut and filled to its width."""
     segments = [Segment(text, STYLES[style]) for text, style in fit(spans, width, marks)]
-    line = Strip(segments).extend_cell_length(width)
-    return line.apply_style(CHOSEN) if is_chosen else line
+    return Strip(segments).extend_cell_length(width)
 
 
 def rule(title: str, right: str, width: int, marks: Marks) -> list[Span]:

@@ -26,25 +26,21 @@ class Pane(Widget):
         super().__init__(**options)
         self._marks = marks
         self._has_rule = has_rule
-        self._lines: list[tuple[list[Span], bool]] = []
-        self._title = ("", "")
+        self._lines: list[list[Span]] = []
 
     @property
     def room(self) -> int:
         """How many rows fit."""
         return max(self.size.height - self._has_rule, 0)
 
-    def show(
-        self, rows: list[list[Span]], title: str = "", right: str = "", chosen: int | None = None
-    ) -> None:
+    def show(self, rows: list[list[Span]], title: str = "", right: str = "") -> None:
         """Show these rows.
 
         :param right: what stands at the right of the title.
-        :param chosen: the row that is marked.
         """
-        lines = [(row, number == chosen) for number, row in enumerate(rows)]
+        lines = list(rows)
         if self._has_rule:
-            lines.insert(0, (rule(title, right, self.size.width, self._marks), False))
+            lines.insert(0, rule(title, right, self.size.width, self._marks))
         height = self.size.height
         before, self._lines = self._lines, lines
         for y in range(min(max(len(before), len(lines)), height)):
@@ -55,5 +51,4 @@ class Pane(Widget):
         """One line of the widget."""
         if y >= len(self._lines):
             return Strip.blank(self.size.width)
-        spans, is_chosen = self._lines[y]
-        return strip(spans, self.size.width, self._marks, is_chosen=is_chosen)
+        return strip(self._lines[y], self.size.width, self._marks)

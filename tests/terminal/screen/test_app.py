@@ -30,7 +30,7 @@ def test_the_whole_picture_at_80_by_24():
             "  ▶ explore  10.9 s",
             "    ✓ look around  8.4 s  canceled by condition",
             "    ▶ repeat  2.5 s",
-            "»     ▶ drive  2.5 s  ███████░░░░░ 1.2 of 2  travelled 1.20",
+            "»     ▶ drive  2.5 s  ███████░░░░░ 1.20 of 2  travelled 1.20",
             "      · turn away",
             *[""] * 8,
             "─ log ──────────────────────────────────────────────────────────────────────────",

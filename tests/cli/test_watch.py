@@ -1,0 +1,128 @@
+"""``bt-mission watch`` as a process of its own, beside the one that it looks on at."""
+
+from __future__ import annotations
+
+import json
+import os
+import pty
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from bt_mission.testing.processes import LOCAL, read_until, started
+
+pytestmark = pytest.mark.process
+
+DRIVE = """\
+mission: drive
+world: empty_arena
+tree:
+  repeat: {count: 1000}
+  do:
+    turn: {angle: 90}
+    name: turn round
+    timeout: 100
+"""
+
+
+@pytest.fixture(scope="module")
+def mission(tmp_path_factory: pytest.TempPathFactory) -> Iterator[subprocess.Popen[str]]:
+    """A mission that goes on and on, and may be looked on at."""
+    path = tmp_path_factory.mktemp("watched") / "drive.yaml"
+    path.write_text(DRIVE, encoding="utf-8")
+    arguments = ("run", str(path), "--visible", "--speed", "1", "--plain")
+    with started(*arguments, **LOCAL) as process:
+        read_until(process, "▶ turn round")
+        yield process
+
+
+def test_the_tree_is_printed_once(mission: subprocess.Popen[str]):
+    """With all statuses, though the watcher has come late."""
+    with started("watch", "--once", "--wait", "60", **LOCAL) as watch:
+        out, _ = watch.communicate(timeout=100)
+    assert watch.returncode == 0
+    lines = out.splitlines()
+    assert lines[0].startswith("drive   ")
+    assert lines[0].endswith("running")
+    assert any("turn round" in line for line in lines)
+
+
+def test_what_happens_is_streamed_until_the_reader_leaves(mission: subprocess.Popen[str]):
+    """One object a line; a pipe that closes is no traceback."""
+    with started("watch", "--json", "--wait", "60", **LOCAL) as watch:
+        assert watch.stdout is not None
+        events = [json.loads(watch.stdout.readline()) for _ in range(5)]
+        watch.stdout.close()
+        assert watch.wait(timeout=100) == 130
+    assert [event["event"] for event in events if event["event"] == "tree"] == ["tree"]
+
+
+def test_a_picture_is_drawn_on_a_terminal(mission: subprocess.Popen[str]):
+    """Until somebody presses q; the terminal is then as it was."""
+    seen, code = on_terminal("xterm-256color", "turn round", b"q")
+    assert code == 0
+    assert "Traceback" not in seen
+    assert "\x1b[?1049h" in seen
+    assert "\x1b[?1049l" in seen
+
+
+def test_a_terminal_that_cannot_be_drawn_on_has_plain_lines(mission: subprocess.Popen[str]):
+    """With a word."""
+    seen, code = on_terminal("dumb", "▶ turn round", b"\x03")
+    assert code == 130
+    assert "TERM=dumb: nothing can be drawn on this terminal; plain lines" in seen
+    assert "\x1b" not in seen
+
+
+def test_nobody_there_is_told(tmp_path: Path):
+    """With what was looked for; code 1 when waiting was limited."""
+    apart = {**LOCAL, "ROS_DOMAIN_ID": str(int(os.environ["ROS_DOMAIN_ID"]) % 100 + 1)}
+    with started("watch", "robot7", "--once", "--wait", "1", **apart) as watch:
+        out, _ = watch.communicate(timeout=60)
+    assert watch.returncode == 1
+    assert "no sign of /robot7/bt_mission (ROS domain" in out
+
+
+# In a session of its own, the first terminal that a process opens is the one whose Ctrl-C it gets.
+ON_TERMINAL = """\
+import os, sys
+os.open(os.ttyname(0), os.O_RDWR)
+os.execv(sys.executable, [sys.executable, "-m", "bt_mission", "watch", "--wait", "60"])
+"""
+
+
+def on_terminal(term: str, until: str, keys: bytes) -> tuple[str, int]:
+    """Watch on a terminal of that kind, press keys when something is seen; all output and code."""
+    terminal, theirs = pty.openpty()
+    watch = subprocess.Popen(
+        [sys.executable, "-c", ON_TERMINAL],
+        env=os.environ | LOCAL | {"TERM": term, "COLUMNS": "80", "LINES": "24"},
+        stdin=theirs,
+        stdout=theirs,
+        stderr=theirs,
+        start_new_session=True,
+    )
+    os.close(theirs)
+    try:
+        seen = read_terminal(terminal, until.encode())
+        os.write(terminal, keys)
+        seen += read_terminal(terminal, b"")
+        return seen.decode(), watch.wait(timeout=60)
+    finally:
+        watch.kill()
+        watch.wait()
+        os.close(terminal)
+
+
+def read_terminal(terminal: int, until: bytes) -> bytes:
+    """What is written until something is seen; without it, until nobody writes any more."""
+    seen = b""
+    while not (until and until in seen):
+        try:
+            seen += os.read(terminal, 65536)
+        except OSError:  # it has no other end any more
+            break
+    return seen
