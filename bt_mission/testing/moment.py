@@ -61,7 +61,10 @@ class Leaf:
 
     @property
     def runs(self) -> int:
-        """How often it has been entered."""
+        """How often it has come to run.
+
+        A leaf that starts and ends in one tick, and does so again with the same end, counts once.
+        """
         history, node = self._run.history, self._node
         started = history.count(node, self._changes, Status.RUNNING)
         if started:
