@@ -94,6 +94,10 @@ class Attached:
         """Serve a node of somebody who looks on, too; its owner destroys it."""
         self._graph.host(node)
 
+    def last_words(self) -> None:
+        """Serve what is on its way once the mission has ended."""
+        self._graph.last_words()
+
     def step(self) -> None:
         """Serve what comes next, for at most a tenth of a second."""
         self._graph.step(self.executive, self.node)

@@ -230,6 +230,10 @@ class Stage:
             self.has_servers = True
             self.clock.add_node(self.servers)
 
+    def last_words(self) -> None:
+        """Serve what is on its way once the mission has ended; time stands still."""
+        self.clock.run_until_quiet()
+
     def step(self) -> None:
         """Jump to the next instant at which anything is due, and serve it.
 

@@ -57,6 +57,7 @@ ROS_MODULES = (
     "bt_mission/joined.py",
     "bt_mission/journal/keep.py",
     "bt_mission/journal/messages.py",
+    "bt_mission/link.py",
     "bt_mission/lockstep/*",
     "bt_mission/node.py",
     "bt_mission/observer.py",

@@ -12,7 +12,8 @@ from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
 from bt_mission.cli.middleware import prepare_middleware
 
 if TYPE_CHECKING:
-    from bt_mission.observer import Link, Observer
+    from bt_mission.link import Link
+    from bt_mission.observer import Observer
     from bt_mission.watching.mission import WatchedMission
 
 WAIT_S = 0.1

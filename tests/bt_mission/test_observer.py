@@ -11,7 +11,8 @@ from py_trees.common import Status
 from rclpy.type_hash import TypeHash
 from sensor_msgs.msg import BatteryState
 
-from bt_mission.observer import LATCHED, Link, Observer
+from bt_mission.link import LATCHED, Link
+from bt_mission.observer import Observer
 from bt_mission.watching import told
 from bt_mission.watching.mission import WatchedMission
 from bt_mission.watching.source import Answer, Command, Verb

@@ -41,6 +41,8 @@ def run(folder: Path, watcher: Any = None) -> str:
                 watcher(stage, link.take(needs_statuses=False))
                 assert link.is_there
         if graph is not None and link is not None:
+            graph.serve()
+            watcher(stage, link.take(needs_statuses=False))
             link.close()
             graph.close()
         return stage.trace.sha256
