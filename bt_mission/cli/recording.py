@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import argparse
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from bt_mission.common.errors import BtMissionError
@@ -24,6 +27,12 @@ def add_recording_options(parser: argparse.ArgumentParser) -> None:
         help="record the run: every topic, the tree, goals and feedback (docs/recording.md)",
     )
     parser.add_argument(
+        "--report",
+        type=Path,
+        metavar="FILE.html",
+        help="make a page of the run, for any browser",
+    )
+    parser.add_argument(
         "--record-camera",
         choices=("compressed", "raw"),
         nargs="?",
@@ -38,38 +47,70 @@ def refuse_recording(options: argparse.Namespace) -> None:
 
     :raises BtMissionError: with what to do instead.
     """
-    if options.record_camera and not options.record:
+    if options.record_camera and not (options.record or options.report):
         raise BtMissionError("--record-camera: name the file to record to with --record FILE.mcap")
+    if options.report is not None and not options.report.parent.is_dir():
+        raise BtMissionError(f"{options.report}: there is no folder {options.report.parent}")
 
 
-def recorder_for(
-    options: argparse.Namespace, session: Observable
-) -> AbstractContextManager[Recorder | None]:
-    """The recorder that the options ask for, if any.
+@contextmanager
+def recorder_for(options: argparse.Namespace, session: Observable) -> Iterator[Keeping]:
+    """What keeps the run as the options ask for: in a recording, in a page, in both or not at all.
 
     :raises BtMissionError: when its file cannot be written.
     """
-    if options.record is None:
-        return nullcontext()
-    from bt_mission.recording.options import RecordingOptions
-    from bt_mission.recording.recorder import Recorder
+    with ExitStack() as stack:
+        path = options.record
+        if path is None and options.report is not None:
+            path = Path(stack.enter_context(TemporaryDirectory())) / "run.mcap"
+        if path is None:
+            yield Keeping(None, None, None)
+            return
+        from bt_mission.recording.options import RecordingOptions
+        from bt_mission.recording.recorder import Recorder
 
-    return Recorder(
-        session, options.record, RecordingOptions(camera=options.record_camera or "none")
-    )
+        wanted = RecordingOptions(camera=options.record_camera or "none")
+        recorder = stack.enter_context(Recorder(session, path, wanted))
+        yield Keeping(recorder, options.record, options.report)
 
 
-def finish(recorder: Recorder | None, report: Report) -> dict[str, str]:
-    """End a recording; gives what is to be said about it, by name, for programs."""
-    if recorder is None:
-        return {}
-    recorder.finish(report.as_dict())
-    return {"recording": str(recorder.file.path), "recording_lacks": recorder.missing}
+@dataclass(frozen=True)
+class Keeping:
+    """A run on its way into files."""
+
+    recorder: Recorder | None
+    recording: Path | None
+    page: Path | None
+
+    def finish(self, report: Report) -> dict[str, str]:
+        """End the recording, and make the page; gives what is to be said about them, by name."""
+        if self.recorder is None:
+            return {}
+        self.recorder.finish(report.as_dict())
+        kept = {}
+        if self.recording is not None:
+            kept = {"recording": str(self.recording), "recording_lacks": self.recorder.missing}
+        if self.page is not None:
+            from bt_mission.cli.report import write_page
+
+            try:
+                write_page(self.recorder.file.path, self.page)
+            except BtMissionError as error:
+                return kept | {"report_lacks": str(error)}
+            kept["report"] = str(self.page)
+        return kept
 
 
 def told(kept: dict[str, str]) -> list[str]:
-    """The same for people, one line each."""
-    if not kept:
-        return []
-    lacks = kept["recording_lacks"]
-    return [f"  recorded to {kept['recording']}" + (f"; it lacks {lacks}" if lacks else "")]
+    """What was kept, for people, one line each."""
+    lines = []
+    if "recording" in kept:
+        lacks = kept["recording_lacks"]
+        lines.append(
+            f"  recorded to {kept['recording']}" + (f"; it lacks {lacks}" if lacks else "")
+        )
+    if "report" in kept:
+        lines.append(f"  report: {kept['report']}")
+    if "report_lacks" in kept:
+        lines.append(f"  no report: {kept['report_lacks']}")
+    return lines

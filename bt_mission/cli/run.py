@@ -17,7 +17,6 @@ from bt_mission.cli.middleware import prepare_middleware
 from bt_mission.cli.options import add_mission_options, speed
 from bt_mission.cli.recording import (
     add_recording_options,
-    finish,
     recorder_for,
     refuse_recording,
     told,
@@ -136,10 +135,10 @@ def _run_in_lines(options: argparse.Namespace, mission: Any) -> tuple[Report, di
     view = view_for(sys.stdout, plain=options.plain, quiet=options.json)
     with (
         _open_session(options, mission, view.say) as session,
-        recorder_for(options, session) as recorder,
+        recorder_for(options, session) as keeping,
     ):
         report = drive(session, view, speed=options.speed, trace_file=options.trace)
-        return report, finish(recorder, report)
+        return report, keeping.finish(report)
 
 
 def _run_on_screen(options: argparse.Namespace, mission: Any) -> tuple[Report, dict[str, str]]:
@@ -156,13 +155,13 @@ def _run_on_screen(options: argparse.Namespace, mission: Any) -> tuple[Report, d
     with (
         _open_session(options, mission, lambda _: None) as session,
         closing(OwnExecutive(session)) as graph,
-        recorder_for(options, session) as recorder,
+        recorder_for(options, session) as keeping,
     ):
         interrupts = Interrupts()
         steps = driving(session, Quiet(), interrupts, speed=speed, trace_file=options.trace)
         marks = marks_for(sys.stdout.encoding)
         report = RunApp(graph, marks, graph.name, steps, interrupts).run_to_the_end()
-        return report, finish(recorder, report)
+        return report, keeping.finish(report)
 
 
 @contextmanager

@@ -127,3 +127,51 @@ def test_an_attached_run_records_the_whole_graph(tmp_path: Path) -> None:
     known = read_run(path)
     assert [goal.status for goal in known.goals if goal.action == "/turn"][-1] == "succeeded"
     assert known.start_ns < 60_000_000_000, "the times are those of the simulation"
+
+
+def test_a_page_is_made_of_a_recording(
+    mission: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Beside it, or where it is wanted."""
+    path = tmp_path / "run.mcap"
+    assert main(["run", mission, "--json", "--record", str(path)]) == 0
+    capsys.readouterr()
+    assert main(["report", str(path)]) == 0
+    assert capsys.readouterr().out == f"{tmp_path / 'run.html'}\n"
+    assert "<title>short succeeded</title>" in (tmp_path / "run.html").read_text()
+    assert main(["report", str(path), "-o", str(tmp_path / "other.html")]) == 0
+    assert (tmp_path / "other.html").exists()
+
+
+def test_a_run_can_have_a_page_without_a_recording(
+    mission: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Only the page is left."""
+    page = tmp_path / "out" / "run.html"
+    assert main(["run", mission, "--report", str(page)]) == 2
+    assert "there is no folder" in capsys.readouterr().err
+    page.parent.mkdir()
+    assert main(["run", mission, "--report", str(page)]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == f"  report: {page}"
+    assert [one.name for one in page.parent.iterdir()] == ["run.html"]
+
+
+@pytest.mark.parametrize(
+    ("data", "what"),
+    [
+        (None, "cannot read it: No such file"),
+        (b"", "the file is empty"),
+        (b"PK\x03\x04 and so on", "not an MCAP file"),
+        (b"\x89MCAP0\r\n", "no run of a mission is in it"),
+    ],
+)
+def test_a_page_of_something_else_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], data: bytes | None, what: str
+) -> None:
+    """With the file's name; no page is made."""
+    path = tmp_path / "run.mcap"
+    if data is not None:
+        path.write_bytes(data)
+    assert main(["report", str(path)]) == 2
+    assert f"{path}: {what}" in capsys.readouterr().err
+    assert not (tmp_path / "run.html").exists()

@@ -1,0 +1,63 @@
+"""What a report costs: reading a recording, making the page, and how long the page is.
+
+Runs `patrol.yaml` for so many rounds that it takes ten minutes of virtual time, recorded, and then
+makes its page. Processor time is told, because the wall clock shows what else the machine does.
+Run it as: python benchmarks/report.py [--rounds N]
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import tempfile
+import time
+from pathlib import Path
+
+from bt_mission.mission import load
+from bt_mission.page.page import page_of
+from bt_mission.recording.read import read_run
+from bt_mission.recording.recorder import Recorder
+from bt_mission.session import summarise
+from bt_mission.stage import Stage
+
+FURTHER_ROUNDS = 6
+"""Of the patrol, 90 s each."""
+
+
+def record(path: Path, images: Path) -> float:
+    """Record ten minutes of patrol; gives the virtual seconds."""
+    mission = load(Path("missions/patrol.yaml"), set={"further_rounds": FURTHER_ROUNDS})
+    with Stage(mission, image_folder=images, say=lambda _: None) as stage:
+        recorder = Recorder(stage, path)
+        while not stage.is_done:
+            stage.step()
+        report = summarise(stage, 1.0)
+        recorder.finish(report.as_dict())
+    return report.virtual_s
+
+
+def main() -> None:
+    """Measure, and print medians."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--rounds", type=int, default=5)
+    options = parser.parse_args()
+    reading, making, length = [], [], 0
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "run.mcap"
+        virtual_s = record(path, Path(folder))
+        for _ in range(options.rounds):
+            begin = time.process_time()
+            run = read_run(path)
+            read = time.process_time()
+            length = len(page_of(run).encode())
+            reading.append(read - begin)
+            making.append(time.process_time() - read)
+        size = path.stat().st_size
+    print(f"patrol.yaml, {virtual_s:.1f} s virtual, recording of {size / 1e6:.1f} MB")
+    print(f"  read it: median {statistics.median(reading):.2f} s")
+    print(f"  make the page: median {statistics.median(making):.2f} s")
+    print(f"  the page: {length / 1e6:.2f} MB")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,54 @@
+"""``bt-mission report``: a recorded run as one page."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from bt_mission.cli.exits import SUCCESS
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command to the command line."""
+    parser = commands.add_parser(
+        "report",
+        help="make a page of a recorded run",
+        description="Makes one HTML page of a recording: outcome and reason, a timeline of every "
+        "node, the robot's way over the map, figures against time, goals, pictures, the log and "
+        "the mission's file. The page needs no network and no other file.",
+        epilog="exit codes: 0 success, 2 no such file, or not a recorded run",
+    )
+    parser.add_argument("file", type=Path, help="made by bt-mission run --record")
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        metavar="FILE.html",
+        help="the page (default: beside the recording, with its name)",
+    )
+    parser.set_defaults(command=report)
+
+
+def report(options: argparse.Namespace) -> int:
+    """Make the page; gives the exit code."""
+    output = options.output or options.file.with_suffix(".html")
+    write_page(options.file, output)
+    print(output)
+    return SUCCESS
+
+
+def write_page(recording: Path, output: Path) -> None:
+    """Make a page of a recording.
+
+    :raises BtMissionError: for a file that holds no run, and one that cannot be written.
+    """
+    from bt_mission.common.errors import BtMissionError
+    from bt_mission.page.page import page_of
+    from bt_mission.recording.read import read_run
+
+    page = page_of(read_run(recording))
+    try:
+        output.write_text(page, encoding="utf-8")
+    except OSError as error:
+        raise BtMissionError(f"{output}: cannot write the report: {error.strerror}") from error

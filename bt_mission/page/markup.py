@@ -1,0 +1,52 @@
+"""HTML and SVG as text: escaping, attributes, short numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from html import escape
+
+__all__ = ["element", "escape", "number", "rows", "seconds", "void"]
+
+
+def element(tag: str, content: str = "", /, **attributes: object) -> str:
+    """An element around markup; `class_` and `data_x` are written `class` and `data-x`."""
+    return f"<{tag}{_attributes(attributes)}>{content}</{tag}>"
+
+
+def void(tag: str, /, **attributes: object) -> str:
+    """An element of SVG without content."""
+    return f"<{tag}{_attributes(attributes)}/>"
+
+
+def _attributes(attributes: dict[str, object]) -> str:
+    return "".join(
+        f' {name.rstrip("_").replace("_", "-")}="{escape(_text(value))}"'
+        for name, value in attributes.items()
+        if value is not None
+    )
+
+
+def _text(value: object) -> str:
+    return number(value) if isinstance(value, float) else str(value)
+
+
+def number(value: float, digits: int = 3) -> str:
+    """A number with at most so many decimals, and no more than it needs."""
+    text = f"{value:.{digits}f}"
+    text = text.rstrip("0").rstrip(".") if "." in text else text
+    return "0" if text == "-0" else text
+
+
+def seconds(value: float) -> str:
+    """A length of time for people: `0.05 s`, `12.3 s`, `3 min 05 s`."""
+    if value < 10:
+        return f"{number(value, 2)} s"
+    if value < 120:
+        return f"{number(value, 1)} s"
+    minutes, rest = divmod(round(value), 60)
+    return f"{minutes} min {rest:02d} s"
+
+
+def rows(lines: Iterable[str]) -> str:
+    """Markup, one part a line."""
+    return "\n".join(lines)
