@@ -148,6 +148,7 @@ def _run_on_screen(options: argparse.Namespace, mission: Any) -> tuple[Report, d
     from bt_mission.observer import OwnExecutive
     from bt_mission.session import Interrupts, driving
     from bt_mission.terminal.marks import marks_for
+    from bt_mission.terminal.screen.memory import settle_memory
     from bt_mission.terminal.screen.run_app import RunApp
     from bt_mission.terminal.views import Quiet
 
@@ -160,6 +161,7 @@ def _run_on_screen(options: argparse.Namespace, mission: Any) -> tuple[Report, d
         interrupts = Interrupts()
         steps = driving(session, Quiet(), interrupts, speed=speed, trace_file=options.trace)
         marks = marks_for(sys.stdout.encoding)
+        settle_memory()
         report = RunApp(graph, marks, graph.name, steps, interrupts).run_to_the_end()
         return report, keeping.finish(report)
 

@@ -105,9 +105,11 @@ def is_drawable() -> bool:
 def _draw(observer: Observer, options: argparse.Namespace) -> int:
     from bt_mission.terminal.marks import marks_for
     from bt_mission.terminal.screen.app import WatchApp
+    from bt_mission.terminal.screen.memory import settle_memory
     from bt_mission.watching.choice import nobody, wanted_name
 
     name = wanted_name(options.executive)
+    settle_memory()
     app = WatchApp(
         observer,
         marks_for(sys.stdout.encoding),

@@ -88,7 +88,9 @@ class MainScreen(Screen[None]):
         width = self.size.width
         head = header(mission, outlook.robot, outlook.pace.factor, marks)
         if not is_there:
-            head.insert(0, (" gone; looking ", "paused"))
+            known = mission.state is not None
+            head.insert(0, (" gone; looking " if known else " looking ", "paused"))
+            head.insert(1, (" ", ""))
         self.panes["head"].show([head])
         self.panes["path"].show([path(outlook.running_path, width, marks)])
         self.panes["foot"].show([foot])
