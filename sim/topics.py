@@ -1,7 +1,7 @@
 """What one simulated robot says and hears: the topics and services of a TurtleBot3 on Jazzy.
 
-Each sensor makes its message once, and refills it when it is due. Nothing is published that
-nobody subscribes to. All names begin with the robot's prefix.
+Each sensor makes its message once, and puts new numbers into it when it is due. Nothing is
+published that nobody subscribes to. All names begin with the robot's prefix.
 """
 
 from __future__ import annotations
@@ -15,12 +15,14 @@ from nav_msgs.msg import Odometry as OdometryMessage
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.serialization import serialize_message
 from sensor_msgs.msg import BatteryState, Imu, JointState, LaserScan
 from std_msgs.msg import Bool
 from std_srvs.srv import SetBool, Trigger
 from tf2_msgs.msg import TFMessage
 
 from sim import fill, frames
+from sim.packed import Packed
 from sim.schedule import Schedule
 from sim.simrobot import SimRobot
 
@@ -28,6 +30,23 @@ RELIABLE = QoSProfile(depth=10)
 SENSOR_DATA = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 TRANSFORMS = QoSProfile(depth=100)  # what tf2's listeners and broadcasters use
+
+# The numbers that change from one message to the next.
+PLANAR = ("position.x", "position.y", "orientation.z", "orientation.w")
+PLANAR_MOTION = (
+    *(f"pose.pose.{name}" for name in PLANAR),
+    "twist.twist.linear.x",
+    "twist.twist.angular.z",
+)
+PLANAR_TRANSFORM = tuple(
+    f"transform.{name}" for name in ("translation.x", "translation.y", "rotation.z", "rotation.w")
+)
+INERTIAL = (
+    *(f"orientation.{axis}" for axis in "xyzw"),
+    *(f"angular_velocity.{axis}" for axis in "xyz"),
+    *(f"linear_acceleration.{axis}" for axis in "xyz"),
+)
+CHARGE = ("voltage", "current", "charge", "percentage")
 
 BATTERY_RATE = 20.0
 """Hz [turtlebot3_node]."""
@@ -60,6 +79,9 @@ class RobotTopics:
 
     def _publisher(self, kind: Any, topic: str, qos: QoSProfile = RELIABLE) -> Publisher:
         return self._node.create_publisher(kind, self._name(topic), qos)
+
+    def _packed(self, message: Any, *parts: tuple[Any, tuple[str, ...]]) -> Packed:
+        return Packed(message, self._stamp, parts, serialize_message)
 
     # ---- commands and services -----------------------------------------------------------
 
@@ -106,13 +128,19 @@ class RobotTopics:
 
     def _make_base(self) -> None:
         """Wheels, odometry, moving frames and true pose, all of one instant."""
-        wheels = fill.header(JointState(name=list(frames.WHEEL_JOINTS)), self._stamp, "")
-        wheels.position, wheels.velocity = array.array("d", (0, 0)), array.array("d", (0, 0))
-        odometry = fill.header(OdometryMessage(), self._stamp, frames.ODOM, frames.BASE_FOOTPRINT)
-        truth = fill.header(OdometryMessage(), self._stamp, frames.MAP, frames.BASE_FOOTPRINT)
-        to_base = fill.header(TransformStamped(), self._stamp, frames.ODOM, frames.BASE_FOOTPRINT)
-        to_odom = fill.header(TransformStamped(), self._stamp, frames.MAP, frames.ODOM)
-        moving = TFMessage(transforms=[to_odom, to_base])
+        turned = fill.header(JointState(name=list(frames.WHEEL_JOINTS)), self._stamp, "")
+        turned.position, turned.velocity = array.array("d", (0, 0)), array.array("d", (0, 0))
+        reckoned = fill.header(OdometryMessage(), self._stamp, frames.ODOM, frames.BASE_FOOTPRINT)
+        true = fill.header(OdometryMessage(), self._stamp, frames.MAP, frames.BASE_FOOTPRINT)
+        base = fill.header(TransformStamped(), self._stamp, frames.ODOM, frames.BASE_FOOTPRINT)
+        odom = fill.header(TransformStamped(), self._stamp, frames.MAP, frames.ODOM)
+        moving = self._packed(
+            TFMessage(transforms=[odom, base]), (odom, PLANAR_TRANSFORM), (base, PLANAR_TRANSFORM)
+        )
+        to_odom, to_base = moving.numbers
+        wheels = self._packed(turned, (turned, ("position", "velocity")))
+        odometry = self._packed(reckoned, (reckoned, PLANAR_MOTION))
+        truth = self._packed(true, (true, PLANAR_MOTION))
         wheels_out = self._publisher(JointState, "joint_states")
         odometry_out = self._publisher(OdometryMessage, "odom")
         moving_out = self._publisher(TFMessage, "tf", TRANSFORMS)
@@ -123,19 +151,19 @@ class RobotTopics:
             reading = robot.read_odometry()
             faults = robot.faults
             if wanted(wheels_out) and not faults.joints.dead:
-                fill.joints(wheels, *robot.wheels)
-                wheels_out.publish(wheels)
+                fill.joints(wheels.numbers[0], *robot.wheels)
+                wheels_out.publish(wheels.packed())
             if wanted(odometry_out) and not faults.odometry.dead:
-                fill.odometry(odometry, reading)
-                odometry_out.publish(odometry)
+                fill.odometry(odometry.numbers[0], reading)
+                odometry_out.publish(odometry.packed())
             if wanted(moving_out) and not faults.odometry.dead:
                 here = (reading.x, reading.y, reading.yaw)
                 fill.planar_transform(to_base, *here)
                 fill.planar_transform(to_odom, *frames.map_to_odom(robot.pose, here))
-                moving_out.publish(moving)
+                moving_out.publish(moving.packed())
             if wanted(truth_out):
-                fill.truth(truth, robot.pose, robot.velocity)
-                truth_out.publish(truth)
+                fill.truth(truth.numbers[0], robot.pose, robot.velocity)
+                truth_out.publish(truth.packed())
 
         self._schedule.every(robot.robot.odometry_rate, "odometry_rate", publish)
 
@@ -143,12 +171,13 @@ class RobotTopics:
         spec = self._robot.robot.imu
         message = fill.header(Imu(), self._stamp, frames.IMU_LINK)
         fill.inertial_limits(message, spec)
+        packed = self._packed(message, (message, INERTIAL))
         publisher = self._publisher(Imu, "imu")
 
         def publish(index: int) -> None:
             if wanted(publisher) and not self._robot.faults.imu.dead:
-                fill.inertial(message, self._robot.inertial(index))
-                publisher.publish(message)
+                fill.inertial(packed.numbers[0], self._robot.inertial(index))
+                publisher.publish(packed.packed())
 
         self._schedule.every(spec.rate, "imu.rate", publish)
 
@@ -172,12 +201,13 @@ class RobotTopics:
     def _make_battery(self) -> None:
         message = fill.header(BatteryState(), self._stamp, "")
         fill.battery_limits(message, self._robot.robot.battery)
+        packed = self._packed(message, (message, CHARGE))
         publisher = self._publisher(BatteryState, "battery_state")
 
         def publish(_: int) -> None:
             if wanted(publisher):
-                fill.battery(message, self._robot.battery)
-                publisher.publish(message)
+                fill.battery(packed.numbers[0], self._robot.battery)
+                publisher.publish(packed.packed())
 
         self._schedule.every(BATTERY_RATE, "battery", publish)
 

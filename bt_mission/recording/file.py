@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import BinaryIO
 
-from mcap.writer import CompressionType, Writer
-
 from bt_mission.common.errors import BtMissionError
+from bt_mission.recording.chunks import ChunkWriter, Message
 
 PROFILE = "ros2"
 ENCODING = "cdr"
 SCHEMA_ENCODING = "ros2msg"
+
+MOST_WAITING = 5_000
+"""Messages that wait to be written, however little time passes."""
 
 FLUSH_NS = 1_000_000_000
 """What is older than this, by the time of the messages, is on its way to the disk."""
@@ -38,15 +40,14 @@ class McapFile:
         self.messages = 0
         self.bytes = 0
         """Bytes written, as of the last flush."""
-        self._waiting: list[tuple[int, int, bytes]] = []
+        self._waiting: list[Message] = []
         self._last_ns = 0
         self._schemas: dict[str, int] = {}
         try:
             self._stream = path.open("wb") if stream is None else stream
         except OSError as error:
             raise BtMissionError(f"{path}: cannot write the recording: {error.strerror}") from error
-        # LZ4 takes a fifth of the time of Zstandard here, and the file is a fifth larger.
-        self._writer = Writer(self._stream, compression=CompressionType.LZ4)
+        self._writer = ChunkWriter(self._stream)
         try:
             self._writer.start(PROFILE, library)
         except OSError as error:
@@ -55,33 +56,29 @@ class McapFile:
     def channel(
         self, topic: str, type_name: str, definition: str, metadata: Mapping[str, str]
     ) -> int:
-        """Make a channel for a topic; gives its number, which is 0 once writing has failed."""
-        if self.fault is not None:
-            return 0
-        try:
-            if type_name not in self._schemas:
-                self._schemas[type_name] = self._writer.register_schema(
-                    type_name, SCHEMA_ENCODING, definition.encode()
-                )
-            schema = self._schemas[type_name]
-            return self._writer.register_channel(topic, ENCODING, schema, dict(metadata))
-        except OSError as error:  # a chunk was full
-            self._give_up(error)
-            return 0
+        """Make a channel for a topic; gives its number."""
+        if type_name not in self._schemas:
+            self._schemas[type_name] = self._writer.add_schema(
+                type_name, SCHEMA_ENCODING, definition.encode()
+            )
+        return self._writer.add_channel(topic, ENCODING, self._schemas[type_name], metadata)
 
-    def write(self, channel: int, time_ns: int, data: bytes) -> None:
-        """Add a serialized message."""
-        # Kept, and written together a second at a time: in between, other code would have to make
-        # way for the writer's in the processor's caches, and be fetched again.
-        self._waiting.append((channel, time_ns, data))
-        if not 0 <= time_ns - self._last_ns < FLUSH_NS:
+    def write(self, time_ns: int, messages: Iterable[tuple[int, bytes]]) -> None:
+        """Add the messages of one instant, each the number of its channel and its bytes."""
+        self._waiting += [(channel, time_ns, data) for channel, data in messages]
+        self.flush_if_late(time_ns)
+
+    def flush_if_late(self, time_ns: int) -> None:
+        """Flush when the last time was a second ago, or when much is waiting."""
+        is_late = not 0 <= time_ns - self._last_ns < FLUSH_NS
+        if self._waiting and (is_late or len(self._waiting) > MOST_WAITING):
             self.flush()
 
     def attach(self, name: str, media_type: str, data: bytes, time_ns: int) -> None:
         """Put a file into the file."""
         if self.fault is None:
             try:
-                self._writer.add_attachment(0, time_ns, name, media_type, data)
+                self._writer.write_attachment(name, media_type, data, time_ns)
             except OSError as error:
                 self._give_up(error)
 
@@ -89,7 +86,7 @@ class McapFile:
         """Put named facts into the file."""
         if self.fault is None:
             try:
-                self._writer.add_metadata(name, dict(facts))
+                self._writer.write_metadata(name, facts)
             except OSError as error:
                 self._give_up(error)
 
@@ -98,34 +95,38 @@ class McapFile:
         waiting, self._waiting = self._waiting, []
         if self.fault is not None:
             return
-        add = self._writer.add_message
         try:
-            for channel, time_ns, data in waiting:
-                add(channel, time_ns, data, time_ns)
-            self._writer.flush()  # type: ignore[no-untyped-call]  # mcap annotates its parameters only
-            self.bytes = self._stream.tell()
+            if waiting:
+                self._writer.write_messages(waiting)
+            self._stream.flush()
         except OSError as error:
             self._give_up(error)
             return
+        self.bytes = self._writer.bytes_written
         self.messages += len(waiting)
         if waiting:
             self.kept_ns = self._last_ns = waiting[-1][1]
+
+    def abandon(self, why: str) -> None:
+        """Write nothing more."""
+        if self.fault is None:
+            self.fault = why
+            self._shut()
 
     def close(self) -> None:
         """Write the summary by which readers find their way, and close."""
         self.flush()
         if self.fault is None:
             try:
-                self._writer.finish()  # type: ignore[no-untyped-call]
+                self._writer.finish()
                 self._stream.flush()
-                self.bytes = self._stream.tell()
             except OSError as error:
                 self._give_up(error)
+        self.bytes = self._writer.bytes_written
         self._shut()
 
     def _give_up(self, error: OSError) -> None:
-        self.fault = error.strerror or str(error)
-        self._shut()
+        self.abandon(error.strerror or str(error))
 
     def _shut(self) -> None:
         try:

@@ -14,11 +14,12 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.serialization import serialize_message
 
+from bt_mission.common.errors import described
 from bt_mission.common.presence import RECORDER
 from bt_mission.common.presence import TOPIC as PRESENCE
 from bt_mission.recording.contents import files_of, log_line, versions
 from bt_mission.recording.decoding import Decoder
-from bt_mission.recording.definitions import Definitions, share_folders
+from bt_mission.recording.definitions import Definitions, NoDefinitionError, share_folders
 from bt_mission.recording.file import McapFile
 from bt_mission.recording.goals import GoalEvents
 from bt_mission.recording.options import RecordingOptions
@@ -30,8 +31,8 @@ from bt_mission.recording.trimming import Trim
 if TYPE_CHECKING:
     from bt_mission.observing import Observable
 
-LOOK_NS = 1_000_000_000
-"""Time between two looks at what topics there are."""
+LOOK_NS = 2_000_000_000
+"""Time between two looks at what topics and pictures there are."""
 
 IMAGE = "sensor_msgs/msg/Image"
 CAMERA_TYPES = (IMAGE, "sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/CameraInfo")
@@ -72,6 +73,7 @@ class Recorder:
         self._definitions = Definitions(share_folders())
         self._looked_ns = session.now_ns
         self._decoders: dict[str, Decoder] = {}
+        self._pending: list[tuple[int, bytes]] = []
         self._takes: dict[str, Take] = {}
         name = session.node.get_fully_qualified_name()
         self._status = {
@@ -95,6 +97,10 @@ class Recorder:
         self._topics = Topics(self.node, self, (*NEVER, presence), session.inside)
         self._is_closed = False
         self._goals = GoalEvents(self._open_own, self._stamp)
+        self._look = self.guarded(self._take_in)
+        self._on_status = self.guarded(self._take_status)
+        self._on_line = self.guarded(self._take_line)
+        self._on_exchange = self.guarded(self._goals.take)
         self._begin()
 
     def __enter__(self) -> Self:
@@ -115,19 +121,38 @@ class Recorder:
 
     def look(self) -> None:
         """Take what has come in since the last time (the session calls this after each step)."""
+        self._look()
+
+    def _take_in(self) -> None:
+        if self.file.fault is not None:
+            self._topics.close()
+            return
         now_ns = self._session.now_ns
         is_due = not 0 <= now_ns - self._looked_ns < LOOK_NS
         busy = self._goals.take_busy()
         self._topics.poll(None if is_due else busy)
+        self._hand_over()
         if is_due:
             self._looked_ns = now_ns
             self._look_around()
 
+    def _take_last(self) -> None:
+        self._look_around()
+        self._topics.poll()
+        self._hand_over()
+
+    def _hand_over(self) -> None:
+        """Give the file what has come since the last time: all of it belongs to one instant.
+
+        While the simulation sends, the clock still stands at the instant before.
+        """
+        self.file.write(self._session.now_ns, self._pending)
+        self._pending.clear()
+
     def finish(self, summary: Mapping[str, Any]) -> None:
         """Put what the run came to into the file, and close it."""
         self._mission_node.status.flush()
-        self._look_around()
-        self._topics.poll()
+        self.guarded(self._take_last)()
         facts = {name: json.dumps(value) for name, value in summary.items()}
         self.file.note("bt_mission_summary", {**facts, "missing": json.dumps(self.missing)})
         self.close()
@@ -138,12 +163,25 @@ class Recorder:
             return
         self._is_closed = True
         self._mission_node.status.flush()
-        self._mission_node.status.remove(self._take_status)
-        self._mission_node.overhear.remove(self._goals.take)
-        self._mission_node.trace.listeners.remove(self._take_line)
+        self._mission_node.status.remove(self._on_status)
+        self._mission_node.overhear.remove(self._on_exchange)
+        self._mission_node.trace.listeners.remove(self._on_line)
         self._topics.close()
         self._session.remove_observer(self)
+        self.guarded(self._hand_over)()
         self.file.close()
+
+    def guarded(self, call: Callable[..., None]) -> Callable[..., None]:
+        """``call``, the failure of which ends the recording, and nothing else."""
+        file = self.file
+
+        def guarded(*arguments: Any) -> None:
+            try:
+                call(*arguments)
+            except Exception as error:  # noqa: BLE001 - looking on must not change what happens
+                file.abandon(f"the recorder failed: {described(error)}")
+
+        return guarded
 
     # ---- beginning -------------------------------------------------------------------------
 
@@ -166,12 +204,13 @@ class Recorder:
         for name, text in files_of(session.mission):
             self.file.attach(name, "text/plain", text.encode(), self._start_ns)
         self._topics.look_around()
-        node.status.add(self._take_status)
+        node.status.add(self._on_status)
         for line in node.trace.newest:
-            self._take_line(line)
-        node.trace.listeners.append(self._take_line)
-        node.overhear.append(self._goals.take)
+            self._on_line(line)
+        node.trace.listeners.append(self._on_line)
+        node.overhear.append(self._on_exchange)
         session.add_observer(self)
+        self.guarded(self._hand_over)()
         self.file.flush()
 
     def _look_around(self) -> None:
@@ -201,29 +240,36 @@ class Recorder:
             take = self._open_channel(
                 f"{topic}/compressed", "sensor_msgs/msg/CompressedImage", offered_qos
             )
-            return lambda data: take(compressed(data))
+            return self.guarded(lambda data: take(compressed(data)))
         return self._open_channel(topic, type_name, offered_qos)
 
     def _open_channel(self, topic: str, type_name: str, offered_qos: str = "") -> Take:
-        """What takes the messages of a topic; the first of them makes its channel.
-
-        :raises NoDefinitionError: where the definition of the type is not installed.
-        """
+        """What takes the messages of a topic; the first of them makes its channel."""
         if topic in self._takes:
             return self._takes[topic]
-        definition = self._definitions.of(type_name)
-        file, session = self.file, self._session
-        channel = 0
+        keep = self._pending.append
+        channel: int | None = None
 
         def take(data: bytes) -> None:
             nonlocal channel
-            if channel == 0:
-                about = {"offered_qos_profiles": offered_qos}
-                channel = file.channel(topic, type_name, definition, about)
-            file.write(channel, session.now_ns, data)
+            if channel is None:
+                channel = self._channel(topic, type_name, offered_qos)
+            if channel:
+                keep((channel, data))
 
         self._takes[topic] = take
         return take
+
+    def _channel(self, topic: str, type_name: str, offered_qos: str) -> int:
+        """Make a channel; gives its number, 0 where the definition of its type is not installed."""
+        try:
+            definition = self._definitions.of(type_name)
+        except NoDefinitionError as error:
+            self._topics.faults[topic] = str(error)
+            return 0
+        return self.file.channel(
+            topic, type_name, definition, {"offered_qos_profiles": offered_qos}
+        )
 
     def _open_own(self, topic: str, type_name: str) -> Take:
         """The same for messages that are serialized here."""

@@ -23,17 +23,19 @@ class Tapped(Publisher):
     take: Take
     counts: bool
     is_latched: bool
+    send: Take
+    count: Callable[[], int]
 
     def publish(self, msg: Any) -> None:
         """Have a message taken, and send it where somebody else hears it, or will."""
         data = msg if isinstance(msg, bytes) else serialize_message(msg)
         self.take(data)
-        if self.is_latched or super().get_subscription_count():
-            super().publish(data)
+        if self.is_latched or self.count():
+            self.send(data)
 
     def get_subscription_count(self) -> int:
         """How many subscriptions it has, and one more where the tap counts as one."""
-        return int(super().get_subscription_count()) + self.counts
+        return self.count() + self.counts
 
 
 def tap(publisher: Publisher, take: Take, *, counts: bool) -> None:
@@ -46,6 +48,8 @@ def tap(publisher: Publisher, take: Take, *, counts: bool) -> None:
     one: Any = publisher
     one.take, one.counts = take, counts
     one.is_latched = publisher.qos_profile.durability is not DurabilityPolicy.VOLATILE
+    # What rclpy's own methods call in the end; they also ask what kind of message it is.
+    one.send, one.count = publisher.handle.publish_raw, publisher.handle.get_subscription_count
 
 
 def untap(publisher: Publisher) -> None:

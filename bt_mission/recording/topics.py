@@ -35,6 +35,9 @@ class Opening(Protocol):
     def open_topic(self, topic: str, type_name: str, offered_qos: str) -> Take | None:
         """Give who takes the topic's messages, if any; `offered_qos` as rosbag2 writes it."""
 
+    def guarded(self, call: Callable[..., None]) -> Callable[..., None]:
+        """Give ``call`` without its exceptions."""
+
     def trimming(self, type_name: str, *, has_one_shape: bool) -> Trim | None:
         """Give what takes from a message what rclpy adds to it; None where that takes too long."""
 
@@ -135,7 +138,10 @@ class Topics:
             self.faults[topic] = str(error)
             return
         if take is not None:
-            tap(publisher, trim.before(take), counts=by.is_sensor)
+            trimmed = trim.before(take)
+            if trimmed is not take:
+                take = self._opening.guarded(trimmed)
+            tap(publisher, take, counts=by.is_sensor)
             self._tapped.append(publisher)
 
     def _find(self, topic: str, types: list[str]) -> None:

@@ -38,7 +38,7 @@ def written(path: Path, seconds: int) -> McapFile:
     file = McapFile(path, "test")
     channel = file.channel("/t", "std_msgs/msg/String", "string data\n", {})
     for number in range(10 * seconds):
-        file.write(channel, S + number * S // 10, f"{number}".encode())
+        file.write(S + number * S // 10, [(channel, f"{number}".encode())])
     return file
 
 
@@ -74,11 +74,10 @@ def test_a_full_disk_ends_the_recording_and_nothing_else() -> None:
     file = McapFile(Path("a.mcap"), "test", disk)
     channel = file.channel("/t", "std_msgs/msg/String", "string data\n", {})
     for number in range(100):
-        file.write(channel, S + number * S // 10, bytes(100))
+        file.write(S + number * S // 10, [(channel, bytes(100))])
     assert file.fault == "No space left on device"
     assert file.kept_ns is not None
     assert S <= file.kept_ns < 11 * S
-    assert file.channel("/u", "std_msgs/msg/String", "string data\n", {}) == 0
     file.attach("a", "text/plain", b"", 0)
     file.note("a", {})
     file.flush()
@@ -93,7 +92,7 @@ def test_a_disk_may_be_full_at_any_time(room: int) -> None:
     channel = file.channel("/t", "std_msgs/msg/String", "string data\n" * 20, {})
     file.note("a", {"a": "b" * 100})
     file.attach("a", "text/plain", bytes(1000), 0)
-    file.write(channel, S, bytes(100))
+    file.write(S, [(channel, bytes(100))])
     file.close()
     assert file.fault == "No space left on device"
 
@@ -103,7 +102,7 @@ def test_a_time_that_goes_back_does_not_stop_the_flushing(tmp_path: Path) -> Non
     file = written(tmp_path / "a.mcap", 5)
     before = file.bytes
     channel = file.channel("/u", "std_msgs/msg/String", "string data\n", {})
-    file.write(channel, S, b"")
+    file.write(S, [(channel, b"")])
     assert file.bytes > before
     file.close()
 

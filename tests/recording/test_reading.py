@@ -27,7 +27,7 @@ def ten_seconds(tmp_path: Path) -> Path:
     channel = file.channel("/t", "std_msgs/msg/String", "string data\n", {})
     noise = random.Random(1)
     for number in range(100):
-        file.write(channel, S + number * S // 10, noise.randbytes(200))
+        file.write(S + number * S // 10, [(channel, noise.randbytes(200))])
     file.close()
     return path
 

@@ -14,6 +14,7 @@ from mcap.reader import make_reader
 
 from bt_mission.common.data import names
 from bt_mission.mission import load_text
+from bt_mission.recording.definitions import Definitions, NoDefinitionError
 from bt_mission.recording.file import McapFile
 from bt_mission.stage import Stage
 from tests.recording.conftest import TWO_TURNS, heard_by_others
@@ -64,6 +65,17 @@ def test_everything_is_there_at_its_rate(record: Callable[..., Any]) -> None:
     assert counts["/bt_mission/changes"] >= 3
     assert not [topic for topic in counts if topic.startswith("/camera")]
     assert "/clock" not in counts
+
+
+def test_each_message_has_the_time_of_its_instant(record: Callable[..., Any]) -> None:
+    """That of its stamp, where a sensor has just made it."""
+    stamped = [
+        (one.time_ns, one.message.header.stamp)
+        for one in heard_by_others(record().path)
+        if one.topic in ("/scan", "/odom", "/imu", "/ground_truth/odom", "/cmd_vel")
+    ]
+    assert len(stamped) > 200
+    assert all(time_ns == stamp.sec * S + stamp.nanosec for time_ns, stamp in stamped)
 
 
 def test_the_trace_in_the_file_is_that_of_the_run(record: Callable[..., Any]) -> None:
@@ -163,6 +175,41 @@ def test_a_full_disk_does_not_end_the_mission(record: Callable[..., Any], tmp_pa
     assert run.trace == bare_trace(TWO_TURNS, tmp_path)
     assert run.recorder.missing.startswith("everything after ")
     assert run.recorder.missing.endswith(" s (No space left on device)")
+
+
+def test_a_recorder_that_fails_does_not_end_the_mission(
+    record: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever goes wrong in it, wherever it is called from."""
+
+    def fail(*_: object) -> None:
+        raise ValueError("broken")
+
+    monkeypatch.setattr(McapFile, "write", fail)
+    run = record()
+    assert run.status == "success"
+    assert run.trace == bare_trace(TWO_TURNS, tmp_path)
+    assert "the recorder failed: ValueError: broken (" in run.recorder.missing
+
+
+def test_a_topic_whose_type_is_not_installed_is_named(
+    record: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The others are recorded."""
+    whole = Definitions.of
+
+    def without_scans(self: Definitions, type_name: str) -> str:
+        if type_name.endswith("/LaserScan"):
+            raise NoDefinitionError(f"no definition of {type_name} is installed")
+        return whole(self, type_name)
+
+    monkeypatch.setattr(Definitions, "of", without_scans)
+    run = record()
+    missing = "/scan (no definition of sensor_msgs/msg/LaserScan is installed)"
+    assert run.recorder.missing == missing
+    counts = Counter(one.topic for one in heard_by_others(run.path))
+    assert counts["/scan"] == 0
+    assert counts["/odom"] > 20
 
 
 def test_a_closed_recorder_leaves_no_trace(record: Callable[..., Any]) -> None:
