@@ -18,6 +18,7 @@ from bt_mission.executive import Executive
 from bt_mission.goals.exchange import Overhear
 from bt_mission.goals.goal import Goal
 from bt_mission.goals.ledger import Ledger
+from bt_mission.leaving import destroy_actions
 from bt_mission.service_caller import ServiceCaller
 from bt_mission.status_feed import StatusFeed
 from bt_mission.status_topics import StatusTopics
@@ -163,6 +164,11 @@ class MissionNode(Node):
         if key not in self._writers:
             self._writers[key] = TopicWriter(self, topic, type_name)
         return self._writers[key]
+
+    def destroy_node(self) -> None:
+        """Leave the graph, with every client."""
+        destroy_actions(self)
+        Node.destroy_node(self)
 
     def log(self, text: str) -> None:
         """Say a line of the mission's to the people who watch, and to the trace."""

@@ -55,6 +55,7 @@ ROS_MODULES = (
     "bt_mission/hand/watch_views.py",
     "bt_mission/hand/watching.py",
     "bt_mission/joined.py",
+    "bt_mission/leaving.py",
     "bt_mission/journal/keep.py",
     "bt_mission/journal/messages.py",
     "bt_mission/link.py",

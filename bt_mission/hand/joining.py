@@ -13,6 +13,7 @@ from rclpy.clock_type import ClockType
 from rclpy.parameter import Parameter
 
 from bt_mission.joined import QUIET, JoinedGraph
+from bt_mission.leaving import destroy_actions
 from bt_mission.session import Interrupts
 
 if TYPE_CHECKING:
@@ -73,6 +74,7 @@ class JoinedHand:
                 **QUIET,
             )
             made.callback(self.node.destroy_node)
+            made.callback(destroy_actions, self.node)
             self._graph.host(self.node)
             self._exit = made.pop_all()
 

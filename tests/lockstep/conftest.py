@@ -9,6 +9,7 @@ import rclpy
 from rclpy.context import Context
 from rclpy.node import Node
 
+from bt_mission.leaving import destroy_actions
 from bt_mission.lockstep import LockstepExecutor
 
 
@@ -42,6 +43,7 @@ def rig() -> Iterator[Rig]:
     rig = Rig(context)
     yield rig
     for node in rig.nodes:
+        destroy_actions(node)
         node.destroy_node()
     rig.executor.shutdown()
     context.shutdown()

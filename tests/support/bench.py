@@ -18,6 +18,7 @@ from unique_identifier_msgs.msg import UUID
 
 from action_servers.maneuver import ZERO, Twist2D
 from action_servers.node import ServersNode
+from bt_mission.leaving import destroy_actions
 from bt_mission.lockstep import LockstepExecutor
 from tests.support.robot_node import LATCHED, PERIOD_NS, START_NS, RobotNode
 from tests.support.served import SERVED, goal
@@ -95,6 +96,7 @@ class Bench:
     def close(self) -> None:
         """Take everything down."""
         for node in reversed(self.clock.get_nodes()):
+            destroy_actions(node)
             node.destroy_node()
         self.clock.shutdown()
         self.context.shutdown()

@@ -10,6 +10,7 @@ from rclpy.context import Context
 from rclpy.node import Node
 
 from bt_mission.executive import Change, Executive
+from bt_mission.leaving import destroy_actions
 from bt_mission.lockstep import LockstepExecutor
 from bt_mission.mission import load_text
 from bt_mission.node import MissionNode
@@ -39,6 +40,7 @@ class Graph:
         """Take everything down, what waits at this instant first."""
         self.clock.run_until_quiet()
         for node in reversed(self.clock.get_nodes()):
+            destroy_actions(node)
             node.destroy_node()
         self.clock.shutdown()
         self.context.shutdown()
