@@ -61,7 +61,7 @@ def test_a_test_that_fails_shows_what_the_processes_said(pytester):
 @pytest.mark.process
 def test_a_mission_runs_over_processes(live_graph):
     """Sim, servers and executive; what is killed is missed."""
-    _, servers = live_graph.robot("empty_arena", "waffle", "--no-camera", "--speed", "5")
+    _, servers = live_graph.robot("empty_arena", "waffle", "--no-camera")
     turn = live_graph.run(TURN)
     assert turn.wait() == 0
     assert "turn: success" in turn.output
