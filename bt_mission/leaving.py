@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def destroy_actions(node: Node) -> None:
-    """Destroy the action clients and servers of a node; do it before ``destroy_node``.
+    """Destroy the action clients and servers that a node has not destroyed itself.
 
     rclpy leaves them alive, and the whole DDS participant with them, until the garbage collector
     comes by: a process that makes many nodes runs out of the ports of its domain.

@@ -43,7 +43,7 @@ def rig() -> Iterator[Rig]:
     rig = Rig(context)
     yield rig
     for node in rig.nodes:
-        destroy_actions(node)
         node.destroy_node()
+        destroy_actions(node)
     rig.executor.shutdown()
     context.shutdown()

@@ -96,8 +96,8 @@ class Bench:
     def close(self) -> None:
         """Take everything down."""
         for node in reversed(self.clock.get_nodes()):
-            destroy_actions(node)
             node.destroy_node()
+            destroy_actions(node)
         self.clock.shutdown()
         self.context.shutdown()
 

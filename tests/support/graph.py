@@ -40,8 +40,8 @@ class Graph:
         """Take everything down, what waits at this instant first."""
         self.clock.run_until_quiet()
         for node in reversed(self.clock.get_nodes()):
-            destroy_actions(node)
             node.destroy_node()
+            destroy_actions(node)
         self.clock.shutdown()
         self.context.shutdown()
 
