@@ -44,6 +44,8 @@ class Packed:
     :param parts: which numbers: the message, or messages within it, each with the dotted names of
         fields that are floats or lists of floats.
     :param serialize: gives the bytes of a message.
+    :param unused: so many bytes at the end are none of the message: where it ends with an empty
+        list of doubles, rclpy counts the room that would align their first.
     :raises ValueError: for a field that does not turn up in the bytes exactly once.
     """
 
@@ -53,6 +55,7 @@ class Packed:
         stamp: Any,
         parts: Sequence[tuple[Any, Iterable[str]]],
         serialize: Serialize,
+        unused: int = 0,
     ) -> None:
         self.numbers = [SimpleNamespace() for _ in parts]
         """What is filled in: of each part the fields that were named, and nothing else."""
@@ -66,7 +69,7 @@ class Packed:
             for run in _runs(sorted(fields, key=lambda field: field.at)):
                 getter, form = _reader(run)
                 self._writes.append((struct.Struct(form).pack_into, run[0].at, getter, numbers))
-        self._data = bytearray(serialize(message))
+        self._data = bytearray(serialize(message)[: -unused or None])
 
     def packed(self) -> bytes:
         """The message with the numbers and the stamp as they are now."""

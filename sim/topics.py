@@ -80,8 +80,8 @@ class RobotTopics:
     def _publisher(self, kind: Any, topic: str, qos: QoSProfile = RELIABLE) -> Publisher:
         return self._node.create_publisher(kind, self._name(topic), qos)
 
-    def _packed(self, message: Any, *parts: tuple[Any, tuple[str, ...]]) -> Packed:
-        return Packed(message, self._stamp, parts, serialize_message)
+    def _packed(self, message: Any, *parts: tuple[Any, tuple[str, ...]], unused: int = 0) -> Packed:
+        return Packed(message, self._stamp, parts, serialize_message, unused)
 
     # ---- commands and services -----------------------------------------------------------
 
@@ -138,7 +138,7 @@ class RobotTopics:
             TFMessage(transforms=[odom, base]), (odom, PLANAR_TRANSFORM), (base, PLANAR_TRANSFORM)
         )
         to_odom, to_base = moving.numbers
-        wheels = self._packed(turned, (turned, ("position", "velocity")))
+        wheels = self._packed(turned, (turned, ("position", "velocity")), unused=4)  # no effort
         odometry = self._packed(reckoned, (reckoned, PLANAR_MOTION))
         truth = self._packed(true, (true, PLANAR_MOTION))
         wheels_out = self._publisher(JointState, "joint_states")
