@@ -65,7 +65,9 @@ def test_a_mission_runs_over_processes(live_graph):
     turn = live_graph.run(TURN)
     assert turn.wait() == 0
     assert "turn: success" in turn.output
-    assert "/turn" in live_graph.start("actions", "list").until("/turn")
+    listing = live_graph.start("actions", "list")
+    assert listing.wait() == 0
+    assert "/turn" in listing.output
     again = live_graph.run(TURN.replace("30", "3000").replace("timeout: 3000", "timeout: 300"))
     again.until("▶ turn")
     servers.kill()
