@@ -6,6 +6,7 @@ not hold says when it broke first, what the condition had read then, and shows t
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
@@ -53,16 +54,16 @@ def holds(condition: Condition, moment: Moment) -> bool:
         ) from error
 
 
-class Claims:
+class Claims(ABC):
     """The claims that can be made of a run; :class:`bt_mission.testing.Run` is one."""
 
     def __init__(self) -> None:
         self.broken: list[Verdict] = []
 
     @property
+    @abstractmethod
     def moments(self) -> Iterable[Moment]:
         """Every control step so far, in order."""
-        raise NotImplementedError
 
     def always(
         self,
