@@ -7,6 +7,8 @@ driver, no device) raises an exception and leaves the process alive.
 from __future__ import annotations
 
 import os
+from functools import cache
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -33,14 +35,8 @@ class Camera:
         self._model = model
         own = model.geom_bodyid == model.body(prefix + BASE).id
         self._own_screen = np.flatnonzero(own & (model.geom_group == SCREENS))
-        # Mesa's software renderer hands even a small picture round to a thread for every core: on
-        # a busy machine waiting for them costs more than the picture.
-        os.environ.setdefault("LP_NUM_THREADS", "1")
         try:
-            # Loads the system's libEGL: only when a picture is wanted.
-            from mujoco.egl import GLContext  # noqa: PLC0415
-
-            self._gl = GLContext(spec.width, spec.height)
+            self._gl = _gl_context()
             self._gl.make_current()
             self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100.value)
         # PyOpenGL and the bindings raise ImportError, AttributeError, RuntimeError, EGLError or
@@ -51,7 +47,6 @@ class Camera:
                 f" ({type(error).__name__}: {_first_line(error)});"
                 " install it with: apt-get install libegl1 libgl1-mesa-dri libopengl0"
             ) from error
-        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, self._context)
         self._rect = mujoco.MjrRect(0, 0, spec.width, spec.height)
         self._scene = mujoco.MjvScene(model, maxgeom=model.ngeom + 100)
         for flag in (mujoco.mjtRndFlag.mjRND_SHADOW, mujoco.mjtRndFlag.mjRND_REFLECTION):
@@ -78,6 +73,7 @@ class Camera:
             self._scene,
         )
         self._model.geom_group[self._own_screen] = SCREENS
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, self._context)
         mujoco.mjr_render(self._rect, self._scene, self._context)
         mujoco.mjr_readPixels(self._pixels, None, self._rect, self._context)
         out[:] = self._pixels[::-1]  # OpenGL's first row is the lowest
@@ -86,7 +82,21 @@ class Camera:
         """Give the renderer back. Nothing can be drawn afterwards."""
         self._gl.make_current()
         self._context.free()
-        self._gl.free()
+
+
+@cache
+def _gl_context() -> Any:
+    """Return the GL context of this process; all cameras draw in it, on one thread.
+
+    It is kept: what Mesa compiles for a new one takes as long as eighty pictures.
+    """
+    # Mesa's software renderer hands even a small picture round to a thread for every core: on a
+    # busy machine waiting for them costs more than the picture.
+    os.environ.setdefault("LP_NUM_THREADS", "1")
+    # Loads the system's libEGL: only when a picture is wanted.
+    from mujoco.egl import GLContext  # noqa: PLC0415
+
+    return GLContext(0, 0)  # the size is that of the buffer in the model
 
 
 def _first_line(error: Exception) -> str:

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from bt_mission.common.robot import Sensors
+from sim import camera as camera_
 from sim.camera import Camera, NoCameraError
 from sim.colours import rgba
 from sim.noise import PictureNoise
+from sim.simulation import Simulation
 from sim.world import load_world
 
 RED = {"name": "red", "x": 1.5, "y": -0.047, "radius": 0.15, "height": 0.5, "colour": "red"}
@@ -72,11 +74,47 @@ def test_the_same_view_gives_the_same_picture(photograph):
     assert np.array_equal(photograph(cylinders=[RED]), photograph(cylinders=[RED]))
 
 
+@pytest.mark.egl
+def test_cameras_share_a_context_and_not_their_pictures(make_world, waffle):
+    """Two worlds drawn in turns, in pictures of two sizes: each as if it were alone."""
+    large = waffle.camera.model_copy(update={"width": 640, "height": 480})
+    views = []
+    for robot in (waffle, waffle.model_copy(update={"camera": large})):
+        spec = robot.camera
+        simulation = Simulation(make_world(cylinders=[RED] if spec is large else []), robot, seed=1)
+        try:
+            camera = Camera(simulation.model, spec)
+        except NoCameraError as error:
+            pytest.skip(str(error))
+        picture = np.zeros((spec.height, spec.width, 3), dtype=np.uint8)
+        camera.draw(simulation.data, picture)
+        views.append((camera, simulation.data, picture))
+    for camera, data, picture in (*views, *views):
+        again = np.zeros_like(picture)
+        camera.draw(data, again)
+        assert np.array_equal(again, picture)
+    (first, data, picture), (second, *_) = views
+    second.close()
+    again = np.zeros_like(picture)
+    first.draw(data, again)
+    assert np.array_equal(again, picture)
+    first.close()
+
+
+@pytest.fixture
+def no_context_yet():
+    """The process has not made the context that it keeps."""
+    camera_._gl_context.cache_clear()
+    yield
+    camera_._gl_context.cache_clear()
+
+
 def refuse(*_: object) -> None:
     """What the bindings do where there is no display device."""
     raise ImportError("Cannot initialize a EGL device display.\nSecond line")
 
 
+@pytest.mark.usefixtures("no_context_yet")
 def test_a_machine_without_egl_is_told_what_to_install(simulate, waffle, monkeypatch):
     """One error of ours, with the cause in a few words."""
     monkeypatch.setitem(sys.modules, "mujoco.egl", None)
@@ -84,6 +122,7 @@ def test_a_machine_without_egl_is_told_what_to_install(simulate, waffle, monkeyp
         Camera(simulate().model, waffle.camera)
 
 
+@pytest.mark.usefixtures("no_context_yet")
 def test_a_driver_that_refuses_is_told_in_one_line(simulate, waffle, monkeypatch):
     """Only the first line of what the driver says."""
     monkeypatch.setitem(sys.modules, "mujoco.egl", SimpleNamespace(GLContext=refuse))
