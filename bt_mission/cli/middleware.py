@@ -8,7 +8,7 @@ from pathlib import Path
 
 from bt_mission.common.errors import BtMissionError
 
-SHORT_LEASE = Path(__file__).resolve().parent.parent / "common" / "fast_dds.xml"
+FAST_DDS = Path(__file__).resolve().parent.parent / "common" / "fast_dds.xml"
 
 LAST_DOMAIN = 232
 """Beyond it the ports of DDS would be beyond 65535."""
@@ -19,15 +19,15 @@ PROFILES = ("FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_FILE")
 
 
 def prepare_middleware() -> None:
-    """Make ready for rclpy, and have others miss this process within a second of its death.
+    """Make ready for rclpy, with settings of Fast DDS for processes that die without a word.
 
-    By default a participant of Fast DDS is missed after 20 s. Settings of the user's own stay.
+    The file says which, and why. Settings of the user's own stay.
 
     :raises BtMissionError: when it cannot be loaded, or the domain id is none.
     """
     refuse_absent_middleware()
     if not any(os.environ.get(name) for name in PROFILES):
-        os.environ[PROFILES[0]] = str(SHORT_LEASE)
+        os.environ[PROFILES[0]] = str(FAST_DDS)
 
 
 def refuse_absent_middleware() -> None:

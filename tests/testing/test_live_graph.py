@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
+from pathlib import Path
 
 import pytest
 
@@ -56,6 +57,15 @@ def test_a_test_that_fails_shows_what_the_processes_said(pytester):
             "again",
         ]
     )
+
+
+@pytest.mark.process
+def test_messages_do_not_come_through_shared_memory(live_graph):
+    """Whose ports outlive a process that is killed: the next one would miss what is sent there."""
+    sim, servers = live_graph.robot("empty_arena", "waffle", "--no-camera")
+    for process in (sim, servers):
+        mapped = Path(f"/proc/{process.pid}/maps").read_text(encoding="utf-8")
+        assert "fastrtps_port" not in mapped
 
 
 @pytest.mark.process
