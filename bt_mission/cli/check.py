@@ -5,22 +5,31 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 from bt_mission.cli.exits import BAD_INPUT, SUCCESS
 from bt_mission.cli.middleware import prepare_middleware
-from bt_mission.cli.options import add_mission_options, mission_file
+from bt_mission.cli.options import add_overrides, mission_file
 
 
 def add_parser(commands: Any) -> None:
     """Add the command to the command line."""
     parser = commands.add_parser(
         "check",
-        help="find every fault of a mission file",
-        description="Reads a mission, checks it against the real ROS types, worlds and robots, "
+        help="find every fault of mission files",
+        description="Reads missions, checks them against the real ROS types, worlds and robots, "
         "and prints every fault with its file, line and column. Nothing moves.",
     )
-    add_mission_options(parser)
+    parser.add_argument(
+        "files",
+        nargs="+",
+        type=Path,
+        metavar="file",
+        help="missions: YAML files, XML files of Groot 2, or names of shipped ones",
+    )
+    add_overrides(parser)
     parser.add_argument(
         "--json",
         action="store_true",
@@ -34,7 +43,7 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--namespace", help="with --against: the robot's namespace (default: none)", default=None
     )
-    parser.set_defaults(command=check_file)
+    parser.set_defaults(command=check_files)
 
 
 def load_checked(options: argparse.Namespace) -> Any:
@@ -73,12 +82,21 @@ def examined(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
     return mission, faults
 
 
-def check_file(options: argparse.Namespace) -> int:
+def check_files(options: argparse.Namespace) -> int:
+    """Print every fault of every file, or that there is none; the exit code is the worst."""
+    each = [argparse.Namespace(**vars(options), file=file) for file in options.files]
+    if options.json:
+        return _check_for_programs(each)
+    codes = [_check_file(one) for one in each]
+    if len(codes) > 1:
+        print(f"{codes.count(SUCCESS)} of {len(codes)} missions are sound")
+    return max(codes)
+
+
+def _check_file(options: argparse.Namespace) -> int:
     """Print every fault, or that there is none."""
     from bt_mission.common.located import InputError
 
-    if options.json:
-        return _check_for_programs(options)
     try:
         mission = load_checked(options)
     except InputError as error:
@@ -109,15 +127,18 @@ def _check_against(mission: Any, namespace: str | None) -> int:
     return BAD_INPUT if missing else SUCCESS
 
 
-def _check_for_programs(options: argparse.Namespace) -> int:
+def _check_for_programs(each: Sequence[argparse.Namespace]) -> int:
     """Print faults and warnings as one JSON list: file, line, column, severity, message, hint."""
     from bt_mission.common.located import InputError
 
-    try:
-        _, faults = examined(options)
-        code = SUCCESS
-    except InputError as error:
-        faults, code = error.faults, BAD_INPUT
+    faults: list[Any] = []
+    code = SUCCESS
+    for options in each:
+        try:
+            faults += examined(options)[1]
+        except InputError as error:
+            faults += error.faults
+            code = BAD_INPUT
     keys = ("file", "line", "column", "severity", "message", "hint")
     print(json.dumps([{key: getattr(fault, key) for key in keys} for fault in faults], indent=2))
     return code

@@ -100,7 +100,7 @@ def _how(command: str, action: argparse.Action) -> Any:
     import shtab
 
     kind = OF_KIND.get(action.dest)
-    if action.dest == "file" and command in MISSION_COMMANDS:
+    if action.dest in ("file", "files") and command in MISSION_COMMANDS:
         kind = "missions"
     if kind is not None:
         return _named(kind)

@@ -7,6 +7,7 @@ import io
 import os
 import sys
 from collections.abc import Sequence
+from importlib import metadata
 from typing import Any
 
 from bt_mission.cli import (
@@ -72,6 +73,15 @@ stand in their own help
 """
 
 
+class Version(argparse.Action):
+    """Prints the version. It is looked up only then: reading package data takes milliseconds."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
+        """Print and leave."""
+        print(f"bt-mission {metadata.version('bt-mission')}")
+        parser.exit()
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; gives the exit code."""
     parser = make_parser()
@@ -112,6 +122,7 @@ def make_parser() -> argparse.ArgumentParser:
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
+    parser.add_argument("--version", action=Version, nargs=0, help="say the version, and leave")
     commands = parser.add_subparsers(metavar="command", required=True)
     for command in COMMANDS:
         command.add_parser(commands)

@@ -11,6 +11,11 @@ from bt_mission.common.data import find
 def add_mission_options(parser: argparse.ArgumentParser) -> None:
     """The mission file and what may be overridden in it."""
     add_mission_file(parser)
+    add_overrides(parser)
+
+
+def add_overrides(parser: argparse.ArgumentParser) -> None:
+    """What may be overridden in a mission."""
     add_set_option(parser)
     parser.add_argument("--seed", type=_seed, help="seed of everything random in the run")
     parser.add_argument("--world", help="a world's name or file instead of the mission's")

@@ -249,7 +249,7 @@ class Attempt:
         name = self._courier.name
         if not goal.accepted:
             why = f": {goal.refusal}" if goal.refusal else "; its log says why"
-            return Ending(Outcome.REJECTED, f"{name} rejected the goal{why}")
+            return Ending(Outcome.REJECTED, f"{name}{why}")
         if goal.status is GoalStatus.SUCCEEDED:
             return Ending(Outcome.SUCCEEDED, "succeeded", goal.result)
         if goal.status is GoalStatus.CANCELED:
@@ -259,7 +259,7 @@ class Attempt:
                 )
             return Ending(_CANCELED[self._cause], self._cause_text, goal.result)
         if goal.status is GoalStatus.ABORTED:
-            return Ending(Outcome.ABORTED, f"{name} aborted{_say_error(goal.result)}", goal.result)
+            return Ending(Outcome.ABORTED, f"{name}{_say_error(goal.result)}", goal.result)
         return Ending(Outcome.SERVER_LOST, f"{name} no longer knows the goal (restarted?)")
 
 

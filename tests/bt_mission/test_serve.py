@@ -92,7 +92,7 @@ def test_a_mission_that_fails_says_where(ros: Any, send: Any) -> None:
     turn.goal.abort(error_code=906, error_msg="a wall")
     status, result = mission.end()
     assert (status, result.status, result.error_code) == ("aborted", "failure", 910)
-    assert result.error_msg == "'turn' aborted: /turn aborted: a wall (code 906)"
+    assert result.error_msg == "'turn' aborted: /turn: a wall (code 906)"
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -253,3 +254,23 @@ def test_help_teaches(capsys: pytest.CaptureFixture[str]) -> None:
     out = capsys.readouterr().out
     assert "bt-mission run missions/explore.yaml" in out
     assert "130 interrupted" in out
+
+
+def test_several_missions_are_checked_at_once(mission, capsys):
+    """Each tells its faults, and the exit code is the worst."""
+    assert main(["check", "square", "patrol"]) == 0
+    assert capsys.readouterr().out.endswith("2 of 2 missions are sound\n")
+    assert main(["check", mission("mission: x\ntree: {turn: {angel: 1}}\n"), "square"]) == 2
+    said = capsys.readouterr()
+    assert "no field 'angel'" in said.err
+    assert said.out.endswith("1 of 2 missions are sound\n")
+    assert main(["check", "--json", "square", "patrol"]) == 0
+    assert capsys.readouterr().out == "[]\n"
+
+
+def test_it_says_its_version(capsys):
+    """And leaves with 0."""
+    with pytest.raises(SystemExit) as left:
+        main(["--version"])
+    assert left.value.code == 0
+    assert capsys.readouterr().out == f"bt-mission {version('bt-mission')}\n"

@@ -191,7 +191,7 @@ def test_new_goal_replaces(ran: Any) -> None:
     """The old goal ends aborted when the new one begins, and never comes back."""
     run = ran("new_goal_replaces")
     assert run.log == ["the old goal was replaced", "the new goal is done"]
-    assert message(run, "old", "FAILURE").startswith("aborted: /move aborted: replaced by a new")
+    assert message(run, "old", "FAILURE").startswith("aborted: /move: replaced by a new")
     assert math.degrees(run.pose[2]) == pytest.approx(90, abs=3)
     assert run.stage.distance_travelled_m == pytest.approx(0.4, abs=0.06)
 

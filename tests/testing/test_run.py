@@ -215,6 +215,6 @@ def test_a_scripted_server_stands_in_for_ours(stage: Any, scripted_server: Any) 
     turn.goal.abort(error_code=906, error_msg="stuck")
     run.until_done()
     assert run.failed
-    assert run.leaf("turn").outcome == "aborted: /turn aborted: stuck (code 906)"
+    assert run.leaf("turn").outcome == "aborted: /turn: stuck (code 906)"
     with pytest.raises(ScenarioError, match="no short name of an action 'dock', but"):
         scripted_server("dock")

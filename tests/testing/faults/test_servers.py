@@ -34,7 +34,7 @@ def test_a_goal_is_aborted(stage: Any, turn: Any) -> None:
     """At its next control step, with code and message; the robot is stopped."""
     run = turn(timeout=5)
     run.at(1.0, stage.faults.abort_goal("turn", 906, "stuck"))
-    assert outcome(run) == (1.0, "aborted: /turn aborted: stuck (code 906)")
+    assert outcome(run) == (1.0, "aborted: /turn: stuck (code 906)")
     run.until_done()
     assert run.always(lambda s: abs(s.turn_rate) < 0.01, after=1.5)
     assert [goal.status for goal in run.goals] == ["aborted"]
@@ -44,7 +44,7 @@ def test_a_goal_is_aborted_at_its_progress(stage: Any, turn: Any) -> None:
     """The next goal, too, where none runs yet; once."""
     run = turn(timeout=5)
     run.do(stage.faults.abort_goal("turn", message="dizzy", when=lambda f: f.current_angle > 45))
-    assert outcome(run) == (1.05, "aborted: /turn aborted: dizzy")
+    assert outcome(run) == (1.05, "aborted: /turn: dizzy")
     assert run.now.yaw == pytest.approx(0.86, abs=0.02)
     assert run.faults[0].ended_ns == 2_050_000_000
 
@@ -59,7 +59,7 @@ def test_a_goal_that_the_test_plays_is_aborted(stage: Any, scripted_server: Any)
     with pytest.raises(ScenarioError, match="is played by the test, which says when"):
         run.do(stage.faults.abort_goal("turn", when=lambda f: True))
     run.at(0.5, abort)
-    assert outcome(run) == (0.5, "aborted: /turn aborted: stuck (code 906)")
+    assert outcome(run) == (0.5, "aborted: /turn: stuck (code 906)")
     assert str(run.faults[0]).endswith(" at 0.50 s")
 
 
@@ -159,7 +159,7 @@ def test_an_exception_in_a_maneuver(
     """Ends its goal with the cause; the robot is stopped, and the server serves the next."""
     run = turn(timeout=5)
     run.at(1.0, stage.faults.raise_in_maneuver("turn", KeyError("no"), method=method, on=on))
-    assert outcome(run) == (ended, "aborted: /turn aborted: KeyError: 'no' (code 900)")
+    assert outcome(run) == (ended, "aborted: /turn: KeyError: 'no' (code 900)")
     run.until_done()
     assert run.always(lambda s: abs(s.turn_rate) < 0.01, after=ended + 0.6)
     run = turn(timeout=5)
@@ -172,7 +172,7 @@ def test_an_exception_in_a_result(stage: Any, turn: Any) -> None:
     run.do(stage.faults.raise_in_maneuver("turn", method="result"))
     assert outcome(run) == (
         1.95,
-        "aborted: /turn aborted: RuntimeError: made by a fault (code 900)",
+        "aborted: /turn: RuntimeError: made by a fault (code 900)",
     )
 
 
