@@ -1,4 +1,4 @@
-"""Takes the screens of docs/terminal.md: real missions, watched in tmux at the sizes named below.
+"""Takes the screens of docs/terminal.md: real missions, watched or replayed in tmux.
 
 In the page, each screen stands between `<!-- screen: NAME -->` and the next `<!-- end -->`; what is
 between is written anew. The picture of the README is taken of the same view by Textual, as SVG.
@@ -21,6 +21,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "terminal.md"
@@ -39,6 +40,8 @@ class Screen:
 
     :param mission: what `bt-mission run` is given.
     :param watch: what `bt-mission watch` is given.
+    :param replay: what `bt-mission replay` is given besides a recording of the mission; None
+        watches it as it runs.
     :param until: is waited for before keys are pressed, and again before the screen is taken.
     :param keys: as tmux names them; each waits for the text beside it.
     """
@@ -48,10 +51,16 @@ class Screen:
     until: str
     keys: tuple[tuple[str, str], ...] = ()
     watch: str = ""
+    replay: str | None = None
     locale: dict[str, str] | None = None
 
 
 EXPLORE, PATROL = "missions/explore.yaml --set legs=100", "missions/patrol.yaml"
+EXPLORE_SHORT = "missions/explore.yaml"
+TYPED = tuple(
+    (key, rf"\n{text}\s*$")
+    for key, text in zip("21.4", ("2", "21", r"21\.", r"21\.4"), strict=True)
+)
 LATER = r"repeat .* 3 of 100[^$]*▶ drive .*[█#].* of 2"
 SCREENS = {
     "80x24": Screen(EXPLORE, (80, 24), LATER),
@@ -77,6 +86,14 @@ SCREENS = {
     "ascii": Screen(EXPLORE, (60, 16), LATER.replace("▶", ">"), locale=ASCII),
     "narrow": Screen(EXPLORE, (20, 10), r"drive [3-9]\d%"),
     "help": Screen(EXPLORE, (80, 24), "▶", (("?", "this help"),)),
+    "replay": Screen(
+        EXPLORE_SHORT,
+        (80, 24),
+        "▶",
+        (("p", "paused"), ("t", "seconds"), *TYPED, ("Enter", r"21\.40")),
+        replay="",
+    ),
+    "replay help": Screen(EXPLORE_SHORT, (80, 24), "▶", (("?", "this help"),), replay=""),
 }
 
 
@@ -115,15 +132,28 @@ def wait_for(pattern: str, look: Callable[[], str]) -> str:
     return seen
 
 
-def captured(screen: Screen) -> str:
-    """What stands on a terminal of that size."""
+def recorded(arguments: str, path: Path) -> None:
+    """Record a mission on the stage."""
+    subprocess.run(  # noqa: S603 - our own program
+        [*PROGRAM, "run", *shlex.split(arguments), "--record", str(path), "--json"],
+        check=True,
+        cwd=ROOT,
+        stdout=subprocess.DEVNULL,
+    )
+
+
+def captured(screen: Screen, arguments: list[str]) -> str:
+    """What stands on a terminal of that size.
+
+    :param arguments: what `bt-mission` is given.
+    """
     width, height = screen.size
     # A terminal has no variables of ours but those that are put into the command.
     variables = {"TERM": "screen-256color", **(screen.locale or UTF_8)} | {
         name: value for name, value in os.environ.items() if name.startswith(("ROS_", "PYTHONPATH"))
     }
     settings = [f"{name}={value}" for name, value in variables.items()]
-    command = ["env", *settings, *PROGRAM, "watch", *shlex.split(screen.watch)]
+    command = ["env", *settings, *PROGRAM, *arguments]
     utf_8 = [] if screen.locale is ASCII else ["-u"]
     subprocess.run(  # noqa: S603
         [
@@ -152,6 +182,17 @@ def captured(screen: Screen) -> str:
         return "\n".join(line.rstrip() for line in seen.rstrip("\n").split("\n"))
     finally:
         tmux("kill-server")
+
+
+def taken(screen: Screen) -> str:
+    """A screen of a mission that runs, or of its recording."""
+    if screen.replay is None:
+        with mission(screen.mission):
+            return captured(screen, ["watch", *shlex.split(screen.watch)])
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "explore.mcap"
+        recorded(screen.mission, path)
+        return captured(screen, ["replay", str(path), *shlex.split(screen.replay)])
 
 
 # ---- what they are for -----------------------------------------------------------------------
@@ -205,9 +246,7 @@ def main() -> None:
             with mission(EXPLORE):
                 asyncio.run(draw())
         else:
-            screen = SCREENS[name]
-            with mission(screen.mission):
-                put(name, captured(screen))
+            put(name, taken(SCREENS[name]))
 
 
 if __name__ == "__main__":

@@ -1,52 +1,181 @@
-"""``bt-mission replay``: tell a run that is over again."""
+"""``bt-mission replay``: see or tell a run that is over again."""
 
 from __future__ import annotations
 
 import argparse
+import math
+import os
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.exits import SUCCESS
 from bt_mission.cli.options import speed
+from bt_mission.common.errors import BtMissionError
+
+if TYPE_CHECKING:
+    from bt_mission.replaying.film import Film
+    from bt_mission.traces.stored import StoredTrace
+
+EPILOG = """\
+examples:
+  bt-mission run missions/explore.yaml --record explore.mcap
+  bt-mission replay explore.mcap                     on a full screen, in real time
+  bt-mission replay explore.mcap --speed 8 --at 60   eight times as fast, from the first minute on
+  bt-mission replay explore.mcap --once --at 12.5    the tree as it was at that time
+  bt-mission replay trace.jsonl                      a line for each event
+
+exit codes: 0 success, 2 no such file, or neither a recording nor a trace, 130 interrupted
+"""
 
 
 def add_parser(commands: Any) -> None:
     """Add the command to the command line."""
     parser = commands.add_parser(
         "replay",
-        help="tell again what happened in a run, from its trace",
-        description="Tells what a trace holds, as 'bt-mission run --trace FILE' writes it and "
-        "failed tests leave it: a line for each event, with its virtual time.",
+        help="play a run again, from its recording or its trace",
+        description="Plays what 'bt-mission run --record FILE.mcap' has recorded on a full screen, "
+        "forwards and backwards, at any speed. In a pipe, with --plain, and of a trace "
+        "('run --trace FILE'; failed tests leave both), it tells a line for each event, with its "
+        "virtual time.",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("file", type=Path, help="a trace")
+    parser.add_argument("file", type=Path, help="a recording (MCAP), or a trace (JSON lines)")
     parser.add_argument(
         "--speed",
         type=speed,
-        help="virtual seconds per second, 1 for real time (default: all at once)",
+        help="virtual seconds per second (default: 1 on a full screen; all lines at once)",
     )
-    parser.add_argument("--poses", action="store_true", help="where the robot was, too")
     parser.add_argument(
-        "--start", type=float, default=0.0, metavar="S", help="begin so many seconds in"
+        "--at",
+        "--start",
+        dest="at",
+        type=_time,
+        default=0.0,
+        metavar="S",
+        help="begin so many seconds after the mission's start",
     )
+    parser.add_argument(
+        "--once", action="store_true", help="print the tree as it was at the time --at, and leave"
+    )
+    parser.add_argument(
+        "--plain", action="store_true", help="plain lines, also when the output is a terminal"
+    )
+    parser.add_argument("--poses", action="store_true", help="in lines: where the robot was, too")
     parser.set_defaults(command=replay)
 
 
 def replay(options: argparse.Namespace) -> int:
-    """Print it, at its pace."""
+    """Play or print it, at its pace; gives the exit code."""
+    from bt_mission.recording.reading import is_recording
+    from bt_mission.traces.stored import read_trace
+
+    if is_recording(options.file):
+        return _replay_recording(options)
+    if options.once:
+        raise BtMissionError(
+            f"{options.file}: a trace has no tree to print; --once takes a recording "
+            "(bt-mission run --record)"
+        )
+    return _tell_trace(options, read_trace(options.file))
+
+
+def _replay_recording(options: argparse.Namespace) -> int:
+    from bt_mission.cli.watch import is_drawable
+    from bt_mission.replaying.film import read_film
+
+    film = read_film(options.file)
+    duration_s = (film.end_ns - film.start_ns) / 1e9
+    if options.at > duration_s:
+        raise BtMissionError(f"--at {options.at:g}: the recording ends at {duration_s:.2f} s")
+    if options.once:
+        return _print_once(options, film)
+    if options.plain or not is_drawable():
+        return _tell_recording(options, film)
+    return _draw(options, film)
+
+
+def _draw(options: argparse.Namespace, film: Film) -> int:
+    from bt_mission.replaying.player import Player
+    from bt_mission.terminal.marks import marks_for
+    from bt_mission.terminal.screen.memory import settle_memory
+    from bt_mission.terminal.screen.replay_app import ReplayApp
+
+    player = Player(film, speed=options.speed or 1.0, at_s=options.at)
+    player.play()
+    settle_memory()
+    ReplayApp(player, marks_for(sys.stdout.encoding)).run()
+    return SUCCESS
+
+
+def _print_once(options: argparse.Namespace, film: Film) -> int:
+    from bt_mission.replaying.player import Player
+    from bt_mission.terminal.marks import marks_for
+    from bt_mission.terminal.plain_watch import whole_tree
+
+    mission = Player(film, at_s=options.at).scene.mission
+    width = os.get_terminal_size().columns if sys.stdout.isatty() else None
+    for line in whole_tree(mission, marks_for(sys.stdout.encoding), width):
+        print(line)
+    _say_cut(film)
+    return SUCCESS
+
+
+def _tell_recording(options: argparse.Namespace, film: Film) -> int:
+    from bt_mission.traces.stored import trace_of
+
+    if film.trace:
+        _tell_trace(options, trace_of(str(film.path), film.trace))
+    else:
+        _tell_log(options, film)
+    _say_cut(film)
+    return SUCCESS
+
+
+def _tell_log(options: argparse.Namespace, film: Film) -> None:
+    """Print what a recording without a trace tells."""
+    from bt_mission.pacing import Pacer
+    from bt_mission.replaying.scene import entries_of
+    from bt_mission.terminal.marks import marks_for
+    from bt_mission.terminal.plain_watch import log_line
+
+    marks = marks_for(sys.stdout.encoding)
+    begin_ns = film.start_ns + round(options.at * 1e9)
+    pacer = Pacer(options.speed, begin_ns)
+    for entry in entries_of(film):
+        if entry.time_ns >= begin_ns:
+            pacer.hold(entry.time_ns, lambda: False)
+            print(log_line(entry, film.start_ns, marks), flush=bool(options.speed))
+
+
+def _tell_trace(options: argparse.Namespace, trace: StoredTrace) -> int:
     from bt_mission.pacing import Pacer
     from bt_mission.terminal.glyphs import glyphs_for
-    from bt_mission.traces.stored import read_trace
     from bt_mission.traces.words import told
 
-    trace = read_trace(options.file)
     glyphs = glyphs_for(sys.stdout.encoding)
-    pacer = Pacer(options.speed, trace.start_ns + round(options.start * 1e9))
+    pacer = Pacer(options.speed, trace.start_ns + round(options.at * 1e9))
     for event in trace.events:
-        if trace.seconds(event) < options.start or (event["event"] == "pose" and not options.poses):
+        if trace.seconds(event) < options.at or (event["event"] == "pose" and not options.poses):
             continue
         pacer.hold(int(event["t"]), lambda: False)
         print(f"{trace.seconds(event):8.2f} s  {told(event, glyphs)}", flush=bool(options.speed))
     if trace.is_cut:
         print(f"{trace.file}: cut here, in the middle of a line")
     return SUCCESS
+
+
+def _say_cut(film: Film) -> None:
+    if film.why_cut:
+        print(f"{film.path}: ends here: {film.why_cut}")
+
+
+def _time(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0 <= value < math.inf:
+        raise argparse.ArgumentTypeError(f"expected seconds from 0, such as 12.5, got '{text}'")
+    return value

@@ -17,6 +17,8 @@ from mcap.stream_reader import StreamReader
 from bt_mission.common.errors import BtMissionError
 
 LARGEST_RECORD = 1 << 30
+MAGIC = b"\x89MCAP0\r\n"
+"""What a file begins with."""
 
 
 class RecordingError(BtMissionError):
@@ -47,6 +49,25 @@ Message = tuple[Channel, int, bytes]
 """A channel, a time (ns) and serialized data."""
 
 
+def is_recording(path: Path) -> bool:
+    """Is it a recording, or a trace?
+
+    :raises RecordingError: for a file that cannot be read, or begins as neither.
+    """
+    try:
+        with path.open("rb") as stream:
+            beginning = stream.read(len(MAGIC))
+    except OSError as error:
+        raise RecordingError(f"{path}: cannot read it: {error.strerror}") from error
+    if not beginning or not (MAGIC.startswith(beginning) or beginning.startswith(b"{")):
+        found = "is neither" if beginning else "is empty: neither"
+        raise RecordingError(
+            f"{path}: the file {found} a recording (MCAP, bt-mission run --record) nor a trace "
+            "(JSON lines, run --trace)"
+        )
+    return MAGIC.startswith(beginning)
+
+
 class RecordedFile:
     """What stands in an MCAP file. Read :meth:`messages` to the end; the rest is known then.
 
@@ -75,11 +96,10 @@ class RecordedFile:
             raise RecordingError(f"{self.path}: cannot read it: {error.strerror}") from error
 
     def _check_beginning(self, stream: BinaryIO) -> None:
-        magic = b"\x89MCAP0\r\n"
-        beginning = stream.read(len(magic))
+        beginning = stream.read(len(MAGIC))
         if not beginning:
             raise RecordingError(f"{self.path}: the file is empty")
-        if not magic.startswith(beginning):
+        if not MAGIC.startswith(beginning):
             raise RecordingError(
                 f"{self.path}: not an MCAP file; bt-mission run --record makes one"
             )

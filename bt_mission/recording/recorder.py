@@ -25,6 +25,8 @@ from bt_mission.recording.goals import GoalEvents
 from bt_mission.recording.options import RecordingOptions
 from bt_mission.recording.pictures import PictureFolder, compressed
 from bt_mission.recording.tapping import Take
+from bt_mission.recording.telling import TYPE as DETAILS_TYPE
+from bt_mission.recording.telling import Telling
 from bt_mission.recording.topics import Topics
 from bt_mission.recording.trimming import Trim
 
@@ -80,6 +82,7 @@ class Recorder:
             what: self._open_own(f"{name}/{what}", type_name)
             for what, type_name in STATUS_TYPES.items()
         }
+        self._telling = Telling(session.node, self._open_own(f"{name}/details", DETAILS_TYPE))
         self._trace = self._open_channel(f"{name}/trace", "std_msgs/msg/String")
         self._log = self._open_channel("/rosout", "rcl_interfaces/msg/Log")
         self._pictures = PictureFolder(session.image_folder)
@@ -92,7 +95,7 @@ class Recorder:
             parameter_overrides=[Parameter("start_type_description_service", value=False)],
         )
         presence = session.node.resolve_topic_name(PRESENCE)
-        # What the executive tells those who look on is said better here, or at another pace.
+        # What the executive tells those who look on is taken where it arises, at another pace.
         self._own = f"{name}/"
         self._topics = Topics(self.node, self, (*NEVER, presence), session.inside)
         self._is_closed = False
@@ -131,6 +134,7 @@ class Recorder:
         is_due = not 0 <= now_ns - self._looked_ns < LOOK_NS
         busy = self._goals.take_busy()
         self._topics.poll(None if is_due else busy)
+        self._telling.look(now_ns)
         self._hand_over()
         if is_due:
             self._looked_ns = now_ns
@@ -139,6 +143,8 @@ class Recorder:
     def _take_last(self) -> None:
         self._look_around()
         self._topics.poll()
+        self._telling.hasten()
+        self._telling.look(self._session.now_ns)
         self._hand_over()
 
     def _hand_over(self) -> None:
@@ -166,6 +172,7 @@ class Recorder:
         self._mission_node.status.remove(self._on_status)
         self._mission_node.overhear.remove(self._on_exchange)
         self._mission_node.trace.listeners.remove(self._on_line)
+        self._telling.close()
         self._topics.close()
         self._session.remove_observer(self)
         self.guarded(self._hand_over)()
@@ -284,6 +291,7 @@ class Recorder:
     # ---- what does not come by a topic -----------------------------------------------------
 
     def _take_status(self, what: str, message: Any) -> None:
+        self._telling.hasten()
         self._status[what](serialize_message(message))
 
     def _take_line(self, line: str) -> None:

@@ -20,6 +20,10 @@ SIDE_COLUMNS = 64
 """At most so many for the panels beside the tree."""
 
 
+TIME_ROWS = 4
+"""Below so many rows a recording's line of time gives way to the tree."""
+
+
 @dataclass(frozen=True)
 class Place:
     """Of a pane: its upper left corner and its size, in cells."""
@@ -30,11 +34,14 @@ class Place:
     height: int
 
 
-def arranged(width: int, height: int, panel: str, *, is_large: bool) -> dict[str, Place]:
+def arranged(
+    width: int, height: int, panel: str, *, is_large: bool, has_time: bool = False
+) -> dict[str, Place]:
     """The place of each pane that is shown.
 
     :param panel: which one is shown where there is room for one.
     :param is_large: does it take the place of the tree, and of all others?
+    :param has_time: is there a line of time above the last one?
     """
     places = {"head": Place(0, 0, width, 1)}
     top = 1
@@ -43,6 +50,9 @@ def arranged(width: int, height: int, panel: str, *, is_large: bool) -> dict[str
         top = 2
     bottom = max(height - 1, top)
     places["foot"] = Place(0, bottom, width, 1)
+    if has_time and height >= TIME_ROWS:
+        bottom -= 1
+        places["time"] = Place(0, bottom, width, 1)
     rows = bottom - top
     if is_large:
         places[panel] = Place(0, top, width, rows)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -59,18 +60,30 @@ def read_trace(path: Path) -> StoredTrace:
     is_cut = lines.pop() != b""  # each whole line ends with a line feed
     if not lines:
         raise TraceError(f"{path}: no trace: {'a torn line' if is_cut else 'an empty file'}")
+    return _stored(str(path), lines, is_cut=is_cut)
+
+
+def trace_of(file: str, lines: Iterable[str]) -> StoredTrace:
+    """A trace of lines that a file of another kind holds, such as a recording.
+
+    :raises TraceError: as :func:`read_trace`.
+    """
+    return _stored(file, [line.encode() for line in lines], is_cut=False)
+
+
+def _stored(file: str, lines: list[bytes], *, is_cut: bool) -> StoredTrace:
     digest = hashlib.sha256()
     events = []
     for number, line in enumerate(lines, 1):
         digest.update(line + b"\n")
-        data = _parsed(line, f"{path}:{number}")
+        data = _parsed(line, f"{file}:{number}")
         if number == 1:
-            _check_version(data, f"{path}:1")
+            _check_version(data, f"{file}:1")
         elif isinstance(data.get("t"), int) and isinstance(data.get("event"), str):
             events.append(data)
         else:
-            raise TraceError(f"{path}:{number}: no event: expected 't' in ns and 'event'")
-    return StoredTrace(str(path), tuple(events), digest.hexdigest(), is_cut)
+            raise TraceError(f"{file}:{number}: no event: expected 't' in ns and 'event'")
+    return StoredTrace(file, tuple(events), digest.hexdigest(), is_cut)
 
 
 def _parsed(line: bytes, place: str) -> dict[str, Any]:

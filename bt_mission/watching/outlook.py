@@ -45,9 +45,20 @@ class Outlook:
                 self._note(one)
         for reading in heard.robot:
             self.robot.take(reading)
+        self._go_along()
+        return bool(heard.messages or heard.robot or heard.answers)
+
+    def show(self, mission: WatchedMission, robot: WatchedRobot, log: deque[Entry]) -> None:
+        """Show this from now on, with the user's place in the tree as long as that is the same."""
+        if mission.tree is not self.mission.tree:
+            self.outline = Outline(mission.tree.nodes if mission.tree else ())
+            self.cursor = self.top = 0
+        self.mission, self.robot, self.log = mission, robot, log
+        self._go_along()
+
+    def _go_along(self) -> None:
         if self.is_following and self.mission.tip is not None:
             self.cursor = self.mission.tip
-        return bool(heard.messages or heard.robot or heard.answers)
 
     def _note_pace(self, message: told.Told, wall_s: float) -> None:
         if isinstance(message, told.Details | told.Changes) and (

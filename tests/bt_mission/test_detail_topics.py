@@ -8,8 +8,9 @@ from typing import Any
 import pytest
 from bt_mission_interfaces.msg import MissionDetails, MissionLog
 
-from bt_mission import detail_topics
-from bt_mission.detail_topics import DETAILS, KEPT_GOALS, LOG, as_json
+from bt_mission import detail_topics, details
+from bt_mission.detail_topics import DETAILS, LOG
+from bt_mission.details import KEPT_GOALS, as_json
 
 TURN = """\
 mission: m
@@ -117,8 +118,13 @@ def test_nothing_is_made_up_for_nobody(ros: Any, monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(detail_topics, "EVERY_S", 0.0)
     made: list[str] = []
     ros.mission("mission: m\ntree:\n  sequence: [{log: hello}, {wait: 5}]\n", has_controls=True)
-    for name in ("MissionDetails", "MissionLog", "NodeProgress", "Variable"):
-        monkeypatch.setattr(detail_topics, name, lambda name=name, **_: made.append(name))
+    for place, name in (
+        (detail_topics, "MissionLog"),
+        (details, "MissionDetails"),
+        (details, "NodeProgress"),
+        (details, "Variable"),
+    ):
+        monkeypatch.setattr(place, name, lambda name=name, **_: made.append(name))
     ros.run(10.0)
     assert made == []
 

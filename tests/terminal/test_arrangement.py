@@ -14,12 +14,13 @@ from bt_mission.terminal.arrangement import PANELS, Place, arranged
     height=st.integers(1, 120),
     panel=st.sampled_from(PANELS),
     large=st.booleans(),
+    timed=st.booleans(),
 )
 def test_panes_neither_overlap_nor_leave_the_terminal(
-    width: int, height: int, panel: str, *, large: bool
+    width: int, height: int, panel: str, *, large: bool, timed: bool
 ):
     """Whatever its size; from three rows on what is shown fills it from top to bottom."""
-    places = arranged(width, height, panel, is_large=large)
+    places = arranged(width, height, panel, is_large=large, has_time=timed)
     cells: set[tuple[int, int]] = set()
     for name, place in places.items():
         if name == "foot" and height == 1:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import ClassVar
 
 from textual import events
@@ -11,7 +11,7 @@ from textual.binding import Binding, BindingType
 from textual.screen import ModalScreen
 
 from bt_mission.terminal.marks import Marks, clean
-from bt_mission.terminal.screen.keys import KEYS
+from bt_mission.terminal.screen.keys import Key
 from bt_mission.terminal.screen.pane import Pane
 from bt_mission.terminal.words import Span
 from bt_mission.watching.source import Found
@@ -19,10 +19,10 @@ from bt_mission.watching.source import Found
 CSS = "ModalScreen { background: ansi_default; } ModalScreen > Pane { height: 100%; }"
 
 
-def help_rows(leave: str) -> list[list[Span]]:
+def help_rows(keys: Sequence[Key], leave: str) -> list[list[Span]]:
     """A row for each key."""
     rows: list[list[Span]] = []
-    for key in KEYS:
+    for key in keys:
         if key.help:
             words = leave if key.action == "leave" else key.help
             rows.append([(f"{key.shown:>11}", "key"), (f"  {words}", "")])
@@ -32,15 +32,16 @@ def help_rows(leave: str) -> list[list[Span]]:
 class Help(ModalScreen[None]):
     """All keys; any of them closes it, apart from those that scroll.
 
+    :param keys: of the view.
     :param leave: what the key for leaving does.
     """
 
     DEFAULT_CSS = CSS
 
-    def __init__(self, marks: Marks, leave: str) -> None:
+    def __init__(self, marks: Marks, keys: Sequence[Key], leave: str) -> None:
         super().__init__()
         self._pane = Pane(marks)
-        self._rows = help_rows(leave)
+        self._rows = help_rows(keys, leave)
         self._top = 0
 
     def compose(self) -> ComposeResult:

@@ -1,4 +1,4 @@
-"""The keys of the full-screen view, once: what they do, and how the help tells it."""
+"""The keys of the full-screen views, once: what they do, and how the help tells it."""
 
 from __future__ import annotations
 
@@ -21,13 +21,34 @@ class Key:
     help: str
 
 
-KEYS = (
+WISHES = (
     Key("p", "pause", "p", "pause; running goals are cancelled, and start anew later"),
     Key("P", "pause_keeping", "P", "pause, while running goals run on, unwatched"),
     Key("r", "resume", "r", "resume"),
     Key("s", "step", "s", "step: one tick of a paused mission"),
     Key("x", "stop", "x x", "stop the mission; every goal is seen to its end"),
     Key("b", "breakpoint", "b", "pause before the selected node starts, or no longer"),
+)
+"""What a mission that runs is asked for."""
+
+PLAYING = (
+    Key("p", "play", "p", "play, pause; at the end, play from the start"),
+    Key("r", "reverse", "r", "play the other way: backwards, forwards"),
+    Key("plus,equals_sign", "speed(2)", "+ -", "faster, slower"),
+    Key("minus", "speed(0.5)", "", ""),
+    Key("s", "step(1)", "s S", "to the next change of the tree, to the one before"),
+    Key("S", "step(-1)", "", ""),
+    Key("b", "start(1)", "b B", "to the next start of the selected node, to the one before"),
+    Key("B", "start(-1)", "", ""),
+    Key("greater_than_sign", "skip(10)", "> <", "ten seconds on, ten seconds back"),
+    Key("less_than_sign", "skip(-10)", "", ""),
+    Key("g", "go(0)", "g G", "to the start, to the end"),
+    Key("G", "go(1)", "", ""),
+    Key("t", "time", "t", "to a time, in seconds"),
+)
+"""Where in a recording to be."""
+
+LOOKING = (
     Key("up,k", "move(-1)", "up down", "select a node; k and j do, too"),
     Key("down,j", "move(1)", "", ""),
     Key("pageup", "page(-1)", "PgUp PgDn", "a page up, down"),
@@ -45,7 +66,17 @@ KEYS = (
     Key("tab", "next_panel(1)", "Tab", "the next panel: log, goals, variables, map, node"),
     Key("shift+tab", "next_panel(-1)", "", ""),
     Key("z", "enlarge", "z", "give the panel the whole screen, and back"),
-    Key("c", "choose", "c", "choose another executive"),
+)
+"""What is looked at."""
+
+CHOOSING = (Key("c", "choose", "c", "choose another executive"),)
+LEAVING = (
     Key("question_mark,f1", "help", "?", "this help"),
     Key("q,ctrl+c,ctrl+q", "leave", "q", "leave"),
 )
+
+KEYS = (*WISHES, *LOOKING, *CHOOSING, *LEAVING)
+"""Of a mission that runs."""
+
+REPLAY_KEYS = (*PLAYING, *LOOKING, *LEAVING)
+"""Of a recording."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from textual.app import ComposeResult
 from textual.screen import Screen
 from textual.widgets import Input
@@ -26,12 +28,15 @@ from bt_mission.terminal.tree_rows import tree_row
 from bt_mission.terminal.words import Span
 from bt_mission.watching.outlook import Outlook
 
-BARE = ("head", "path", "foot")
+BARE = ("head", "path", "time", "foot")
 """Panes without a title."""
 
 
 class MainScreen(Screen[None]):
-    """The tree, and panels around it or below it."""
+    """The tree, and panels around it or below it.
+
+    :param has_time: is there a line of time, as of a recording?
+    """
 
     DEFAULT_CSS = """
     MainScreen { background: ansi_default; color: ansi_default; }
@@ -43,8 +48,9 @@ class MainScreen(Screen[None]):
     """
     AUTO_FOCUS = ""
 
-    def __init__(self, marks: Marks) -> None:
+    def __init__(self, marks: Marks, *, has_time: bool = False) -> None:
         super().__init__()
+        self._has_time = has_time
         self._marks = marks
         self._chart = Chart(marks)
         self.panes = {
@@ -67,7 +73,9 @@ class MainScreen(Screen[None]):
     def place_panes(self) -> None:
         """Give each pane its place on a screen of the present size."""
         width, height = self.size
-        places = arranged(width, height, self.panel, is_large=self.is_large)
+        places = arranged(
+            width, height, self.panel, is_large=self.is_large, has_time=self._has_time
+        )
         for name, pane in self.panes.items():
             place = places.get(name)
             pane.display = place is not None and place.height > 0 and place.width > 0
@@ -82,16 +90,15 @@ class MainScreen(Screen[None]):
         """Is a pane on the screen?"""
         return bool(self.panes[name].display)
 
-    def show(self, outlook: Outlook, foot: list[Span], *, is_there: bool) -> None:
-        """Show what is known now."""
+    def show(self, outlook: Outlook, foot: list[Span], before: Sequence[Span] = ()) -> None:
+        """Show what is known now.
+
+        :param before: what stands before the mission's name.
+        """
         mission, marks = outlook.mission, self._marks
         width = self.size.width
         head = header(mission, outlook.robot, outlook.pace.factor, marks)
-        if not is_there:
-            known = mission.state is not None
-            head.insert(0, (" gone; looking " if known else " looking ", "paused"))
-            head.insert(1, (" ", ""))
-        self.panes["head"].show([head])
+        self.panes["head"].show([[*before, *head]])
         self.panes["path"].show([path(outlook.running_path, width, marks)])
         self.panes["foot"].show([foot])
         self._show_tree(outlook)

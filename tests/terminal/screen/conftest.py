@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from bt_mission.terminal.screen import app
+from bt_mission.terminal.screen import view_app
 
 
 @pytest.fixture(autouse=True)
 def _notices_that_stay(monkeypatch: pytest.MonkeyPatch) -> None:
     """However slow the machine is."""
-    monkeypatch.setattr(app, "NOTICE_S", 3600.0)
+    monkeypatch.setattr(view_app, "NOTICE_S", 3600.0)

@@ -1,0 +1,57 @@
+"""What replaying costs: reading a recording, and going to any instant of it.
+
+Records ten minutes of patrol as `benchmarks/report.py` does. Processor time is told, because the
+wall clock shows what else the machine does.
+Run it as: python benchmarks/replaying.py [--seeks N]
+"""
+
+from __future__ import annotations
+
+import argparse
+import random
+import statistics
+import tempfile
+import time
+from pathlib import Path
+
+from report import record
+
+from bt_mission.replaying.film import read_film
+from bt_mission.replaying.scene import Projector
+
+
+def main() -> None:
+    """Measure, and print."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seeks", type=int, default=1000)
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "run.mcap"
+        virtual_s = record(path, Path(folder))
+        begin = time.process_time()
+        film = read_film(path)
+        reading = time.process_time() - begin
+        size = path.stat().st_size
+    projector = Projector(film)
+    begin = time.process_time()
+    projector.show(film.end_ns)
+    playing = time.process_time() - begin
+    seeks = []
+    draw = random.Random(1)
+    for _ in range(options.seeks):
+        time_ns = draw.randint(film.start_ns, film.end_ns)
+        begin = time.process_time()
+        projector.show(time_ns)
+        seeks.append(time.process_time() - begin)
+    seeks.sort()
+    print(f"patrol.yaml, {virtual_s:.1f} s virtual, recording of {size / 1e6:.1f} MB")
+    print(f"  read it: {reading:.2f} s; {len(film.frames)} messages are of use")
+    print(f"  from the start to the end for the first time: {playing:.2f} s")
+    print(
+        f"  to any instant: median {statistics.median(seeks) * 1e3:.1f} ms, "
+        f"99 of 100 below {seeks[len(seeks) * 99 // 100] * 1e3:.1f} ms"
+    )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,69 @@
+"""Recordings for tests that look at them: a short mission on the stage, and pieces of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from tempfile import mkdtemp
+
+from bt_mission.recording.file import McapFile
+from bt_mission.recording.reading import Channel, RecordedFile
+
+MISSION = """\
+mission: there and back
+world: empty_arena
+seed: 3
+inputs: {reach: 0.4}
+tree:
+  sequence:
+    - log: off we go
+    - repeat: {count: 2}
+      do:
+        sequence:
+          - explore_forward: {fwd_velocity: 0.2, stopping_distance: 0.3}
+            name: drive
+            cancel_when: current_distance_travelled >= reach
+            on_cancel: success
+            timeout: 30
+            outputs: {closest_obstacle: room}
+          - turn: {angle: 60}
+            name: turn away
+            timeout: 30
+"""
+
+
+@cache
+def recording() -> Path:
+    """A recorded run of the mission; made once."""
+    from bt_mission.mission import load_text  # noqa: PLC0415 - after the environment is set
+    from bt_mission.recording.recorder import Recorder  # noqa: PLC0415
+    from bt_mission.session import summarise  # noqa: PLC0415
+    from bt_mission.stage import Stage  # noqa: PLC0415
+
+    folder = Path(mkdtemp())
+    path = folder / "run.mcap"
+    with (
+        Stage(load_text(MISSION), image_folder=folder, say=lambda _: None) as stage,
+        Recorder(stage, path) as recorder,
+    ):
+        while not stage.is_done:
+            stage.step()
+        assert stage.executive.status == "success", stage.executive.reason
+        recorder.finish(summarise(stage, 1.0).as_dict())
+    return path
+
+
+def edited(path: Path, keep: Callable[[Channel, int], bool]) -> Path:
+    """The messages that are kept, as another recorder would have written them."""
+    source, copy = RecordedFile(recording()), McapFile(path, "another")
+    numbers: dict[Channel, int] = {}
+    for channel, time_ns, data in source.messages():
+        if keep(channel, time_ns):
+            if channel not in numbers:
+                numbers[channel] = copy.channel(
+                    channel.topic, channel.type_name, channel.definition, {}
+                )
+            copy.write(time_ns, [(numbers[channel], data)])
+    copy.close()
+    return path
