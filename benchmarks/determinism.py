@@ -63,11 +63,12 @@ def batch(python: str, first: int, last: int, variables: dict[str, str]) -> list
             [python, str(Path(__file__).resolve()), "--batch", str(first), str(last)],
             cwd=folder,
             env=os.environ | variables,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
+            capture_output=True,
             text=True,
-            check=True,
+            check=False,
         )
+    if done.returncode:
+        sys.exit(f"{python} ended with {done.returncode}:\n{done.stderr[-2000:]}")
     return [json.loads(line) for line in done.stdout.splitlines()]
 
 

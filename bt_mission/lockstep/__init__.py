@@ -3,17 +3,15 @@
 - ``executor``: :class:`LockstepExecutor`, order and time
 - ``entities``: what a node can be woken by, and which of it is ready
 - ``serving``: one callback of each kind
+- ``tasks``: what was begun and has not ended
+- ``spinning``: rclpy's ways to spin
 - ``taps``: :class:`Taps`, which change what passes between nodes
 - ``matching``: are all endpoints of the process matched?
 - ``proof``: :func:`self_test`, the proof that "nothing ready" is the truth on this machine
 """
 
-from bt_mission.lockstep.executor import (
-    LockstepExecutor,
-    NothingDueError,
-    TimeStuckError,
-    World,
-)
+from bt_mission.lockstep.errors import NestedStepError, NothingDueError, TimeStuckError
+from bt_mission.lockstep.executor import LockstepExecutor, World
 from bt_mission.lockstep.matching import DiscoveryError
 from bt_mission.lockstep.proof import NotLockstepError, self_test
 from bt_mission.lockstep.taps import (
@@ -34,6 +32,7 @@ __all__ = [
     "DiscoveryError",
     "Gate",
     "LockstepExecutor",
+    "NestedStepError",
     "NotLockstepError",
     "NothingDueError",
     "Passing",

@@ -6,9 +6,12 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from rclpy.action import ActionClient, ActionServer, get_action_server_names_and_types_by_node
+from rclpy.client import Client
 from rclpy.event_handler import EventHandler
 from rclpy.exceptions import InvalidHandle
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
+from rclpy.service import Service
+from rclpy.subscription import Subscription
 
 from bt_mission.common.errors import BtMissionError
 
@@ -20,6 +23,7 @@ if TYPE_CHECKING:
     from rclpy.timer import Timer
     from rclpy.waitable import Waitable
 
+KINDS = ("subscriptions", "services", "clients", "guards", "waitables", "timers")
 COUNTS = (
     "num_subscriptions",
     "num_guard_conditions",
@@ -28,6 +32,9 @@ COUNTS = (
     "num_services",
     "num_events",
 )
+
+
+TELLING_AGAIN = (Subscription, Service, Client, ActionServer, ActionClient)
 
 
 class Entities:
@@ -67,13 +74,24 @@ class Entities:
                         "cannot run in virtual time; create it with the clock of its node"
                     )
         self._nodes = tuple(nodes)
+        self._context = context
+        self._owners = {
+            id(entity): node for node in nodes for kind in KINDS for entity in getattr(node, kind)
+        }
+
+    @cached_property
+    def _awake(self) -> Any:
+        # Always triggered, so that a wait never gives up the processor: even a wait of zero
+        # sleeps for the kernel's timer slack, which took nine tenths of its time.
+        with self._context.handle:
+            return _rclpy.GuardCondition(self._context.handle)
+
+    @cached_property
+    def _wait_set(self) -> Any:
         sizes = self._sizes()
         sizes[1] += 1
-        with context.handle:
-            # Always triggered, so that a wait never gives up the processor: even a wait of zero
-            # sleeps for the kernel's timer slack, which took nine tenths of its time.
-            self._awake = _rclpy.GuardCondition(context.handle)
-            self._wait_set = _rclpy.WaitSet(*sizes, context.handle)
+        with self._context.handle:
+            return _rclpy.WaitSet(*sizes, self._context.handle)
 
     def _sizes(self) -> list[int]:
         sizes = [
@@ -91,18 +109,17 @@ class Entities:
             ]
         return sizes
 
+    def node_of(self, entity: Any) -> Node | None:
+        """The node that an entity belongs to; None when it is gone, or its node is not served."""
+        return self._owners.get(id(entity))
+
     @cached_property
-    def _owners(self) -> dict[int, str]:
-        return {
-            id(entity): node.get_fully_qualified_name()
-            for node in self._nodes
-            for kind in ("subscriptions", "services", "clients", "waitables")
-            for entity in getattr(node, kind)
-        }
+    def _names(self) -> dict[int, str]:
+        return {id(node): node.get_fully_qualified_name() for node in self._nodes}
 
     def owner_of(self, entity: Any) -> str:
         """The full name of the node that an entity belongs to; empty when it is gone."""
-        return self._owners.get(id(entity), "")
+        return self._names.get(id(self.node_of(entity)), "")
 
     def actions_of(self, end: ActionClient | ActionServer) -> tuple[str, ...]:
         """The full names of the actions that one end of an action can be of.
@@ -129,8 +146,12 @@ class Entities:
                 found[node.get_fully_qualified_name(), kind] = names
         return found
 
-    def ready(self) -> list[Any]:
-        """The entities that have something to serve now, in the order of their creation."""
+    def ready(self, owed: Sequence[Any], *, any_held: bool) -> list[Any]:
+        """The entities that have something to serve now, in the order of their creation.
+
+        :param owed: what was ready earlier, was not served, and does not tell again.
+        :param any_held: may a callback group be held by a callback that awaits something?
+        """
         wait_set = self._wait_set
         wait_set.clear_entities()
         wait_set.add_guard_condition(self._awake)
@@ -139,7 +160,8 @@ class Entities:
             add = getattr(wait_set, f"add_{kind}")
             for handle in handles:
                 add(handle)
-        for waitable, end, _ in self._ends:
+        ends = self._askable(owed) if any_held or owed else self._ends
+        for waitable, end, _ in ends:
             if end is None:
                 waitable.add_to_wait_set(wait_set)
             else:
@@ -156,22 +178,32 @@ class Entities:
                         for entity, handle in zip(entities, handles, strict=True)
                         if handle.pointer in pointers
                     ]
-        for waitable, end, work in self._ends:
+        for waitable, end, work in ends:
             # An end is asked first, its waitable if it says yes: most have nothing to serve.
             if (end is None or True in end.is_ready(wait_set)[work]) and waitable.is_ready(
                 wait_set
             ):
                 found.append(waitable)
+        found += [entity for entity in owed if entity not in found and self.node_of(entity)]
         return found
 
-    def ns_until_next_timer(self, *, any_suspended: bool) -> int | None:
+    def _askable(self, owed: Sequence[Any]) -> list[tuple[Any, Any, slice]]:
+        """Waitables but those that would tell that they are ready, and could not be served."""
+        return [
+            (waitable, end, work)
+            for waitable, end, work in self._ends
+            if end is not None
+            or (waitable not in owed and waitable.callback_group.can_execute(waitable))
+        ]
+
+    def ns_until_next_timer(self, *, any_held: bool) -> int | None:
         """Nanoseconds until the next timer is due, or None when none is set.
 
         A timer whose callback group is held by a suspended callback is not due before that
         callback ends: time goes on without it.
         """
         timers = self.timers
-        if any_suspended:
+        if any_held:
             timers = [timer for timer in timers if timer.callback_group.can_execute(timer)]
         waits = [wait for wait in map(_ns_until_due, timers) if wait is not None]
         return min(waits, default=None)
@@ -202,6 +234,29 @@ def _ns_until_due(timer: Timer) -> int | None:
             return None if handle.is_timer_canceled() else handle.time_until_next_call()
     except InvalidHandle:
         return None  # destroyed since the snapshot
+
+
+def tells_once(entity: Any) -> bool:
+    """Is an entity's being ready forgotten once it has been seen?
+
+    A message, a request or a response waits until it is taken; a guard condition, and what a
+    waitable of somebody else's is made of, does not.
+    """
+    return not isinstance(entity, TELLING_AGAIN)
+
+
+def exists(node: Node) -> bool:
+    """Has a node not been destroyed?"""
+    try:
+        with node.handle:
+            return True
+    except InvalidHandle:
+        return False
+
+
+def describe_timer(timer: Timer, node_name: str) -> str:
+    """A timer's owner and period, for people."""
+    return f"timer of {node_name}, every {timer.timer_period_ns / 1e9:g} s"
 
 
 def describe(entity: Any) -> str:

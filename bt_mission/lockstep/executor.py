@@ -21,21 +21,22 @@ resumed after every round of callbacks, as under rclpy's own executors.
 
 from __future__ import annotations
 
-from collections import Counter, deque
+from collections import Counter
 from collections.abc import Callable, Coroutine
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Protocol
 
 from rclpy.clock_type import ClockType
-from rclpy.executors import Executor, ShutdownException
 from rclpy.task import Task
 from rclpy.time import Time
 
-from bt_mission.common.errors import BtMissionError
-from bt_mission.lockstep.entities import Entities, describe
+from bt_mission.lockstep.entities import Entities, describe, describe_timer, exists, tells_once
+from bt_mission.lockstep.errors import NestedStepError, NothingDueError, TimeStuckError
 from bt_mission.lockstep.matching import settle
 from bt_mission.lockstep.serving import Rest, serve, serve_timer
+from bt_mission.lockstep.spinning import Spinning
 from bt_mission.lockstep.taps import Passing, Side, Taps
+from bt_mission.lockstep.tasks import Tasks
 
 if TYPE_CHECKING:
     from rclpy.context import Context
@@ -44,13 +45,8 @@ if TYPE_CHECKING:
 CALLBACKS_PER_INSTANT = 100_000
 """Callbacks after which an instant of virtual time is taken for one that never ends."""
 
-
-class TimeStuckError(BtMissionError):
-    """Callbacks keep each other busy, so virtual time cannot advance."""
-
-
-class NothingDueError(BtMissionError):
-    """There is neither a timer nor a world that could move time."""
+STEPS_PER_INSTANT = 1_000
+"""Steps in a row that do not move time, after which it is taken for stuck."""
 
 
 class World(Protocol):
@@ -64,7 +60,7 @@ class World(Protocol):
         """Move on to ``time_ns`` and publish everything due at or before it."""
 
 
-class LockstepExecutor(Executor):
+class LockstepExecutor(Spinning):
     """Serves nodes on one virtual clock.
 
     :param start_ns: the first instant, ns; above zero, since ROS takes zero for "not set".
@@ -86,15 +82,17 @@ class LockstepExecutor(Executor):
                 f"start_ns must be above 0 (ROS takes 0 for 'not set'), got {start_ns}"
             )
         self.world = world
-        self.callbacks_served = 0
         self.taps = Taps()
         self._now_ns = start_ns
+        self._served = 0
+        self._steps_here = 0
+        self._is_serving = False
+        self._is_over = False
         self._ordered_nodes: list[Node] = []
         self._entities = Entities([], self._context)
         self._alarms: list[tuple[int, Callable[[], Any]]] = []
-        self._new_tasks: list[Task] = []
-        self._waiting_tasks: list[Task] = []
-        self._suspended: list[tuple[Coroutine[Any, Any, None], Any]] = []
+        self._begun = Tasks()
+        self._owed: list[Any] = []
 
     # ---- nodes and time ------------------------------------------------------------------
 
@@ -102,6 +100,11 @@ class LockstepExecutor(Executor):
     def now_ns(self) -> int:
         """The present instant of virtual time, ns."""
         return self._now_ns
+
+    @property
+    def callbacks_served(self) -> int:
+        """Callbacks, and turns of tasks, since the start."""
+        return self._served + self._begun.turns
 
     def add_node(self, node: Node) -> bool:
         """Serve ``node`` after all nodes added before it, on the virtual clock.
@@ -111,6 +114,7 @@ class LockstepExecutor(Executor):
         if node in self._ordered_nodes:
             return False
         self._ordered_nodes.append(node)
+        self._begun.node_comes(node)
         node.executor = self
         clock = node.get_clock().handle
         with clock:
@@ -122,9 +126,10 @@ class LockstepExecutor(Executor):
         return True
 
     def remove_node(self, node: Node) -> None:
-        """Stop serving ``node``; its clock stays where it is."""
+        """Stop serving ``node``; its clock stays where it is, and so do callbacks that await."""
         if node in self._ordered_nodes:
             self._ordered_nodes.remove(node)
+            self._begun.node_leaves(node)
             self._structure_changed = True
 
     def get_nodes(self) -> list[Node]:
@@ -134,6 +139,14 @@ class LockstepExecutor(Executor):
     def wake(self) -> None:
         """Note that an entity was made or destroyed (rclpy calls this)."""
         self._structure_changed = True
+
+    def shutdown(self, timeout_sec: float | None = None) -> bool:
+        """Serve nobody any more; it never has to wait."""
+        self._ordered_nodes.clear()
+        self._owed.clear()
+        self._entities = Entities([], self._context)
+        self._structure_changed = True
+        return super().shutdown(timeout_sec)
 
     def call_at(self, time_ns: int, function: Callable[[], Any]) -> None:
         """Call a function at an instant: after the world has moved there, before any callback.
@@ -150,7 +163,7 @@ class LockstepExecutor(Executor):
     ) -> Task:
         """Run a function or coroutine within the present instant; gives its future."""
         task = Task(callback, args, kwargs, executor=self)
-        self._new_tasks.append(task)
+        self._begun.add(task)
         return task
 
     # ---- stepping ------------------------------------------------------------------------
@@ -161,7 +174,7 @@ class LockstepExecutor(Executor):
         :raises NothingDueError: when there is neither.
         """
         self._refresh()
-        wait_ns = self._entities.ns_until_next_timer(any_suspended=bool(self._suspended))
+        wait_ns = self._entities.ns_until_next_timer(any_held=self._begun.hold_groups)
         due = [] if wait_ns is None else [self._now_ns + wait_ns]
         if self.world is not None:
             due.append(self.world.next_due_ns)
@@ -171,29 +184,31 @@ class LockstepExecutor(Executor):
         if self._alarms:
             due.append(self._alarms[0][0])
         if not due:
-            raise NothingDueError("virtual time cannot move: no timer is set and there is no world")
+            raise NothingDueError
         return max(min(due), self._now_ns)
 
     def step(self) -> int:
-        """Jump to the next due instant and serve it; gives that instant, ns."""
+        """Jump to the next due instant and serve it; gives that instant, ns.
+
+        :raises TimeStuckError: when callbacks do not end, or time does not move.
+        :raises NestedStepError: in a callback.
+        """
+        if self._is_serving:
+            raise NestedStepError
         time_ns = self.next_due_ns()
+        self._steps_here = self._steps_here + 1 if time_ns == self._now_ns else 0
+        if self._steps_here > STEPS_PER_INSTANT:
+            raise self._stuck(f"due again and again: {self._names_of_due()}")
         if self.world is not None:
             self.world.advance_to(time_ns)
         self._now_ns = time_ns
         time = self._ros_time()
         for node in self._ordered_nodes:
             node.get_clock().set_ros_time_override(time)
-        while self._alarms and self._alarms[0][0] <= time_ns:
-            self._alarms.pop(0)[1]()
+        self._ring()
         self.run_until_quiet()
         for timer in tuple(self._entities.timers):
-            if self._suspended and not timer.callback_group.can_execute(timer):
-                continue
-            was_due, rest = serve_timer(timer)
-            if was_due:
-                self.callbacks_served += 1
-                self._begin(timer, rest)
-                self.run_until_quiet()
+            self._fire(timer)
         return self._now_ns
 
     def run_until_quiet(self) -> None:
@@ -202,22 +217,13 @@ class LockstepExecutor(Executor):
         :raises TimeStuckError: when they do not end.
         """
         limit = self.callbacks_served + CALLBACKS_PER_INSTANT
-        while self._serve_round():
-            if self.callbacks_served > limit:
-                self._report_stuck()
-
-    def spin_once(self, timeout_sec: float | None = None) -> None:  # noqa: ARG002 - rclpy's form
-        """One step; ``timeout_sec`` is not used, since nothing here waits for the wall clock."""
-        if self._is_shutdown:
-            raise ShutdownException
-        self.step()
-
-    def spin_once_until_future_complete(
-        self, future: Any, timeout_sec: float | None = None
-    ) -> None:
-        """One step, unless ``future`` is done already."""
-        if not future.done():
-            self.spin_once(timeout_sec)
+        was_serving, self._is_serving = self._is_serving, True
+        try:
+            while self._serve_round():
+                if self.callbacks_served > limit:
+                    self._report_stuck()
+        finally:
+            self._is_serving = was_serving
 
     # ---- inside --------------------------------------------------------------------------
 
@@ -236,9 +242,13 @@ class LockstepExecutor(Executor):
         """Read the entities again if any was made or destroyed, and see them matched."""
         while self._structure_changed:
             self._structure_changed = False
+            self._is_over = self._is_shutdown or not self._context.ok()
+            # rclpy leaves destroyed nodes in their executor.
+            self._ordered_nodes = [node for node in self._ordered_nodes if exists(node)]
+            nodes = [] if self._is_over else self._ordered_nodes
             try:
-                self._entities = Entities(self._ordered_nodes, self._context)
-                settle(self._ordered_nodes)
+                self._entities = Entities(nodes, self._context)
+                settle(nodes)
             except BaseException:
                 self._structure_changed = True  # so that the next step sees it, too
                 raise
@@ -248,13 +258,19 @@ class LockstepExecutor(Executor):
         self._release()
         self._run_tasks()
         self._refresh()
-        ready = self._entities.ready()
-        if self._suspended:
+        if self._is_over:
+            return []
+        ready = self._entities.ready(self._owed, any_held=self._begun.hold_groups)
+        # What tells only once that it is ready is owed a call until it is served, or gone.
+        self._owed = [entity for entity in ready if tells_once(entity)]
+        if self._begun.hold_groups:
             ready = [entity for entity in ready if entity.callback_group.can_execute(entity)]
         for entity in ready:
-            if self._suspended and not entity.callback_group.can_execute(entity):
+            if self._begun.hold_groups and not entity.callback_group.can_execute(entity):
                 continue
-            self.callbacks_served += 1
+            if entity in self._owed:
+                self._owed.remove(entity)
+            self._served += 1
             self._begin(entity, serve(entity, self))
             if self._structure_changed:
                 break  # what is ready may be gone; the next round looks again
@@ -264,79 +280,62 @@ class LockstepExecutor(Executor):
         """Deliver what taps have held back until now."""
         for entity, deliver in self.taps.take_due(self._now_ns):
             self._refresh()
-            if self._entities.owner_of(entity):  # it may have been destroyed since
-                self.callbacks_served += 1
+            if self._entities.node_of(entity) is not None:  # it may have been destroyed since
+                self._served += 1
                 self._begin(entity, deliver())
 
     def _begin(self, entity: Any, rest: Rest) -> None:
-        """Run a callback's coroutine as far as it goes now."""
-        if rest is None:
-            return
-        try:
-            rest.send(None)
-        except StopIteration:
-            return
-        entity.callback_group.beginning_execution(entity)
-        self._suspended.append((rest, entity))
+        if rest is not None:
+            self._begun.begin(rest, entity, self._entities.node_of)
 
     def _run_tasks(self) -> None:
-        """Resume suspended callbacks and tasks until none of them gets any further.
+        """Resume suspended callbacks and tasks until none of them gets any further."""
+        limit = self._begun.turns + CALLBACKS_PER_INSTANT
+        while self._begun.resume():
+            if self._begun.turns > limit:
+                raise self._stuck("tasks make tasks")
 
-        What one of them raises comes out of here; the others keep their place.
-        """
-        limit = self.callbacks_served + CALLBACKS_PER_INSTANT
-        while self._resume_tasks() or self._resume_callbacks() or self._new_tasks:
-            if self.callbacks_served > limit:
-                raise TimeStuckError(
-                    f"virtual time is stuck at {self._now_ns / 1e9:.3f} s: tasks make tasks"
-                )
+    def _ring(self) -> None:
+        """Call what was asked for at this instant."""
+        for _ in range(CALLBACKS_PER_INSTANT):
+            if not self._alarms or self._alarms[0][0] > self._now_ns:
+                return
+            self._alarms.pop(0)[1]()
+        raise self._stuck("what was asked for at this instant asks for it again")
 
-    def _resume_tasks(self) -> bool:
-        """Give each task a turn; tells whether one of them ended."""
-        turns = deque(self._waiting_tasks + self._new_tasks)
-        self._waiting_tasks, self._new_tasks = [], []
-        ended = False
+    def _fire(self, timer: Any) -> None:
+        """Call a timer if it is due, and become quiet again."""
+        if self._entities.node_of(timer) is None:
+            return  # destroyed since the instant began, or its node has left
+        if self._begun.hold_groups and not timer.callback_group.can_execute(timer):
+            return
+        self._is_serving = True
         try:
-            while turns:
-                task = turns.popleft()
-                self.callbacks_served += 1
-                task()
-                if task.done():
-                    ended = True
-                    task.result()  # raises what the task raised
-                elif not task.cancelled():
-                    self._waiting_tasks.append(task)
+            was_due, rest = serve_timer(timer)
+            if was_due:
+                self._served += 1
+                self._begin(timer, rest)
         finally:
-            self._waiting_tasks.extend(turns)
-        return ended
+            self._is_serving = False
+        if was_due:
+            self.run_until_quiet()
 
-    def _resume_callbacks(self) -> bool:
-        """Give each suspended callback a turn; tells whether one of them ended."""
-        turns = deque(self._suspended)
-        self._suspended = []
-        ended = False
-        try:
-            while turns:
-                coroutine, entity = turns.popleft()
-                try:
-                    coroutine.send(None)
-                except BaseException as end:
-                    entity.callback_group.ending_execution(entity)
-                    if not isinstance(end, StopIteration):
-                        raise
-                    ended = True
-                else:
-                    self._suspended.append((coroutine, entity))
-        finally:
-            self._suspended.extend(turns)
-        return ended
+    def _names_of_due(self) -> str:
+        names = [
+            describe_timer(timer, self._entities.owner_of(timer))
+            for timer in self._entities.timers
+            if not timer.is_canceled() and timer.time_until_next_call() <= 0
+        ]
+        if self.world is not None and self.world.next_due_ns <= self._now_ns:
+            names.append("the world")
+        return ", ".join(names)
 
     def _report_stuck(self) -> None:
         names: Counter[str] = Counter()
         for _ in range(100):
             names.update(describe(entity) for entity in self._serve_round())
         busiest = ", ".join(name for name, _ in names.most_common(3)) or "tasks"
-        raise TimeStuckError(
-            f"virtual time is stuck at {self._now_ns / 1e9:.3f} s: callbacks do not end; "
-            f"busiest: {busiest}"
-        )
+        raise self._stuck(f"callbacks do not end; busiest: {busiest}")
+
+    def _stuck(self, why: str) -> TimeStuckError:
+        return TimeStuckError(f"virtual time is stuck at {self._now_ns / 1e9:.3f} s: {why}")

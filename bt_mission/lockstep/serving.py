@@ -46,11 +46,16 @@ def serve_timer(timer: Timer) -> tuple[bool, Rest]:
             handle.call_timer()
     except InvalidHandle:
         return False, None
-    return True, _rest(timer.callback())
+    return True, _rest(timer.callback, timer.callback())
 
 
-def _rest(outcome: Any) -> Rest:
-    return outcome if inspect.iscoroutine(outcome) else None
+def _rest(callback: Any, outcome: Any) -> Rest:
+    return outcome if _is_to_be_awaited(callback, outcome) else None
+
+
+def _is_to_be_awaited(callback: Any, outcome: Any) -> bool:
+    """As under rclpy, only what an ``async def`` gives is awaited, not any coroutine."""
+    return inspect.iscoroutine(outcome) and inspect.iscoroutinefunction(callback)
 
 
 def _serve_subscription(subscription: Subscription, executor: LockstepExecutor) -> Rest:
@@ -67,7 +72,7 @@ def _serve_subscription(subscription: Subscription, executor: LockstepExecutor) 
         about = []
     if executor.taps.is_open and _catch_message(subscription, message, about, executor):
         return None
-    return _rest(subscription.callback(message, *about))
+    return _rest(subscription.callback, subscription.callback(message, *about))
 
 
 def _catch_message(
@@ -83,7 +88,7 @@ def _catch_message(
 
     def deliver(changed: Any) -> Rest:
         changed = serialize_message(changed) if raw else changed
-        return _rest(subscription.callback(changed, *about))
+        return _rest(subscription.callback, subscription.callback(changed, *about))
 
     passing = executor.passing(subscription, name, Side.MESSAGE, message)
     return executor.taps.catch(subscription, passing, deliver)
@@ -101,12 +106,13 @@ def _serve_service(service: Service, executor: LockstepExecutor) -> Rest:
 
     def deliver(asked: Any) -> Rest:
         response = service.callback(asked, service.srv_type.Response())
-        if not inspect.iscoroutine(response):
+        if not _is_to_be_awaited(service.callback, response):
             service.send_response(response, header)
             return None
+        rest: Any = response
 
         async def answer() -> None:
-            service.send_response(await response, header)
+            service.send_response(await rest, header)
 
         return answer()
 
@@ -147,7 +153,7 @@ def _serve_client(client: Client, executor: LockstepExecutor) -> Rest:
 
 
 def _serve_guard(guard: GuardCondition, _: LockstepExecutor) -> Rest:
-    return _rest(guard.callback())
+    return _rest(guard.callback, guard.callback())
 
 
 def _serve_waitable(waitable: Waitable, executor: LockstepExecutor) -> Rest:

@@ -28,6 +28,12 @@ def hear(callback: Callable[[Any], None]) -> Any:
     return callback
 
 
+def step_for_ever(executor: LockstepExecutor) -> None:
+    """Until something is raised."""
+    while True:
+        executor.step()
+
+
 def test_this_machine_delivers_at_once() -> None:
     """The self-test that virtual time rests on passes here."""
     self_test()
@@ -99,6 +105,48 @@ def test_time_that_cannot_advance_is_reported_with_the_culprit(
     node.create_timer(0.1, lambda: echo.publish(Int64()))
     with pytest.raises(TimeStuckError, match=r"stuck at 1\.100 s.*Subscription /echo"):
         rig.executor.step()
+
+
+def test_a_timer_without_a_period_is_reported(rig: Any) -> None:
+    """It is due again at once, for ever; the others of its instant are served before."""
+    node = rig.node("a")
+    fired: list[str] = []
+    node.create_timer(0.1, lambda: fired.append("other"))
+    rig.executor.step()
+    node.create_timer(0.0, lambda: None)
+    with pytest.raises(
+        TimeStuckError, match=r"stuck at 1\.100 s: due again .*: timer of /a, every 0"
+    ):
+        step_for_ever(rig.executor)
+    assert fired == ["other"]
+
+
+def test_a_world_that_does_not_move_is_reported(rig: Any) -> None:
+    """It names an instant, is advanced to it, and names it again."""
+
+    class Still:
+        next_due_ns = 2 * S
+
+        def advance_to(self, time_ns: int) -> None:
+            pass
+
+    rig.executor.world = Still()
+    with pytest.raises(TimeStuckError, match=r"stuck at 2\.000 s: due again and again: the world"):
+        step_for_ever(rig.executor)
+
+
+def test_what_asks_again_for_its_own_instant_is_reported(
+    rig: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also where it was not a callback that asked."""
+    monkeypatch.setattr(executor_module, "CALLBACKS_PER_INSTANT", 200)
+
+    def again() -> None:
+        rig.executor.call_at(rig.executor.now_ns, again)
+
+    rig.executor.call_at(2 * S, again)
+    with pytest.raises(TimeStuckError, match="asks for it again"):
+        step_for_ever(rig.executor)
 
 
 def test_without_timers_and_world_time_cannot_move(rig: Any) -> None:

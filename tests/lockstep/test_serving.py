@@ -218,7 +218,12 @@ def test_a_task_that_raises_does_not_take_the_others_with_it(rig: Any) -> None:
         raise ZeroDivisionError("in a task")
 
     node = rig.node("a")
-    timer: Any = node.create_timer(0.1, lambda: (timer.cancel(), wait("callback"))[1])
+
+    async def once() -> None:
+        timer.cancel()
+        await wait("callback")
+
+    timer: Any = node.create_timer(0.1, once)
     rig.executor.step()
     rig.executor.create_task(wait("before"))
     rig.executor.create_task(fail())

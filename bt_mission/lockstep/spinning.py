@@ -1,0 +1,67 @@
+"""rclpy's ways to spin, in virtual time."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.executors import Executor, ExternalShutdownException
+from rclpy.task import Future
+
+NS_PER_S = 1_000_000_000
+
+
+class Spinning(Executor):
+    """An executor that spins by steps; no timeout waits for the wall clock."""
+
+    @property
+    @abstractmethod
+    def now_ns(self) -> int:
+        """The present instant of virtual time, ns."""
+
+    @abstractmethod
+    def call_at(self, time_ns: int, function: Callable[[], Any]) -> None:
+        """Call a function at an instant."""
+
+    @abstractmethod
+    def run_until_quiet(self) -> None:
+        """Serve callbacks at the present instant until none is ready."""
+
+    @abstractmethod
+    def step(self) -> int:
+        """Jump to the next due instant and serve it."""
+
+    def spin_once(self, timeout_sec: float | None = None) -> None:  # noqa: ARG002 - rclpy's form
+        """Serve what is ready, then one step.
+
+        :raises ExternalShutdownException: when the context has been shut down.
+        """
+        self.spin_once_until_future_complete(Future())
+
+    def spin_once_until_future_complete(
+        self,
+        future: Any,
+        timeout_sec: Any = None,  # noqa: ARG002 - rclpy's form
+    ) -> None:
+        """Serve what is ready, then one step, unless ``future`` is done by then."""
+        if self._is_shutdown:
+            return
+        if not self._context.ok():
+            raise ExternalShutdownException
+        self.run_until_quiet()
+        if self._goes_on(future):
+            self.step()
+
+    def spin_until_future_complete(self, future: Any, timeout_sec: float | None = None) -> None:
+        """Go on until ``future`` is done, or ``timeout_sec`` of virtual time have passed."""
+        passed: list[None] = []
+        if timeout_sec is not None and timeout_sec >= 0:
+            end_ns = self.now_ns + round(timeout_sec * NS_PER_S)
+            self.call_at(end_ns, lambda: passed.append(None))
+        while not passed and self._goes_on(future):
+            self.spin_once_until_future_complete(future)
+
+    def _goes_on(self, future: Any) -> bool:
+        ended = future.done() or future.cancelled() or self._is_shutdown
+        return not ended and self._context.ok()
