@@ -17,7 +17,7 @@ from std_msgs.msg import Float64
 
 from action_servers import turn
 from action_servers.actions import Kit, actions
-from action_servers.adapter import ActionAdapter
+from action_servers.adapter import Action, ActionAdapter
 from action_servers.interlock import Interlock
 from action_servers.interposed import Before
 from action_servers.interrupts import Interrupts
@@ -65,6 +65,7 @@ class ServersNode(Node):
         that drive are refused while it would not hear.
     :param parameters: values of parameters by name, instead of their defaults.
     :param without: names of actions that are left to others.
+    :param at_first: names of the actions that are offered before :meth:`offer_all`; None is all.
     :raises rclpy.exceptions.ParameterException: for a parameter out of its range.
     """
 
@@ -80,6 +81,7 @@ class ServersNode(Node):
         command_type: Choice = "stamped",
         parameters: Mapping[str, Any] | None = None,
         without: Collection[str] = (),
+        at_first: Collection[str] | None = None,
     ) -> None:
         super().__init__(
             NODE_NAME,
@@ -127,11 +129,14 @@ class ServersNode(Node):
         def refusal(maneuver: Maneuver) -> str | None:
             return self._interlock.refusal(needs_base=maneuver.needs_base)
 
-        self._adapters = [
-            ActionAdapter(self, self._pilot, self._base.guarded(action), refusal)
-            for action in actions(kit)
-            if action.name not in without
-        ]
+        def offer(action: Action) -> ActionAdapter:
+            return ActionAdapter(self, self._pilot, self._base.guarded(action), refusal)
+
+        mine = [action for action in actions(kit) if action.name not in without]
+        first = [one for one in mine if at_first is None or one.name in at_first]
+        self._offer = offer
+        self._adapters = [offer(action) for action in first]
+        self._not_yet = [action for action in mine if action not in first]
         if not lean:
             watch_executives(self, self._lose_base)
         self._control_timer = self.create_timer(1.0 / robot.control_rate, self._pilot.step)
@@ -151,6 +156,11 @@ class ServersNode(Node):
     def actions(self) -> tuple[str, ...]:
         """Resolved names of the actions that are offered."""
         return tuple(adapter.name for adapter in self._adapters)
+
+    def offer_all(self) -> None:
+        """Offer what was not offered at first."""
+        self._adapters += map(self._offer, self._not_yet)
+        self._not_yet = []
 
     def interpose(self, action: str, before: Before) -> Callable[[], None]:
         """Ask before each step of an action's maneuvers; gives a function that ends it.

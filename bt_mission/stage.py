@@ -26,6 +26,8 @@ from bt_mission.common.robot import load_robot
 from bt_mission.executive import MissionStatus
 from bt_mission.isolation import isolate
 from bt_mission.lockstep import LockstepExecutor, self_test
+from bt_mission.mission.steps import Action, Python
+from bt_mission.mission.trees import all_steps
 from bt_mission.node import MissionNode
 from bt_mission.recording.topics import Inside
 from bt_mission.robot_relay import Look, RobotRelay
@@ -51,10 +53,17 @@ def free_folder(parent: Path) -> Path:
     return next(path for n in count(1) if not (path := parent / f"run_{n:03d}").exists())
 
 
+def _has_code_of_its_own(mission: Mission) -> bool:
+    """Is there any behaviour of which only its author knows what it asks for?"""
+    return any(isinstance(step, Python) for step in all_steps(mission))
+
+
 class Stage:
     """A world with a robot, its action servers, and the executive of one mission.
 
     Where the mission does not know its map, a mapper is there too, and the world publishes none.
+    Of the actions, those of the mission are offered, and all once somebody else may ask for them:
+    an idle server costs a hundredth of the time.
 
     Use it as a context manager; :meth:`step` until :attr:`is_done`. Everything that is random
     comes from the mission's seed.
@@ -105,6 +114,7 @@ class Stage:
                 props=props,
             )
             made.callback(self.sim.destroy_node)
+            self._offers_all = visible or watched or _has_code_of_its_own(mission)
             self._make_servers = partial(
                 ServersNode,
                 robot,
@@ -113,7 +123,7 @@ class Stage:
                 context=context,
                 without=without,
             )
-            self.servers = self._make_servers()
+            self.servers = self._make_servers(at_first=self._at_first())
             self.has_servers = True
             made.callback(self._end_servers)
             self.mapper: MapperNode | None = None
@@ -206,6 +216,7 @@ class Stage:
 
     def add_node(self, node: Node) -> None:
         """Have a node of one's own take part, on the clock of the stage; its owner destroys it."""
+        self.offer_all()
         self.clock.add_node(node)
         self._exit.callback(self.clock.remove_node, node)
 
@@ -215,6 +226,12 @@ class Stage:
         self._exit.callback(node.destroy_node)
         self.add_node(node)
         return node
+
+    def offer_all(self) -> None:
+        """Offer also the actions that the mission does not use."""
+        self._offers_all = True
+        if self.has_servers:
+            self.servers.offer_all()
 
     def kill_servers(self) -> None:
         """Have the action servers leave the graph without a word, as a process that is killed."""
@@ -226,7 +243,7 @@ class Stage:
     def start_servers(self) -> None:
         """Have action servers again, after the first were killed; they know nothing of goals."""
         if not self.has_servers:
-            self.servers = self._make_servers()
+            self.servers = self._make_servers(at_first=self._at_first())
             self.has_servers = True
             self.clock.add_node(self.servers)
 
@@ -274,6 +291,13 @@ class Stage:
         """Call it no more, and destroy its node."""
         self._observers.remove(observer)
         observer.node.destroy_node()
+
+    def _at_first(self) -> set[str] | None:
+        """The actions to offer for now, by their relative names; None is all."""
+        if self._offers_all:
+            return None
+        steps = all_steps(self.mission)
+        return {step.action.strip("/") for step in steps if isinstance(step, Action)}
 
     def _why_rejected(self, action: str) -> str:
         return self.servers.why_rejected(action)

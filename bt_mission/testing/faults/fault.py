@@ -205,6 +205,8 @@ class Occurrence:
         full = self.run.stage.node.resolve_topic_name(
             SHORT_NAMES[name].action if name in SHORT_NAMES else name
         )
+        if full not in self._actions():
+            self.run.stage.offer_all()
         known = self._actions()
         if full not in known:
             raise no_such("action", full, sorted(known))
@@ -212,7 +214,8 @@ class Occurrence:
 
     def action_type(self, name: str) -> Any:
         """The type of an action that somebody offers."""
-        return action_type(self._actions()[self.action(name)])
+        full = self.action(name)
+        return action_type(self._actions()[full])
 
     def service(self, name: str) -> tuple[str, Any]:
         """The full name and the type of a service that somebody offers.

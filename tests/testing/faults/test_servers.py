@@ -186,6 +186,19 @@ def test_only_our_own_servers_have_maneuvers(stage: Any, scripted_server: Any) -
         stage.faults.raise_in_maneuver("turn", method="x")
 
 
+def test_a_fault_may_name_an_action_that_the_mission_does_not_use(stage: Any) -> None:
+    """Of the actions of ours, those of the mission are offered at first, and others when named."""
+    run = stage.run("mission: m\nworld: empty_arena\ntree: {turn: {angle: 9}, timeout: 9}\n")
+    assert run.stage.servers.actions == ("/turn",)
+    run.do(stage.faults.raise_in_maneuver("spin"), stage.faults.slow_server("move", 1.0))
+    assert "/spin" in run.stage.servers.actions
+    run.do(stage.faults.kill_server("turn", lasting=0.1))
+    run.until_done(within=20)
+    assert "/spin" in run.stage.servers.actions
+    with pytest.raises(ScenarioError, match="no action '/tern', but: /backup, "):
+        run.do(stage.faults.kill_server("tern"))
+
+
 # ---- services ----------------------------------------------------------------------------
 
 
