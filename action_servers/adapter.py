@@ -198,7 +198,7 @@ class ActionAdapter:
         return result, outcome
 
     def _filled(self, message: Any, fields: Fields) -> Any:
-        return fill(message, fields, self._clock.now().to_msg())
+        return fill(message, fields, lambda: self._clock.now().to_msg())
 
     def _report(self, outcome: Outcome) -> None:
         if outcome.cause is not None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 import math
 from array import array
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -140,10 +140,10 @@ def _rgb(pixels: npt.NDArray[np.uint8], encoding: str) -> npt.NDArray[np.uint8]:
     return colours[:, :, ::-1] if encoding.startswith("bgr") else colours
 
 
-def fill(message: Any, fields: Mapping[str, Value], stamp: Any) -> Any:
+def fill(message: Any, fields: Mapping[str, Value], now: Callable[[], Any]) -> Any:
     """Set fields of a message from plain values, and return it.
 
-    A Pose2D fills a Pose, or a PoseStamped in the map frame at `stamp` (a
+    A Pose2D fills a Pose, or a PoseStamped in the map frame at the time that `now` gives (a
     `builtin_interfaces/Time`); seconds fill a Duration or a Time; a mapping fills a nested message;
     bytes fill a sequence of uint8, and a sequence one of any of them. Raises AttributeError for a
     field that is not there.
@@ -154,16 +154,16 @@ def fill(message: Any, fields: Mapping[str, Value], stamp: Any) -> Any:
             raise AttributeError(
                 f"{type(message).__name__} has no field '{name}', only {', '.join(types)}"
             )
-        setattr(message, name, _filled(types[name], value, stamp))
+        setattr(message, name, _filled(types[name], value, now))
     return message
 
 
-def _filled(type_name: str, value: Any, stamp: Any) -> Any:
+def _filled(type_name: str, value: Any, now: Callable[[], Any]) -> Any:
     if isinstance(value, bytes):
         return array("B", value)  # ten thousand times faster than number by number
     if type_name.startswith(_SEQUENCE):
         element = type_name.removeprefix(_SEQUENCE).removesuffix(">")
-        return [_filled(element, item, stamp) for item in value]
+        return [_filled(element, item, now) for item in value]
     if type_name in _NUMBERS:
         return float(value)
     if type_name in _TEXTS:
@@ -173,14 +173,14 @@ def _filled(type_name: str, value: Any, stamp: Any) -> Any:
     message = _made(type_name)
     if type_name == "geometry_msgs/PoseStamped":
         message.header.frame_id = MAP_FRAME
-        message.header.stamp = stamp
+        message.header.stamp = now()
         _set_pose(message.pose, value)
     elif type_name == "geometry_msgs/Pose":
         _set_pose(message, value)
     elif type_name in _TIMES:
         message.sec, message.nanosec = divmod(round(value * 1e9), 1_000_000_000)
     else:
-        fill(message, value, stamp)
+        fill(message, value, now)
     return message
 
 

@@ -6,15 +6,18 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Twist, TwistStamped
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.publisher import Publisher
+from rclpy.serialization import serialize_message
 
 from action_servers.adapter import Action
 from action_servers.maneuver import Maneuver, Observation, Refusal, Twist2D
 from action_servers.real_listeners import STAMPED, Listeners
 from action_servers.real_settings import Wiring
+from bt_mission.common.packed import Packed
 from bt_mission.common.presence import RECORDER
 
 WATCH_PERIOD_S = 0.5
@@ -43,6 +46,8 @@ class Base:
         self._on_fault = on_fault
         self._listeners = Listeners(self._topic, wiring.command_type)
         self._publisher: Publisher | None = None
+        self._stamp = Time()
+        self._message: Packed
         self._fault: str | None = None
         self._watched = wiring.watched
         self._told: str | None = None
@@ -68,14 +73,10 @@ class Base:
         publisher = self._publisher
         if publisher is None or not self._node.context.ok():
             return  # whoever shut the context down has taken the publisher away
-        stamped = TwistStamped()
-        stamped.twist.linear.x, stamped.twist.angular.z = twist.linear, twist.angular
-        if self.type != STAMPED:
-            publisher.publish(stamped.twist)
-            return
-        stamped.header.frame_id = self._frame
-        stamped.header.stamp = self._clock.now().to_msg()
-        publisher.publish(stamped)
+        (numbers,) = self._message.numbers
+        numbers.linear.x, numbers.angular.z = twist.linear, twist.angular
+        self._stamp.sec, self._stamp.nanosec = divmod(self._clock.now().nanoseconds, 10**9)
+        publisher.publish(self._message.packed())
 
     def watch(self) -> str | None:
         """Look who listens; return why the robot would not hear, or None."""
@@ -109,8 +110,14 @@ class Base:
             self._publisher.wait_for_all_acked(Duration(nanoseconds=round(timeout_s * 1e9)))
 
     def _open(self) -> None:
-        message_type = TwistStamped if self.type == STAMPED else Twist
-        self._publisher = self._node.create_publisher(message_type, self._topic, 10)
+        message: Any = TwistStamped() if self.type == STAMPED else Twist()
+        twist = message
+        if self.type == STAMPED:
+            message.header.stamp, message.header.frame_id = self._stamp, self._frame
+            twist = message.twist
+        parts = [(twist, ("linear.x", "angular.z"))]
+        self._message = Packed(message, self._stamp, parts, serialize_message)
+        self._publisher = self._node.create_publisher(type(message), self._topic, 10)
         self._log.info(f"commands go to {self._topic} as {self.type}")
 
     def _tell(self) -> None:

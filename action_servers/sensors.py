@@ -23,7 +23,6 @@ from sensor_msgs.msg import Image as ImageMessage
 from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
 
-from action_servers import cdr
 from action_servers.maneuver import Image, Observation, Pose2D
 from action_servers.messages import (
     grid_of,
@@ -35,6 +34,7 @@ from action_servers.messages import (
 )
 from action_servers.navigation.geometry import composed
 from action_servers.real_settings import Wiring
+from bt_mission.common import cdr
 from bt_mission.common.robot import Lidar
 
 T = TypeVar("T")

@@ -21,8 +21,9 @@ from std_msgs.msg import Bool
 from std_srvs.srv import SetBool, Trigger
 from tf2_msgs.msg import TFMessage
 
+from bt_mission.common import cdr
+from bt_mission.common.packed import Packed
 from sim import fill, frames
-from sim.packed import Packed
 from sim.schedule import Schedule
 from sim.simrobot import SimRobot
 
@@ -67,7 +68,9 @@ class RobotTopics:
         self._make_lidar()
         self._make_battery()
         self._make_motors()
-        node.create_subscription(TwistStamped, self._name("cmd_vel"), self._on_command, RELIABLE)
+        node.create_subscription(
+            TwistStamped, self._name("cmd_vel"), self._on_command, RELIABLE, raw=True
+        )
         node.create_service(Trigger, self._name("reset_odometry"), self._on_reset_odometry)
 
     def restart(self) -> None:
@@ -85,9 +88,9 @@ class RobotTopics:
 
     # ---- commands and services -----------------------------------------------------------
 
-    def _on_command(self, message: Any) -> None:
-        twist = message.twist
+    def _on_command(self, data: bytes) -> None:
         try:
+            twist = cdr.twist_stamped(data).twist
             self._robot.command(twist.linear.x, twist.angular.z)
         except ValueError as error:
             log(self._node).warning(f"cmd_vel refused: {error}", throttle_duration_sec=5.0)

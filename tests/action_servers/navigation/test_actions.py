@@ -148,7 +148,7 @@ def test_feedback_and_result_fill_nav2s_messages(waffle):
     assert isinstance(planned, navigate.NavigateToPose)
     planned.step(READY)
     stamp = NavigateToPose.Feedback().current_pose.header.stamp
-    told = fill(NavigateToPose.Feedback(), planned.feedback() or {}, stamp)
+    told = fill(NavigateToPose.Feedback(), planned.feedback() or {}, lambda: stamp)
     assert told.current_pose.pose.position.x == 1.0
     assert told.current_pose.header.frame_id == "map"
     assert told.distance_remaining == pytest.approx(math.hypot(0.5, 1.0), abs=0.01)
@@ -157,7 +157,7 @@ def test_feedback_and_result_fill_nav2s_messages(waffle):
     tour = plan_follow_waypoints(in_wall, READY, waffle)
     assert isinstance(tour, waypoints.FollowWaypoints)
     tour.step(READY)
-    missed = fill(FollowWaypoints.Result(), tour.result(), stamp).missed_waypoints
+    missed = fill(FollowWaypoints.Result(), tour.result(), lambda: stamp).missed_waypoints
     assert [(one.index, one.goal.pose.position.x, one.error_code) for one in missed] == [
         (0, 9.0, 204)
     ]

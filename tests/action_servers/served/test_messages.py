@@ -164,7 +164,7 @@ def test_numbers_and_texts_fill_fields():
             "error_code": ErrorCode.BLOCKED,
             "error_msg": "why",
         },
-        NOW,
+        lambda: NOW,
     )
     assert result.total_distance_travelled == 1.5
     assert result.closest_obstacle == math.inf
@@ -174,7 +174,7 @@ def test_numbers_and_texts_fill_fields():
 
 def test_a_sequence_of_texts():
     """Any sequence will do."""
-    result = fill(CameraSweep.Result(), {"image_paths": ("a", "b")}, NOW)
+    result = fill(CameraSweep.Result(), {"image_paths": ("a", "b")}, lambda: NOW)
     assert result.image_paths == ["a", "b"]
 
 
@@ -183,7 +183,7 @@ def test_a_pose_fills_a_stamped_pose_on_the_map():
     feedback = fill(
         NavigateToPose.Feedback(),
         {"current_pose": Pose2D(1.0, 2.0, math.pi / 2), "navigation_time": 3.25},
-        NOW,
+        lambda: NOW,
     )
     assert feedback.current_pose.header.frame_id == "map"
     assert feedback.current_pose.header.stamp == NOW
@@ -195,7 +195,7 @@ def test_a_pose_fills_a_stamped_pose_on_the_map():
 def test_mappings_fill_nested_messages():
     """In sequences too."""
     missed: dict[str, Any] = {"index": 2, "goal": Pose2D(1.0, 0.0, 0.0), "error_code": 208}
-    result = fill(FollowWaypoints.Result(), {"missed_waypoints": [missed]}, NOW)
+    result = fill(FollowWaypoints.Result(), {"missed_waypoints": [missed]}, lambda: NOW)
     (waypoint,) = result.missed_waypoints
     assert (waypoint.index, waypoint.error_code) == (2, 208)
     assert waypoint.goal.pose.position.x == 1.0
@@ -208,7 +208,7 @@ def test_bytes_fill_data_and_seconds_a_stamp():
         "format": "jpeg",
         "data": bytes(range(256)),
     }
-    result = fill(TakePictures.Result(), {"all_pictures": (picture, picture)}, NOW)
+    result = fill(TakePictures.Result(), {"all_pictures": (picture, picture)}, lambda: NOW)
     assert len(result.all_pictures) == 2
     header = result.all_pictures[1].header
     assert (header.stamp.sec, header.stamp.nanosec, header.frame_id) == (12, 500_000_000, "eye")
@@ -233,7 +233,7 @@ def test_a_field_that_is_not_there_is_told_with_those_that_are():
         AttributeError,
         match="Turn_Result has no field 'angel', only angle_turned, error_code, error_msg",
     ):
-        fill(Turn.Result(), {"angel": 1.0}, NOW)
+        fill(Turn.Result(), {"angel": 1.0}, lambda: NOW)
 
 
 @pytest.mark.parametrize("action", [ExploreForward, Turn, CameraSweep])

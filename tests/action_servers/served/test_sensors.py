@@ -12,11 +12,11 @@ from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import Image, LaserScan
 from tf2_msgs.msg import TFMessage
 
-from action_servers import cdr
 from action_servers.maneuver import Pose2D
 from action_servers.messages import image_of, scan_of
 from action_servers.node import ServersNode
 from action_servers.sensors import Latest
+from bt_mission.common import cdr
 
 
 def transform(parent: str, child: str, x: float) -> TransformStamped:

@@ -12,7 +12,7 @@ from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import BatteryState, JointState
 from tf2_msgs.msg import TFMessage
 
-from sim.packed import Packed
+from bt_mission.common.packed import Packed
 
 STAMP = Time(sec=3, nanosec=4)
 

@@ -1,4 +1,4 @@
-"""Odometry, transforms and scans read where they lie, in the serialised message.
+"""Odometry, transforms, scans and commands read where they lie, in the serialised message.
 
 What is given looks like the message, as far as somebody here reads it: the same names, fewer of
 them.
@@ -108,6 +108,13 @@ class TransformStamped(NamedTuple):
     transform: Transform
 
 
+class TwistStamped(NamedTuple):
+    """As `geometry_msgs/TwistStamped`."""
+
+    header: Header
+    twist: Twist
+
+
 class LaserScan(NamedTuple):
     """As `sensor_msgs/LaserScan`; the ranges are an array of 32-bit floats."""
 
@@ -128,13 +135,13 @@ def odometry(data: bytes) -> Odometry:
     header, child = reader.header(), reader.text()
     pose = reader.pose()
     reader.skip(COVARIANCE)
-    twist = reader.numbers("6d", 8)
-    return Odometry(
-        header,
-        child,
-        PoseOnly(Pose(*pose)),
-        TwistOnly(Twist(Vector3(*twist[:3]), Vector3(*twist[3:]))),
-    )
+    return Odometry(header, child, PoseOnly(Pose(*pose)), TwistOnly(reader.twist()))
+
+
+def twist_stamped(data: bytes) -> TwistStamped:
+    """Read a `geometry_msgs/TwistStamped`. Raises CdrError."""
+    reader = _Reader(data)
+    return TwistStamped(reader.header(), reader.twist())
 
 
 def transforms(data: bytes) -> list[TransformStamped]:
@@ -198,6 +205,11 @@ class _Reader:
         """A place and an orientation."""
         seven = self.numbers("7d", 8)
         return Vector3(*seven[:3]), Quaternion(*seven[3:])
+
+    def twist(self) -> Twist:
+        """A velocity and a turn rate."""
+        six = self.numbers("6d", 8)
+        return Twist(Vector3(*six[:3]), Vector3(*six[3:]))
 
     def floats(self) -> npt.NDArray[np.float32]:
         """A sequence of 32-bit floats."""

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from geometry_msgs.msg import TransformStamped
+from geometry_msgs.msg import TransformStamped, TwistStamped
 from hypothesis import given
 from hypothesis import strategies as st
 from nav_msgs.msg import Odometry
@@ -15,7 +15,7 @@ from rclpy.serialization import serialize_message
 from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
 
-from action_servers import cdr
+from bt_mission.common import cdr
 
 texts = st.text(st.characters(blacklist_characters="\0", blacklist_categories=["Cs"]), max_size=9)
 doubles = st.floats(allow_nan=False)
@@ -49,6 +49,18 @@ def test_odometry(data: Any) -> None:
     assert read.child_frame_id == message.child_frame_id
     assert read.pose.pose == (numbers(pose.position), numbers(pose.orientation))
     assert read.twist.twist == (numbers(twist.linear), numbers(twist.angular))
+
+
+@given(st.data())
+def test_commands(data: Any) -> None:
+    """Every number of a velocity, and its stamp."""
+    message = TwistStamped()
+    fill_header(message.header, data.draw)
+    for part in (message.twist.linear, message.twist.angular):
+        fill_numbers(part, data.draw)
+    read = cdr.twist_stamped(serialize_message(message))
+    assert_same_header(read.header, message.header)
+    assert read.twist == (numbers(message.twist.linear), numbers(message.twist.angular))
 
 
 @given(st.data())
@@ -99,6 +111,7 @@ def test_scans(data: Any) -> None:
         (cdr.odometry, Odometry(child_frame_id="base")),
         (cdr.transforms, TFMessage(transforms=[TransformStamped(child_frame_id="odom")])),
         (cdr.scan, LaserScan(ranges=[1.0, 2.0])),
+        (cdr.twist_stamped, TwistStamped()),
     ],
 )
 def test_a_message_that_is_cut_is_told_from_a_whole_one(read: Any, message: Any) -> None:
