@@ -1,6 +1,7 @@
 """What a stage costs besides its physics: to set up, to step, to keep, to run by the hundred.
 
-Run it as: python benchmarks/stage.py [--only fresh|step|memory|scenarios] [--hours 2] [--count 99]
+Run it as: python benchmarks/stage.py [--only fresh|step|memory|scenarios|pytest] [--hours 2]
+[--count 99]. The 1,000 scenarios of half a minute each: --only pytest --count 1000
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+import pytest
 import rclpy
 from measuring import CpuWatch, in_turns, ratios, spread, table
 from rclpy.context import Context
@@ -33,6 +35,16 @@ from bt_mission.testing.stages import Stages
 
 LEAN: dict[str, Any] = {"enable_rosout": False, "start_parameter_services": False}
 STEPS = 500
+WORKERS = 2
+SCENARIOS = """\
+import pytest
+
+@pytest.mark.scenario(seeds=range({count}))
+def test_explore(stage, seed):
+    run = stage.run("explore", seed=seed, inputs={{"legs": 3}})
+    run.until_done(within=200)
+    assert run.never(lambda s: s.collisions > 0)
+"""
 WAITS = "mission: waits\ntree: {wait: 10000000}\n"
 
 
@@ -196,10 +208,46 @@ def scenarios(count: int) -> None:
     table((f"{count} drawn scenarios, one core", "mean"), rows)
 
 
+class Figures:
+    """A plugin of pytest that gathers what each test tells."""
+
+    def __init__(self) -> None:
+        self.virtual_s: list[float] = []
+        self.wall_s: list[float] = []
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Look at a report, of whatever worker."""
+        told: dict[str, Any] = dict(report.user_properties)
+        if report.when == "teardown":
+            self.virtual_s.append(told["virtual_s"])
+            self.wall_s.append(told["wall_s"])
+
+
+def under_pytest(count: int) -> None:
+    """A test of `explore.yaml` with so many seeds, under pytest, on two cores."""
+    watch, figures = Stopwatch(), Figures()
+    with tempfile.TemporaryDirectory() as folder:
+        test = Path(folder) / "test_explore.py"
+        test.write_text(SCENARIOS.format(count=count), encoding="utf-8")
+        code = pytest.main(["-q", f"-n{WORKERS}", f"--rootdir={folder}", str(test)], [figures])
+    if code:
+        raise SystemExit(code)
+    wall_s = watch.elapsed_s
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    rows = [
+        ("virtual seconds, each", spread(figures.virtual_s, 1)),
+        ("wall seconds of a test", spread(figures.wall_s, 2)),
+        ("wall seconds of all, from the start of pytest", f"{wall_s:.1f}"),
+        ("the processor's seconds of all", f"{used.ru_utime + used.ru_stime:.1f}"),
+        ("virtual seconds a second", f"{sum(figures.virtual_s) / wall_s:.0f}"),
+    ]
+    table((f"{count} seeds of explore.yaml with three legs, pytest -n {WORKERS}", ""), rows)
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Print the tables."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--only", choices=("fresh", "step", "memory", "scenarios"))
+    parser.add_argument("--only", choices=("fresh", "step", "memory", "scenarios", "pytest"))
     parser.add_argument("--rounds", type=int, default=7)
     parser.add_argument("--hours", type=float, default=2.0, help="virtual, for the memory")
     parser.add_argument("--count", type=int, default=100, help="of scenarios")
@@ -210,6 +258,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "step": lambda: stepping(options.rounds),
         "memory": lambda: memory(options.hours),
         "scenarios": lambda: scenarios(options.count),
+        "pytest": lambda: under_pytest(options.count),
     }
     for name, part in parts.items():
         if options.only in (None, name):

@@ -64,6 +64,8 @@ class Results:
                     self.leave(item.stash[FOLDER], runs)
             if runs:
                 report.user_properties += properties(runs, item.stash.get(WALL_S, 0.0))
+                # pytest keeps the item to the end of the session; a run is 3 MB.
+                del item.stash[STAGES]
         return report
 
     def leave(self, folder: Path, runs: list[Run]) -> list[Path]:

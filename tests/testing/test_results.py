@@ -91,6 +91,19 @@ def test_a_test_that_passes_takes_away_what_it_left(session, pytester):
     assert {path.split("/")[0] for path in left} == {"test_a.test_stops-seed7"}
 
 
+def test_runs_go_with_their_test(session, pytester):
+    """Pytest itself keeps every test to the end of the session."""
+    pytester.makeconftest(
+        """
+        from bt_mission.testing.results import STAGES
+
+        def pytest_sessionfinish(session):
+            print("kept:", [item.name for item in session.items if STAGES in item.stash])
+        """
+    )
+    session("-s", fails=False).stdout.fnmatch_lines("*kept: []")
+
+
 def test_the_folder_can_be_another(session, pytester):
     """From where pytest was started."""
     result = session("--scenario-results=out/here", "-k", "two", fails=True)
