@@ -10,12 +10,17 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
+from bt_mission.cli.video import add_video_option, film_of, refuse_video
 from bt_mission.common.errors import BtMissionError
 
 if TYPE_CHECKING:
     from bt_mission.observing import Observable
     from bt_mission.recording.recorder import Recorder
     from bt_mission.report import Report
+    from bt_mission.video.film import Film
+
+Kept = dict[str, str | int]
+"""What was kept of a run, by name, as programs are told."""
 
 
 def add_recording_options(parser: argparse.ArgumentParser) -> None:
@@ -40,6 +45,7 @@ def add_recording_options(parser: argparse.ArgumentParser) -> None:
         help="with --record: the camera's pictures too, as JPEGs or as they are; a simulated "
         "camera then draws all the time, which takes long",
     )
+    add_video_option(parser)
 
 
 def refuse_recording(options: argparse.Namespace) -> None:
@@ -51,27 +57,29 @@ def refuse_recording(options: argparse.Namespace) -> None:
         raise BtMissionError("--record-camera: name the file to record to with --record FILE.mcap")
     if options.report is not None and not options.report.parent.is_dir():
         raise BtMissionError(f"{options.report}: there is no folder {options.report.parent}")
+    refuse_video(options)
 
 
 @contextmanager
 def recorder_for(options: argparse.Namespace, session: Observable) -> Iterator[Keeping]:
-    """What keeps the run as the options ask for: in a recording, in a page, in both or not at all.
+    """What keeps the run as the options ask for: in a recording, a page, a film, or not at all.
 
-    :raises BtMissionError: when its file cannot be written.
+    :raises BtMissionError: when a file cannot be written.
     """
     with ExitStack() as stack:
+        film = stack.enter_context(film_of(options.video, session))
         path = options.record
         if path is None and options.report is not None:
             path = Path(stack.enter_context(TemporaryDirectory())) / "run.mcap"
         if path is None:
-            yield Keeping(None, None, None)
+            yield Keeping(None, None, None, film)
             return
         from bt_mission.recording.options import RecordingOptions
         from bt_mission.recording.recorder import Recorder
 
         wanted = RecordingOptions(camera=options.record_camera or "none")
         recorder = stack.enter_context(Recorder(session, path, wanted))
-        yield Keeping(recorder, options.record, options.report)
+        yield Keeping(recorder, options.record, options.report, film)
 
 
 @dataclass(frozen=True)
@@ -81,13 +89,29 @@ class Keeping:
     recorder: Recorder | None
     recording: Path | None
     page: Path | None
+    film: Film | None
 
-    def finish(self, report: Report) -> dict[str, str]:
-        """End the recording, and make the page; gives what is to be said about them, by name."""
+    def finish(self, report: Report) -> Kept:
+        """End film and recording, and make the page; gives what is to be said of them, by name."""
+        return {**self._finish_film(), **self._finish_recording(report)}
+
+    def _finish_film(self) -> Kept:
+        film = self.film
+        if film is None:
+            return {}
+        film.finish()
+        return {
+            "video": str(film.path),
+            "video_frames": film.file.frames,
+            "video_bytes": film.file.bytes,
+            "video_lacks": film.missing,
+        }
+
+    def _finish_recording(self, report: Report) -> Kept:
         if self.recorder is None:
             return {}
         self.recorder.finish(report.as_dict())
-        kept = {}
+        kept: Kept = {}
         if self.recording is not None:
             kept = {"recording": str(self.recording), "recording_lacks": self.recorder.missing}
         if self.page is not None:
@@ -101,16 +125,20 @@ class Keeping:
         return kept
 
 
-def told(kept: dict[str, str]) -> list[str]:
+def told(kept: Kept) -> list[str]:
     """What was kept, for people, one line each."""
     lines = []
+    if "video" in kept:
+        size = f"{kept['video_frames']} frames, {int(kept['video_bytes']) / 1e6:.2f} MB"
+        lines.append(_line(f"  filmed to {kept['video']} ({size})", kept["video_lacks"]))
     if "recording" in kept:
-        lacks = kept["recording_lacks"]
-        lines.append(
-            f"  recorded to {kept['recording']}" + (f"; it lacks {lacks}" if lacks else "")
-        )
+        lines.append(_line(f"  recorded to {kept['recording']}", kept["recording_lacks"]))
     if "report" in kept:
         lines.append(f"  report: {kept['report']}")
     if "report_lacks" in kept:
         lines.append(f"  no report: {kept['report_lacks']}")
     return lines
+
+
+def _line(text: str, lacks: str | int) -> str:
+    return f"{text}; it lacks {lacks}" if lacks else text

@@ -16,6 +16,7 @@ from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
 from bt_mission.cli.middleware import prepare_middleware
 from bt_mission.cli.options import add_mission_options, speed
 from bt_mission.cli.recording import (
+    Kept,
     add_recording_options,
     recorder_for,
     refuse_recording,
@@ -127,7 +128,7 @@ def _run(options: argparse.Namespace) -> int:
     return codes[MissionStatus(report.status)]
 
 
-def _run_in_lines(options: argparse.Namespace, mission: Any) -> tuple[Report, dict[str, str]]:
+def _run_in_lines(options: argparse.Namespace, mission: Any) -> tuple[Report, Kept]:
     """Carry the mission out, shown in lines."""
     from bt_mission.session import drive
     from bt_mission.terminal.views import view_for
@@ -141,7 +142,7 @@ def _run_in_lines(options: argparse.Namespace, mission: Any) -> tuple[Report, di
         return report, keeping.finish(report)
 
 
-def _run_on_screen(options: argparse.Namespace, mission: Any) -> tuple[Report, dict[str, str]]:
+def _run_on_screen(options: argparse.Namespace, mission: Any) -> tuple[Report, Kept]:
     """Carry the mission out on a full screen, in real time unless another speed is asked for."""
     from contextlib import closing
 

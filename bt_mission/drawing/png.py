@@ -63,17 +63,17 @@ def _draw(draw: Any, shape: Shape, factor: int) -> None:
 
 
 def _write(draw: Any, words: Words, factor: int) -> None:
-    font = _font(round(words.size * factor), bold=words.bold)
+    font = font(round(words.size * factor), bold=words.bold)
     text = "".join(one if one.isprintable() else " " for one in words.text)
     room = width_px(words.text, words.size, bold=words.bold) * factor
     if draw.textlength(text, font=font) > room * 1.05:
-        font = _font(round(words.size * factor * 0.85), bold=words.bold)
+        font = font(round(words.size * factor * 0.85), bold=words.bold)
     anchor = "ms" if words.centred else "ls"
     draw.text((words.x * factor, words.y * factor), text, fill=words.fill, font=font, anchor=anchor)
 
 
 @cache
-def _font(size: int, *, bold: bool) -> Any:
+def font(size: int, *, bold: bool) -> Any:
     """A font of this machine, or the one that comes with Pillow."""
     for name in FONTS[bold]:
         try:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bt_mission.common.robot import Sensors
-from sim import camera as camera_
+from sim import canvas
 from sim.camera import Camera, NoCameraError
 from sim.colours import rgba
 from sim.noise import PictureNoise
@@ -104,9 +104,9 @@ def test_cameras_share_a_context_and_not_their_pictures(make_world, waffle):
 @pytest.fixture
 def no_context_yet():
     """The process has not made the context that it keeps."""
-    camera_._gl_context.cache_clear()
+    canvas._gl_context.cache_clear()
     yield
-    camera_._gl_context.cache_clear()
+    canvas._gl_context.cache_clear()
 
 
 def refuse(*_: object) -> None:

@@ -1,0 +1,46 @@
+"""Where a goal sends the robot."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+MOST = 1000
+"""Places of one goal that are looked at."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """A pose that a goal names: m, m, rad, in a frame."""
+
+    x: float
+    y: float
+    yaw: float
+    frame: str
+
+
+def places_of(request: Any) -> list[Place]:
+    """The stamped poses among a goal's fields, in their order; a list of them counts, too.
+
+    :param request: a goal message of any type.
+    """
+    return list(_found(request))[:MOST]
+
+
+def _found(request: Any) -> Iterator[Place]:
+    fields: dict[str, str] = getattr(request, "get_fields_and_field_types", dict)()
+    for name, type_name in fields.items():
+        if "geometry_msgs/PoseStamped" in type_name:
+            value = getattr(request, name)
+            stamped = value if isinstance(value, list | tuple) else [value]
+            yield from map(_place, stamped[:MOST])
+
+
+def _place(stamped: Any) -> Place:
+    at, turn = stamped.pose.position, stamped.pose.orientation
+    yaw = math.atan2(
+        2 * (turn.w * turn.z + turn.x * turn.y), 1 - 2 * (turn.y * turn.y + turn.z * turn.z)
+    )
+    return Place(at.x, at.y, yaw, stamped.header.frame_id)
