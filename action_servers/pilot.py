@@ -84,6 +84,7 @@ class Pilot:
         self._replaces = replaces
         self._side_goals = side_goals
         self._runs: list[Run] = []
+        self._stepped_s: float | None = None
 
     @property
     def idle(self) -> bool:
@@ -133,6 +134,7 @@ class Pilot:
     def step(self) -> None:
         """Make one control step."""
         if not self._runs:
+            self._stepped_s = None
             return
         runs = tuple(self._runs)
         try:
@@ -140,6 +142,13 @@ class Pilot:
         except Exception as error:  # noqa: BLE001 - whatever a message holds, the base must stop
             for run in runs:
                 self.fail(run, error)
+            return
+        before_s, self._stepped_s = self._stepped_s, now.time_s
+        if before_s is not None and now.time_s < before_s:
+            # What a maneuver does for a time, it would do for so much longer.
+            self._end_all(
+                f"the ROS clock was set back by {before_s - now.time_s:.2f} s", list(runs)
+            )
             return
         for run in runs:
             if run in self._runs:

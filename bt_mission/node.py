@@ -19,6 +19,7 @@ from bt_mission.goals.exchange import Overhear
 from bt_mission.goals.goal import Goal
 from bt_mission.goals.ledger import Ledger
 from bt_mission.leaving import destroy_actions
+from bt_mission.mission_time import MissionTime
 from bt_mission.service_caller import ServiceCaller
 from bt_mission.status_feed import StatusFeed
 from bt_mission.status_topics import StatusTopics
@@ -96,6 +97,7 @@ class MissionNode(Node):
         """Told of each line that the mission says, with the ROS time, ns."""
         self._why_rejected = why_rejected or (lambda _: "")
         self._say = say or self._log_line
+        self._time = MissionTime(self._on_clock_jump)
         self._tick_ns: int | None = None
         self.overhear: list[Overhear] = []
         """Told of every request to an action, and of every answer."""
@@ -122,14 +124,18 @@ class MissionNode(Node):
 
     @property
     def now_ns(self) -> int:
-        """ROS time, ns; it stands still during a tick."""
+        """ROS time, ns, as the mission lives it: it never goes back, and stands still in a tick."""
         if self._tick_ns is not None:
             return self._tick_ns
+        return self._time.at(self._ros_ns)
+
+    @property
+    def _ros_ns(self) -> int:
         return int(self.get_clock().now().nanoseconds)
 
     def tick(self) -> None:
         """Tick the executive, all of it at one instant."""
-        self._tick_ns = self.now_ns
+        self._tick_ns = self._time.advance(self._ros_ns)
         try:
             self.executive.tick()
         finally:
@@ -176,6 +182,14 @@ class MissionNode(Node):
         self._say(text)
         for listener in self.log_listeners:
             listener(self.now_ns, text)
+
+    def _on_clock_jump(self, jump_s: float) -> None:
+        self.trace.record(self._time.at(self._ros_ns), "clock", jump=jump_s)
+        if jump_s < 0:
+            said = f"was set back by {-jump_s:.2f} s: limits go on with what is left of them"
+        else:
+            said = f"skipped {jump_s:.2f} s: they count as passed"
+        self.get_logger().warning(f"the ROS clock {said}")  # type: ignore[no-untyped-call]
 
     def _on_goal(self, what: str, goal: Goal) -> None:
         self.executive.record_goal(what, goal)

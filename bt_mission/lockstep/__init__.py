@@ -5,6 +5,7 @@
 - ``serving``: one callback of each kind
 - ``tasks``: what was begun and has not ended
 - ``spinning``: rclpy's ways to spin
+- ``clocks``: the ROS clocks of the nodes, right or wrong
 - ``taps``: :class:`Taps`, which change what passes between nodes
 - ``matching``: are all endpoints of the process matched?
 - ``proof``: :func:`self_test`, the proof that "nothing ready" is the truth on this machine

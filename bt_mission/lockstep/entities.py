@@ -196,13 +196,17 @@ class Entities:
             or (waitable not in owed and waitable.callback_group.can_execute(waitable))
         ]
 
-    def ns_until_next_timer(self, *, any_held: bool) -> int | None:
+    def ns_until_next_timer(
+        self, *, any_held: bool, stopped: frozenset[Node] = frozenset()
+    ) -> int | None:
         """Nanoseconds until the next timer is due, or None when none is set.
 
         A timer whose callback group is held by a suspended callback is not due before that
         callback ends: time goes on without it.
         """
         timers = self.timers
+        if stopped:
+            timers = [timer for timer in timers if self.node_of(timer) not in stopped]
         if any_held:
             timers = [timer for timer in timers if timer.callback_group.can_execute(timer)]
         waits = [wait for wait in map(_ns_until_due, timers) if wait is not None]

@@ -26,10 +26,9 @@ from collections.abc import Callable, Coroutine
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Protocol
 
-from rclpy.clock_type import ClockType
 from rclpy.task import Task
-from rclpy.time import Time
 
+from bt_mission.lockstep.clocks import Clocks
 from bt_mission.lockstep.entities import Entities, describe, describe_timer, exists, tells_once
 from bt_mission.lockstep.errors import NestedStepError, NothingDueError, TimeStuckError
 from bt_mission.lockstep.matching import settle
@@ -83,6 +82,7 @@ class LockstepExecutor(Spinning):
             )
         self.world = world
         self.taps = Taps()
+        self.clocks = Clocks()
         self._now_ns = start_ns
         self._served = 0
         self._steps_here = 0
@@ -116,12 +116,7 @@ class LockstepExecutor(Spinning):
         self._ordered_nodes.append(node)
         self._begun.node_comes(node)
         node.executor = self
-        clock = node.get_clock().handle
-        with clock:
-            clock.set_ros_time_override_is_enabled(True)
-        node.get_clock().set_ros_time_override(self._ros_time())
-        for timer in node.timers:
-            timer.reset()
+        self.clocks.start(node, self._now_ns)
         self._structure_changed = True
         return True
 
@@ -174,7 +169,9 @@ class LockstepExecutor(Spinning):
         :raises NothingDueError: when there is neither.
         """
         self._refresh()
-        wait_ns = self._entities.ns_until_next_timer(any_held=self._begun.hold_groups)
+        wait_ns = self._entities.ns_until_next_timer(
+            any_held=self._begun.hold_groups, stopped=self.clocks.stopped
+        )
         due = [] if wait_ns is None else [self._now_ns + wait_ns]
         if self.world is not None:
             due.append(self.world.next_due_ns)
@@ -202,9 +199,7 @@ class LockstepExecutor(Spinning):
         if self.world is not None:
             self.world.advance_to(time_ns)
         self._now_ns = time_ns
-        time = self._ros_time()
-        for node in self._ordered_nodes:
-            node.get_clock().set_ros_time_override(time)
+        self.clocks.tell(self._ordered_nodes, time_ns)
         self._ring()
         self.run_until_quiet()
         for timer in tuple(self._entities.timers):
@@ -226,9 +221,6 @@ class LockstepExecutor(Spinning):
             self._is_serving = was_serving
 
     # ---- inside --------------------------------------------------------------------------
-
-    def _ros_time(self) -> Time:
-        return Time(nanoseconds=self._now_ns, clock_type=ClockType.ROS_TIME)
 
     def passing(self, entity: Any, name: str, side: Side, message: Any) -> Passing:
         """Something that an entity was sent and has taken, for its taps."""

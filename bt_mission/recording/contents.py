@@ -58,13 +58,21 @@ def log_line(line: str) -> tuple[int, str] | None:
                 INFO if event["status"] == "success" else ERROR,
                 f"mission: {event['status']}{reason}",
             )
-        case "paused":
-            return WARN, f"paused: {event['reason']}"
-        case "resumed":
-            return INFO, "resumed"
+        case "paused" | "resumed" | "clock" as what:
+            return _interlude(what, event)
         case str(what) if what.startswith("goal "):
             return _goal(what.removeprefix("goal "), event)
     return None
+
+
+def _interlude(what: str, event: dict[str, Any]) -> tuple[int, str]:
+    if what == "resumed":
+        return INFO, "resumed"
+    if what == "paused":
+        return WARN, f"paused: {event['reason']}"
+    by_s = event["jump"]
+    said = f"was set back by {-by_s:g} s" if by_s < 0 else f"skipped {by_s:g} s"
+    return WARN, f"the ROS clock {said}"
 
 
 def _status(event: dict[str, Any]) -> tuple[int, str] | None:

@@ -64,6 +64,11 @@ def _fault(event: dict[str, Any], _: dict[Status, str]) -> str:
     )
 
 
+def _clock(event: dict[str, Any], _: dict[Status, str]) -> str:
+    jump_s = float(event["jump"])
+    return f"  the clock {'was set back by' if jump_s < 0 else 'skipped'} {abs(jump_s):g} s"
+
+
 def _fields(event: dict[str, Any], *_: Any) -> str:
     fields = ", ".join(f"{key} {value}" for key, value in event.items() if key not in KNOWN)
     return f"  {event['event']}: {fields}" if fields else f"  {event['event']}"
@@ -77,4 +82,5 @@ _TELLERS = {
     "mission": _mission,
     "log": _log,
     "fault": _fault,
+    "clock": _clock,
 }

@@ -57,13 +57,14 @@ class Bench:
         self.events: list[Any] = []
         self.observations = 0
         self.fault: Exception | None = None
+        self.set_back_s = 0.0
         self.pilot = Pilot(self.observe, self.events.append, max_linear=0.26, max_angular=1.82)
 
     def observe(self) -> Observation:
         self.observations += 1
         if self.fault is not None:
             raise self.fault
-        return Observation(float(self.observations))
+        return Observation(self.observations - self.set_back_s)
 
     def start(self, maneuver: Maneuver, name: str = "goal") -> Run:
         run = Run(
@@ -297,3 +298,30 @@ def test_a_goal_that_is_started_from_within_an_end_survives(bench):
     bench.pilot.step()
     assert following.steps == 1
     assert bench.events == [ZERO, FORWARD]
+
+
+def test_every_goal_ends_where_the_clock_is_set_back() -> None:
+    """What is done for a time would be done for longer; the base stops, and new goals are taken."""
+    bench = Bench()
+    bench.start(Scripted())
+    bench.pilot.step()
+    bench.set_back_s = 10.0
+    bench.pilot.step()
+    reason = "the ROS clock was set back by 9.00 s"
+    outcome = Outcome("aborted", ErrorCode.STOPPED, reason, result={"steps": 1})
+    assert bench.events[-2:] == [ZERO, ("goal", outcome)]
+    bench.start(Scripted())
+    bench.pilot.step()
+    assert bench.events[-1] == FORWARD
+
+
+def test_a_clock_set_back_between_goals_ends_none() -> None:
+    """The next goal only knows the time from then on."""
+    bench = Bench()
+    bench.start(Scripted(SUCCEEDED))
+    bench.pilot.step()
+    bench.pilot.step()
+    bench.set_back_s = 10.0
+    bench.start(Scripted())
+    bench.pilot.step()
+    assert bench.events[-1] == FORWARD

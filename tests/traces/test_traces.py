@@ -102,6 +102,9 @@ def test_events_in_words(path: Path) -> None:
     given = {"state": "begins", "with": {"topic": "scan", "share": 0.3}}
     assert told(fault | given) == "  fault 2 begins: drop(topic='scan', share=0.3)"
     assert told(fault | {"state": "ends"}) == "  fault 2 ends: drop"
+    clock = {"t": 1, "event": "clock"}
+    assert told(clock | {"jump": -9.5}) == "  the clock was set back by 9.5 s"
+    assert told(clock | {"jump": 100.0}) == "  the clock skipped 100 s"
     assert told({"t": 1, "event": "status", "node": 3}) == "  status: node 3"
     assert told({"t": 1, "event": "quiet"}) == "  quiet"
 

@@ -4,6 +4,7 @@
 - ``topics``, ``corruptions``: messages on their way between nodes
 - ``goals``, ``feedback``: what passes between an action server and its clients
 - ``servers``: servers that abort, die or fail
+- ``clock``: a clock that is set, or stands still
 - ``raising``: exceptions in code
 - ``robot``, ``world``: sensors, wheels, pushes; obstacles that appear, move and vanish
 """
@@ -12,6 +13,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from bt_mission.testing.faults.clock import ClockFaults
 from bt_mission.testing.faults.fault import Fault, Occurrence
 from bt_mission.testing.faults.feedback import FeedbackFaults
 from bt_mission.testing.faults.goals import GoalFaults
@@ -35,6 +37,7 @@ class Faults(
     CodeFaults,
     RobotFaults,
     WorldFaults,
+    ClockFaults,
 ):
     """Makes faults: actions for ``run.do``, ``run.at`` and ``run.when``.
 

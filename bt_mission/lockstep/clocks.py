@@ -1,0 +1,70 @@
+"""The ROS clocks of nodes, kept at virtual time; a clock can be set wrong, as a fault."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+from weakref import WeakKeyDictionary
+
+from rclpy.clock_type import ClockType
+from rclpy.time import Time
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from rclpy.node import Node
+
+
+class Clocks:
+    """Sets the clocks of nodes.
+
+    One that was set wrong goes on from there. The node's timers follow their clock, and fire as
+    rclpy has them do when ``/clock`` jumps.
+    """
+
+    def __init__(self) -> None:
+        self._ahead_ns: WeakKeyDictionary[Node, int] = WeakKeyDictionary()
+        self._stopped_ns: WeakKeyDictionary[Node, int] = WeakKeyDictionary()
+
+    def start(self, node: Node, now_ns: int) -> None:
+        """Take a node's clock over; its timers start anew."""
+        handle = node.get_clock().handle
+        with handle:
+            handle.set_ros_time_override_is_enabled(True)
+        self.tell((node,), now_ns)
+        for timer in node.timers:
+            timer.reset()
+
+    def tell(self, nodes: Iterable[Node], now_ns: int) -> None:
+        """Tell nodes that it is ``now_ns``."""
+        time = _ros_time(now_ns)
+        for node in nodes:
+            its = _ros_time(self.at(node, now_ns)) if self._ahead_ns else time
+            node.get_clock().set_ros_time_override(its)
+
+    def at(self, node: Node, now_ns: int) -> int:
+        """What a node's clock shows at ``now_ns``."""
+        return self._stopped_ns.get(node, now_ns) + self._ahead_ns.get(node, 0)
+
+    def set_ahead(self, node: Node, by_ns: int, now_ns: int) -> None:
+        """Set a node's clock further ahead; below zero, back."""
+        self._ahead_ns[node] = self._ahead_ns.get(node, 0) + by_ns
+        self.tell((node,), now_ns)
+
+    def stop(self, node: Node, now_ns: int) -> None:
+        """Have a node's clock stand still."""
+        self._ahead_ns.setdefault(node, 0)
+        self._stopped_ns.setdefault(node, now_ns)
+
+    @property
+    def stopped(self) -> frozenset[Node]:
+        """The nodes whose clocks stand still: no timer of theirs is ever due."""
+        return frozenset(self._stopped_ns)
+
+    def go_on(self, node: Node, now_ns: int) -> None:
+        """Have a node's clock go on from where it stands."""
+        stopped_ns = self._stopped_ns.pop(node, now_ns)
+        self._ahead_ns[node] -= now_ns - stopped_ns
+
+
+def _ros_time(time_ns: int) -> Time:
+    return Time(nanoseconds=time_ns, clock_type=ClockType.ROS_TIME)

@@ -1,0 +1,65 @@
+"""A clock that is set, or stands still."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from bt_mission.testing.faults.fault import Fault, Maker, Occurrence
+from bt_mission.testing.moment import ScenarioError
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
+
+EXECUTIVE = "bt_mission"
+
+
+class ClockFaults(Maker):
+    """Faults of the clock that one node follows, while all others go on."""
+
+    def jump_clock(
+        self, by: float, *, node: str = EXECUTIVE, lasting: float | None = None
+    ) -> Fault:
+        """Have a node's clock jump, as when a simulator is reset or skips time.
+
+        It goes on from there; where the fault ends, it jumps back to where it would be.
+
+        :param by: seconds; below zero, back. What would be before zero is zero.
+        :param node: whose clock.
+        """
+        if by == 0:
+            raise ScenarioError("jump_clock: expected seconds other than 0")
+
+        def begin(fault: Occurrence) -> None:
+            clock = fault.run.stage.clock
+            whose = _node(fault, node)
+            by_ns = max(round(by * 1e9), -clock.clocks.at(whose, clock.now_ns))
+            clock.clocks.set_ahead(whose, by_ns, clock.now_ns)
+            if lasting is not None:
+                fault.undo(lambda: clock.clocks.set_ahead(whose, -by_ns, clock.now_ns))
+
+        return self._fault("jump_clock", begin, lasting, by=by, node=node)
+
+    def stop_clock(self, *, node: str = EXECUTIVE, lasting: float | None = None) -> Fault:
+        """Have a node's clock stand still, as when a simulator is paused; then it goes on.
+
+        :param node: whose clock.
+        """
+
+        def begin(fault: Occurrence) -> None:
+            clock = fault.run.stage.clock
+            whose = _node(fault, node)
+            clock.clocks.stop(whose, clock.now_ns)
+            fault.undo(lambda: clock.clocks.go_on(whose, clock.now_ns))
+
+        return self._fault("stop_clock", begin, lasting, node=node)
+
+
+def _node(fault: Occurrence, name: str) -> Node:
+    """The node of a name.
+
+    :raises ScenarioError: when there is none.
+    """
+    full = fault.receiver(name)
+    return next(
+        one for one in fault.run.stage.clock.get_nodes() if one.get_fully_qualified_name() == full
+    )
