@@ -14,7 +14,14 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from bt_mission.testing.results import DEFAULT, GRAPHS, STAGES, Results
+from bt_mission.testing.results import (
+    DEFAULT,
+    GRAPHS,
+    RECORD,
+    STAGES,
+    Results,
+    what_to_record,
+)
 from bt_mission.testing.scenarios import Scenarios
 
 if TYPE_CHECKING:
@@ -38,6 +45,13 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         metavar="DIR",
         help=f"where failed tests leave what happened (default: {DEFAULT} in pytest's rootdir)",
     )
+    group.addoption(
+        "--mission-record",
+        choices=RECORD,
+        help="record missions: those of tests that fail, all, or none (default: the ini option "
+        "mission_record, else failed)",
+    )
+    parser.addini("mission_record", "as --mission-record", default="failed")
     group.addoption(
         "--mission-cov",
         action="store_true",
@@ -103,7 +117,8 @@ def stage(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Stages]:
     from bt_mission.testing.stages import Stages
 
     one = seeded(request.node)
-    made = Stages(tmp_path, seed=None if one is None else one.seed)
+    records = what_to_record(request.config) != "off"
+    made = Stages(tmp_path, seed=None if one is None else one.seed, records=records)
     request.node.stash.setdefault(STAGES, []).append(made)
     yield made
     made.close()

@@ -1,7 +1,7 @@
 """What a test tells when it is over: figures for JUnit's file, and what a failed one leaves.
 
-A failed test leaves a folder of its own with what happened in its runs; one that passes none.
-What a recorder has written of a run belongs there as well: :meth:`Results.leave` is the place.
+A failed test leaves a folder of its own with what happened in its runs; one that passes none,
+unless all are to be recorded.
 """
 
 from __future__ import annotations
@@ -29,8 +29,10 @@ WALL_S = pytest.StashKey[float]()
 FOLDER = pytest.StashKey[Path]()
 
 DEFAULT = "scenario_results"
+RECORD = ("off", "failed", "all")
 MOST_RUNS = 5
-"""Of a test with more runs only the last are told of: hypothesis ends with the smallest example."""
+"""Of a test with more runs only the last are told of and kept: hypothesis ends with the smallest
+example."""
 
 
 class Results:
@@ -39,6 +41,7 @@ class Results:
     def __init__(self, config: pytest.Config) -> None:
         self._config = config
         given = config.getoption("scenario_results")
+        self._leaves_all = what_to_record(config) == "all"
         here = config.invocation_params.dir
         self._parent = here / given if given else config.rootpath / DEFAULT
 
@@ -59,9 +62,14 @@ class Results:
         if report.failed and FOLDER not in item.stash:
             self._tell(item, report, runs)
         if report.when == "teardown":
+            if self._leaves_all and runs:
+                item.stash.setdefault(FOLDER, self._folder_of(item))
             if FOLDER in item.stash:  # once more: now the runs have ended
                 with suppress(OSError):  # told when it was tried first
                     self.leave(item.stash[FOLDER], runs)
+            for run in runs:
+                if run.recording is not None:
+                    run.recording.discard()
             if runs:
                 report.user_properties += properties(runs, item.stash.get(WALL_S, 0.0))
                 # pytest keeps the item to the end of the session; a run is 3 MB.
@@ -69,21 +77,24 @@ class Results:
         return report
 
     def leave(self, folder: Path, runs: list[Run]) -> list[Path]:
-        """Write down what happened; gives the traces.
+        """Write down what happened; gives what can be replayed, a file for each run.
 
         :raises OSError: where that cannot be written.
         """
         folder.mkdir(parents=True, exist_ok=True)
         (self._parent / ".gitignore").write_text("*\n", encoding="utf-8")
-        traces = []
+        found = []
         for number, run in enumerate(runs, 1):
             suffix = f"_{number}" if len(runs) > 1 else ""
-            traces.append(folder / f"trace{suffix}.jsonl")
+            trace = folder / f"trace{suffix}.jsonl"
             lines = (f"{line}\n" for line in run.history.events)
-            traces[-1].write_text("".join(lines), encoding="utf-8")
+            trace.write_text("".join(lines), encoding="utf-8")
             told = folder / f"run{suffix}.txt"
             told.write_text(run.describe() + "\n", encoding="utf-8")
-        return traces
+            recording = folder / f"recording{suffix}.mcap"
+            is_recorded = run.recording is not None and run.recording.leave(recording)
+            found.append(recording if is_recorded else trace)
+        return found
 
     def _tell(self, item: pytest.Item, report: pytest.TestReport, runs: list[Run]) -> None:
         """Show and leave what happened."""
@@ -97,14 +108,32 @@ class Results:
     def _left(self, folder: Path, runs: list[Run]) -> str:
         """Leave what happened; gives what to type."""
         try:
-            traces = self.leave(folder, runs)
+            found = self.leave(folder, runs)
         except OSError as error:
             return f"nothing is left of it: {error.filename}: {error.strerror}"
         here = self._config.invocation_params.dir
-        return "\n".join(f"bt-mission replay {_typed(path, here)}" for path in traces)
+        lines = []
+        for run, path in zip(runs, found, strict=True):
+            lines.append(f"bt-mission replay {_typed(path, here)}")
+            if run.recording is not None and run.recording.missing:
+                lines.append(f"  the recording lacks {run.recording.missing}")
+        return "\n".join(lines)
 
     def _folder_of(self, item: pytest.Item) -> Path:
         return self._parent / folder_name(item.nodeid)
+
+
+def what_to_record(config: pytest.Config) -> str:
+    """One of :data:`RECORD`.
+
+    :raises pytest.UsageError: where the ini option is none of them.
+    """
+    chosen = config.getoption("mission_record") or config.getini("mission_record")
+    if chosen not in RECORD:
+        raise pytest.UsageError(
+            f"mission_record: expected one of {', '.join(RECORD)}, got '{chosen}'"
+        )
+    return str(chosen)
 
 
 def folder_name(nodeid: str) -> str:

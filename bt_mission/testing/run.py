@@ -23,6 +23,7 @@ from bt_mission.topic_reader import TopicReader
 if TYPE_CHECKING:
     from bt_mission.mission import Mission
     from bt_mission.testing.faults import Occurrence
+    from bt_mission.testing.keeping import Keeping
 
 Action = Callable[["Run"], Any]
 """Something that a test does to a run at its time, such as a fault."""
@@ -55,6 +56,8 @@ class Run(Claims):
         self._moments: list[Moment] = []
         self._topics: dict[str, Recorded] = {}
         self.faults: list[Occurrence] = []
+        self.recording: Keeping | None = None
+        """Where the run is recorded."""
         self._observer: Node | None = None
         self._error: Exception | None = None
         self._waiting: list[tuple[Condition, tuple[Action, ...]]] = []
@@ -300,6 +303,8 @@ class Run(Claims):
             return self.stage.executive.goals_left_behind
         finally:
             self._is_closed = True
+            if self.recording is not None:
+                self.recording.finish(self.report.as_dict())
             self.stage.__exit__()
 
     # ---- inside --------------------------------------------------------------------------

@@ -19,7 +19,9 @@ from bt_mission.mission import Mission
 from bt_mission.mission.check import examine, examine_text
 from bt_mission.mission.short_names import SHORT_NAMES
 from bt_mission.testing.faults import Faults
+from bt_mission.testing.keeping import Keeping
 from bt_mission.testing.moment import ScenarioError, no_such
+from bt_mission.testing.results import MOST_RUNS
 from bt_mission.testing.run import Run
 from bt_mission.testing.scripted_server import ScriptedServer
 
@@ -38,11 +40,13 @@ class Stages:
 
     :param folder: for worlds, pictures, and what failed runs leave.
     :param seed: of every run that is given none of its own; None is the mission's.
+    :param records: record every run, in the folder.
     """
 
-    def __init__(self, folder: Path, seed: int | None = None) -> None:
+    def __init__(self, folder: Path, seed: int | None = None, *, records: bool = False) -> None:
         self.folder = folder
         self.seed = seed
+        self._records = records
         self.runs: list[Run] = []
         self.left_behind: list[str] = []
         self.faults = Faults(self)
@@ -96,6 +100,8 @@ class Stages:
         for server in self.scripted.values():
             made.stage.add_node(server.node)
         self.runs.append(made)
+        if self._records:
+            self._record(made)
         return made
 
     def mission(self, mission: str | Path | Mission, **changes: Any) -> Mission:
@@ -177,6 +183,12 @@ class Stages:
                 self.left_behind += run.close()
         finally:
             self._exit.close()
+
+    def _record(self, run: Run) -> None:
+        run.recording = Keeping(run.stage, self.folder / f"recording_{len(self.runs)}.mcap")
+        for old in self.runs[-MOST_RUNS - 1 : -MOST_RUNS]:
+            if old.recording is not None:
+                old.recording.discard()
 
     def _clear(self) -> None:
         """Take a run that has ended off the stage."""

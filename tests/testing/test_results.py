@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import json
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import pytest
 
+from bt_mission.common.errors import BtMissionError
+from bt_mission.replaying.film import read_film
+from bt_mission.testing import keeping
 from bt_mission.testing.results import folder_name
 from bt_mission.traces.stored import read_trace
 
@@ -62,14 +66,17 @@ def test_a_failed_test_leaves_its_traces(session, pytester):
             "*- mission -*",
             "waits: success, at 2.05 s, seed 1",
             "*- to see it again -*",
-            "bt-mission replay scenario_results/test_a.test_two/trace_1.jsonl",
-            "bt-mission replay scenario_results/test_a.test_two/trace_2.jsonl",
+            "bt-mission replay scenario_results/test_a.test_two/recording_1.mcap",
+            "bt-mission replay scenario_results/test_a.test_two/recording_2.mcap",
         ]
     )
     folder = pytester.path / "scenario_results"
     assert left_in(folder) == [
+        "test_a.test_stops-seed7/recording.mcap",
         "test_a.test_stops-seed7/run.txt",
         "test_a.test_stops-seed7/trace.jsonl",
+        "test_a.test_two/recording_1.mcap",
+        "test_a.test_two/recording_2.mcap",
         "test_a.test_two/run_1.txt",
         "test_a.test_two/run_2.txt",
         "test_a.test_two/trace_1.jsonl",
@@ -81,6 +88,9 @@ def test_a_failed_test_leaves_its_traces(session, pytester):
     (end,) = (event for event in trace.events if event["event"] == "mission")
     assert end["reason"] == "the test is over", "what came after the failure is in it, too"
     assert "waits: interrupted" in (folder / "test_a.test_stops-seed7/run.txt").read_text()
+    film = read_film(folder / "test_a.test_stops-seed7/recording.mcap")
+    assert film.why_cut == ""
+    assert json.dumps(end, sort_keys=True) in film.trace
 
 
 def test_a_test_that_passes_takes_away_what_it_left(session, pytester):
@@ -107,7 +117,7 @@ def test_runs_go_with_their_test(session, pytester):
 def test_the_folder_can_be_another(session, pytester):
     """From where pytest was started."""
     result = session("--scenario-results=out/here", "-k", "two", fails=True)
-    result.stdout.fnmatch_lines(["bt-mission replay out/here/test_a.test_two/trace_1.jsonl"])
+    result.stdout.fnmatch_lines(["bt-mission replay out/here/test_a.test_two/recording_1.mcap"])
     assert left_in(pytester.path / "out/here")
 
 
@@ -132,8 +142,89 @@ def test_a_goal_left_behind_shows_the_run(pytester):
     result = pytester.runpytest()
     result.assert_outcomes(passed=1, errors=1)
     result.stdout.fnmatch_lines(
-        ["*- mission -*", "m: interrupted*", "*replay scenario_results/test_a.test_it/trace.jsonl"]
+        [
+            "*- mission -*",
+            "m: interrupted*",
+            "*replay scenario_results/test_a.test_it/recording.mcap",
+        ]
     )
+
+
+def recorded(pytester: pytest.Pytester) -> list[str]:
+    """Every recording, wherever it is."""
+    return sorted(path.parent.name for path in pytester.path.rglob("*.mcap"))
+
+
+@pytest.mark.parametrize("where", ["option", "ini"])
+def test_nothing_is_recorded_where_nobody_wants_it(session, pytester, where):
+    """The trace is left as ever."""
+    if where == "ini":
+        pytester.makeini("[pytest]\nmission_record = off\n")
+    arguments = ["--mission-record=off"] if where == "option" else []
+    result = session(*arguments, "-k", "stops", fails=True)
+    result.assert_outcomes(failed=1, xfailed=1, deselected=3)
+    result.stdout.fnmatch_lines(
+        ["bt-mission replay scenario_results/test_a.test_stops-seed7/trace.jsonl"]
+    )
+    assert recorded(pytester) == []
+
+
+def test_tests_that_pass_leave_their_recordings_where_all_are_wanted(session, pytester):
+    """The option outdoes the ini file; a test without runs leaves nothing."""
+    pytester.makeini("[pytest]\nmission_record = off\n")
+    session("--mission-record=all", fails=False).assert_outcomes(passed=4)
+    left = recorded(pytester)
+    assert left == ["test_a.test_passes", "test_a.test_stops-seed7", *["test_a.test_two"] * 2]
+
+
+def test_tests_that_pass_leave_no_recording(session, pytester):
+    """Not in pytest's own folders either."""
+    session("--basetemp=temp", fails=False).assert_outcomes(passed=4)
+    assert recorded(pytester) == []
+
+
+def test_of_many_runs_the_last_are_recorded(pytester):
+    """Those that are told of."""
+    pytester.makepyfile(
+        test_a="""
+        def test_many(stage):
+            for seed in range(7):
+                stage.run("mission: m\\ntree: {wait: 0.1}\\n", seed=seed).until_done()
+            assert 0
+        """
+    )
+    pytester.runpytest("--basetemp=temp").assert_outcomes(failed=1)
+    left = [path for path in left_in(pytester.path / "scenario_results") if "mcap" in path]
+    assert left == [f"test_a.test_many/recording_{number}.mcap" for number in range(1, 6)]
+    seeds = [
+        json.loads(read_film(pytester.path / "scenario_results" / path).trace[1])["seed"]
+        for path in left
+    ]
+    assert seeds == [2, 3, 4, 5, 6]
+
+
+def test_a_recording_that_fails_fails_no_test(session, pytester, monkeypatch):
+    """What is missing is said where it would be replayed."""
+
+    def full(*_: object) -> None:
+        raise BtMissionError("run.mcap: cannot write the recording: No space left on device")
+
+    monkeypatch.setattr(keeping, "Recorder", full)
+    session("-k", "passes", fails=False).assert_outcomes(passed=1, deselected=3)
+    result = session("-k", "two", fails=True)
+    result.stdout.fnmatch_lines(
+        [
+            "bt-mission replay scenario_results/test_a.test_two/trace_1.jsonl",
+            "  the recording lacks run.mcap: cannot write the recording: No space left on device",
+        ]
+    )
+
+
+def test_what_is_recorded_is_one_of_three(session, pytester):
+    """It says which."""
+    pytester.makeini("[pytest]\nmission_record = some\n")
+    result = session(fails=False)
+    result.stderr.fnmatch_lines(["*mission_record: expected one of off, failed, all, got 'some'*"])
 
 
 def test_junit_has_the_figures(session, pytester):
