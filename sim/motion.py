@@ -60,9 +60,15 @@ class Passing:
 
     def __init__(self, points: tuple[Point, ...], speed: float) -> None:
         self._points = points
-        lengths = [math.dist(a, b) for a, b in pairwise(self._points)]
-        self._starts = [0.0, *accumulate(lengths)]
         self._speed = speed
+        lengths = [math.dist(a, b) for a, b in pairwise(points)]
+        self._starts = [0.0, *accumulate(lengths)]
+        # From where, and in which direction: asked for at every step of the physics.
+        self._legs = []
+        legs = zip(pairwise(points), pairwise(self._starts), strict=True)
+        for ((x0, y0), (x1, y1)), (start, end) in legs:
+            length = end - start
+            self._legs.append((start, x0, y0, (x1 - x0) / length, (y1 - y0) / length))
 
     def at(self, time_s: float) -> PlaceAndVelocity:
         """Return place and velocity at a time after the start, s. It turns at once."""
@@ -72,17 +78,9 @@ class Passing:
         """Return place and velocity after so many metres."""
         if gone >= self._starts[-1]:
             return *self._points[-1], 0.0, 0.0
-        leg = min(bisect_right(self._starts, gone), len(self._points) - 1) - 1
-        (x0, y0), (x1, y1) = self._points[leg], self._points[leg + 1]
-        length = self._starts[leg + 1] - self._starts[leg]
-        ahead_x, ahead_y = (x1 - x0) / length, (y1 - y0) / length
-        along = gone - self._starts[leg]
-        return (
-            x0 + along * ahead_x,
-            y0 + along * ahead_y,
-            self._speed * ahead_x,
-            self._speed * ahead_y,
-        )
+        start, x, y, ahead_x, ahead_y = self._legs[bisect_right(self._starts, gone) - 1]
+        along, speed = gone - start, self._speed
+        return x + along * ahead_x, y + along * ahead_y, speed * ahead_x, speed * ahead_y
 
 
 class Patrolling(Passing):
