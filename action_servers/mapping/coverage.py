@@ -6,8 +6,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from action_servers.maneuver import Grid, Pose2D
+
+Indices = npt.NDArray[np.intp]
 
 ZONE_M = 1.0
 """Edge of a zone: a square of the map frame that begins at whole metres."""
@@ -60,11 +63,20 @@ class Coverage:
 
 
 def _open_zones(grid: Grid) -> set[tuple[int, int]]:
-    rows, columns = np.nonzero(grid.cells == 0)
-    if not rows.size:
+    free = grid.cells == 0
+    if not free.any():
         return set()
-    across = np.floor((grid.origin_x + (columns + 0.5) * grid.resolution) / ZONE_M).astype(int)
-    along = np.floor((grid.origin_y + (rows + 0.5) * grid.resolution) / ZONE_M).astype(int)
-    zones, counts = np.unique(np.column_stack((across, along)), axis=0, return_counts=True)
+    rows, columns = grid.cells.shape
+    along, first_rows = _zones(grid.origin_y, rows, grid.resolution)
+    across, first_columns = _zones(grid.origin_x, columns, grid.resolution)
+    by_row = np.add.reduceat(free, first_rows, axis=0, dtype=np.int64)
+    counts = np.add.reduceat(by_row, first_columns, axis=1)
     enough = counts * grid.resolution**2 >= _ZONE_SHARE * ZONE_M**2 - 1e-9
-    return {(int(x), int(y)) for x, y in zones[enough]}
+    return {(int(across[x]), int(along[y])) for y, x in zip(*np.nonzero(enough), strict=True)}
+
+
+def _zones(origin: float, cells: int, resolution: float) -> tuple[Indices, Indices]:
+    """Return the zones that a row of cells goes through, and the first cell of each."""
+    middles = origin + (np.arange(cells) + 0.5) * resolution
+    zones, first = np.unique(np.floor(middles / ZONE_M).astype(int), return_index=True)
+    return zones, first
