@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack, closing
+from typing import Any
 
 import rclpy
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
@@ -18,10 +20,12 @@ from sim.entrants import read
 from sim.node import SimNode
 from sim.pacing import FASTEST, SLOWEST, Pacer, check_speed
 from sim.topics import log
+from sim.window import Window, check_display
 from sim.world import load_world
 
 CLOCK_HZ = 100.0
 _TICK_S = 0.01
+_FRAME_S = 0.03
 
 LOOK_S = 0.1
 """How often at least a signal is looked for, s."""
@@ -35,15 +39,19 @@ def main(
     speed: float = 1.0,
     namespace: str = "",
     camera: bool = True,
+    view: bool = False,
     ros_args: Sequence[str] = (),
 ) -> int:
     """Run the simulator until SIGINT or SIGTERM, `speed` times as fast as the wall clock.
 
     `world` is a name or a path; `robot`, too, or several, each as `entrants.read` takes it.
-    `ros_args` is what follows `--ros-args`. Returns the exit code 0. Raises BtMissionError for a
-    world, a robot or a speed that cannot be used.
+    `view` opens MuJoCo's own viewer. `ros_args` is what follows `--ros-args`. Returns the exit
+    code 0. Raises BtMissionError for a world, a robot or a speed that cannot be used, and where
+    there is no display to view it on.
     """
     check_speed(speed)
+    if view:
+        check_display()
     scene = load_world(world)
     who = load_robot(robot) if isinstance(robot, str) else [read(text) for text in robot]
     # With handlers of our own: rclpy's would pull the context from under the callback that runs.
@@ -53,22 +61,29 @@ def main(
         number: signal.signal(number, lambda number, _: received.append(number))
         for number in (signal.SIGINT, signal.SIGTERM)
     }
-    try:
+    with ExitStack() as stack:
+        stack.callback(_leave, handlers)
         node = SimNode(scene, who, seed=seed, namespace=namespace, camera=camera)
         node.publish_clock_at(CLOCK_HZ)
         _declare_parameters(node, seed)
         _pace(node, speed)
+        if view:
+            window = stack.enter_context(closing(Window(node.physics)))
+            wall = Clock(clock_type=ClockType.STEADY_TIME)
+            node.create_timer(_FRAME_S, window.look, clock=wall)
         log(node).info(f"{_names(node)} in {scene.name}, seed {seed}, speed {speed:g}")
         executor = SingleThreadedExecutor()
         executor.add_node(node)
         while not received:
             executor.spin_once(timeout_sec=LOOK_S)
         node.destroy_node()
-    finally:
-        rclpy.shutdown()
-        for number, handler in handlers.items():
-            signal.signal(number, handler)
     return 0
+
+
+def _leave(handlers: Mapping[signal.Signals, Any]) -> None:
+    rclpy.shutdown()
+    for number, handler in handlers.items():
+        signal.signal(number, handler)
 
 
 def _names(node: SimNode) -> str:

@@ -22,6 +22,7 @@ from bt_mission.cli.recording import (
     refuse_recording,
     told,
 )
+from bt_mission.cli.view import add_view_option, refuse_view, window_on
 from bt_mission.common.errors import BtMissionError
 
 if TYPE_CHECKING:
@@ -96,6 +97,7 @@ def add_parser(commands: Any) -> None:
         default=Path("images"),
         help="where camera sweeps make their folders (default: images)",
     )
+    add_view_option(parser)
     add_recording_options(parser)
     parser.set_defaults(command=run)
 
@@ -136,9 +138,10 @@ def _run_in_lines(options: argparse.Namespace, mission: Any) -> tuple[Report, Ke
     view = view_for(sys.stdout, plain=options.plain, quiet=options.json)
     with (
         _open_session(options, mission, view.say) as session,
+        window_on(session, wanted=options.view),
         recorder_for(options, session) as keeping,
     ):
-        report = drive(session, view, speed=options.speed, trace_file=options.trace)
+        report = drive(session, view, speed=_speed(options), trace_file=options.trace)
         return report, keeping.finish(report)
 
 
@@ -153,18 +156,26 @@ def _run_on_screen(options: argparse.Namespace, mission: Any) -> tuple[Report, K
     from bt_mission.terminal.screen.run_app import RunApp
     from bt_mission.terminal.views import Quiet
 
-    speed = options.speed or (None if options.attach else 1.0)
     with (
         _open_session(options, mission, lambda _: None) as session,
         closing(OwnExecutive(session)) as graph,
+        window_on(session, wanted=options.view),
         recorder_for(options, session) as keeping,
     ):
         interrupts = Interrupts()
-        steps = driving(session, Quiet(), interrupts, speed=speed, trace_file=options.trace)
+        steps = driving(
+            session, Quiet(), interrupts, speed=_speed(options), trace_file=options.trace
+        )
         marks = marks_for(sys.stdout.encoding)
         settle_memory()
         report = RunApp(graph, marks, graph.name, steps, interrupts).run_to_the_end()
         return report, keeping.finish(report)
+
+
+def _speed(options: argparse.Namespace) -> float | None:
+    """What people look at is in real time, unless they want another speed."""
+    is_shown = (options.tui or options.view) and not options.attach
+    return options.speed or (1.0 if is_shown else None)
 
 
 @contextmanager
@@ -189,6 +200,7 @@ def refuse_contradictions(options: argparse.Namespace) -> None:
     if options.tui and (options.json or options.plain):
         raise BtMissionError("--tui: a full screen leaves no room for --json or --plain")
     refuse_recording(options)
+    refuse_view(options)
     if options.attach and options.speed is not None:
         raise BtMissionError("--speed: an attached run has the pace of the graph that it joins")
     if options.attach and (options.world or options.robot):

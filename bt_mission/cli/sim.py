@@ -7,6 +7,7 @@ import os
 from typing import Any
 
 from bt_mission.cli.middleware import prepare_middleware
+from bt_mission.cli.view import add_view_option
 from bt_mission.isolation import RANGE
 
 
@@ -34,6 +35,7 @@ def add_parser(commands: Any) -> None:
     )
     parser.add_argument("--namespace", default="", help="namespace of the robot's topics")
     parser.add_argument("--no-camera", action="store_true", help="never render images")
+    add_view_option(parser)
     parser.set_defaults(command=sim)
 
 
@@ -51,4 +53,5 @@ def sim(options: argparse.Namespace) -> int:
         speed=options.speed,
         namespace=options.namespace,
         camera=not options.no_camera,
+        view=options.view,
     )

@@ -1,0 +1,63 @@
+"""The option of commands that show a simulation in a window, and what it does."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from typing import TYPE_CHECKING
+
+from bt_mission.common.errors import BtMissionError
+
+if TYPE_CHECKING:
+    from bt_mission.observing import Observable
+
+
+def add_view_option(parser: argparse.ArgumentParser) -> None:
+    """Is the simulation shown in a window?"""
+    parser.add_argument(
+        "--view",
+        action="store_true",
+        help="show the simulation in MuJoCo's own viewer, in real time unless --speed says else",
+    )
+
+
+def refuse_view(options: argparse.Namespace) -> None:
+    """Refuse to show what is not here, before anything moves.
+
+    :raises BtMissionError: with what to do instead.
+    """
+    if not options.view:
+        return
+    if options.attach:
+        raise BtMissionError(
+            "--view shows a simulation in this process: add it to `bt-mission sim`, or look on "
+            "with `bt-mission watch`"
+        )
+    from sim.window import check_display
+
+    check_display()
+
+
+@contextmanager
+def window_on(session: Observable, *, wanted: bool) -> Iterator[None]:
+    """A window on a session on the stage, if one is wanted, which looks on after each tick.
+
+    Who closes it ends nothing but the looking on.
+
+    :raises BtMissionError: where there is no display.
+    """
+    from bt_mission.stage import Stage
+
+    if not wanted or not isinstance(session, Stage):
+        yield
+        return
+    from sim.window import Window
+
+    after_tick = session.executive.after_tick
+    with closing(Window(session.sim.physics)) as window:
+        after_tick.append(window.look)
+        try:
+            yield
+        finally:
+            after_tick.remove(window.look)
