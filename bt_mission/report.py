@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from bt_mission.leaf_tally import LeafSummary
 
 
 @dataclass(frozen=True)
@@ -14,6 +18,7 @@ class Report:
     :param goals_left_behind: goals whose end no server confirmed.
     :param distance_travelled_m: true path length of the robot, m.
     :param trace_sha256: equal for two runs in which the same things happened at the same times.
+    :param leaves: what each leaf came to, where they were counted.
     """
 
     mission: str
@@ -31,8 +36,9 @@ class Report:
     collisions: int | None
     distance_travelled_m: float | None
     trace_sha256: str
+    leaves: tuple[LeafSummary, ...] = ()
 
-    def as_dict(self) -> dict[str, str | int | float | None]:
+    def as_dict(self) -> dict[str, Any]:
         """The fields by name, ready for JSON."""
         return asdict(self)
 

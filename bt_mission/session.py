@@ -12,6 +12,7 @@ from typing import Protocol, Self
 
 from bt_mission.common.errors import BtMissionError
 from bt_mission.executive import Change, Executive
+from bt_mission.leaf_tally import LeafTally
 from bt_mission.mission import Mission
 from bt_mission.pacing import Pacer, Stopwatch, rest
 from bt_mission.report import Report
@@ -172,6 +173,8 @@ def driving(
         stack.enter_context(view)
         audience = Audience(view)
         session.executive.listeners.append(audience.on_change)
+        tally = LeafTally(lambda: session.distance_travelled_m)
+        session.executive.listeners.append(tally.on_change)
         pacer = Pacer(speed, session.start_ns)
         while not session.is_done:
             if audience.has_left:
@@ -189,7 +192,7 @@ def driving(
                 yield ahead_s
             audience.refresh()
             yield 0.0
-    return summarise(session, wall.elapsed_s)
+    return replace(summarise(session, wall.elapsed_s), leaves=tally.summaries())
 
 
 def _step(session: Session) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import shutil
 import signal
 import sys
 from collections.abc import Iterator
@@ -121,13 +122,24 @@ def _run(options: argparse.Namespace) -> int:
     if options.json:
         print(json.dumps({**report.as_dict(), **kept}))
     else:
-        print("\n".join([report.as_text(), *told(kept)]))
+        print("\n".join([report.as_text(), *_leaves(report), *told(kept)]))
     codes = {
         MissionStatus.SUCCESS: SUCCESS,
         MissionStatus.INTERRUPTED: INTERRUPTED,
         MissionStatus.FAILURE: MISSION_FAILED,
     }
     return codes[MissionStatus(report.status)]
+
+
+def _leaves(report: Report) -> list[str]:
+    """What each leaf came to, for people; programs that read a pipe ask for ``--json``."""
+    if not sys.stdout.isatty():
+        return []
+    from bt_mission.terminal.leaf_table import leaf_table
+    from bt_mission.terminal.marks import marks_for
+
+    width = shutil.get_terminal_size().columns
+    return leaf_table(report.leaves, width, marks_for(sys.stdout.encoding))
 
 
 def _run_in_lines(options: argparse.Namespace, mission: Any) -> tuple[Report, Kept]:
