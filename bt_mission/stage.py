@@ -63,7 +63,7 @@ class Stage:
 
     Where the mission does not know its map, a mapper is there too, and the world publishes none.
     Of the actions, those of the mission are offered, and all once somebody else may ask for them:
-    an idle server costs a hundredth of the time.
+    the servers that nobody asks would take a twelfth of the time.
 
     Use it as a context manager; :meth:`step` until :attr:`is_done`. Everything that is random
     comes from the mission's seed.
