@@ -56,13 +56,24 @@ def keep_a_core_busy() -> None:
         sum(range(10_000))
 
 
+def own_environment() -> dict[str, str]:
+    """This process's environment, without what the ROS wheels of its interpreter have put there.
+
+    Another interpreter would look for its libraries among those, and not find them.
+    """
+    variables = {key: value for key, value in os.environ.items() if not key.startswith("_ROS_")}
+    paths = variables.pop("LD_LIBRARY_PATH", "").split(os.pathsep)
+    own = [path for path in paths if path and not path.startswith(sys.prefix)]
+    return variables | ({"LD_LIBRARY_PATH": os.pathsep.join(own)} if own else {})
+
+
 def batch(python: str, first: int, last: int, variables: dict[str, str]) -> list[dict[str, object]]:
     """Run scenarios in a process of their own."""
     with tempfile.TemporaryDirectory() as folder:
         done = subprocess.run(  # noqa: S603 - our own script
             [python, str(Path(__file__).resolve()), "--batch", str(first), str(last)],
             cwd=folder,
-            env=os.environ | variables,
+            env=own_environment() | variables,
             capture_output=True,
             text=True,
             check=False,
