@@ -20,7 +20,9 @@ SPACING = 500
 """Frames between two scenes that are kept: so many are played again at most to get anywhere."""
 
 MOST_KEPT = 256
-"""Where a film would need more scenes than so many, they are kept farther apart."""
+MOST_NODES = 500_000
+"""Where a film would need more scenes than so many, or more nodes in all of them, they are kept
+farther apart: a node takes some 50 bytes of each."""
 
 Known = TypeVar("Known", WatchedMission, WatchedRobot)
 _ROBOT = (told.Scan, told.Map, told.Battery, tuple)
@@ -72,6 +74,11 @@ def entries_of(film: Film) -> Iterator[Entry]:
                     yield entry
 
 
+def _most_kept(film: Film) -> int:
+    sizes = (len(one.nodes) for one in film.frames if isinstance(one, told.Tree))
+    return min(MOST_KEPT, max(MOST_NODES // max(sizes, default=1), 1))
+
+
 class Projector:
     """Gives the scene of any instant of a film.
 
@@ -84,7 +91,7 @@ class Projector:
         self.scene = Scene()
         self._at = 0
         """So many frames have been played."""
-        self._spacing = max(SPACING, len(film.frames) // MOST_KEPT)
+        self._spacing = max(SPACING, len(film.frames) // _most_kept(film))
         self._kept = [Scene()]
         """After every so many frames; as far as the film has been played."""
 

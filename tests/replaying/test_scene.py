@@ -99,11 +99,12 @@ def test_to_go_back_little_is_played_again(film: Film, monkeypatch: pytest.Monke
         assert played <= 37
 
 
+@pytest.mark.parametrize(("limit", "value"), [("MOST_KEPT", 4), ("MOST_NODES", 24)])
 def test_a_long_film_keeps_no_more_scenes_than_it_may(
-    film: Film, monkeypatch: pytest.MonkeyPatch
+    film: Film, monkeypatch: pytest.MonkeyPatch, limit: str, value: int
 ) -> None:
-    """They are farther apart then."""
-    monkeypatch.setattr(scene, "MOST_KEPT", 4)
+    """They are farther apart then, as they are where the tree is large."""
+    monkeypatch.setattr(scene, limit, value)
     projector = Projector(film)
     projector.show(film.end_ns)
     assert len(projector._kept) <= 5
