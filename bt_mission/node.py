@@ -28,6 +28,7 @@ from bt_mission.topic_writer import TopicWriter
 from bt_mission.trace import Trace
 from bt_mission.tree.build import build_tree
 from bt_mission.tree.runtime import Scope
+from bt_mission.waypoint_topic import WaypointTopic
 
 if TYPE_CHECKING:
     from rclpy.context import Context
@@ -113,7 +114,9 @@ class MissionNode(Node):
             tell(mission, self.executive)
         self.status = StatusFeed(self.get_clock())
         self.status.begin(mission.name, self.executive)
+        self._waypoints: WaypointTopic | None = None
         if has_controls if has_controls is not None else not lean:
+            self.show_waypoints()
             Controls(self, lambda: self.executive)
             topics = StatusTopics(self, self.status)
             topics.begin(self)
@@ -121,6 +124,12 @@ class MissionNode(Node):
         else:
             self.executive.after_tick.append(self.status.flush)
         self.create_timer(1 / TICK_RATE_HZ, self.tick)
+
+    def show_waypoints(self) -> None:
+        """From now on publish the poses that goals name; once is enough."""
+        if self._waypoints is None:
+            self._waypoints = WaypointTopic(self)
+            self.executive.goal_listeners.append(self._waypoints.on_goal)
 
     @property
     def now_ns(self) -> int:

@@ -14,6 +14,7 @@ import mujoco
 from bt_mission.common.robot import Camera, RobotModel
 from sim.colours import rgba
 from sim.entrants import Entrant
+from sim.looks import looks
 from sim.names import (
     ACCELEROMETER,
     BASE,
@@ -206,20 +207,10 @@ def _add_camera(spec: mujoco.MjSpec, base: mujoco.MjsBody, camera: Camera, prefi
 
 
 def _add_looks(base: mujoco.MjsBody, robot: RobotModel) -> None:
-    """Add what people see of the body: plates, a core, the lidar, and a bar in front."""
-    box, cylinder = mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_CYLINDER
-    length, width, height = robot.body.size
-    x, y, z = robot.body.centre
-    plate = 0.004
-    for level in (-1, 0, 1):
-        at = [x, y, z + level * (height / 2 - plate)]
-        _add_look(base, box, [length / 2, width / 2, plate], at, "#3a3f44")
-    core = [length * 0.42, width * 0.36, height / 2 - 2 * plate]
-    _add_look(base, box, core, [x, y, z], "#5b6570")
-    lidar = [robot.lidar.x, robot.lidar.y, robot.lidar.z - 0.005]
-    _add_look(base, cylinder, [0.035, 0.02, 0], lidar)
-    bar = [robot.hull.front - 0.012, 0, z + height / 2]
-    _add_look(base, box, [0.006, width / 4, 0.006], bar, "orange")
+    """Add what people see of the body."""
+    kinds = {"box": mujoco.mjtGeom.mjGEOM_BOX, "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER}
+    for look in looks(robot):
+        _add_look(base, kinds[look.kind], list(look.half), list(look.at), look.colour)
 
 
 def _add_look(

@@ -18,9 +18,10 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger
+from visualization_msgs.msg import MarkerArray
 
 from bt_mission.common.robot import RobotModel
-from sim import fill, frames
+from sim import fill, frames, zones
 from sim.names import STEP_NS
 from sim.occupancy import OccupancyMap, rasterise
 from sim.pictures import CameraTopics
@@ -88,6 +89,8 @@ class SimNode(Node):
         for one in self.robots:
             if drawn is not None:
                 self._make_map(drawn, one.prefix)
+            if world.zones:
+                self._make_zones(world, one.prefix)
             self._topics.append(RobotTopics(self, self._schedule, self._stamp, one))
             if camera and one.robot.camera is not None:
                 made = CameraTopics(self, self._schedule, self._stamp, one, one.robot.camera)
@@ -149,6 +152,10 @@ class SimNode(Node):
         grid.data = array.array("b", drawn.cells.tobytes())
         maps = self.create_publisher(OccupancyGrid, f"{prefix}map", LATCHED)
         self._schedule.once(lambda _: maps.publish(grid))
+
+    def _make_zones(self, world: World, prefix: str) -> None:
+        publisher = self.create_publisher(MarkerArray, f"{prefix}zones", LATCHED)
+        self._schedule.once(lambda _: publisher.publish(zones.markers(world, self._stamp)))
 
     def destroy_node(self) -> None:
         """Give back the renderers with the node."""

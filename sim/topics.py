@@ -17,13 +17,14 @@ from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import BatteryState, Imu, JointState, LaserScan
-from std_msgs.msg import Bool
+from std_msgs.msg import Bool, String
 from std_srvs.srv import SetBool, Trigger
 from tf2_msgs.msg import TFMessage
 
 from bt_mission.common import cdr
 from bt_mission.common.packed import Packed
 from sim import fill, frames
+from sim.description import description
 from sim.schedule import Schedule
 from sim.simrobot import SimRobot
 
@@ -117,6 +118,8 @@ class RobotTopics:
         ]
         publisher = self._publisher(TFMessage, "tf_static", LATCHED)
         self._schedule.once(lambda _: publisher.publish(tree))
+        drawn = self._publisher(String, "robot_description", LATCHED)
+        self._schedule.once(lambda _: drawn.publish(String(data=description(self._robot.robot))))
 
     def _make_collisions(self) -> None:
         publisher = self._publisher(CollisionMessage, "collisions")

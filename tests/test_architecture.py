@@ -80,10 +80,12 @@ ROS_MODULES = (
     "bt_mission/testing/*",
     "bt_mission/topic_reader.py",
     "bt_mission/topic_writer.py",
+    "bt_mission/waypoint_topic.py",
     "sim/live.py",
     "sim/node.py",
     "sim/pictures.py",
     "sim/topics.py",
+    "sim/zones.py",
 )
 # Compares goals with the ROS types where ROS is installed, and says that it did not elsewhere.
 ASKS_FOR_TYPES = ("bt_mission/mission/check.py",)

@@ -210,6 +210,7 @@ class Recorder:
         self.file.note("bt_mission", facts)
         for name, text in files_of(session.mission):
             self.file.attach(name, "text/plain", text.encode(), self._start_ns)
+        node.show_waypoints()
         self._topics.look_around()
         node.status.add(self._on_status)
         for line in node.trace.newest:
