@@ -39,6 +39,7 @@ from action_servers.maneuver import Maneuver, Observation, Refusal
 from action_servers.mapping import explore
 from action_servers.mapping.tuning import FrontierTuning
 from action_servers.navigation.actions import plan_follow_waypoints, plan_navigate_to_pose
+from action_servers.navigation.grid import Floats
 from action_servers.navigation.tuning import NavigationTuning
 from action_servers.sensors import Sensors
 from action_servers.storage import ImageFolder
@@ -60,6 +61,8 @@ class Kit:
     """Speed of a turn whose goal asks for 0, rad/s."""
     publish_distance: Callable[[float], None]
     """Sends the distance that is being recorded, m."""
+    publish_path: Callable[[Floats], None]
+    """Sends a path that is planned: points in the map, `n x 2` m."""
 
 
 def actions(kit: Kit) -> tuple[Action, ...]:
@@ -76,7 +79,8 @@ def _driving(kit: Kit, observe: Callable[[], Observation]) -> tuple[Action, ...]
         return turn.plan(goal, now, default_speed=kit.turn_velocity(), **common)
 
     @contextmanager
-    def navigating(_maneuver: Maneuver, _goal_id: str) -> Iterator[None]:
+    def navigating(maneuver: Any, _goal_id: str) -> Iterator[None]:
+        maneuver.surroundings.on_path = kit.publish_path
         with kit.sensors.localization():
             yield
 

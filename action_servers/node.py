@@ -26,6 +26,7 @@ from action_servers.mapping.tuning import FrontierTuning
 from action_servers.navigation.tuning import NavigationTuning
 from action_servers.parameters import declare_on_new_goal, declare_tuning
 from action_servers.pilot import Pilot
+from action_servers.plan_topic import PlanTopic
 from action_servers.real_base import Base
 from action_servers.real_executive import watch_executives
 from action_servers.real_file import read_parameters
@@ -124,6 +125,7 @@ class ServersNode(Node):
             image_folder=image_folder,
             turn_velocity=lambda: self.get_parameter(DEFAULT_TURN_VELOCITY).value,
             publish_distance=self._publish_distance,
+            publish_path=PlanTopic(self).publish,
         )
 
         def refusal(maneuver: Maneuver) -> str | None:

@@ -21,6 +21,7 @@ ROS_MODULES = (
     "action_servers/navigation/actions.py",
     "action_servers/node.py",
     "action_servers/parameters.py",
+    "action_servers/plan_topic.py",
     "action_servers/real_arbiter.py",
     "action_servers/real_base.py",
     "action_servers/real_executive.py",

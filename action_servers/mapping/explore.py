@@ -129,6 +129,11 @@ class ExploreFrontiers:
         self._time_s = 0.0
         self._told: tuple[tuple[int, float], float] | None = None
 
+    @property
+    def surroundings(self) -> Surroundings:
+        """What it knows of the world."""
+        return self._around
+
     def step(self, now: Observation) -> Twist2D | Finished:
         """Return the twist for this control step, or how the goal ends."""
         if self._start_s is None:

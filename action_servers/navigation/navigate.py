@@ -60,6 +60,11 @@ class NavigateToPose:
         self._time_s = 0.0
         self._pose: Pose2D | None = None
 
+    @property
+    def surroundings(self) -> Surroundings:
+        """What it knows of the world."""
+        return self._around
+
     def step(self, now: Observation) -> Twist2D | Finished:
         """Return the twist for this control step, or how the goal ends."""
         if self._senses is None:
@@ -149,6 +154,7 @@ class NavigateToPose:
             self._recoveries += 1
         self._no_path = self._plan_at_s = None
         survey, cost = self._around.survey, self._around.cost
+        self._around.on_path(path.points)
         self._follower = Follower(path, self._goal.yaw, self._limits, cost, survey, self._tuning)
         if survey.clearance_of(*start) < cost.radius - 1.5 * cost.margin:
             way = way_out(pose, self._around.near(pose), self._body, survey, cost.radius)

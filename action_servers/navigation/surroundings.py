@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from action_servers.clearance import obstacle_points
@@ -26,6 +28,8 @@ class Surroundings:
 
     def __init__(self, robot: RobotModel, tuning: NavigationTuning = NAVIGATION) -> None:
         self.tuning = tuning
+        self.on_path: Callable[[Floats], None] = _tell_nobody
+        """Told of each path that is planned: points in the map, `n x 2` m."""
         self._lidar = robot.lidar
         self._mount = Pose2D(robot.lidar.x, robot.lidar.y, 0.0)
         self.cost: CostModel = cost_model(robot.turning_radius, tuning)
@@ -103,6 +107,10 @@ class Surroundings:
         self._near_in_map = in_map[np.hypot(hits[:, 0], hits[:, 1]) < _NEAR_M]
         if self._layer.update(scan, in_map, composed(pose, self._mount)):
             self._survey = self.mapped.with_obstacles(self._layer.marks)
+
+
+def _tell_nobody(path: Floats) -> None:
+    """Take a path and do nothing with it."""
 
 
 def _differ(old: Grid, new: Grid) -> bool:

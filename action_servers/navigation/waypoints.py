@@ -44,6 +44,11 @@ class FollowWaypoints:
         self._time_s: float | None = None
         self._told: tuple[int, float] | None = None
 
+    @property
+    def surroundings(self) -> Surroundings:
+        """What it knows of the world."""
+        return self._around
+
     def step(self, now: Observation) -> Twist2D | Finished:
         """Return the twist for this control step, or how the goal ends."""
         self._time_s = now.time_s

@@ -105,6 +105,7 @@ def test_lean_node_offers_nothing_but_its_actions_and_switches(bench):
     assert [service.srv_name for service in bench.servers.services] == ["stop", "release"]
     assert {publisher.topic_name for publisher in bench.servers.publishers} == {
         "/cmd_vel",
+        "/plan",
         "/total_distance",
         "/parameter_events",
     }
