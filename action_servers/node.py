@@ -125,7 +125,7 @@ class ServersNode(Node):
             image_folder=image_folder,
             turn_velocity=lambda: self.get_parameter(DEFAULT_TURN_VELOCITY).value,
             publish_distance=self._publish_distance,
-            publish_path=PlanTopic(self).publish,
+            publish_path=PlanTopic(self, lean=lean).publish,
         )
 
         def refusal(maneuver: Maneuver) -> str | None:

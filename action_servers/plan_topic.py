@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
+from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from action_servers.navigation.grid import Floats
 
@@ -15,16 +16,23 @@ if TYPE_CHECKING:
 FRAME = "map"
 
 
-class PlanTopic:
-    """Publishes `plan`, where somebody subscribes to it."""
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
-    def __init__(self, node: Node) -> None:
+
+class PlanTopic:
+    """Publishes `plan`, latched: who opens RViz later sees the path, too.
+
+    :param lean: only while somebody subscribes to it.
+    """
+
+    def __init__(self, node: Node, *, lean: bool) -> None:
+        self._lean = lean
         self._clock = node.get_clock()
-        self._publisher = node.create_publisher(Path, "plan", 1)
+        self._publisher = node.create_publisher(Path, "plan", LATCHED)
 
     def publish(self, points: Floats) -> None:
         """Publish a path: points in the map, `n x 2` m."""
-        if not self._publisher.get_subscription_count():
+        if self._lean and not self._publisher.get_subscription_count():
             return
         path = Path()
         path.header.frame_id = FRAME
