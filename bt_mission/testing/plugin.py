@@ -95,8 +95,13 @@ def _percent(text: str) -> float:
     return percent
 
 
+LARK = "ignore:module 'sre_(parse|constants|compile)' is deprecated:DeprecationWarning"
+"""lark, which the message generators of the ROS wheels import, names modules of Python 3.10."""
+
+
 def pytest_configure(config: pytest.Config) -> None:
     """Put the parts together."""
+    config.addinivalue_line("filterwarnings", LARK)  # nothing that its reader could mend
     config.pluginmanager.register(Results(config), "bt_mission_results")
     config.pluginmanager.register(Scenarios(config), "bt_mission_scenarios")
     asked = ("", "_source", "_report", "_fail_under")
