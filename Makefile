@@ -59,6 +59,6 @@ $(installed): pyproject.toml $(shell find interfaces -type f)
 	  echo "Making $(VENV) with $$($$python --version)"; \
 	  $$python -m venv $(VENV); \
 	fi
-	@echo "Installing into $(VENV): about a minute, once"
+	@echo "Installing into $(VENV): one to three minutes, once"
 	@$(bin)/python -m pip install -qq --disable-pip-version-check --editable '.[dev]'
 	@touch $@

@@ -66,7 +66,8 @@ class LeafTally:
             begun_ns, begun_m = self._begun.pop(node, (change.time_ns, self._distance_m() or 0.0))
             one = self._sums.setdefault((change.path, node), _Sum())
             one.running_ns += change.time_ns - begun_ns
-            one.distance_m += (self._distance_m() or 0.0) - begun_m
+            # The length of a way is summed in pieces, and may be a hair less at the end of a turn.
+            one.distance_m += max(0.0, (self._distance_m() or 0.0) - begun_m)
             one.outcomes[_outcome(node, change.status)] += 1
 
     def summaries(self) -> tuple[LeafSummary, ...]:
