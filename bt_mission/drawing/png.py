@@ -63,13 +63,13 @@ def _draw(draw: Any, shape: Shape, factor: int) -> None:
 
 
 def _write(draw: Any, words: Words, factor: int) -> None:
-    font = font(round(words.size * factor), bold=words.bold)
+    face = font(round(words.size * factor), bold=words.bold)
     text = "".join(one if one.isprintable() else " " for one in words.text)
     room = width_px(words.text, words.size, bold=words.bold) * factor
-    if draw.textlength(text, font=font) > room * 1.05:
-        font = font(round(words.size * factor * 0.85), bold=words.bold)
+    if draw.textlength(text, font=face) > room * 1.05:
+        face = font(round(words.size * factor * 0.85), bold=words.bold)
     anchor = "ms" if words.centred else "ls"
-    draw.text((words.x * factor, words.y * factor), text, fill=words.fill, font=font, anchor=anchor)
+    draw.text((words.x * factor, words.y * factor), text, fill=words.fill, font=face, anchor=anchor)
 
 
 @cache
