@@ -78,7 +78,7 @@ def did_you_mean(name: str, valid: Iterable[str]) -> str | None:
     """Return "did you mean 'x'?" for the nearest valid name, or None where none is near."""
     known = list(islice(valid, LIKENED_NAMES))
     near = difflib.get_close_matches(name[:100], known, n=1, cutoff=0.6)
-    return f"did you mean '{near[0]}'?" if near else None
+    return f"did you mean '{_on_one_line(near[0])}'?" if near else None
 
 
 def listed(names: Iterable[str], most: int = 40) -> str:
@@ -87,7 +87,7 @@ def listed(names: Iterable[str], most: int = 40) -> str:
     if not known:
         return "none"
     more = f", and {len(known) - most} more" if len(known) > most else ""
-    return ", ".join(known[:most]) + more
+    return _on_one_line(", ".join(known[:most])) + more
 
 
 def describe(value: object) -> str:
@@ -116,7 +116,11 @@ def describe(value: object) -> str:
 def quoted(text: str, most: int = 60) -> str:
     """Return the text in single quotes on one line, cut after `most` characters."""
     cut = text if len(text) <= most else text[: most - 3] + "..."
-    return "'" + "".join(c if c.isprintable() else " " for c in cut) + "'"
+    return f"'{_on_one_line(cut)}'"
+
+
+def _on_one_line(text: str) -> str:
+    return "".join(c if c.isprintable() else " " for c in text)
 
 
 def _excerpt(source: str, column: int) -> tuple[str, str]:
@@ -125,7 +129,7 @@ def _excerpt(source: str, column: int) -> tuple[str, str]:
     start = 0
     if len(source) > SHOWN_WIDTH:
         start = max(0, min(at - SHOWN_WIDTH // 2, len(source) - SHOWN_WIDTH))
-    shown = "".join(c if c.isprintable() else " " for c in source[start : start + SHOWN_WIDTH])
+    shown = _on_one_line(source[start : start + SHOWN_WIDTH])
     before = shown[: at - start]
     blanks = sum(2 if unicodedata.east_asian_width(c) in "WF" else 1 for c in before)
     lead, tail = ("... " if start else "", " ..." if start + SHOWN_WIDTH < len(source) else "")

@@ -117,3 +117,9 @@ def test_a_name_is_compared_with_some_hundreds_only():
     names = [f"other{i}" for i in range(LIKENED_NAMES)]
     assert did_you_mean("turn", [*names, "turm"]) is None
     assert did_you_mean("turn", ["turm", *names]) == "did you mean 'turm'?"
+
+
+def test_names_with_line_breaks_are_told_on_one_line() -> None:
+    """In lists and in suggestions, too."""
+    assert listed(["a\nb", "c"]) == "a b, c"
+    assert did_you_mean("turn", ["tu\nrn"]) == "did you mean 'tu rn'?"
