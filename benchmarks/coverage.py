@@ -18,11 +18,11 @@ import numpy as np
 from coverage_report import write_report
 from scipy import ndimage
 
-from action_servers.maneuver import Grid
-from bt_mission.mission import load
-from bt_mission.stage import START_NS, Stage
-from sim.occupancy import FREE, rasterise
-from sim.world import load_world
+from action_servers.core.maneuver import Grid
+from bt_mission.sessions.load import load
+from bt_mission.sessions.stage import START_NS, Stage
+from sim.world.loader import load_world
+from sim.world.occupancy import FREE, rasterise
 
 STRATEGIES = ("fixed", "random", "levy", "informed", "frontiers")
 WORLDS = ("explore_arena", "turtlebot3_house")

@@ -12,7 +12,7 @@ import executive_goals
 import executive_ticks
 import loading
 
-from bt_mission.isolation import isolate
+from bt_mission.core.dds.discovery import isolate
 
 PARTS = {
     "ticks": lambda rounds: executive_ticks.compare(rounds, (100, 1000, 10_000)),

@@ -22,10 +22,10 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from bt_mission.goals.goal import Goal
-from bt_mission.lockstep import LockstepExecutor
-from bt_mission.mission import load_text
-from bt_mission.node import TICK_RATE_HZ, MissionNode
+from bt_mission.language.loader import load_text
+from bt_mission.ros.mission_node import TICK_RATE_HZ, MissionNode
 from bt_mission.testing.scripted_server import ScriptedServer
+from bt_mission.virtual_time import LockstepExecutor
 
 TURN = "bt_mission_interfaces/action/Turn"
 Options = dict[str, Any]

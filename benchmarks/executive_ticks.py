@@ -29,16 +29,16 @@ from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.time import Time
 
-from bt_mission.courier import ActionCourier
+from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.goals.goal import Event, Goal
-from bt_mission.journal.keep import keep_journal
-from bt_mission.lockstep.matching import settle
-from bt_mission.mission import load_text
-from bt_mission.mission.steps import Action
-from bt_mission.node import MissionNode
-from bt_mission.status_topics import CHANGES
+from bt_mission.language.loader import load_text
+from bt_mission.language.nodes.steps import Action
+from bt_mission.ros.goal_client import ActionCourier
+from bt_mission.ros.journal import keep_journal
+from bt_mission.ros.mission_node import MissionNode
+from bt_mission.ros.status_topics import CHANGES
 from bt_mission.testing.scripted_server import ScriptedServer
-from bt_mission.tree.action_leaf import ActionLeaf
+from bt_mission.virtual_time.discovery import settle
 
 WIDTH = 10
 """Children of a composite."""

@@ -14,10 +14,10 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-from bt_mission.mission import load
-from bt_mission.session import drive
-from bt_mission.stage import Stage
-from bt_mission.terminal.views import Quiet
+from bt_mission.sessions.load import load
+from bt_mission.sessions.session import drive
+from bt_mission.sessions.stage import Stage
+from bt_mission.views.terminal.views import Quiet
 
 
 def cut_legs(seed: int, world: str) -> list[float]:

@@ -14,9 +14,9 @@ from itertools import cycle
 
 from measuring import spread, table
 
-from bt_mission.mission import load_text
-from bt_mission.mission.check import check
-from bt_mission.pacing import Stopwatch
+from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.language.loader import load_text
+from bt_mission.sessions.check import check
 
 SIZES = (1000, 3000, 10_000)
 

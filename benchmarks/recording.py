@@ -17,10 +17,10 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
-from bt_mission.mission import load
-from bt_mission.recording.recorder import Recorder
-from bt_mission.session import summarise
-from bt_mission.stage import Stage
+from bt_mission.recording.writer import Recorder
+from bt_mission.sessions.load import load
+from bt_mission.sessions.session import summarise
+from bt_mission.sessions.stage import Stage
 
 MISSIONS = ("missions/explore.yaml", "missions/patrol.yaml")
 

@@ -16,8 +16,8 @@ from pathlib import Path
 
 from report import record
 
-from bt_mission.replaying.film import read_film
-from bt_mission.replaying.scene import Projector
+from bt_mission.recording.replay.scene import Projector
+from bt_mission.recording.replay.timeline import read_film
 
 
 def main() -> None:

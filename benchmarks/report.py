@@ -13,12 +13,12 @@ import tempfile
 import time
 from pathlib import Path
 
-from bt_mission.mission import load
-from bt_mission.page.page import page_of
-from bt_mission.recording.read import read_run
-from bt_mission.recording.recorder import Recorder
-from bt_mission.session import summarise
-from bt_mission.stage import Stage
+from bt_mission.recording.reader import read_run
+from bt_mission.recording.writer import Recorder
+from bt_mission.sessions.load import load
+from bt_mission.sessions.session import summarise
+from bt_mission.sessions.stage import Stage
+from bt_mission.views.html_report.page import page_of
 
 FURTHER_ROUNDS = 6
 """Of the patrol, 90 s each."""

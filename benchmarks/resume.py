@@ -18,7 +18,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
-from bt_mission.isolation import RANGE
+from bt_mission.core.dds.discovery import RANGE
 
 POINTS = 10
 LINES = 26

@@ -21,7 +21,7 @@ from nav_msgs.msg import Odometry
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 
-from bt_mission.pacing import Stopwatch
+from bt_mission.core.wall_clock import Stopwatch
 
 SPEED = 0.26
 PATIENCE_S = 60.0

@@ -11,8 +11,8 @@ from typing import Any
 
 from bt_mission_interfaces.msg import Collision
 
-from bt_mission.mission import load
-from bt_mission.stage import Stage
+from bt_mission.sessions.load import load
+from bt_mission.sessions.stage import Stage
 
 WORLDS = ("dqn_stage3", "dqn_stage4")
 """Both have two cylinders that go to and fro at 0.1 m/s."""

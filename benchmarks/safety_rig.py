@@ -23,12 +23,13 @@ from rclpy.node import Node
 from std_srvs.srv import Trigger
 from unique_identifier_msgs.msg import UUID
 
-from action_servers.node import ServersNode
-from bt_mission.common.robot import load_robot
-from bt_mission.lockstep import LockstepExecutor
-from sim.names import OBSTACLE_PREFIX, SOLID, STEP_NS
-from sim.node import SimNode
-from sim.world import World, load_world
+from action_servers.server.node import ServersNode
+from bt_mission.core.robot.model import load_robot
+from bt_mission.virtual_time import LockstepExecutor
+from sim.physics.names import OBSTACLE_PREFIX, SOLID, STEP_NS
+from sim.ros.node import SimNode
+from sim.world.loader import load_world
+from sim.world.world import World
 
 START_NS = 1_000_000_000
 PERIOD_NS = 50_000_000

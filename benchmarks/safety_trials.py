@@ -14,7 +14,7 @@ from typing import Any
 from bt_mission_interfaces.action import ExploreForward
 from safety_rig import Rig
 
-from sim.shapes import Obstacle
+from sim.world.shapes import Obstacle
 
 WORLDS = ("explore_arena", "nav_arena", "turtlebot3_world")
 SPEEDS = (0.1, 0.2, 0.26)

@@ -15,14 +15,14 @@ from pathlib import Path
 
 import mujoco
 
-from bt_mission.common.robot import load_robot
-from bt_mission.mission import load
-from bt_mission.pacing import Stopwatch
-from bt_mission.session import drive
-from bt_mission.stage import DEFAULT_WORLD, START_NS, Stage
-from bt_mission.terminal.views import Quiet
+from bt_mission.core.robot.model import load_robot
+from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.sessions.load import load
+from bt_mission.sessions.session import drive
+from bt_mission.sessions.stage import DEFAULT_WORLD, START_NS, Stage
+from bt_mission.views.terminal.views import Quiet
 from sim.simulation import Simulation
-from sim.world import load_world
+from sim.world.loader import load_world
 
 
 def stage_run(mission_file: Path) -> tuple[float, float, dict[str, int]]:

@@ -22,16 +22,16 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from std_msgs.msg import Empty
 
-from action_servers.node import ServersNode
-from bt_mission.common.robot import load_robot
-from bt_mission.isolation import isolate
-from bt_mission.lockstep import LockstepExecutor
-from bt_mission.mission import load_text
-from bt_mission.pacing import Stopwatch
-from bt_mission.stage import Stage
-from bt_mission.testing.drawn.draws import Seeded
-from bt_mission.testing.drawn.scenarios import drawn_scenario
+from action_servers.server.node import ServersNode
+from bt_mission.core.dds.discovery import isolate
+from bt_mission.core.robot.model import load_robot
+from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.language.loader import load_text
+from bt_mission.sessions.stage import Stage
+from bt_mission.testing.generators.draws import Seeded
+from bt_mission.testing.generators.scenarios import drawn_scenario
 from bt_mission.testing.stages import Stages
+from bt_mission.virtual_time import LockstepExecutor
 
 LEAN: dict[str, Any] = {"enable_rosout": False, "start_parameter_services": False}
 STEPS = 500

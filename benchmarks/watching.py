@@ -38,14 +38,14 @@ from bt_mission_interfaces.srv import GetStatuses
 from py_trees.common import Status
 from rclpy.serialization import deserialize_message, serialize_message
 
-from bt_mission.mission import load_text
-from bt_mission.pacing import Stopwatch
-from bt_mission.stage import Stage
-from bt_mission.terminal.marks import SIGNS
-from bt_mission.terminal.screen.app import WatchApp
-from bt_mission.terminal.screen.memory import settle_memory
-from bt_mission.watching import reading, told
-from bt_mission.watching.source import Command, Found, Heard
+from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.events import messages, reader
+from bt_mission.events.source import Command, Found, Heard
+from bt_mission.language.loader import load_text
+from bt_mission.sessions.stage import Stage
+from bt_mission.views.terminal.marks import SIGNS
+from bt_mission.views.tui.app import WatchApp
+from bt_mission.views.tui.memory import settle_memory
 
 VIRTUAL_S = 40.0
 """Of one turn."""
@@ -196,15 +196,15 @@ class Large:
     where = "a benchmark"
 
     def __init__(self, count: int) -> None:
-        nodes = [told.Node("large", "Sequence", "0", 0)]
+        nodes = [messages.Node("large", "Sequence", "0", 0)]
         while len(nodes) < count:
             place = len(nodes)
             part = (place - 1) // (CHILDREN + 1) * (CHILDREN + 1) + 1
             is_part = place == part
             kind, parent = ("Sequence", 0) if is_part else ("ActionLeaf", part)
             name = f"part {place}" if is_part else f"leaf {place}"
-            nodes.append(told.Node(name, kind, f"0.{place}", parent))
-        self.tree = told.Tree(S, "run", "large", tuple(nodes))
+            nodes.append(messages.Node(name, kind, f"0.{place}", parent))
+        self.tree = messages.Tree(S, "run", "large", tuple(nodes))
         self.heard = Heard()
 
     def serve(self) -> None:
@@ -231,7 +231,7 @@ class Large:
         """Nothing to leave."""
 
 
-def wire(tree: told.Tree) -> tuple[bytes, bytes]:
+def wire(tree: messages.Tree) -> tuple[bytes, bytes]:
     """The tree, and the answer with all its statuses, as they come over the network."""
     nodes = [
         TreeNode(name=one.name, kind=one.kind, path=one.path, parent=one.parent)
@@ -261,9 +261,9 @@ async def draw(nodes: int, changes: int) -> tuple[float, list[float]]:
     def begin() -> Heard:
         return Heard(
             (
-                reading.tree(deserialize_message(tree, Tree)),
-                told.State(S, "run", "large", "running", ""),
-                reading.statuses(deserialize_message(answer, GetStatuses.Response)),
+                reader.tree(deserialize_message(tree, Tree)),
+                messages.State(S, "run", "large", "running", ""),
+                reader.statuses(deserialize_message(answer, GetStatuses.Response)),
             )
         )
 
@@ -276,8 +276,8 @@ async def draw(nodes: int, changes: int) -> tuple[float, list[float]]:
             starts = number % 2 == 1
             index = 2 + number * 7919 % (nodes - 2) if starts else index
             status = Status.RUNNING if starts else Status.SUCCESS
-            standing = told.Standing(index, status, "so it goes")
-            change = told.Changes(S + number * S, "run", number, (standing,))
+            standing = messages.Standing(index, status, "so it goes")
+            change = messages.Changes(S + number * S, "run", number, (standing,))
             heard = Heard((change,))
             taken.append(drawn(large, app, lambda heard=heard: heard))
             await pilot.pause()

@@ -17,8 +17,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
-from bt_mission.common.errors import BtMissionError
-from bt_mission.common.faults import did_you_mean, listed
+from bt_mission.core.diagnostics import did_you_mean, listed
+from bt_mission.core.errors import BtMissionError
 
 
 class FaultError(BtMissionError):

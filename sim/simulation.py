@@ -11,12 +11,12 @@ from collections.abc import Sequence
 
 import mujoco
 
-from bt_mission.common.robot import RobotModel
-from sim.entrants import Entrant
-from sim.physics import Physics
-from sim.props import Props
-from sim.simrobot import SimRobot, SpawnError
-from sim.world import World
+from bt_mission.core.robot.model import RobotModel
+from sim.physics.physics import Physics
+from sim.physics.props import Props
+from sim.physics.spawn import Entrant
+from sim.robot.robot import SimRobot, SpawnError
+from sim.world.world import World
 
 __all__ = ["Entrant", "Fleet", "SimRobot", "Simulation", "SpawnError"]
 

@@ -211,9 +211,9 @@ def put(name: str, text: str) -> None:
 
 async def draw() -> None:
     """Save a picture of the view, in colours."""
-    from bt_mission.observer import Observer  # noqa: PLC0415 - after the environment is set
-    from bt_mission.terminal.marks import SIGNS  # noqa: PLC0415
-    from bt_mission.terminal.screen.app import WatchApp  # noqa: PLC0415
+    from bt_mission.ros.discovery import Observer  # noqa: PLC0415 - after the environment is set
+    from bt_mission.views.terminal.marks import SIGNS  # noqa: PLC0415
+    from bt_mission.views.tui.app import WatchApp  # noqa: PLC0415
 
     with Observer() as observer:
         app = WatchApp(observer, SIGNS)

@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping
 from typing import Protocol
 
-from action_servers.limits import first_fault, outside
-from action_servers.maneuver import (
+from action_servers.core.limits import first_fault, outside
+from action_servers.core.maneuver import (
     SUCCEEDED,
     ZERO,
     ErrorCode,
@@ -26,7 +26,7 @@ from action_servers.navigation.planner import Point
 from action_servers.navigation.senses import missing
 from action_servers.navigation.surroundings import Surroundings
 from action_servers.navigation.tuning import NAVIGATION, NavigationTuning
-from bt_mission.common.robot import RobotModel
+from bt_mission.core.robot.model import RobotModel
 
 LEAST_MIN_FRONTIER_M = 0.05
 """One cell of a map of the usual resolution, m."""

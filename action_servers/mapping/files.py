@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from action_servers.maneuver import Grid
-from action_servers.navigation.grid import OCCUPIED_FROM
-from bt_mission.common.errors import BtMissionError
+from action_servers.core.grid import OCCUPIED_FROM
+from action_servers.core.maneuver import Grid
+from bt_mission.core.errors import BtMissionError
 
 FREE_PIXEL, UNKNOWN_PIXEL, OCCUPIED_PIXEL = 254, 205, 0
 """Grey values of mode trinary, those of Nav2's map saver."""

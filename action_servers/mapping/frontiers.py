@@ -14,10 +14,10 @@ from scipy import ndimage
 from scipy.sparse import csgraph
 from scipy.spatial import cKDTree
 
-from action_servers.maneuver import Grid, Pose2D
+from action_servers.core.geometry import wrapped
+from action_servers.core.grid import OCCUPIED_FROM, Bools, Floats, Survey
+from action_servers.core.maneuver import Grid, Pose2D
 from action_servers.mapping.occupancy import UNKNOWN
-from action_servers.navigation.geometry import wrapped
-from action_servers.navigation.grid import OCCUPIED_FROM, Bools, Floats, Survey
 from action_servers.navigation.planner import PRICE_UNIT_M, Point, RoadMap, departures
 
 REACH_M = 1.0

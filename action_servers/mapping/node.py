@@ -19,19 +19,19 @@ from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import Trigger
 
-from action_servers.interrupts import Interrupts
-from action_servers.maneuver import Grid, Scan
+from action_servers.core.maneuver import Grid, Scan
 from action_servers.mapping.coverage import Coverage, Measure
 from action_servers.mapping.files import MapFileError, save
 from action_servers.mapping.occupancy import FREE, OccupancyMapper
 from action_servers.mapping.tuning import MapperTuning
 from action_servers.navigation.history import PoseHistory
-from action_servers.parameters import declare_tuning
-from action_servers.real_file import read_parameters
-from action_servers.real_parameters import declare, made_with, overrides
-from action_servers.real_settings import listening, sensor_settings
-from action_servers.sensors import LATCHED, Sensors
-from bt_mission.common.robot import RobotModel, load_robot
+from action_servers.robot_io.interrupts import Interrupts
+from action_servers.robot_io.node_parameters import declare, made_with, overrides
+from action_servers.robot_io.parameter_file import read_parameters
+from action_servers.robot_io.robot_settings import listening, sensor_settings
+from action_servers.robot_io.sensors import LATCHED, Sensors
+from action_servers.robot_io.tuning_parameters import declare_tuning
+from bt_mission.core.robot.model import RobotModel, load_robot
 
 if TYPE_CHECKING:
     from rclpy.context import Context

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from action_servers.maneuver import Grid, Pose2D, Scan
-from action_servers.navigation.geometry import composed
-from bt_mission.common.robot import Lidar
+from action_servers.core.geometry import composed
+from action_servers.core.maneuver import Grid, Pose2D, Scan
+from bt_mission.core.robot.model import Lidar
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 

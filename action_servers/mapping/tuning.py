@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from action_servers.tuning import tuning
+from action_servers.core.tuning import tuning
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

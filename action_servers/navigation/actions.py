@@ -12,15 +12,15 @@ from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import FollowWaypoints as FollowWaypointsAction
 from nav2_msgs.action import NavigateToPose as NavigateToPoseAction
 
-from action_servers.freshness import stale
-from action_servers.maneuver import Observation, Pose2D, Refusal
-from action_servers.navigation.geometry import composed, relative
+from action_servers.core.freshness import stale
+from action_servers.core.geometry import composed, relative
+from action_servers.core.maneuver import Observation, Pose2D, Refusal
 from action_servers.navigation.navigate import NavigateToPose
 from action_servers.navigation.senses import missing
 from action_servers.navigation.surroundings import Surroundings
 from action_servers.navigation.tuning import NAVIGATION, NavigationTuning
 from action_servers.navigation.waypoints import FollowWaypoints
-from bt_mission.common.robot import RobotModel
+from bt_mission.core.robot.model import RobotModel
 
 _FRAMES = ("map", "odom")
 _UNIT_TOLERANCE = 0.01

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from action_servers.navigation.grid import Floats
+from action_servers.core.grid import Floats
 from action_servers.navigation.tuning import NAVIGATION, NavigationTuning
 
 _DISLIKE = 4.0

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from action_servers.maneuver import Pose2D, Twist2D
-from action_servers.navigation.geometry import into_frame, wrapped
-from action_servers.navigation.grid import Floats, Survey
-from action_servers.navigation.guard import Footprint, free_angle, free_distance
-from action_servers.navigation.limits import Limits
+from action_servers.core.drive_limits import Limits
+from action_servers.core.geometry import into_frame, wrapped
+from action_servers.core.grid import Floats, Survey
+from action_servers.core.guard import Footprint, free_angle, free_distance
+from action_servers.core.maneuver import Pose2D, Twist2D
 
 REACH_M = 1.0
 """The longest way out that is looked for, m."""

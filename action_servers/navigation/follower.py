@@ -11,11 +11,11 @@ import math
 
 import numpy as np
 
-from action_servers.maneuver import Pose2D, Twist2D
+from action_servers.core.drive_limits import Limits
+from action_servers.core.geometry import wrapped
+from action_servers.core.grid import Bools, Floats, Survey
+from action_servers.core.maneuver import Pose2D, Twist2D
 from action_servers.navigation.cost import CostModel
-from action_servers.navigation.geometry import wrapped
-from action_servers.navigation.grid import Bools, Floats, Survey
-from action_servers.navigation.limits import Limits
 from action_servers.navigation.path import Path
 from action_servers.navigation.tuning import NAVIGATION, NavigationTuning
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections import deque
 
-from action_servers.maneuver import Pose2D
-from action_servers.navigation.geometry import between
+from action_servers.core.geometry import between
+from action_servers.core.maneuver import Pose2D
 
 _HISTORY_S = 1.0
 _GUESS_S = 0.15

@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from action_servers.maneuver import Pose2D, Scan
-from action_servers.navigation.geometry import into_frame
-from action_servers.navigation.grid import Bools, Floats, Survey
+from action_servers.core.geometry import into_frame
+from action_servers.core.grid import Bools, Floats, Survey
+from action_servers.core.maneuver import Pose2D, Scan
 from action_servers.navigation.tuning import NAVIGATION
 
 _MARK_RANGE_M = 3.0

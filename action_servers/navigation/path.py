@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import ndimage
 
+from action_servers.core.grid import Floats, Survey
 from action_servers.navigation.cost import CostModel
-from action_servers.navigation.grid import Floats, Survey
 
 SPACING_M = 0.05
 """Distance between the points of a finished path."""

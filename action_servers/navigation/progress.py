@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from action_servers.maneuver import Pose2D
-from action_servers.navigation.geometry import distance, wrapped
+from action_servers.core.geometry import distance, wrapped
+from action_servers.core.maneuver import Pose2D
 
 _MOVED_M = 0.05
 _TURNED_RAD = 0.2

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from action_servers.maneuver import Finished, Observation
+from action_servers.core.maneuver import Finished, Observation
 from action_servers.navigation.codes import Code
 from action_servers.navigation.tuning import NAVIGATION, NavigationTuning
 

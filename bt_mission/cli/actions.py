@@ -26,13 +26,13 @@ from bt_mission.cli.hand_options import (
     seconds,
     subcommands,
 )
-from bt_mission.common.errors import BtMissionError
+from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
-    from bt_mission.hand.about import About
-    from bt_mission.hand.joining import Hand
-    from bt_mission.hand.one_goal import How
-    from bt_mission.hand.sending import Sender
+    from bt_mission.graph_tools.goal_request import How
+    from bt_mission.graph_tools.graph_session import Hand
+    from bt_mission.graph_tools.interface_description import About
+    from bt_mission.graph_tools.sending import Sender
 
 EPILOG = """\
 examples:
@@ -141,11 +141,11 @@ def _add_type(parser: argparse.ArgumentParser) -> None:
 
 def list_actions(options: argparse.Namespace) -> int:
     """Print the actions of the graph."""
-    from bt_mission.hand import listing, looking
+    from bt_mission.graph_tools import graph_query, listing
 
     with joined(options) as hand:
-        looking.look_around(hand, options.wait)
-        found = looking.actions(hand.node)
+        graph_query.look_around(hand, options.wait)
+        found = graph_query.actions(hand.node)
     objects = [listing.entry_object(one, "servers", "clients") for one in found]
     print_found(options, "actions", listing.action_rows(found), objects)
     return SUCCESS
@@ -153,15 +153,15 @@ def list_actions(options: argparse.Namespace) -> int:
 
 def info(options: argparse.Namespace) -> int:
     """Print all that is known of an action."""
-    from bt_mission.hand import listing, looking
-    from bt_mission.hand.about import about
-    from bt_mission.hand.values import as_json
+    from bt_mission.graph_tools import graph_query, listing
+    from bt_mission.graph_tools.interface_description import about
+    from bt_mission.graph_tools.values import as_json
 
     with joined(options) as hand:
         name, type_name = _named(hand, options)
-        looking.look_around(hand, options.wait)
-        found = {one.name: one for one in looking.actions(hand.node)}
-        entry = found.get(name, looking.Entry(name, (type_name,)))
+        graph_query.look_around(hand, options.wait)
+        found = {one.name: one for one in graph_query.actions(hand.node)}
+        entry = found.get(name, graph_query.Entry(name, (type_name,)))
     known = about(type_name)
     if options.json:
         print(as_json(listing.info_object(entry, known)))
@@ -173,9 +173,9 @@ def info(options: argparse.Namespace) -> int:
 
 def send(options: argparse.Namespace) -> int:
     """Send a goal and see it to its end."""
-    from bt_mission.hand.about import about
-    from bt_mission.hand.sending import Sender, audience_for, see_through
-    from bt_mission.hand.yaml_text import read_fields
+    from bt_mission.graph_tools.interface_description import about
+    from bt_mission.graph_tools.sending import Sender, audience_for, see_through
+    from bt_mission.graph_tools.yaml_text import read_fields
 
     if options.form:
         _refuse_form(options)
@@ -202,7 +202,7 @@ def _fill_in(
     options: argparse.Namespace,
 ) -> int:
     """Send goals from a form; gives the code of the last one."""
-    from bt_mission.hand.form import GoalForm
+    from bt_mission.graph_tools.form import GoalForm
 
     form = GoalForm(
         hand,
@@ -232,7 +232,7 @@ def _refuse_form(options: argparse.Namespace) -> None:
 
 def cancel(options: argparse.Namespace) -> int:
     """Cancel goals and wait for their end."""
-    from bt_mission.hand.canceling import cancel_goals
+    from bt_mission.graph_tools.canceling import cancel_goals
 
     with joined(options) as hand:
         name, _ = _named(hand, options)
@@ -242,9 +242,9 @@ def cancel(options: argparse.Namespace) -> int:
 
 def watch(options: argparse.Namespace) -> int:
     """Show the goals of an action until Ctrl-C."""
-    from bt_mission.hand.about import about
-    from bt_mission.hand.watch_views import watch_view
-    from bt_mission.hand.watching import Watch
+    from bt_mission.graph_tools.interface_description import about
+    from bt_mission.graph_tools.watch_views import watch_view
+    from bt_mission.graph_tools.watching import Watch
 
     with joined(options) as hand:
         name, type_name = _named(hand, options)
@@ -258,18 +258,18 @@ def watch(options: argparse.Namespace) -> int:
 
 def _named(hand: Hand, options: argparse.Namespace) -> tuple[str, str]:
     """The action's full name and its type, from the graph where it is not given."""
-    from bt_mission.hand import looking
-    from bt_mission.ros_types import action_type
+    from bt_mission.graph_tools import graph_query
+    from bt_mission.ros.interface_types import action_type
 
-    name = looking.resolved(hand.node, "action", options.action)
+    name = graph_query.resolved(hand.node, "action", options.action)
     if options.type:
         action_type(options.type)
         return name, options.type
-    return name, looking.type_of(hand, "action", name, options.wait)
+    return name, graph_query.type_of(hand, "action", name, options.wait)
 
 
 def _code(how: How) -> int:
-    from bt_mission.hand.one_goal import How
+    from bt_mission.graph_tools.goal_request import How
 
     codes = {
         How.SUCCEEDED: SUCCESS,

@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from bt_mission.cli.middleware import prepare_middleware
-from bt_mission.common.data import find
+from bt_mission.core.dds.middleware import prepare_middleware
+from bt_mission.core.files import find
 
 
 def add_parser(commands: Any) -> None:
@@ -39,7 +39,7 @@ def add_parser(commands: Any) -> None:
 def arbiter(options: argparse.Namespace) -> int:
     """Arbitrate until interrupted."""
     prepare_middleware()
-    from action_servers.real_arbiter import main
+    from action_servers.arbiter.node import main
 
     return main(
         namespace=options.namespace,

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from bt_mission.cli.exits import BAD_INPUT, SUCCESS
-from bt_mission.cli.middleware import prepare_middleware
 from bt_mission.cli.options import add_overrides, mission_file
+from bt_mission.core.dds.middleware import prepare_middleware
 
 
 def add_parser(commands: Any) -> None:
@@ -62,10 +62,10 @@ def examined(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
 
     :raises InputError: with every fault, warnings included.
     """
-    from bt_mission.common.located import InputError
-    from bt_mission.common.robot import load_robot
-    from bt_mission.mission.check import examine
-    from sim.world import load_world
+    from bt_mission.core.robot.model import load_robot
+    from bt_mission.core.yaml.document import InputError
+    from bt_mission.sessions.check import examine
+    from sim.world.loader import load_world
 
     mission, faults = examine(
         mission_file(options),
@@ -95,7 +95,7 @@ def check_files(options: argparse.Namespace) -> int:
 
 def _check_file(options: argparse.Namespace) -> int:
     """Print every fault, or that there is none."""
-    from bt_mission.common.located import InputError
+    from bt_mission.core.yaml.document import InputError
 
     try:
         mission = load_checked(options)
@@ -113,7 +113,7 @@ def _check_file(options: argparse.Namespace) -> int:
 def _check_against(mission: Any, namespace: str | None) -> int:
     """Print what the running graph has of what the mission uses."""
     prepare_middleware()
-    from bt_mission.against import look_for
+    from bt_mission.ros.graph_check import look_for
 
     findings = look_for(mission, namespace)
     width = max((len(one.wanted.name) for one in findings), default=0)
@@ -129,7 +129,7 @@ def _check_against(mission: Any, namespace: str | None) -> int:
 
 def _check_for_programs(each: Sequence[argparse.Namespace]) -> int:
     """Print faults and warnings as one JSON list: file, line, column, severity, message, hint."""
-    from bt_mission.common.located import InputError
+    from bt_mission.core.yaml.document import InputError
 
     faults: list[Any] = []
     code = SUCCESS

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from bt_mission.cli.exits import SUCCESS
-from bt_mission.common.data import names
-from bt_mission.common.errors import BtMissionError
+from bt_mission.core.errors import BtMissionError
+from bt_mission.core.files import names
 
 SHELLS = ("bash", "zsh", "fish")
 KINDS = ("missions", "worlds", "robots", "parameters")
@@ -53,8 +53,8 @@ _bt_mission_{kind}() {{
 FISH = "(bt-mission completion --names {kind}; __fish_complete_path (commandline -ct))"
 
 
-def add_parser(commands: Any) -> None:
-    """Add the command to the command line."""
+def add_parser(commands: Any, root: argparse.ArgumentParser) -> None:
+    """Add the command to the command line, whose parser `root` it completes."""
     parser = commands.add_parser(
         "completion",
         help="print a script that completes our commands in bash, zsh or fish",
@@ -67,7 +67,7 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--names", choices=KINDS, help="instead: print the names that are known, one a line"
     )
-    parser.set_defaults(command=completion)
+    parser.set_defaults(command=completion, parser=root)
 
 
 def completion(options: argparse.Namespace) -> int:
@@ -77,17 +77,14 @@ def completion(options: argparse.Namespace) -> int:
     if options.names:
         print("\n".join(names(options.names)))
     else:
-        print(script(options.shell))
+        print(script(options.parser, options.shell))
     return SUCCESS
 
 
-def script(shell: str) -> str:
+def script(parser: argparse.ArgumentParser, shell: str) -> str:
     """The script for one shell."""
     import shtab
 
-    from bt_mission.cli.main import make_parser
-
-    parser = make_parser()
     for command, action in _actions(parser):
         how = _how(command, action)
         if how is not None:

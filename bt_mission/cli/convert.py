@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from bt_mission.cli.exits import SUCCESS
-from bt_mission.common.errors import BtMissionError
+from bt_mission.core.errors import BtMissionError
 
 DESCRIPTION = """\
 Turns a mission in YAML into XML in the format of BehaviorTree.CPP 4, which Groot 2 shows and
@@ -71,12 +71,12 @@ def convert(options: argparse.Namespace) -> int:
 
 def _converted(file: Path | None) -> str:
     """The text of the other form, or of the palette."""
-    from bt_mission.common.data import SUFFIXES
-    from bt_mission.common.located import read
-    from bt_mission.mission.load import XML
-    from bt_mission.xml.conversion import mission_yaml
-    from bt_mission.xml.mission_writing import mission_xml
-    from bt_mission.xml.models import palette_xml
+    from bt_mission.btcpp.conversion import mission_yaml
+    from bt_mission.btcpp.mission_writing import mission_xml
+    from bt_mission.btcpp.models import palette_xml
+    from bt_mission.core.files import SUFFIXES
+    from bt_mission.core.yaml.document import read
+    from bt_mission.sessions.load import XML
 
     if file is None:
         return palette_xml(_shapes())
@@ -91,7 +91,7 @@ def _converted(file: Path | None) -> str:
 def _shapes() -> Any:
     """What tells the fields of ROS types, or None where ROS is not there."""
     try:
-        from bt_mission.ros_types import shapes
+        from bt_mission.ros.interface_types import shapes
     except ImportError:
         return None
     return shapes

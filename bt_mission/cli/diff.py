@@ -30,8 +30,8 @@ def add_parser(commands: Any) -> None:
 
 def compare(options: argparse.Namespace) -> int:
     """Print the difference; gives the exit code."""
-    from bt_mission.traces.difference import first_difference
-    from bt_mission.traces.stored import read_trace
+    from bt_mission.executive.stored_trace import read_trace
+    from bt_mission.executive.trace_diff import first_difference
 
     first, second = read_trace(options.first), read_trace(options.second)
     found = first_difference(first, second)

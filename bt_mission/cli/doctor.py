@@ -21,6 +21,6 @@ def doctor(_: argparse.Namespace) -> int:
     """Run all checks; 0 when everything needed is there."""
     from rich.console import Console
 
-    from bt_mission.doctor import run
+    from bt_mission.cli.doctor_report import run
 
     return run(Console())

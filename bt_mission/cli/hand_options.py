@@ -8,10 +8,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from bt_mission.cli.middleware import prepare_middleware
+from bt_mission.core.dds.middleware import prepare_middleware
 
 if TYPE_CHECKING:
-    from bt_mission.hand.joining import JoinedHand
+    from bt_mission.graph_tools.graph_session import JoinedHand
 
 WAIT_S = 5.0
 
@@ -71,7 +71,7 @@ def joined(options: argparse.Namespace) -> Iterator[JoinedHand]:
 
     with leaving_at_once():
         prepare_middleware()
-        from bt_mission.hand.joining import JoinedHand
+        from bt_mission.graph_tools.graph_session import JoinedHand
 
         with JoinedHand(options.namespace) as hand:
             yield hand
@@ -81,8 +81,8 @@ def print_found(
     options: argparse.Namespace, what: str, rows: Iterable[Sequence[str]], objects: object
 ) -> None:
     """Print what was found in the graph: a table, or a list of objects; or that it is none."""
-    from bt_mission.hand.listing import columns
-    from bt_mission.hand.values import as_json
+    from bt_mission.graph_tools.listing import columns
+    from bt_mission.graph_tools.values import as_json
 
     lines = [as_json(objects)] if options.json else columns(rows)
     if not lines:

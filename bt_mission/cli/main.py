@@ -32,7 +32,7 @@ from bt_mission.cli import (
     watch,
 )
 from bt_mission.cli.exits import BAD_INPUT, INTERRUPTED, MISSION_FAILED, NO_SERVER
-from bt_mission.common.errors import BtMissionError, NotThereError
+from bt_mission.core.errors import BtMissionError, NotThereError
 
 COMMANDS = (
     run,
@@ -53,7 +53,6 @@ COMMANDS = (
     report,
     diff,
     doctor,
-    completion,
 )
 
 TRACEBACK = "BT_MISSION_TRACEBACK"
@@ -126,6 +125,7 @@ def make_parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(metavar="command", required=True)
     for command in COMMANDS:
         command.add_parser(commands)
+    completion.add_parser(commands, parser)
     return parser
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from bt_mission.cli.middleware import prepare_middleware
+from bt_mission.core.dds.middleware import prepare_middleware
 
 
 def add_parser(commands: Any) -> None:
@@ -37,7 +37,7 @@ def mapper(options: argparse.Namespace) -> int:
     """Map until interrupted."""
     prepare_middleware()
     from action_servers.mapping.node import main
-    from bt_mission.common.data import find
+    from bt_mission.core.files import find
 
     return main(
         robot=options.robot,

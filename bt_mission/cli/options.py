@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from bt_mission.common.data import find
+from bt_mission.core.files import find
 
 
 def add_mission_options(parser: argparse.ArgumentParser) -> None:

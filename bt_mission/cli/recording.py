@@ -11,13 +11,13 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from bt_mission.cli.video import add_video_option, film_of, refuse_video
-from bt_mission.common.errors import BtMissionError
+from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
-    from bt_mission.observing import Observable
-    from bt_mission.recording.recorder import Recorder
-    from bt_mission.report import Report
-    from bt_mission.video.film import Film
+    from bt_mission.executive.report import Report
+    from bt_mission.recording.writer import Recorder
+    from bt_mission.sessions.observers import Observable
+    from bt_mission.views.video.recorder import Film
 
 Kept = dict[str, str | int]
 """What was kept of a run, by name, as programs are told."""
@@ -75,7 +75,7 @@ def recorder_for(options: argparse.Namespace, session: Observable) -> Iterator[K
             yield Keeping(None, None, None, film)
             return
         from bt_mission.recording.options import RecordingOptions
-        from bt_mission.recording.recorder import Recorder
+        from bt_mission.recording.writer import Recorder
 
         wanted = RecordingOptions(camera=options.record_camera or "none")
         recorder = stack.enter_context(Recorder(session, path, wanted))

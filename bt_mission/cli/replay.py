@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.exits import SUCCESS
 from bt_mission.cli.options import speed
-from bt_mission.common.errors import BtMissionError
+from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
-    from bt_mission.replaying.film import Film
-    from bt_mission.traces.stored import StoredTrace
+    from bt_mission.executive.stored_trace import StoredTrace
+    from bt_mission.recording.replay.timeline import Film
 
 EPILOG = """\
 examples:
@@ -68,8 +68,8 @@ def add_parser(commands: Any) -> None:
 
 def replay(options: argparse.Namespace) -> int:
     """Play or print it, at its pace; gives the exit code."""
+    from bt_mission.executive.stored_trace import read_trace
     from bt_mission.recording.reading import is_recording
-    from bt_mission.traces.stored import read_trace
 
     if is_recording(options.file):
         return _replay_recording(options)
@@ -83,7 +83,7 @@ def replay(options: argparse.Namespace) -> int:
 
 def _replay_recording(options: argparse.Namespace) -> int:
     from bt_mission.cli.watch import is_drawable
-    from bt_mission.replaying.film import read_film
+    from bt_mission.recording.replay.timeline import read_film
 
     film = read_film(options.file)
     duration_s = (film.end_ns - film.start_ns) / 1e9
@@ -97,10 +97,10 @@ def _replay_recording(options: argparse.Namespace) -> int:
 
 
 def _draw(options: argparse.Namespace, film: Film) -> int:
-    from bt_mission.replaying.player import Player
-    from bt_mission.terminal.marks import marks_for
-    from bt_mission.terminal.screen.memory import settle_memory
-    from bt_mission.terminal.screen.replay_app import ReplayApp
+    from bt_mission.recording.replay.player import Player
+    from bt_mission.views.terminal.marks import marks_for
+    from bt_mission.views.tui.memory import settle_memory
+    from bt_mission.views.tui.replay_app import ReplayApp
 
     player = Player(film, speed=options.speed or 1.0, at_s=options.at)
     player.play()
@@ -110,9 +110,9 @@ def _draw(options: argparse.Namespace, film: Film) -> int:
 
 
 def _print_once(options: argparse.Namespace, film: Film) -> int:
-    from bt_mission.replaying.player import Player
-    from bt_mission.terminal.marks import marks_for
-    from bt_mission.terminal.plain_watch import whole_tree
+    from bt_mission.recording.replay.player import Player
+    from bt_mission.views.terminal.marks import marks_for
+    from bt_mission.views.terminal.plain_watch import whole_tree
 
     mission = Player(film, at_s=options.at).scene.mission
     width = os.get_terminal_size().columns if sys.stdout.isatty() else None
@@ -123,7 +123,7 @@ def _print_once(options: argparse.Namespace, film: Film) -> int:
 
 
 def _tell_recording(options: argparse.Namespace, film: Film) -> int:
-    from bt_mission.traces.stored import trace_of
+    from bt_mission.executive.stored_trace import trace_of
 
     if film.trace:
         _tell_trace(options, trace_of(str(film.path), film.trace))
@@ -135,10 +135,10 @@ def _tell_recording(options: argparse.Namespace, film: Film) -> int:
 
 def _tell_log(options: argparse.Namespace, film: Film) -> None:
     """Print what a recording without a trace tells."""
-    from bt_mission.pacing import Pacer
-    from bt_mission.replaying.scene import entries_of
-    from bt_mission.terminal.marks import marks_for
-    from bt_mission.terminal.plain_watch import log_line
+    from bt_mission.core.wall_clock import Pacer
+    from bt_mission.recording.replay.scene import entries_of
+    from bt_mission.views.terminal.marks import marks_for
+    from bt_mission.views.terminal.plain_watch import log_line
 
     marks = marks_for(sys.stdout.encoding)
     begin_ns = film.start_ns + round(options.at * 1e9)
@@ -150,9 +150,9 @@ def _tell_log(options: argparse.Namespace, film: Film) -> None:
 
 
 def _tell_trace(options: argparse.Namespace, trace: StoredTrace) -> int:
-    from bt_mission.pacing import Pacer
-    from bt_mission.terminal.glyphs import glyphs_for
-    from bt_mission.traces.words import told
+    from bt_mission.core.wall_clock import Pacer
+    from bt_mission.events.status_marks import glyphs_for
+    from bt_mission.events.trace_lines import told
 
     glyphs = glyphs_for(sys.stdout.encoding)
     pacer = Pacer(options.speed, trace.start_ns + round(options.at * 1e9))

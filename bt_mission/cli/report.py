@@ -43,9 +43,9 @@ def write_page(recording: Path, output: Path) -> None:
 
     :raises BtMissionError: for a file that holds no run, and one that cannot be written.
     """
-    from bt_mission.common.errors import BtMissionError
-    from bt_mission.page.page import page_of
-    from bt_mission.recording.read import read_run
+    from bt_mission.core.errors import BtMissionError
+    from bt_mission.recording.reader import read_run
+    from bt_mission.views.html_report.page import page_of
 
     page = page_of(read_run(recording))
     try:

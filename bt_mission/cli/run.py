@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
-from bt_mission.cli.middleware import prepare_middleware
 from bt_mission.cli.options import add_mission_options, speed
 from bt_mission.cli.recording import (
     Kept,
@@ -24,12 +23,13 @@ from bt_mission.cli.recording import (
     told,
 )
 from bt_mission.cli.view import add_view_option, refuse_view, window_on
-from bt_mission.common.errors import BtMissionError
+from bt_mission.core.dds.middleware import prepare_middleware
+from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
-    from bt_mission.attached import Attached
-    from bt_mission.report import Report
-    from bt_mission.stage import Stage
+    from bt_mission.executive.report import Report
+    from bt_mission.sessions.attached import Attached
+    from bt_mission.sessions.stage import Stage
 
 
 def add_parser(commands: Any) -> None:
@@ -112,7 +112,7 @@ def run(options: argparse.Namespace) -> int:
 def _run(options: argparse.Namespace) -> int:
     from bt_mission.cli.check import load_checked
     from bt_mission.cli.watch import is_drawable
-    from bt_mission.executive import MissionStatus
+    from bt_mission.executive.executive import MissionStatus
 
     prepare_middleware()
     refuse_contradictions(options)
@@ -135,8 +135,8 @@ def _leaves(report: Report) -> list[str]:
     """What each leaf came to, for people; programs that read a pipe ask for ``--json``."""
     if not sys.stdout.isatty():
         return []
-    from bt_mission.terminal.leaf_table import leaf_table
-    from bt_mission.terminal.marks import marks_for
+    from bt_mission.views.terminal.leaf_table import leaf_table
+    from bt_mission.views.terminal.marks import marks_for
 
     width = shutil.get_terminal_size().columns
     return leaf_table(report.leaves, width, marks_for(sys.stdout.encoding))
@@ -144,8 +144,8 @@ def _leaves(report: Report) -> list[str]:
 
 def _run_in_lines(options: argparse.Namespace, mission: Any) -> tuple[Report, Kept]:
     """Carry the mission out, shown in lines."""
-    from bt_mission.session import drive
-    from bt_mission.terminal.views import view_for
+    from bt_mission.sessions.session import drive
+    from bt_mission.views.terminal.views import view_for
 
     view = view_for(sys.stdout, plain=options.plain, quiet=options.json)
     with (
@@ -161,12 +161,12 @@ def _run_on_screen(options: argparse.Namespace, mission: Any) -> tuple[Report, K
     """Carry the mission out on a full screen, in real time unless another speed is asked for."""
     from contextlib import closing
 
-    from bt_mission.observer import OwnExecutive
-    from bt_mission.session import Interrupts, driving
-    from bt_mission.terminal.marks import marks_for
-    from bt_mission.terminal.screen.memory import settle_memory
-    from bt_mission.terminal.screen.run_app import RunApp
-    from bt_mission.terminal.views import Quiet
+    from bt_mission.ros.discovery import OwnExecutive
+    from bt_mission.sessions.session import Interrupts, driving
+    from bt_mission.views.terminal.marks import marks_for
+    from bt_mission.views.terminal.views import Quiet
+    from bt_mission.views.tui.memory import settle_memory
+    from bt_mission.views.tui.run_app import RunApp
 
     with (
         _open_session(options, mission, lambda _: None) as session,
@@ -229,7 +229,7 @@ def refuse_contradictions(options: argparse.Namespace) -> None:
 
 def _open_session(options: argparse.Namespace, mission: Any, say: Any) -> Attached | Stage:
     if options.attach:
-        from bt_mission.attached import Attached
+        from bt_mission.sessions.attached import Attached
 
         return Attached(
             mission,
@@ -241,7 +241,7 @@ def _open_session(options: argparse.Namespace, mission: Any, say: Any) -> Attach
         )
     if options.namespace:
         raise BtMissionError("--namespace names a robot of a running graph: add --attach")
-    from bt_mission.stage import Stage
+    from bt_mission.sessions.stage import Stage
 
     return Stage(
         mission,

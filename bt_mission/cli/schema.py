@@ -23,7 +23,7 @@ def add_parser(commands: Any) -> None:
 
 def print_schema(_options: argparse.Namespace) -> int:
     """Print it."""
-    from bt_mission.mission.schema import mission_schema
+    from bt_mission.language.schema import mission_schema
 
     print(json.dumps(mission_schema(), indent=2))
     return SUCCESS

@@ -7,7 +7,7 @@ import sys
 from typing import Any
 
 from bt_mission.cli.exits import INTERRUPTED, SUCCESS
-from bt_mission.cli.middleware import prepare_middleware
+from bt_mission.core.dds.middleware import prepare_middleware
 
 EPILOG = """\
 examples:
@@ -64,12 +64,12 @@ def serve(options: argparse.Namespace) -> int:
 
 
 def _serve(options: argparse.Namespace) -> int:
-    from bt_mission.executive import Executive
-    from bt_mission.joined import JoinedGraph
-    from bt_mission.mission import Mission
-    from bt_mission.serve_node import ServeNode
-    from bt_mission.session import Interrupts
-    from bt_mission.terminal.plain import PlainLines
+    from bt_mission.executive.executive import Executive
+    from bt_mission.language.mission import Mission
+    from bt_mission.ros.graph import JoinedGraph
+    from bt_mission.sessions.mission_server import ServeNode
+    from bt_mission.sessions.session import Interrupts
+    from bt_mission.views.terminal.plain import PlainLines
 
     def say(text: str) -> None:
         print(text, flush=True)

@@ -6,8 +6,8 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from bt_mission.cli.middleware import prepare_middleware
-from bt_mission.common.data import find
+from bt_mission.core.dds.middleware import prepare_middleware
+from bt_mission.core.files import find
 
 
 def add_parser(commands: Any) -> None:
@@ -46,7 +46,7 @@ def add_parser(commands: Any) -> None:
 def servers(options: argparse.Namespace) -> int:
     """Serve until interrupted."""
     prepare_middleware()
-    from action_servers.node import main
+    from action_servers.server.node import main
 
     return main(
         robot=options.robot,

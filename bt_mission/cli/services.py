@@ -62,11 +62,11 @@ def add_parser(commands: Any) -> None:
 
 def list_services(options: argparse.Namespace) -> int:
     """Print the services of the graph."""
-    from bt_mission.hand import listing, looking
+    from bt_mission.graph_tools import graph_query, listing
 
     with joined(options) as hand:
-        looking.look_around(hand, options.wait)
-        found = looking.services(hand.node, hidden=options.all)
+        graph_query.look_around(hand, options.wait)
+        found = graph_query.services(hand.node, hidden=options.all)
     objects = [{"name": one.name, "types": list(one.types)} for one in found]
     print_found(options, "services", listing.service_rows(found), objects)
     return SUCCESS
@@ -74,14 +74,14 @@ def list_services(options: argparse.Namespace) -> int:
 
 def call(options: argparse.Namespace) -> int:
     """Call a service and print its answer."""
-    from bt_mission.hand import looking
-    from bt_mission.hand.calling import Silence, ask
-    from bt_mission.hand.values import as_json, as_yaml, plain
+    from bt_mission.graph_tools import graph_query
+    from bt_mission.graph_tools.calling import Silence, ask
+    from bt_mission.graph_tools.values import as_json, as_yaml, plain
 
     text = sys.stdin.read() if options.request == "-" else options.request
     with joined(options) as hand:
-        name = looking.resolved(hand.node, "service", options.service)
-        type_name = options.type or looking.type_of(hand, "service", name, options.wait)
+        name = graph_query.resolved(hand.node, "service", options.service)
+        type_name = options.type or graph_query.type_of(hand, "service", name, options.wait)
         try:
             answer = ask(
                 hand, name, type_name, text, server_s=options.wait, answer_s=options.timeout

@@ -6,9 +6,9 @@ import argparse
 import os
 from typing import Any
 
-from bt_mission.cli.middleware import prepare_middleware
 from bt_mission.cli.view import add_view_option
-from bt_mission.isolation import RANGE
+from bt_mission.core.dds.discovery import RANGE
+from bt_mission.core.dds.middleware import prepare_middleware
 
 
 def add_parser(commands: Any) -> None:
@@ -44,7 +44,7 @@ def sim(options: argparse.Namespace) -> int:
     prepare_middleware()
     # Who starts a simulation next to a robot does not mean to drive that robot with it.
     os.environ.setdefault(RANGE, "LOCALHOST")
-    from sim.live import main
+    from sim.ros.live import main
 
     return main(
         world=options.world,

@@ -16,7 +16,7 @@ from bt_mission.cli.hand_options import (
 )
 
 if TYPE_CHECKING:
-    from bt_mission.hand.joining import Hand
+    from bt_mission.graph_tools.graph_session import Hand
 
 EPILOG = """\
 examples:
@@ -81,11 +81,11 @@ def _add_topic(parser: argparse.ArgumentParser) -> None:
 
 def list_topics(options: argparse.Namespace) -> int:
     """Print the topics of the graph."""
-    from bt_mission.hand import listing, looking
+    from bt_mission.graph_tools import graph_query, listing
 
     with joined(options) as hand:
-        looking.look_around(hand, options.wait)
-        found = looking.topics(hand.node, hidden=options.all)
+        graph_query.look_around(hand, options.wait)
+        found = graph_query.topics(hand.node, hidden=options.all)
     objects = [listing.entry_object(one, "publishers", "subscribers") for one in found]
     print_found(options, "topics", listing.topic_rows(found), objects)
     return SUCCESS
@@ -93,8 +93,8 @@ def list_topics(options: argparse.Namespace) -> int:
 
 def echo(options: argparse.Namespace) -> int:
     """Print messages until there are enough, or until Ctrl-C."""
-    from bt_mission.hand.echo import Echo
-    from bt_mission.hand.listening import Listener
+    from bt_mission.graph_tools.echo import Echo
+    from bt_mission.graph_tools.listening import Listener
 
     with joined(options) as hand:
         name, type_name = _named(hand, options)
@@ -113,7 +113,7 @@ def echo(options: argparse.Namespace) -> int:
 
 def hz(options: argparse.Namespace) -> int:
     """Print the rate each second until Ctrl-C."""
-    from bt_mission.hand.rate_lines import RateLines
+    from bt_mission.graph_tools.rate_lines import RateLines
 
     with joined(options) as hand:
         name, type_name = _named(hand, options)
@@ -132,11 +132,11 @@ def hz(options: argparse.Namespace) -> int:
 
 
 def _named(hand: Hand, options: argparse.Namespace) -> tuple[str, str]:
-    from bt_mission.hand import looking
-    from bt_mission.ros_types import message_type
+    from bt_mission.graph_tools import graph_query
+    from bt_mission.ros.interface_types import message_type
 
-    name = looking.resolved(hand.node, "topic", options.topic)
+    name = graph_query.resolved(hand.node, "topic", options.topic)
     if options.type:
         message_type(options.type)
         return name, options.type
-    return name, looking.type_of(hand, "topic", name, options.wait)
+    return name, graph_query.type_of(hand, "topic", name, options.wait)

@@ -9,7 +9,7 @@ from typing import Any
 
 from bt_mission.cli.exits import SUCCESS
 from bt_mission.cli.options import add_mission_file, add_set_option, mission_file
-from bt_mission.common.errors import BtMissionError
+from bt_mission.core.errors import BtMissionError
 
 FORMATS = ("text", "dot", "svg", "png")
 
@@ -42,8 +42,8 @@ def add_parser(commands: Any) -> None:
 
 def tree(options: argparse.Namespace) -> int:
     """Show the tree."""
-    from bt_mission.drawing.nodes import drawn, heading
-    from bt_mission.mission import load
+    from bt_mission.sessions.load import load
+    from bt_mission.views.drawing.nodes import drawn, heading
 
     form = _format(options)
     mission = load(mission_file(options), set=dict(options.set))
@@ -75,20 +75,20 @@ def _format(options: argparse.Namespace) -> str:
 
 def _made(form: str, root: Any, title: str) -> bytes:
     if form == "png":
-        from bt_mission.drawing.png import png
-        from bt_mission.drawing.scene import scene
+        from bt_mission.views.drawing.png import png
+        from bt_mission.views.drawing.scene import scene
 
         return png(scene(root, title))
     if form == "svg":
-        from bt_mission.drawing.scene import scene
-        from bt_mission.drawing.svg import svg
+        from bt_mission.views.drawing.scene import scene
+        from bt_mission.views.drawing.svg import svg
 
         return svg(scene(root, title)).encode()
     if form == "dot":
-        from bt_mission.drawing.dot import dot
+        from bt_mission.views.drawing.dot import dot
 
         return dot(root, title).encode()
-    from bt_mission.drawing.outline import legend, outline
+    from bt_mission.views.drawing.outline import legend, outline
 
     rows = [title, *map(str, outline(root)), "", legend(root)]
     return "".join(f"{row}\n" for row in rows).encode()
@@ -114,9 +114,9 @@ def _print(root: Any, title: str) -> None:
     from rich.console import Console
     from rich.text import Text
 
-    from bt_mission.common.harmless import harmless
-    from bt_mission.drawing.outline import can_show, legend, outline
-    from bt_mission.drawing.style import STROKES
+    from bt_mission.core.text import harmless
+    from bt_mission.views.drawing.outline import can_show, legend, outline
+    from bt_mission.views.drawing.style import STROKES
 
     console = Console(highlight=False)
     ascii_only = not can_show(console.encoding)

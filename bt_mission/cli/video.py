@@ -8,11 +8,11 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bt_mission.common.errors import BtMissionError
+from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
-    from bt_mission.observing import Observable
-    from bt_mission.video.film import Film
+    from bt_mission.sessions.observers import Observable
+    from bt_mission.views.video.recorder import Film
 
 
 def add_video_option(parser: argparse.ArgumentParser) -> None:
@@ -42,7 +42,7 @@ def refuse_video(options: argparse.Namespace) -> None:
         raise BtMissionError(f"--video: films are MP4 files, call it {options.video.stem}.mp4")
     if not options.video.parent.is_dir():
         raise BtMissionError(f"{options.video}: there is no folder {options.video.parent}")
-    from bt_mission.video.mp4 import load_encoder
+    from bt_mission.views.video.mp4 import load_encoder
 
     load_encoder()
 
@@ -53,14 +53,14 @@ def film_of(path: Path | None, session: Observable) -> Iterator[Film | None]:
 
     :raises BtMissionError: when its file cannot be written, or nothing can be drawn.
     """
-    from bt_mission.stage import Stage
+    from bt_mission.sessions.stage import Stage
 
     if path is None or not isinstance(session, Stage):
         yield None
         return
-    from bt_mission.video.film import ABOVE, AHEAD, FPS, HEIGHT, WIDTH, Film
-    from bt_mission.video.mp4 import Mp4File
-    from sim.views import Views
+    from bt_mission.views.video.mp4 import Mp4File
+    from bt_mission.views.video.recorder import ABOVE, AHEAD, FPS, HEIGHT, WIDTH, Film
+    from sim.views.views import Views
 
     simulation = session.sim.simulation
     views = Views(simulation, above=ABOVE, ahead=AHEAD)

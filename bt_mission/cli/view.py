@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from typing import TYPE_CHECKING
 
-from bt_mission.common.errors import BtMissionError
+from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
-    from bt_mission.observing import Observable
+    from bt_mission.sessions.observers import Observable
 
 
 def add_view_option(parser: argparse.ArgumentParser) -> None:
@@ -34,7 +34,7 @@ def refuse_view(options: argparse.Namespace) -> None:
             "--view shows a simulation in this process: add it to `bt-mission sim`, or look on "
             "with `bt-mission watch`"
         )
-    from sim.window import check_display
+    from sim.views.window import check_display
 
     check_display()
 
@@ -47,12 +47,12 @@ def window_on(session: Observable, *, wanted: bool) -> Iterator[None]:
 
     :raises BtMissionError: where there is no display.
     """
-    from bt_mission.stage import Stage
+    from bt_mission.sessions.stage import Stage
 
     if not wanted or not isinstance(session, Stage):
         yield
         return
-    from sim.window import Window
+    from sim.views.window import Window
 
     after_tick = session.executive.after_tick
     with closing(Window(session.sim.physics)) as window:

@@ -9,12 +9,12 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
-from bt_mission.cli.middleware import prepare_middleware
+from bt_mission.core.dds.middleware import prepare_middleware
 
 if TYPE_CHECKING:
-    from bt_mission.link import Link
-    from bt_mission.observer import Observer
-    from bt_mission.watching.mission import WatchedMission
+    from bt_mission.events.mission_state import WatchedMission
+    from bt_mission.ros.discovery import Observer
+    from bt_mission.ros.mission_client import Link
 
 WAIT_S = 0.1
 SETTLE_S = 0.6
@@ -75,7 +75,7 @@ def add_parser(commands: Any) -> None:
 def watch(options: argparse.Namespace) -> int:
     """Look on until told to leave; gives the exit code."""
     prepare_middleware()
-    from bt_mission.observer import Observer
+    from bt_mission.ros.discovery import Observer
 
     with Observer() as observer:
         try:
@@ -103,10 +103,10 @@ def is_drawable() -> bool:
 
 
 def _draw(observer: Observer, options: argparse.Namespace) -> int:
-    from bt_mission.terminal.marks import marks_for
-    from bt_mission.terminal.screen.app import WatchApp
-    from bt_mission.terminal.screen.memory import settle_memory
-    from bt_mission.watching.choice import nobody, wanted_name
+    from bt_mission.events.choice import nobody, wanted_name
+    from bt_mission.views.terminal.marks import marks_for
+    from bt_mission.views.tui.app import WatchApp
+    from bt_mission.views.tui.memory import settle_memory
 
     name = wanted_name(options.executive)
     settle_memory()
@@ -125,8 +125,8 @@ def _draw(observer: Observer, options: argparse.Namespace) -> int:
 
 def _look_for(observer: Observer, options: argparse.Namespace) -> Link | None:
     """The executive to watch, once it is there; None when it is not in time."""
-    from bt_mission.pacing import Stopwatch
-    from bt_mission.watching.choice import choose, nobody, wanted_name
+    from bt_mission.core.wall_clock import Stopwatch
+    from bt_mission.events.choice import choose, nobody, wanted_name
 
     wanted = wanted_name(options.executive)
     since, since_found = Stopwatch(), None
@@ -149,10 +149,10 @@ def _look_for(observer: Observer, options: argparse.Namespace) -> Link | None:
 
 
 def _print_once(observer: Observer, link: Link) -> int:
-    from bt_mission.pacing import Stopwatch
-    from bt_mission.terminal.marks import marks_for
-    from bt_mission.terminal.plain_watch import whole_tree
-    from bt_mission.watching.mission import WatchedMission
+    from bt_mission.core.wall_clock import Stopwatch
+    from bt_mission.events.mission_state import WatchedMission
+    from bt_mission.views.terminal.marks import marks_for
+    from bt_mission.views.terminal.plain_watch import whole_tree
 
     mission = WatchedMission()
     since = Stopwatch()
@@ -177,12 +177,12 @@ def _is_complete(mission: WatchedMission) -> bool:
 
 def _follow(observer: Observer, link: Link, *, as_json: bool) -> int:
     """Print what happens, until whoever reads has left."""
-    from bt_mission.terminal.marks import marks_for
-    from bt_mission.terminal.plain_watch import log_line, whole_tree
-    from bt_mission.watching.happenings import Began
-    from bt_mission.watching.log import entry_of
-    from bt_mission.watching.mission import WatchedMission
-    from bt_mission.watching.stream import as_line, as_object
+    from bt_mission.events.events import Began
+    from bt_mission.events.json_stream import as_line, as_object
+    from bt_mission.events.log import entry_of
+    from bt_mission.events.mission_state import WatchedMission
+    from bt_mission.views.terminal.marks import marks_for
+    from bt_mission.views.terminal.plain_watch import log_line, whole_tree
 
     mission = WatchedMission()
     marks = marks_for(sys.stdout.encoding)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from bt_mission.goals.goal import GoalStatus
 
 if TYPE_CHECKING:
-    from bt_mission.mission import Mission
+    from bt_mission.language.mission import Mission
 
 DEBUG, INFO, WARN, ERROR = 10, 20, 30, 40
 """Levels of ``rcl_interfaces/msg/Log``."""

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import BinaryIO
 
-from bt_mission.common.errors import BtMissionError
+from bt_mission.core.errors import BtMissionError
 from bt_mission.recording.chunks import ChunkWriter, Message
 
 PROFILE = "ros2"

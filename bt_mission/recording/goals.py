@@ -16,7 +16,7 @@ from action_msgs.srv import CancelGoal
 from rclpy.serialization import serialize_message
 from service_msgs.msg import ServiceEventInfo
 
-from bt_mission.ros_types import action_type
+from bt_mission.ros.interface_types import action_type
 
 if TYPE_CHECKING:
     from builtin_interfaces.msg import Time

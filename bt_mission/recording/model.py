@@ -196,7 +196,7 @@ class Run:
     facts: Mapping[str, str]
     """What the recorder wrote down at the start: seed, robot, world, ..."""
     summary: Mapping[str, Any]
-    """What the run came to, as :class:`bt_mission.report.Report` has it; empty where it is cut."""
+    """The :class:`bt_mission.executive.report.Report` as a mapping; empty where it is cut."""
     start_ns: int
     end_ns: int
     status: str

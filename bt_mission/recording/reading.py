@@ -14,7 +14,7 @@ from typing import BinaryIO
 from mcap import records
 from mcap.stream_reader import StreamReader
 
-from bt_mission.common.errors import BtMissionError
+from bt_mission.core.errors import BtMissionError
 
 LARGEST_RECORD = 1 << 30
 MAGIC = b"\x89MCAP0\r\n"

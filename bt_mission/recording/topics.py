@@ -13,11 +13,12 @@ from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from bt_mission.common.errors import BtMissionError
-from bt_mission.common.faults import listed
+from bt_mission.core.cdr.trimming import Trim
+from bt_mission.core.diagnostics import listed
+from bt_mission.core.errors import BtMissionError
 from bt_mission.recording.tapping import Take, tap, untap
-from bt_mission.recording.trimming import Trim
-from bt_mission.ros_types import action_type, message_type
+from bt_mission.ros.graph import ProcessNode
+from bt_mission.ros.interface_types import action_type, message_type
 
 if TYPE_CHECKING:
     from rclpy.duration import Duration
@@ -40,18 +41,6 @@ class Opening(Protocol):
 
     def trimming(self, type_name: str, *, has_one_shape: bool) -> Trim | None:
         """Give what takes from a message what rclpy adds to it; None where that takes too long."""
-
-
-@dataclass(frozen=True)
-class Inside:
-    """A node of this process, whose publishers can be tapped.
-
-    :param is_sensor: it sends only what somebody subscribes to, and the messages of a topic have
-        one shape: as many elements in each sequence, as many characters in each text.
-    """
-
-    node: Node
-    is_sensor: bool = False
 
 
 @dataclass(frozen=True)
@@ -78,7 +67,7 @@ class Topics:
         node: Node,
         opening: Opening,
         skip: Iterable[str],
-        inside: Callable[[], Iterable[Inside]],
+        inside: Callable[[], Iterable[ProcessNode]],
     ) -> None:
         self._node = node
         self._opening = opening
@@ -122,7 +111,7 @@ class Topics:
             untap(publisher)
         self._tapped.clear()
 
-    def _tap(self, publisher: Publisher, by: Inside) -> None:
+    def _tap(self, publisher: Publisher, by: ProcessNode) -> None:
         topic, type_name = publisher.topic_name, name_of(publisher.msg_type)
         if topic in self._skip or (topic in self._known and topic not in self._tappable):
             return

@@ -17,13 +17,13 @@ from typing import TYPE_CHECKING, Any
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from bt_mission.events.status_marks import UNICODE
+from bt_mission.events.trace_lines import told
 from bt_mission.goals.goal import Goal, Phase
-from bt_mission.terminal.glyphs import UNICODE
-from bt_mission.traces.words import told
 
 if TYPE_CHECKING:
-    from bt_mission.executive import Change
-    from bt_mission.stage import Stage
+    from bt_mission.executive.executive import Change
+    from bt_mission.sessions.stage import Stage
 
 Pose = tuple[float, float, float]
 """x m, y m, yaw rad."""

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from bt_mission.testing.moment import ScenarioError
+from bt_mission.testing.errors import ScenarioError
 from bt_mission.testing.processes import LOCAL, Process, command
 
 DOMAINS = range(1, 102)

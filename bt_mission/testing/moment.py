@@ -5,23 +5,32 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from bt_mission.common.errors import BtMissionError
-from bt_mission.common.faults import did_you_mean, listed
-
 if TYPE_CHECKING:
-    from bt_mission.testing.history import GoalLife, Pose, Record
-    from bt_mission.testing.run import Run
+    from bt_mission.testing.history import GoalLife, History, Pose, Record
+    from bt_mission.testing.recorded import Recorded
+
+
+class RecordedRun(Protocol):
+    """The run that a moment belongs to."""
+
+    history: History
+
+    def find(self, name: str) -> Behaviour:
+        """Return the node of this name, or at this path. Raises ScenarioError."""
+
+    def topic(self, name: str) -> Recorded:
+        """Return the recorded messages of a topic. Raises ScenarioError."""
 
 
 class Leaf:
     """A node of the tree at one moment; not only of leaves."""
 
-    def __init__(self, run: Run, node: Behaviour, changes: int) -> None:
+    def __init__(self, run: RecordedRun, node: Behaviour, changes: int) -> None:
         self._run = run
         self._node = node
         self._changes = changes
@@ -78,7 +87,7 @@ class Leaf:
 class Moment:
     """A control step: where everything stood after it."""
 
-    def __init__(self, run: Run, record: Record) -> None:
+    def __init__(self, run: RecordedRun, record: Record) -> None:
         self._run = run
         self._record = record
 
@@ -228,10 +237,6 @@ class Moment:
         return f"<moment {self.t:.2f} s at ({self.x:.2f}, {self.y:.2f})>"
 
 
-class ScenarioError(BtMissionError):
-    """A test asks for something that is not there."""
-
-
 Condition = Callable[[Moment], Any]
 """Something that holds at a moment, or does not."""
 
@@ -262,10 +267,3 @@ class Witness:
             return call
         self._seen[path] = value
         return value
-
-
-def no_such(what: str, name: str, valid: list[str]) -> ScenarioError:
-    """The error for a name that is none, with those that are."""
-    near = did_you_mean(name, valid)
-    hint = f"; {near}" if near else ""
-    return ScenarioError(f"there is no {what} '{name}', but: {listed(valid)}{hint}")

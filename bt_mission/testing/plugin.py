@@ -25,7 +25,7 @@ from bt_mission.testing.results import (
 from bt_mission.testing.scenarios import Scenarios
 
 if TYPE_CHECKING:
-    from bt_mission.mission import Mission
+    from bt_mission.language.mission import Mission
     from bt_mission.testing.live_graph import LiveGraph
     from bt_mission.testing.scripted_server import ScriptedServer
     from bt_mission.testing.stages import Stages

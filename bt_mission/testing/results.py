@@ -18,6 +18,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from bt_mission.testing.options import MOST_RUNS
+
 if TYPE_CHECKING:
     from bt_mission.testing.live_graph import LiveGraph
     from bt_mission.testing.run import Run
@@ -30,9 +32,6 @@ FOLDER = pytest.StashKey[Path]()
 
 DEFAULT = "scenario_results"
 RECORD = ("off", "failed", "all")
-MOST_RUNS = 5
-"""Of a test with more runs only the last are told of and kept: hypothesis ends with the smallest
-example."""
 
 
 class Results:

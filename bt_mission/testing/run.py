@@ -10,20 +10,21 @@ from typing import TYPE_CHECKING, Any
 from py_trees.behaviour import Behaviour
 from rclpy.node import Node
 
-from bt_mission.common.errors import BtMissionError
-from bt_mission.report import Report
-from bt_mission.session import report_on
-from bt_mission.stage import Stage
-from bt_mission.testing.claims import Claims, holds
+from bt_mission.core.errors import BtMissionError
+from bt_mission.executive.report import Report
+from bt_mission.ros.subscriber import TopicReader
+from bt_mission.sessions.session import report_on
+from bt_mission.sessions.stage import Stage
+from bt_mission.testing.assertions import Claims, holds
+from bt_mission.testing.errors import ScenarioError, no_such
 from bt_mission.testing.history import GoalLife, History, Pose
-from bt_mission.testing.moment import Condition, Moment, ScenarioError, no_such
+from bt_mission.testing.moment import Condition, Moment
 from bt_mission.testing.recorded import Recorded
-from bt_mission.topic_reader import TopicReader
 
 if TYPE_CHECKING:
-    from bt_mission.mission import Mission
+    from bt_mission.language.mission import Mission
+    from bt_mission.testing.failure_recording import Keeping
     from bt_mission.testing.faults import Occurrence
-    from bt_mission.testing.keeping import Keeping
 
 Action = Callable[["Run"], Any]
 """Something that a test does to a run at its time, such as a fault."""
@@ -45,7 +46,7 @@ class Run(Claims):
 
     :param mission: what to carry out, with its world, robot and seed.
     :param folder: for pictures.
-    :param options: for :class:`bt_mission.stage.Stage`.
+    :param options: for :class:`bt_mission.sessions.stage.Stage`.
     """
 
     def __init__(self, mission: Mission, folder: Path, **options: Any) -> None:

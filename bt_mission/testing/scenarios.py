@@ -13,12 +13,13 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from bt_mission.testing.options import MARKER
+
 if TYPE_CHECKING:
     from _pytest.terminal import TerminalReporter
 
-    from bt_mission.testing.rates import Rates
+    from bt_mission.testing.pass_rates import Rates
 
-MARKER = "scenario"
 TITLE = "scenarios: seeds that passed, as a rate with its 95 % interval"
 
 
@@ -78,7 +79,7 @@ class Scenarios:
         if told is None or self._is_worker:
             return
         if self._rates is None:
-            from bt_mission.testing.rates import Rates
+            from bt_mission.testing.pass_rates import Rates
 
             self._rates = Rates()
         self._rates.add(report, told)

@@ -17,7 +17,7 @@ from rclpy.qos import QoSProfile, qos_profile_action_status_default
 from rclpy.task import Future
 from unique_identifier_msgs.msg import UUID
 
-from bt_mission.ros_types import action_type, fill
+from bt_mission.ros.interface_types import action_type, fill
 
 if TYPE_CHECKING:
     from rclpy.node import Node

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from bt_mission.testing.scenarios import MARKER
+from bt_mission.testing.options import MARKER
 
 USAGE = "@pytest.mark.scenario(seeds=range(50), at_least=0.9)"
 FAILING = "bt_mission/failing_seeds"

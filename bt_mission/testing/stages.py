@@ -12,21 +12,21 @@ import rclpy
 from rclpy.context import Context
 from rclpy.node import Node
 
-from bt_mission.common.data import find
-from bt_mission.common.faults import InputError
-from bt_mission.isolation import isolate
-from bt_mission.mission import Mission
-from bt_mission.mission.check import examine, examine_text
-from bt_mission.mission.short_names import SHORT_NAMES
+from bt_mission.core.dds.discovery import isolate
+from bt_mission.core.diagnostics import InputError
+from bt_mission.core.files import find
+from bt_mission.language.action_names import SHORT_NAMES
+from bt_mission.language.mission import Mission
+from bt_mission.sessions.check import examine, examine_text
+from bt_mission.testing.errors import ScenarioError, no_such
+from bt_mission.testing.failure_recording import Keeping
 from bt_mission.testing.faults import Faults
-from bt_mission.testing.keeping import Keeping
-from bt_mission.testing.moment import ScenarioError, no_such
-from bt_mission.testing.results import MOST_RUNS
+from bt_mission.testing.options import MOST_RUNS
 from bt_mission.testing.run import Run
 from bt_mission.testing.scripted_server import ScriptedServer
 
 if TYPE_CHECKING:
-    from bt_mission.mission.expressions import Plain
+    from bt_mission.language.expressions.expression import Plain
 
 
 PROPS = 4
@@ -79,7 +79,7 @@ class Stages:
         :param seed: of everything random; instead of the test's (``@pytest.mark.scenario``), and
             of the mission's.
         :param inputs: values of the mission's inputs.
-        :param options: for :class:`bt_mission.stage.Stage`.
+        :param options: for :class:`bt_mission.sessions.stage.Stage`.
         :raises InputError: with every fault of the mission, world or robot.
         :raises ScenarioError: while another run is on the stage.
         """

@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from action_servers.maneuver import Scan
-from bt_mission.common.robot import RobotModel, load_robot
+from action_servers.core.maneuver import Scan
+from bt_mission.core.robot.model import RobotModel, load_robot
 from tests.support.fake_robot import FakeRobot
 
 

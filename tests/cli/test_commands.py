@@ -174,7 +174,7 @@ def test_an_unexpected_error_is_a_line_and_no_traceback(
     def explode(*_: object, **__: object) -> None:
         raise RuntimeError("something broke")
 
-    monkeypatch.setattr("bt_mission.stage.Stage", explode)
+    monkeypatch.setattr("bt_mission.sessions.stage.Stage", explode)
     assert main(["run", mission(WAIT)]) == 1
     err = capsys.readouterr().err
     assert err.startswith("RuntimeError: something broke\n`bt-mission doctor` checks")

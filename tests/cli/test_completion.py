@@ -13,7 +13,7 @@ import pytest
 from bt_mission.cli import main
 from bt_mission.cli.completion import KINDS, SHELLS, script
 from bt_mission.cli.main import make_parser
-from bt_mission.common.data import names
+from bt_mission.core.files import names
 
 BASH = """\
 source "$1"
@@ -45,7 +45,7 @@ def asked(program: list[str], folder: Path | None = None) -> list[str]:
 def bash(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The script for bash."""
     path = tmp_path_factory.mktemp("completion") / "script"
-    path.write_text(script("bash"), encoding="utf-8")
+    path.write_text(script(make_parser(), "bash"), encoding="utf-8")
     return path
 
 
@@ -85,7 +85,7 @@ def test_bash_completes_files_of_ones_own(bash: Path, tmp_path: Path) -> None:
 def test_fish_completes(tmp_path: Path) -> None:
     """The same."""
     path = tmp_path / "script.fish"
-    path.write_text(script("fish"), encoding="utf-8")
+    path.write_text(script(make_parser(), "fish"), encoding="utf-8")
     for line, expected in (("bt-mission actions se", "send"), ("bt-mission run expl", "explore")):
         found = asked(["fish", "--no-config", "-c", f"source {path}; complete -C '{line}'"])
         assert expected in [one.partition("\t")[0] for one in found]
@@ -96,14 +96,14 @@ def test_fish_completes(tmp_path: Path) -> None:
 def test_zsh_reads_its_script(tmp_path: Path) -> None:
     """Its completion needs a terminal; here it only has to be well-formed."""
     path = tmp_path / "script.zsh"
-    path.write_text(script("zsh"), encoding="utf-8")
+    path.write_text(script(make_parser(), "zsh"), encoding="utf-8")
     assert asked(["zsh", "-n", str(path)]) == []
 
 
 @pytest.mark.parametrize("shell", SHELLS)
 def test_every_command_is_in_every_script(shell: str) -> None:
     """Those below others, too."""
-    text = script(shell)
+    text = script(make_parser(), shell)
     (commands,) = (one.choices for one in make_parser()._actions if isinstance(one.choices, dict))
     for command in (*commands, "send", "echo", "call"):
         assert command in text

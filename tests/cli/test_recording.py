@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 
 from bt_mission.cli import main
-from bt_mission.recording.read import read_run
+from bt_mission.recording.reader import read_run
 from bt_mission.testing.processes import LOCAL, read_until, started
-from tests.recording.conftest import heard_by_others
+from tests.support.recorded_runs import heard_by_others
 
 WAIT = "mission: short\ntree: {wait: 0.5}\n"
 LONG = "mission: long\nworld: empty_arena\ntree: {wait: 60}\n"

@@ -29,7 +29,7 @@ def test_in_a_pipe_a_recording_is_told_as_its_trace_is(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Line by line."""
-    from bt_mission.replaying.film import read_film  # noqa: PLC0415 - as the command does
+    from bt_mission.recording.replay.timeline import read_film  # noqa: PLC0415 - as the command does
 
     trace = tmp_path / "trace.jsonl"
     trace.write_text("\n".join(read_film(recording()).trace) + "\n", encoding="utf-8")

@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 
 from bt_mission.cli import main
-from bt_mission.common.robot import load_robot
-from sim import canvas
-from sim.canvas import Canvas, NoCameraError
+from bt_mission.core.robot.model import load_robot
+from sim.sensors import canvas
+from sim.sensors.canvas import Canvas, NoCameraError
 from sim.simulation import Simulation
-from sim.world import load_world
+from sim.world.loader import load_world
 
 av = pytest.importorskip("av")
 

@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 
 from bt_mission.cli import main
-from sim import window
-from sim.window import DISPLAYS
+from sim.views import window
+from sim.views.window import DISPLAYS
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import pytest
 
-from bt_mission.common.robot import load_robot
+from bt_mission.core.robot.model import load_robot
 from tests.support.bench import Bench
 from tests.support.fake_robot import FakeRobot
 from tests.support.served import BESIDE, DRIVING, SERVED

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from action_msgs.srv import CancelGoal
 
-from action_servers.maneuver import ZERO
+from action_servers.core.maneuver import ZERO
 from tests.support.served import SERVED, goal
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-from action_servers.maneuver import ZERO
+from action_servers.core.maneuver import ZERO
 from tests.support.served import goal
 
 # Repeats what it last told once a second, as a sign of life.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from action_servers.maneuver import ZERO, ErrorCode
+from action_servers.core.maneuver import ZERO, ErrorCode
 from tests.support.served import BESIDE, DRIVING, SERVED
 
 PAIRS = [

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from action_servers.maneuver import ZERO, ErrorCode
+from action_servers.core.maneuver import ZERO, ErrorCode
 from tests.support.served import SERVED
 
 

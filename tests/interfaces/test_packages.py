@@ -2,11 +2,11 @@
 
 import re
 import tomllib
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
+from tests.support.project import ROOT
+
 PACKAGES = sorted(path.parent for path in (ROOT / "interfaces").glob("*/package.xml"))
 DEFINITIONS = sorted(
     path

@@ -42,7 +42,7 @@ from rclpy.context import Context
 from rclpy.type_support import check_for_type_support
 from tf2_msgs.msg import TFMessage
 
-from action_servers.maneuver import ErrorCode
+from action_servers.core.maneuver import ErrorCode
 
 ELAPSED = "builtin_interfaces/Duration total_elapsed_time, uint16 error_code, string error_msg"
 STRAIGHT = "geometry_msgs/Point target, float speed, builtin_interfaces/Duration time_allowance"

@@ -1,7 +1,7 @@
 """What went wrong elsewhere, by project and issue, over real rclpy on a virtual clock.
 
 Each test names the threads in which users of another behaviour-tree library for ROS 2 met the
-fault. The statuses of composites, tick by tick, are in tests/tree/test_statuses.py.
+fault. The statuses of composites, tick by tick, are in tests/behaviours/test_statuses.py.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from py_trees.common import Status
 
-from bt_mission.courier import ActionCourier
+from bt_mission.ros.goal_client import ActionCourier
 from tests.support.graph import outcome
 
 TURN = "mission: m\ntree:\n  turn: {angle: 90}\n  timeout: 60\n"
@@ -306,7 +306,7 @@ def test_big_trees_cost_what_runs(ros: Any) -> None:
     """BehaviorTree.CPP#550, ros2_planning_system#293: 10,000 nodes, of which a tick visits three.
 
     How long loading and ticking take is in docs/performance.md; what tools are told while nothing
-    changes, in tests/bt_mission/test_controls.py.
+    changes, in tests/ros/test_control_services.py.
     """
     block = "    - sequence:\n" + "        - log: x\n" * 99
     node = ros.mission(f"mission: m\ntree:\n  sequence:\n    - wait: 60\n{block * 100}")

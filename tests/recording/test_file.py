@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from mcap.reader import make_reader
 
-from bt_mission.common.errors import BtMissionError
+from bt_mission.core.errors import BtMissionError
 from bt_mission.recording.file import McapFile
 from bt_mission.recording.reading import RecordedFile
 

@@ -11,7 +11,7 @@ import pytest
 from mcap.writer import CompressionType, Writer
 
 from bt_mission.recording.file import McapFile
-from bt_mission.recording.read import read_run
+from bt_mission.recording.reader import read_run
 from bt_mission.recording.reading import RecordedFile, RecordingError
 
 S = 1_000_000_000

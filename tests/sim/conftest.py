@@ -15,11 +15,11 @@ from sensor_msgs.msg import BatteryState, CameraInfo, Image, Imu, JointState, La
 from std_msgs.msg import Bool
 from tf2_msgs.msg import TFMessage
 
-from bt_mission.common.robot import load_robot
-from bt_mission.lockstep import LockstepExecutor
-from sim.node import SimNode
+from bt_mission.core.robot.model import load_robot
+from bt_mission.virtual_time import LockstepExecutor
+from sim.ros.node import SimNode
 from sim.simulation import Simulation
-from sim.world import World
+from sim.world.world import World
 
 TOPICS = {
     "/clock": Clock,

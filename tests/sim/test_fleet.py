@@ -8,10 +8,10 @@ from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.qos import QoSProfile
 
-from bt_mission.common.robot import load_robot
-from sim.camera import Camera, NoCameraError
+from bt_mission.core.robot.model import load_robot
+from sim.sensors.camera import Camera, NoCameraError
 from sim.simulation import Entrant, Fleet, Simulation, SpawnError
-from sim.world import Spawn
+from sim.world.world import Spawn
 
 S, MS = 1_000_000_000, 1_000_000
 

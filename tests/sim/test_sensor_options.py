@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from bt_mission.common.robot import Sensors
+from bt_mission.core.robot.model import Sensors
 from sim.simulation import Simulation
 
 WALLS = [

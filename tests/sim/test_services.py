@@ -6,9 +6,10 @@ import pytest
 from geometry_msgs.msg import TwistStamped
 from std_srvs.srv import SetBool, Trigger
 
-from bt_mission.common.robot import Battery, Sensors
+from bt_mission.core.robot.model import Battery, Sensors
 from sim.simulation import Entrant
-from sim.world import Spawn, load_world
+from sim.world.loader import load_world
+from sim.world.world import Spawn
 
 S, MS = 1_000_000_000, 1_000_000
 

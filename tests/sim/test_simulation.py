@@ -5,9 +5,9 @@ import math
 
 import pytest
 
-from bt_mission.common.robot import load_robot
+from bt_mission.core.robot.model import load_robot
 from sim.simulation import Simulation, SpawnError
-from sim.world import load_world
+from sim.world.loader import load_world
 
 S = 1_000_000_000
 STEP = 5_000_000

@@ -7,11 +7,12 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from bt_mission.common.data import names
-from bt_mission.common.robot import load_robot
+from bt_mission.core.files import names
+from bt_mission.core.robot.model import load_robot
 from sim.simulation import Simulation
-from sim.world import World, load_world
-from sim.world_checks import unseen
+from sim.world.checks import unseen
+from sim.world.loader import load_world
+from sim.world.world import World
 
 SHIPPED = [
     "coloured_pillars",

@@ -16,10 +16,10 @@ from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 from unique_identifier_msgs.msg import UUID
 
-from action_servers.maneuver import ZERO, Twist2D
-from action_servers.node import ServersNode
-from bt_mission.leaving import destroy_actions
-from bt_mission.lockstep import LockstepExecutor
+from action_servers.core.maneuver import ZERO, Twist2D
+from action_servers.server.node import ServersNode
+from bt_mission.ros.leaving import destroy_actions
+from bt_mission.virtual_time import LockstepExecutor
 from tests.support.robot_node import LATCHED, PERIOD_NS, START_NS, RobotNode
 from tests.support.served import SERVED, goal
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from action_servers.maneuver import (
+from action_servers.core.maneuver import (
     ZERO,
     Finished,
     Image,
@@ -19,7 +19,7 @@ from action_servers.maneuver import (
     Scan,
     Twist2D,
 )
-from bt_mission.common.robot import RobotModel
+from bt_mission.core.robot.model import RobotModel
 
 Wall = tuple[float, float, float, float]
 """A straight wall from x, y to x, y, metres."""

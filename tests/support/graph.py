@@ -9,13 +9,13 @@ import rclpy
 from rclpy.context import Context
 from rclpy.node import Node
 
-from bt_mission.executive import Change, Executive
-from bt_mission.leaving import destroy_actions
-from bt_mission.lockstep import LockstepExecutor
-from bt_mission.mission import load_text
-from bt_mission.node import MissionNode
-from bt_mission.serve_node import ServeNode
+from bt_mission.executive.executive import Change, Executive
+from bt_mission.language.loader import load_text
+from bt_mission.ros.leaving import destroy_actions
+from bt_mission.ros.mission_node import MissionNode
+from bt_mission.sessions.mission_server import ServeNode
 from bt_mission.testing.scripted_server import ScriptedServer
+from bt_mission.virtual_time import LockstepExecutor
 
 S = 1_000_000_000
 TURN = "bt_mission_interfaces/action/Turn"

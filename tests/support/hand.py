@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from bt_mission.lockstep.matching import pause
+from bt_mission.virtual_time.discovery import pause
 from tests.support.graph import Graph
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from bt_mission.mission.loaded import Mission
-from bt_mission.mission.steps import Composite, Decorator, Step
+from bt_mission.language.mission import Mission
+from bt_mission.language.nodes.steps import Composite, Decorator, Step
 
 
 def bare(step: Step) -> Step:

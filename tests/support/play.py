@@ -8,13 +8,13 @@ from typing import Any
 
 from py_trees.behaviour import Behaviour
 
-from bt_mission.executive import Executive
+from bt_mission.behaviours.builder import build_tree
+from bt_mission.behaviours.runtime import Scope
+from bt_mission.executive.executive import Executive
+from bt_mission.executive.trace import Trace
 from bt_mission.goals.goal import Goal
 from bt_mission.goals.ledger import Ledger
-from bt_mission.mission import load_text
-from bt_mission.trace import Trace
-from bt_mission.tree.build import build_tree
-from bt_mission.tree.runtime import Scope
+from bt_mission.language.loader import load_text
 
 S = 1_000_000_000
 TICK_NS = S // 20

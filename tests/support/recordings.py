@@ -36,10 +36,10 @@ tree:
 @cache
 def recording() -> Path:
     """A recorded run of the mission; made once."""
-    from bt_mission.mission import load_text  # noqa: PLC0415 - after the environment is set
-    from bt_mission.recording.recorder import Recorder  # noqa: PLC0415
-    from bt_mission.session import summarise  # noqa: PLC0415
-    from bt_mission.stage import Stage  # noqa: PLC0415
+    from bt_mission.language.loader import load_text  # noqa: PLC0415 - after the environment is set
+    from bt_mission.recording.writer import Recorder  # noqa: PLC0415
+    from bt_mission.sessions.session import summarise  # noqa: PLC0415
+    from bt_mission.sessions.stage import Stage  # noqa: PLC0415
 
     folder = Path(mkdtemp())
     path = folder / "run.mcap"

@@ -8,10 +8,10 @@ from typing import Any
 
 from textual.pilot import Pilot
 
-from bt_mission.replaying.film import read_film
-from bt_mission.replaying.player import Player
-from bt_mission.terminal.marks import SIGNS, Marks
-from bt_mission.terminal.screen.replay_app import ReplayApp
+from bt_mission.recording.replay.player import Player
+from bt_mission.recording.replay.timeline import read_film
+from bt_mission.views.terminal.marks import SIGNS, Marks
+from bt_mission.views.tui.replay_app import ReplayApp
 from tests.support.recordings import recording
 
 

@@ -8,8 +8,8 @@ from typing import Any
 
 from textual.pilot import Pilot
 
-from bt_mission.terminal.marks import SIGNS, Marks
-from bt_mission.terminal.screen.app import WatchApp
+from bt_mission.views.terminal.marks import SIGNS, Marks
+from bt_mission.views.tui.app import WatchApp
 from tests.support.watched import ScriptedExecutive, ScriptedGraph
 
 

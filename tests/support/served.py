@@ -20,19 +20,19 @@ from builtin_interfaces.msg import Duration
 from geometry_msgs.msg import Point
 from nav2_msgs.action import BackUp, DriveOnHeading, FollowWaypoints, NavigateToPose, Spin, Wait
 
-from action_servers.camera_sweep import CameraSweep as CameraSweepManeuver
-from action_servers.explore_forward import ExploreForward as ExploreForwardManeuver
-from action_servers.find_colour import FindColour as FindColourManeuver
+from action_servers.camera.camera_sweep import CameraSweep as CameraSweepManeuver
+from action_servers.camera.find_colour import FindColour as FindColourManeuver
+from action_servers.camera.take_pictures import TakePictures as TakePicturesManeuver
+from action_servers.driving.explore_forward import ExploreForward as ExploreForwardManeuver
+from action_servers.driving.move import Move as MoveManeuver
+from action_servers.driving.record_distance import RecordDistance as RecordDistanceManeuver
+from action_servers.driving.spin import Spin as SpinManeuver
+from action_servers.driving.straight import Straight
+from action_servers.driving.turn import Turn as TurnManeuver
+from action_servers.driving.wait import Wait as WaitManeuver
 from action_servers.mapping.explore import ExploreFrontiers as ExploreFrontiersManeuver
-from action_servers.move import Move as MoveManeuver
 from action_servers.navigation.navigate import NavigateToPose as NavigateToPoseManeuver
 from action_servers.navigation.waypoints import FollowWaypoints as FollowWaypointsManeuver
-from action_servers.record_distance import RecordDistance as RecordDistanceManeuver
-from action_servers.spin import Spin as SpinManeuver
-from action_servers.straight import Straight
-from action_servers.take_pictures import TakePictures as TakePicturesManeuver
-from action_servers.turn import Turn as TurnManeuver
-from action_servers.wait import Wait as WaitManeuver
 from tests.support.robot_node import pose
 
 HUGE = 3.0e38

@@ -16,9 +16,9 @@ from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.time import Time
 
-from bt_mission.leaving import destroy_actions
-from bt_mission.lockstep import LockstepExecutor, NothingDueError
-from bt_mission.lockstep.matching import pause
+from bt_mission.ros.leaving import destroy_actions
+from bt_mission.virtual_time import LockstepExecutor, NothingDueError
+from bt_mission.virtual_time.discovery import pause
 
 S = 1_000_000_000
 MS = 1_000_000

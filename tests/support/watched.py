@@ -6,8 +6,8 @@ from typing import Any
 
 from py_trees.common import Status
 
-from bt_mission.watching import told
-from bt_mission.watching.source import Answer, Command, Found, Heard
+from bt_mission.events import messages
+from bt_mission.events.source import Answer, Command, Found, Heard
 
 S = 1_000_000_000
 
@@ -27,9 +27,9 @@ WORDS = {
 }
 
 
-def tree(outline: str = EXPLORE, *, run: str = "run", time_ns: int = S) -> told.Tree:
+def tree(outline: str = EXPLORE, *, run: str = "run", time_ns: int = S) -> messages.Tree:
     """A tree, from names indented by two blanks a level."""
-    nodes: list[told.Node] = []
+    nodes: list[messages.Node] = []
     above: list[int] = []
     counts: dict[int, int] = {}
     lines = outline.rstrip("\n").split("\n")
@@ -42,8 +42,8 @@ def tree(outline: str = EXPLORE, *, run: str = "run", time_ns: int = S) -> told.
         if depth:
             path = f"{nodes[parent].path}.{counts.get(parent, 0)}"
             counts[parent] = counts.get(parent, 0) + 1
-        nodes.append(told.Node(line.strip(), "ActionLeaf", path, parent))
-    return told.Tree(time_ns, run, nodes[0].name, tuple(nodes))
+        nodes.append(messages.Node(line.strip(), "ActionLeaf", path, parent))
+    return messages.Tree(time_ns, run, nodes[0].name, tuple(nodes))
 
 
 class ScriptedExecutive:
@@ -59,26 +59,26 @@ class ScriptedExecutive:
         self.asked = 0
         self.closed = False
         self._sequence = 0
-        self._statuses: list[told.Standing] = []
-        self._told: list[told.Told] = []
-        self._robot: list[told.Robot] = []
+        self._statuses: list[messages.Standing] = []
+        self._told: list[messages.Told] = []
+        self._robot: list[messages.Robot] = []
         self._answers: list[Answer] = []
 
     # ---- what the test has it tell -------------------------------------------------------
 
-    def begin(self, run: str = "run") -> told.Tree:
+    def begin(self, run: str = "run") -> messages.Tree:
         """A mission starts."""
         self.run, self._sequence = run, 0
         found = tree(self.outline, run=run, time_ns=self.now_ns)
         self.names = [node.name for node in found.nodes]
         self._statuses = [
-            told.Standing(index, Status.INVALID, "") for index in range(len(found.nodes))
+            messages.Standing(index, Status.INVALID, "") for index in range(len(found.nodes))
         ]
         self._told.append(found)
         self.stand("running")
         return found
 
-    def change(self, after_s: float = 0.0, /, **statuses: str) -> told.Changes:
+    def change(self, after_s: float = 0.0, /, **statuses: str) -> messages.Changes:
         """Nodes change: ``change(1.0, drive="success: canceled")``; ``_`` stands for a blank."""
         self.now_ns += round(after_s * S)
         self._sequence += 1
@@ -86,21 +86,21 @@ class ScriptedExecutive:
         for name, words in statuses.items():
             status, _, message = words.partition(": ")
             index = self.names.index(name.replace("_", " "))
-            changes.append(told.Standing(index, WORDS[status], message))
+            changes.append(messages.Standing(index, WORDS[status], message))
             self._statuses[index] = changes[-1]
-        found = told.Changes(self.now_ns, self.run, self._sequence, tuple(changes))
+        found = messages.Changes(self.now_ns, self.run, self._sequence, tuple(changes))
         self._told.append(found)
         return found
 
     def stand(self, status: str, reason: str = "") -> None:
         """The mission's state changes."""
-        self._told.append(told.State(self.now_ns, self.run, "explore", status, reason))
+        self._told.append(messages.State(self.now_ns, self.run, "explore", status, reason))
 
     def say(self, text: str) -> None:
         """The mission says something."""
-        self._told.append(told.Said(self.now_ns, self.run, text))
+        self._told.append(messages.Said(self.now_ns, self.run, text))
 
-    def detail(self, after_s: float = 0.0, **fields: Any) -> told.Details:
+    def detail(self, after_s: float = 0.0, **fields: Any) -> messages.Details:
         """Details, with nothing in them but what is given."""
         self.now_ns += round(after_s * S)
         empty: dict[str, Any] = {
@@ -111,16 +111,18 @@ class ScriptedExecutive:
             "variables": (),
             "breakpoints": (),
         }
-        found = told.Details(self.now_ns, self.run, **{**empty, **fields})
+        found = messages.Details(self.now_ns, self.run, **{**empty, **fields})
         self._told.append(found)
         return found
 
-    def progress(self, name: str, value: float, limit: float, message: str = "") -> told.Progress:
+    def progress(
+        self, name: str, value: float, limit: float, message: str = ""
+    ) -> messages.Progress:
         """How far a node has come, for :meth:`detail`."""
         index = self.names.index(name)
-        return told.Progress(index, self.now_ns, message, "travelled", value, limit)
+        return messages.Progress(index, self.now_ns, message, "travelled", value, limit)
 
-    def show(self, *robot: told.Robot) -> None:
+    def show(self, *robot: messages.Robot) -> None:
         """The robot tells of itself."""
         self._robot += robot
 
@@ -133,9 +135,9 @@ class ScriptedExecutive:
         self._told.clear()
 
     @property
-    def statuses(self) -> told.Statuses:
+    def statuses(self) -> messages.Statuses:
         """What the service for latecomers answers."""
-        return told.Statuses(self.run, self._sequence, tuple(self._statuses))
+        return messages.Statuses(self.run, self._sequence, tuple(self._statuses))
 
     # ---- a source ------------------------------------------------------------------------
 

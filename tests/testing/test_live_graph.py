@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from bt_mission.testing.errors import ScenarioError
 from bt_mission.testing.live_graph import DOMAINS, own_domain
-from bt_mission.testing.moment import ScenarioError
 
 TURN = """
 mission: turn

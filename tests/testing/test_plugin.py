@@ -81,6 +81,7 @@ def test_the_plugin_costs_next_to_nothing_where_there_is_no_mission() -> None:
     assert ours.split() == [
         "bt_mission",
         "bt_mission.testing",
+        "bt_mission.testing.options",
         "bt_mission.testing.plugin",
         "bt_mission.testing.results",
         "bt_mission.testing.scenarios",

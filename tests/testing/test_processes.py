@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from bt_mission.testing.moment import ScenarioError
+from bt_mission.testing.errors import ScenarioError
 from bt_mission.testing.processes import Process
 
 pytestmark = pytest.mark.process

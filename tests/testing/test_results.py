@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from bt_mission.common.errors import BtMissionError
-from bt_mission.replaying.film import read_film
-from bt_mission.testing import keeping
+from bt_mission.core.errors import BtMissionError
+from bt_mission.executive.stored_trace import read_trace
+from bt_mission.recording.replay.timeline import read_film
+from bt_mission.testing import failure_recording
 from bt_mission.testing.results import folder_name
-from bt_mission.traces.stored import read_trace
 
 TESTS = '''
 import pytest
@@ -209,7 +209,7 @@ def test_a_recording_that_fails_fails_no_test(session, pytester, monkeypatch):
     def full(*_: object) -> None:
         raise BtMissionError("run.mcap: cannot write the recording: No space left on device")
 
-    monkeypatch.setattr(keeping, "Recorder", full)
+    monkeypatch.setattr(failure_recording, "Recorder", full)
     session("-k", "passes", fails=False).assert_outcomes(passed=1, deselected=3)
     result = session("-k", "two", fails=True)
     result.stdout.fnmatch_lines(

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from bt_mission.common.faults import InputError
-from bt_mission.testing.moment import ScenarioError
+from bt_mission.core.diagnostics import InputError
+from bt_mission.testing.errors import ScenarioError
 from bt_mission.testing.run import NeverHeldError
 
 WAITS = """

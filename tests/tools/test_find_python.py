@@ -3,11 +3,12 @@
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
-TOOL = Path(__file__).resolve().parents[2] / "tools/find-python"
+from tests.support.project import ROOT
+
+TOOL = ROOT / "tools/find-python"
 
 pytestmark = pytest.mark.process
 

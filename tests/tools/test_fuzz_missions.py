@@ -11,15 +11,17 @@ from types import SimpleNamespace
 
 import pytest
 
-from bt_mission.common.faults import Fault
+from bt_mission.behaviours import leaves
+from bt_mission.core.diagnostics import Fault
 from bt_mission.goals.ledger import Ledger
-from bt_mission.mission import check, scope
-from bt_mission.tree import leaves
+from bt_mission.language.checks import scope
+from bt_mission.sessions import check
 from tests.support.fuzz import cases
 from tests.support.fuzz.limits import MEMORY_MB, forget_peak, judge_within, peak_mb, resident_mb
 from tests.support.fuzz.verdict import judge
+from tests.support.project import ROOT
 
-TOOL = cases.ROOT / "tools/fuzz_missions.py"
+TOOL = ROOT / "tools/fuzz_missions.py"
 FOUND = cases.CORPUS / "found"
 SOUND = sorted(cases.CORPUS.glob("*.yaml"))
 

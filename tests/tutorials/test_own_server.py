@@ -15,11 +15,13 @@ import pytest
 import rclpy
 from rclpy.context import Context
 
-from bt_mission.lockstep import LockstepExecutor
-from bt_mission.mission import load, load_text
-from bt_mission.node import MissionNode
+from bt_mission.language.loader import load_text
+from bt_mission.ros.mission_node import MissionNode
+from bt_mission.sessions.load import load
+from bt_mission.virtual_time import LockstepExecutor
+from tests.support.project import ROOT
 
-CODE = Path(__file__).resolve().parents[2] / "docs" / "tutorials" / "code"
+CODE = ROOT / "docs" / "tutorials" / "code"
 
 
 def student(file: str, name: str) -> Any:

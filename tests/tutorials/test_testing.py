@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 import bt_mission.testing.stages  # noqa: F401 - NumPy cannot be imported anew by each inner session
+from tests.support.project import ROOT
 
-TEXT = (Path(__file__).resolve().parents[2] / "docs/testing.md").read_text(encoding="utf-8")
+TEXT = (ROOT / "docs/testing.md").read_text(encoding="utf-8")
 NAMED = re.compile(r"`(\S+\.(?:yaml|py))`[^`]*```\w+\n(.*?)```", re.DOTALL)
 PYTHON = re.compile(r"```python\n(.*?)```", re.DOTALL)
 

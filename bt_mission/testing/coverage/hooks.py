@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from bt_mission import node as missions
-from bt_mission.common import data
-from bt_mission.common.errors import BtMissionError
-from bt_mission.common.located import Document
-from bt_mission.mission import load
+from bt_mission.core import files
+from bt_mission.core.errors import BtMissionError
+from bt_mission.core.yaml.document import Document
+from bt_mission.ros import mission_node as missions
+from bt_mission.sessions.load import load
 from bt_mission.testing.coverage.page import page
 from bt_mission.testing.coverage.places import Built, Place, places
 from bt_mission.testing.coverage.table import table, trees
@@ -28,8 +28,8 @@ from bt_mission.testing.coverage.watch import BRANCH, OUTCOME, Watch
 if TYPE_CHECKING:
     from _pytest.terminal import TerminalReporter
 
-    from bt_mission.executive import Executive
-    from bt_mission.mission import Mission
+    from bt_mission.executive.executive import Executive
+    from bt_mission.language.mission import Mission
 
 SENT = "bt_mission_coverage"
 WRITERS: dict[str, Callable[[Tally], str]] = {
@@ -182,7 +182,7 @@ class Coverage:
             return ""
         if real.is_relative_to(self._config.rootpath):
             return real.relative_to(self._config.rootpath).as_posix()
-        for folder in data.folders("missions"):
+        for folder in files.folders("missions"):
             if real.is_relative_to(folder.resolve()):
                 return f"bt_mission:{real.relative_to(folder.resolve()).as_posix()}"
         return ""

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 
 from py_trees.behaviour import Behaviour
 
-from bt_mission.common.located import Document
+from bt_mission.behaviours.evaluator import name_of
+from bt_mission.core.yaml.document import Document
 from bt_mission.goals.outcome import Outcome
-from bt_mission.mission import steps
-from bt_mission.mission.flow import Ends, ends_of
-from bt_mission.mission.loaded import Mission, Tree
-from bt_mission.tree.evaluate import name_of
+from bt_mission.language.checks.reachability import Ends, ends_of
+from bt_mission.language.mission import Mission, Tree
+from bt_mission.language.nodes import steps
 
 TRUE, FALSE = "true", "false"
 EXPIRED = "expired"

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from bt_mission.executive import MissionStatus
-from bt_mission.mission import steps
+from bt_mission.behaviours.action_leaf import ActionLeaf
+from bt_mission.executive.executive import MissionStatus
+from bt_mission.language.nodes import steps
 from bt_mission.testing.coverage.places import (
     CHOOSING,
     EMPTY,
@@ -20,11 +21,10 @@ from bt_mission.testing.coverage.places import (
     branches,
     built,
 )
-from bt_mission.tree.action_leaf import ActionLeaf
 
 if TYPE_CHECKING:
-    from bt_mission.executive import Change, Executive
-    from bt_mission.mission import Mission
+    from bt_mission.executive.executive import Change, Executive
+    from bt_mission.language.mission import Mission
 
 REACHED, OUTCOME, BRANCH = "reached", "outcome", "branch"
 

@@ -24,7 +24,7 @@ from bt_mission.testing.faults.topics import TopicFaults
 from bt_mission.testing.faults.world import WorldFaults
 
 if TYPE_CHECKING:
-    from bt_mission.testing.run import Run
+    from bt_mission.testing.faults.fault import FaultTarget
 
 __all__ = ["Fault", "Faults", "Occurrence"]
 
@@ -49,7 +49,7 @@ class Faults(
     repeats bit for bit.
     """
 
-    def clear(self, run: Run) -> None:
+    def clear(self, run: FaultTarget) -> None:
         """End every fault that goes on; an action, too."""
         for fault in run.faults:
             fault.end()

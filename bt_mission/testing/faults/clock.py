@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from bt_mission.testing.errors import ScenarioError
 from bt_mission.testing.faults.fault import Fault, Maker, Occurrence
-from bt_mission.testing.moment import ScenarioError
 
 if TYPE_CHECKING:
     from rclpy.node import Node

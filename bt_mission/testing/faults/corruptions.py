@@ -11,8 +11,8 @@ import numpy as np
 from builtin_interfaces.msg import Duration, Time
 from std_msgs.msg import Header
 
-from bt_mission.common.errors import described
-from bt_mission.testing.moment import ScenarioError, no_such
+from bt_mission.core.errors import described
+from bt_mission.testing.errors import ScenarioError, no_such
 
 STAMP_S = 10
 """By so many seconds a wrong stamp is wrong."""

@@ -5,24 +5,53 @@ from __future__ import annotations
 import random
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import ExitStack
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from rclpy.action import get_action_server_names_and_types_by_node
 
-from bt_mission.lockstep import Answer, Delivery, Passing, Side
-from bt_mission.mission.short_names import SHORT_NAMES
-from bt_mission.ros_types import action_type
-from bt_mission.testing.moment import ScenarioError, no_such
+from bt_mission.language.action_names import SHORT_NAMES
+from bt_mission.ros.interface_types import action_type
+from bt_mission.testing.errors import ScenarioError, no_such
+from bt_mission.virtual_time import Answer, Delivery, Passing, Side
 
 if TYPE_CHECKING:
-    from bt_mission.testing.run import Run
-    from bt_mission.testing.stages import Stages
+    from py_trees.behaviour import Behaviour
+    from rclpy.node import Node
+
+    from bt_mission.language.mission import Mission
+    from bt_mission.sessions.stage import Stage
+    from bt_mission.testing.history import History
+    from bt_mission.testing.scripted_server import ScriptedServer
 
 Fates = Iterable[Delivery | Answer]
 """What becomes of something that passes; nothing, and it is lost."""
 
 Begin = Callable[["Occurrence"], None]
 """Makes something go wrong, and tells the occurrence how that is undone."""
+
+
+class FaultTarget(Protocol):
+    """The run in which something goes wrong."""
+
+    mission: Mission
+    stage: Stage
+    history: History
+    faults: list[Occurrence]
+
+    def find(self, name: str) -> Behaviour:
+        """Return the node of this name, or at this path. Raises ScenarioError."""
+
+    def blame_test(self, error: Exception) -> None:
+        """Raise an error in the test, and not in the mission."""
+
+
+class FaultStages(Protocol):
+    """The stages for which faults are made."""
+
+    scripted: dict[str, ScriptedServer]
+
+    def node(self, name: str) -> Node:
+        """Return a node of the test's own."""
 
 
 class Fault:
@@ -49,7 +78,7 @@ class Fault:
         self._lasting = lasting
         self._occurrence: Occurrence | None = None
 
-    def __call__(self, run: Run) -> None:
+    def __call__(self, run: FaultTarget) -> None:
         """Begin.
 
         :raises ScenarioError: for a name that is not there, and while it goes on already.
@@ -68,7 +97,7 @@ class Fault:
             end_ns = run.stage.now_ns + round(self._lasting * 1e9)
             run.stage.clock.call_at(end_ns, occurrence.end)
 
-    def end(self, run: Run) -> None:
+    def end(self, run: FaultTarget) -> None:
         """End, if it goes on; an action, too."""
         if self._occurrence is not None and self._occurrence.goes_on_in(run):
             self._occurrence.end()
@@ -87,7 +116,7 @@ class Occurrence:
     :ivar ended_ns: when it ended; None while it goes on.
     """
 
-    def __init__(self, run: Run, fault: Fault) -> None:
+    def __init__(self, run: FaultTarget, fault: Fault) -> None:
         self.run = run
         self.fault = fault
         self.began_ns: int = run.stage.now_ns
@@ -103,7 +132,7 @@ class Occurrence:
 
     # ---- its life ------------------------------------------------------------------------
 
-    def goes_on_in(self, run: Run) -> bool:
+    def goes_on_in(self, run: FaultTarget) -> bool:
         """Does it go on, in this run?"""
         return self.run is run and self._is_lasting and self.ended_ns is None
 
@@ -261,7 +290,7 @@ class Occurrence:
 class Maker:
     """Makes faults for one stage; the classes that do so have it for their base."""
 
-    def __init__(self, stages: Stages) -> None:
+    def __init__(self, stages: FaultStages) -> None:
         self._stages = stages
 
     def _fault(

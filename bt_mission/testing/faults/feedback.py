@@ -8,10 +8,10 @@ from typing import Any
 
 from unique_identifier_msgs.msg import UUID
 
-from bt_mission.lockstep import Delivery, Passing, Side
 from bt_mission.testing.faults.corruptions import changed_by
 from bt_mission.testing.faults.fault import Fates, Fault, Maker, Occurrence, nanoseconds
 from bt_mission.testing.faults.goals import part_of
+from bt_mission.virtual_time import Delivery, Passing, Side
 
 
 class FeedbackFaults(Maker):

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 from action_msgs.srv import CancelGoal
 
-from bt_mission.lockstep import ACTION_PARTS, Answer, Delivery, Gate, Passing, Side
+from bt_mission.testing.errors import ScenarioError
 from bt_mission.testing.faults.fault import Fates, Fault, Maker, Occurrence, nanoseconds, passed
-from bt_mission.testing.moment import ScenarioError
+from bt_mission.virtual_time import ACTION_PARTS, Answer, Delivery, Gate, Passing, Side
 
 if TYPE_CHECKING:
     from bt_mission.goals.goal import Goal

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any, NoReturn
 
-from bt_mission.lockstep import Passing, Side
+from bt_mission.testing.errors import ScenarioError, no_such
 from bt_mission.testing.faults.fault import Fates, Fault, Maker, Occurrence, passed
-from bt_mission.testing.moment import ScenarioError, no_such
+from bt_mission.virtual_time import Passing, Side
 
 METHODS = ("initialise", "update", "terminate")
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Literal
 
-from bt_mission.common.errors import BtMissionError
+from bt_mission.core.errors import BtMissionError
+from bt_mission.testing.errors import ScenarioError, no_such
 from bt_mission.testing.faults.fault import Fault, Maker, Occurrence
-from bt_mission.testing.moment import ScenarioError, no_such
 
 if TYPE_CHECKING:
-    from bt_mission.testing.stages import Stages
+    from bt_mission.testing.faults.fault import FaultStages
 
 Side = Literal["left", "right", "both"]
 Pair = tuple[float, float]
@@ -23,7 +23,7 @@ class RobotFaults(Maker):
     other does again. A figure that cannot be is a ScenarioError when the fault begins.
     """
 
-    def __init__(self, stages: Stages) -> None:
+    def __init__(self, stages: FaultStages) -> None:
         super().__init__(stages)
         self._changes: list[tuple[Occurrence, str, dict[str, Any]]] = []
 

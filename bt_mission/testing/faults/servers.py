@@ -6,11 +6,11 @@ from collections.abc import Callable, Mapping
 from types import SimpleNamespace
 from typing import Any
 
-from bt_mission.common.errors import BtMissionError, described
-from bt_mission.lockstep import Answer, Delivery, Side
-from bt_mission.ros_types import fill
+from bt_mission.core.errors import BtMissionError, described
+from bt_mission.ros.interface_types import fill
+from bt_mission.testing.errors import ScenarioError, no_such
 from bt_mission.testing.faults.fault import Fault, Maker, Occurrence, nanoseconds
-from bt_mission.testing.moment import ScenarioError, no_such
+from bt_mission.virtual_time import Answer, Delivery, Side
 
 
 class ServerFaults(Maker):

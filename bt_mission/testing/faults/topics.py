@@ -6,7 +6,7 @@ from collections.abc import Callable
 from copy import deepcopy
 from typing import Any
 
-from bt_mission.lockstep import Delivery, Passing, Side
+from bt_mission.testing.errors import ScenarioError
 from bt_mission.testing.faults.corruptions import changed_by, restamp
 from bt_mission.testing.faults.fault import (
     Fates,
@@ -17,7 +17,7 @@ from bt_mission.testing.faults.fault import (
     nanoseconds,
     passed,
 )
-from bt_mission.testing.moment import ScenarioError
+from bt_mission.virtual_time import Delivery, Passing, Side
 
 
 class TopicFaults(Maker):

@@ -6,9 +6,9 @@ import math
 from itertools import count
 from typing import Any
 
-from bt_mission.common.errors import BtMissionError
+from bt_mission.core.errors import BtMissionError
+from bt_mission.testing.errors import ScenarioError, no_such
 from bt_mission.testing.faults.fault import Fault, Maker, Occurrence
-from bt_mission.testing.moment import ScenarioError, no_such
 
 BOX = (0.2, 0.2, 0.3)
 """Length, width and height, m."""

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from action_servers.maneuver import Finished, Grid, Maneuver, Observation, Pose2D
+from action_servers.core.maneuver import Finished, Grid, Maneuver, Observation, Pose2D
 from action_servers.mapping.occupancy import OccupancyMapper
 
 SCAN_EVERY_S = 0.2

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from action_servers.maneuver import Grid, Pose2D
+from action_servers.core.maneuver import Grid, Pose2D
 from action_servers.mapping.coverage import Coverage
 
 

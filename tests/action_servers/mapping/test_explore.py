@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from action_servers.maneuver import ErrorCode, Finished, Refusal
+from action_servers.core.maneuver import ErrorCode, Finished, Refusal
 from action_servers.mapping import explore
 from action_servers.mapping.explore import ExploreFrontiers, plan
 from action_servers.mapping.tuning import FRONTIERS

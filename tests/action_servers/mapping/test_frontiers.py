@@ -3,10 +3,10 @@ import math
 import numpy as np
 import pytest
 
-from action_servers.maneuver import Grid, Pose2D
+from action_servers.core.grid import survey
+from action_servers.core.maneuver import Grid, Pose2D
 from action_servers.mapping.frontiers import choose, edge_cells, frontiers
 from action_servers.navigation.cost import cost_model
-from action_servers.navigation.grid import survey
 from action_servers.navigation.planner import road_map
 
 CELLS = 4

@@ -17,11 +17,12 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_srvs.srv import Trigger
 
 from action_servers.mapping.node import MapperNode
-from bt_mission.common.robot import load_robot
-from bt_mission.lockstep import LockstepExecutor
-from sim.node import SimNode
-from sim.occupancy import rasterise
-from sim.world import World, load_world
+from bt_mission.core.robot.model import load_robot
+from bt_mission.virtual_time import LockstepExecutor
+from sim.ros.node import SimNode
+from sim.world.loader import load_world
+from sim.world.occupancy import rasterise
+from sim.world.world import World
 
 START_NS = 1_000_000_000
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)

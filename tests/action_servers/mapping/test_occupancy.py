@@ -5,9 +5,9 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from action_servers.maneuver import Pose2D, Scan
+from action_servers.core.maneuver import Pose2D, Scan
 from action_servers.mapping.occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyMapper
-from bt_mission.common.robot import load_robot
+from bt_mission.core.robot.model import load_robot
 
 LIDAR = load_robot("waffle").lidar
 AT_ORIGIN = Pose2D(-LIDAR.x, -LIDAR.y, 0.0)

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from action_servers.maneuver import (
+from action_servers.core.maneuver import (
     ZERO,
     Finished,
     Grid,
@@ -24,7 +24,7 @@ from action_servers.maneuver import (
     Scan,
     Twist2D,
 )
-from bt_mission.common.robot import RobotModel, load_robot
+from bt_mission.core.robot.model import RobotModel, load_robot
 
 CHARACTER_M = 0.2
 CELLS = 4

@@ -3,10 +3,10 @@ import math
 import numpy as np
 import pytest
 
-from action_servers.maneuver import Pose2D
+from action_servers.core.drive_limits import limits
+from action_servers.core.guard import footprint
+from action_servers.core.maneuver import Pose2D
 from action_servers.navigation.escape import Escape, WayOut, way_out
-from action_servers.navigation.guard import footprint
-from action_servers.navigation.limits import limits
 from action_servers.navigation.surroundings import Surroundings
 
 ROOM = """

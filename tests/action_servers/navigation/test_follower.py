@@ -3,11 +3,11 @@ import math
 import numpy as np
 import pytest
 
-from action_servers.maneuver import Pose2D, Twist2D
+from action_servers.core.drive_limits import limits
+from action_servers.core.grid import survey
+from action_servers.core.maneuver import Pose2D, Twist2D
 from action_servers.navigation.cost import cost_model
 from action_servers.navigation.follower import Follower
-from action_servers.navigation.grid import survey
-from action_servers.navigation.limits import limits
 from action_servers.navigation.path import Path, path_through, smooth
 
 EMPTY = """

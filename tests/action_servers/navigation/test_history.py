@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from action_servers.maneuver import Pose2D
+from action_servers.core.maneuver import Pose2D
 from action_servers.navigation.history import PoseHistory
 
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from action_servers.maneuver import SUCCEEDED, ZERO, Finished, Maneuver, Pose2D
+from action_servers.core.maneuver import SUCCEEDED, ZERO, Finished, Maneuver, Pose2D
 from action_servers.navigation.navigate import NavigateToPose
 from action_servers.navigation.tuning import NAVIGATION
 

@@ -3,8 +3,8 @@ import math
 import numpy as np
 import pytest
 
-from action_servers.maneuver import Grid, Pose2D, Scan
-from action_servers.navigation.grid import survey
+from action_servers.core.grid import survey
+from action_servers.core.maneuver import Grid, Pose2D, Scan
 from action_servers.navigation.obstacles import ObstacleLayer
 from action_servers.navigation.tuning import NAVIGATION
 

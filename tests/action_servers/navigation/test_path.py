@@ -3,8 +3,8 @@ import math
 import numpy as np
 import pytest
 
+from action_servers.core.grid import survey
 from action_servers.navigation.cost import cost_model
-from action_servers.navigation.grid import survey
 from action_servers.navigation.path import path_through, smooth, straighten
 
 COST = cost_model(0.238)

@@ -1,4 +1,4 @@
-from action_servers.maneuver import Pose2D
+from action_servers.core.maneuver import Pose2D
 from action_servers.navigation.progress import Progress
 
 

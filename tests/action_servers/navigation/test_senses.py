@@ -3,7 +3,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from action_servers.maneuver import Finished, Grid, Observation, Pose2D, Scan
+from action_servers.core.maneuver import Finished, Grid, Observation, Pose2D, Scan
 from action_servers.navigation.senses import Senses, missing
 
 GRID = Grid(0.05, 0.0, 0.0, np.zeros((2, 2), dtype=np.int8))

@@ -4,7 +4,7 @@ import math
 import numpy as np
 import pytest
 
-from action_servers.maneuver import Pose2D
+from action_servers.core.maneuver import Pose2D
 from action_servers.navigation.surroundings import Surroundings
 
 ROOM = """

@@ -2,7 +2,7 @@ import dataclasses
 
 import pytest
 
-from action_servers.maneuver import SUCCEEDED, Finished, Pose2D
+from action_servers.core.maneuver import SUCCEEDED, Finished, Pose2D
 from action_servers.navigation.tuning import NavigationTuning
 from action_servers.navigation.waypoints import FollowWaypoints
 

@@ -16,13 +16,13 @@ import yaml  # type: ignore[import-untyped]
 from tests.support.fuzz import xml_missions
 from tests.support.fuzz.large import large
 from tests.support.fuzz.structure import Pool, change, is_node, names_in, slots, supply
+from tests.support.project import ROOT
 
-ROOT = Path(__file__).resolve().parents[3]
 CORPUS = ROOT / "tests/fuzz/corpus"
 COMPANIONS = CORPUS / "beside"
-FOLDERS = (CORPUS, ROOT / "missions", ROOT / "missions/sources", ROOT / "tests/mission/broken")
+FOLDERS = (CORPUS, ROOT / "missions", ROOT / "missions/sources", ROOT / "tests/language/broken")
 
-GROOT = ROOT / "tests/xml/everything.xml"
+GROOT = ROOT / "tests/btcpp/everything.xml"
 
 LARGE_SHARE = 1 / 1000
 XML_SHARE = 1 / 10

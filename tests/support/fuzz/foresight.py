@@ -8,17 +8,17 @@ from dataclasses import fields
 from random import Random
 from typing import Any
 
-from bt_mission import ros_types
-from bt_mission.mission.expressions import Expression, ExpressionError, Template, Text
-from bt_mission.mission.loaded import Mission, Tree
-from bt_mission.mission.nodes import Call, Name, Node
-from bt_mission.mission.nodes import Scope as Known
-from bt_mission.mission.scope import walk
-from bt_mission.mission.shapes import UnknownField, field_at, value_type
-from bt_mission.mission.steps import Action, Service, Set, Speaker, Step
-from bt_mission.mission.values import Type, fits, type_of
-from bt_mission.mission.variables import Variables
-from bt_mission.tree.runtime import Scope
+from bt_mission.behaviours.runtime import Scope
+from bt_mission.language.checks.scope import walk
+from bt_mission.language.checks.variables import Variables
+from bt_mission.language.expressions.expression import Expression, ExpressionError, Template, Text
+from bt_mission.language.expressions.syntax import Call, Name, Node
+from bt_mission.language.expressions.syntax import Scope as Known
+from bt_mission.language.expressions.values import Type, fits, type_of
+from bt_mission.language.message_types import UnknownField, field_at, value_type
+from bt_mission.language.mission import Mission, Tree
+from bt_mission.language.nodes.steps import Action, Service, Set, Speaker, Step
+from bt_mission.ros import interface_types
 
 _CLASH = re.compile(
     r"expected (a whole number(?! of at least)|a number|true or false|a text|a list|a mapping)\b"
@@ -141,7 +141,7 @@ def _inside(value: Any) -> Iterator[Any]:
 
 
 def _output_type(step: Speaker, name: str) -> Type | None:
-    shapes: Any = ros_types.shapes(step.type)
+    shapes: Any = interface_types.shapes(step.type)
     if isinstance(step, Action):
         shapes = shapes.result
     elif isinstance(step, Service):

@@ -8,11 +8,11 @@ from functools import cache
 from random import Random
 from typing import Any
 
-from bt_mission import ros_types
+from bt_mission.behaviours.runtime import Scope
 from bt_mission.goals.goal import Event, Goal
 from bt_mission.goals.ledger import Ledger
-from bt_mission.mission.shapes import ListOf, Message, Scalar, Shape
-from bt_mission.tree.runtime import Scope
+from bt_mission.language.message_types import ListOf, Message, Scalar, Shape
+from bt_mission.ros import interface_types
 
 S = 1_000_000_000
 STEPS_NS = (S // 20, S // 20, S, 30 * S)
@@ -27,8 +27,8 @@ VARIANTS = 6
 def messages(message_class: Any) -> tuple[Any, ...]:
     """Return some messages of a type, the same in every run; one has numbers that are none."""
     rng = Random(message_class.__qualname__)
-    shape = ros_types.shape_of(message_class)
-    made = [ros_types.fill(message_class(), _value(rng, shape)) for _ in range(VARIANTS)]
+    shape = interface_types.shape_of(message_class)
+    made = [interface_types.fill(message_class(), _value(rng, shape)) for _ in range(VARIANTS)]
     for name, part in shape.fields.items():
         if isinstance(part, Scalar) and part.name in ("float32", "float64"):
             setattr(made[-1], name, rng.choice((math.nan, math.inf)))
@@ -61,7 +61,7 @@ class Server:
     def __init__(self, name: str, type_name: str, luck: Random) -> None:
         self.name = name
         self.patient = True
-        self._type = ros_types.action_type(type_name)
+        self._type = interface_types.action_type(type_name)
         self._luck = luck
         self._asked: list[Goal] = []
         self._running: list[Goal] = []
@@ -71,7 +71,7 @@ class Server:
         return self._luck.random() > 0.01
 
     def prepare(self, fields: Mapping[str, Any]) -> Any:
-        return ros_types.fill(self._type.Goal(), fields)
+        return interface_types.fill(self._type.Goal(), fields)
 
     def send(self, goal: Goal, request: Any) -> None:
         self._asked.append(goal)
@@ -112,7 +112,7 @@ class Service:
 
     def __init__(self, name: str, type_name: str, luck: Random) -> None:
         self.name = name
-        self._type = ros_types.service_type(type_name)
+        self._type = interface_types.service_type(type_name)
         self._luck = luck
         self._open: list[Callable[[Any], None]] = []
 
@@ -120,7 +120,7 @@ class Service:
         return self._luck.random() > 0.2
 
     def prepare(self, fields: Mapping[str, Any]) -> Any:
-        return ros_types.fill(self._type.Request(), fields)
+        return interface_types.fill(self._type.Request(), fields)
 
     def call(self, request: Any, on_answer: Callable[[Any], None]) -> Callable[[], None]:
         self._open.append(on_answer)
@@ -136,7 +136,7 @@ class Topic:
 
     def __init__(self, name: str, type_name: str, luck: Random) -> None:
         self.name = name
-        self._type = ros_types.message_type(type_name)
+        self._type = interface_types.message_type(type_name)
         self._luck = luck
         self._listeners: list[Callable[[Any], None]] = []
 
@@ -153,7 +153,7 @@ class Topic:
         return "nobody publishes it"
 
     def prepare(self, fields: Mapping[str, Any]) -> Any:
-        return ros_types.fill(self._type(), fields)
+        return interface_types.fill(self._type(), fields)
 
     def count_readers(self) -> int:
         return self._luck.randrange(3)

@@ -14,17 +14,17 @@ from random import Random
 from typing import Any
 from zlib import crc32
 
-from bt_mission.common import data
-from bt_mission.common.errors import BtMissionError
-from bt_mission.common.faults import Fault, InputError
-from bt_mission.common.robot import load_robot
-from bt_mission.executive import Executive
-from bt_mission.mission.check import examine
-from bt_mission.mission.loaded import Mission
-from bt_mission.trace import Trace
-from bt_mission.tree.build import build_tree
-from bt_mission.tree.runtime import MissionFailure, Scope
-from sim.world import load_world
+from bt_mission.behaviours.builder import build_tree
+from bt_mission.behaviours.runtime import MissionFailure, Scope
+from bt_mission.core import files
+from bt_mission.core.diagnostics import Fault, InputError
+from bt_mission.core.errors import BtMissionError
+from bt_mission.core.robot.model import load_robot
+from bt_mission.executive.executive import Executive
+from bt_mission.executive.trace import Trace
+from bt_mission.language.mission import Mission
+from bt_mission.sessions.check import examine
+from sim.world.loader import load_world
 from tests.support.fuzz.foresight import foreseeable
 from tests.support.fuzz.graph import Graph
 
@@ -34,7 +34,7 @@ NODE_TICKS = 40_000
 
 SETTLING_TICKS = 2_000
 
-SHIPPED = frozenset((*data.names("worlds"), *data.names("robots")))
+SHIPPED = frozenset((*files.names("worlds"), *files.names("robots")))
 """Worlds and robots that have tests of their own; to read them takes longer than the check."""
 
 

@@ -1,14 +1,13 @@
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
-from bt_mission.mission import load, load_text
+from bt_mission.language.loader import load_text
+from bt_mission.sessions.load import load
 from bt_mission.testing.coverage.places import Place, places
+from tests.support.project import ROOT
 
-ROOT = Path(__file__).parents[3]
-MISSIONS = [*sorted((ROOT / "missions").rglob("*.yaml")), ROOT / "tests/xml/everything.xml"]
+MISSIONS = [*sorted((ROOT / "missions").rglob("*.yaml")), ROOT / "tests/btcpp/everything.xml"]
 ALWAYS = [
     "succeeded",
     "aborted",

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
-from bt_mission.mission import load_text
+from bt_mission.language.loader import load_text
 from bt_mission.testing.coverage.places import places
 from bt_mission.testing.coverage.watch import REACHED, Watch
 from tests.support.play import Play

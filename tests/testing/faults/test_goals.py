@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from bt_mission.lockstep import Delivery, Side
-from bt_mission.testing.moment import ScenarioError
+from bt_mission.testing.errors import ScenarioError
+from bt_mission.virtual_time import Delivery, Side
 
 TURN = "mission: m\nworld: empty_arena\ntree: {turn: {angle: 90}, timeout: 5}\n"
 

@@ -1,0 +1,1 @@
+"""The arbiter between several sources of velocity commands and the base."""

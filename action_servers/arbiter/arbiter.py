@@ -1,0 +1,72 @@
+"""Who may drive: several sources of commands in front of one base, in order of their rank.
+
+Pure: times are nanoseconds of whatever clock the caller keeps.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from action_servers.core.maneuver import ZERO, Twist2D
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """A topic of commands: it counts until `timeout_s` after its last message.
+
+    Whatever a source says that `stops` means to stand still.
+    """
+
+    topic: str
+    timeout_s: float
+    stops: bool = False
+
+
+SOURCES = (
+    Source("cmd_vel_stop", 0.5, stops=True),
+    Source("cmd_vel_joy", 0.5),
+    # Servers speak 20 times a second. Three missed commands, and the 0.26 s that braking from full
+    # speed takes, leave a base standing within 0.5 s after its servers have died.
+    Source("cmd_vel_mission", 0.15),
+)
+"""From the highest rank to the lowest."""
+
+
+class Arbiter:
+    """Lets the highest source through that has spoken within its timeout.
+
+    :param sources: from the highest rank to the lowest.
+    """
+
+    def __init__(self, sources: Sequence[Source] = SOURCES) -> None:
+        self._sources = {source.topic: source for source in sources}
+        self._heard_ns: dict[str, int] = {}
+
+    def leader(self, now_ns: int) -> str | None:
+        """Return the topic that drives, or None when nobody does."""
+        return next((topic for topic in self._sources if self._counts(topic, now_ns)), None)
+
+    def take(self, topic: str, twist: Twist2D, now_ns: int) -> Twist2D | None:
+        """Take in a command; return what to send at once, or None when a higher source drives.
+
+        Raises ValueError for a command that is not finite; the source is then as if silent.
+        """
+        if not (math.isfinite(twist.linear) and math.isfinite(twist.angular)):
+            raise ValueError(f"{topic} commanded {twist.linear} m/s, {twist.angular} rad/s")
+        self._heard_ns[topic] = now_ns
+        if self.leader(now_ns) != topic:
+            return None
+        return ZERO if self._sources[topic].stops else twist
+
+    def step(self, now_ns: int) -> Twist2D | None:
+        """Return zero velocity while nobody drives, else None; to be called again and again."""
+        return ZERO if self.leader(now_ns) is None else None
+
+    def _counts(self, topic: str, now_ns: int) -> bool:
+        heard_ns = self._heard_ns.get(topic)
+        if heard_ns is None:
+            return False
+        # A clock that was set back makes what was heard before it worthless.
+        return 0 <= now_ns - heard_ns < self._sources[topic].timeout_s * 1e9

@@ -1,0 +1,1 @@
+"""Maneuvers that take pictures."""

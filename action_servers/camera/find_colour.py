@@ -1,0 +1,120 @@
+"""Watch the camera until a colour is seen, whoever drives."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Protocol
+
+from action_servers.camera.camera import CameraSwitch
+from action_servers.camera.colours import HUES_DEG, Patch, largest_patch
+from action_servers.core.limits import outside
+from action_servers.core.maneuver import (
+    SUCCEEDED,
+    ZERO,
+    ErrorCode,
+    Finished,
+    Image,
+    Observation,
+    Refusal,
+    Twist2D,
+    Value,
+)
+from action_servers.core.tuning import TUNING, Tuning
+from bt_mission.core.diagnostics import did_you_mean, listed
+from bt_mission.core.robot.model import Camera, RobotModel
+
+SMALLEST_SHARE = 1e-4
+"""Eight pixels of a picture of 320 x 240: less is no patch."""
+
+
+class Goal(Protocol):
+    """The goal fields of `bt_mission_interfaces/action/FindColour`."""
+
+    @property
+    def colour(self) -> str:
+        """Name of the colour."""
+
+    @property
+    def min_share(self) -> float:
+        """Share of the picture that it must cover; 0 for the default."""
+
+
+def plan(
+    goal: Goal, robot: RobotModel, camera: CameraSwitch, tuning: Tuning = TUNING
+) -> FindColour | Refusal:
+    """Check a goal."""
+    if robot.camera is None:
+        return Refusal(f"the robot '{robot.name}' has no camera")
+    if goal.colour not in HUES_DEG:
+        near = did_you_mean(goal.colour, HUES_DEG)
+        return Refusal(
+            f"no such colour '{goal.colour[:40]}' (known: {listed(HUES_DEG)})"
+            + (f"; {near}" if near else "")
+        )
+    share = goal.min_share or tuning.colour_share
+    fault = outside("min_share", share, SMALLEST_SHARE, 1.0, "of the picture")
+    if fault is not None:
+        return Refusal(fault)
+    return FindColour(goal.colour, share, robot.camera, camera, tuning)
+
+
+class FindColour:
+    """Looks at each picture taken since it began, and ends with the first that has the colour."""
+
+    needs_base = False
+
+    def __init__(
+        self,
+        colour: str,
+        share: float,
+        model: Camera,
+        camera: CameraSwitch,
+        tuning: Tuning = TUNING,
+    ) -> None:
+        self._colour = colour
+        self._share = share
+        # Half the picture's width, in focal lengths.
+        self._half_width = math.tan(model.hfov / 2.0)
+        self.camera = camera
+        self._timeout_s = tuning.image_timeout
+        self._last_s: float | None = None
+        self._image: Image | None = None
+        self._patch: Patch | None = None
+        self._told: Image | None = None
+
+    def step(self, now: Observation) -> Twist2D | Finished:
+        """Look at the newest picture, or end."""
+        if self._last_s is None:
+            self._last_s = now.time_s
+            self.camera.on()
+        image = now.image
+        if image is None or image is self._image or image.stamp_s < self._last_s:
+            return self._out_of_patience(now.time_s - self._last_s)
+        self._image, self._last_s = image, now.time_s
+        self._patch = largest_patch(image.rgb, self._colour)
+        found = self._patch is not None and self._patch.share >= self._share
+        return SUCCEEDED if found else ZERO
+
+    def feedback(self) -> Mapping[str, Value] | None:
+        """Return what the newest picture shows."""
+        if self._image is self._told:
+            return None
+        self._told = self._image
+        return self.result()
+
+    def result(self) -> Mapping[str, Value]:
+        """Return bearing and share of the largest patch in the newest picture; NaN and 0 if none.
+
+        The bearing is that of a camera without distortion that looks straight ahead.
+        """
+        if self._patch is None:
+            return {"angle": math.nan, "share": 0.0}
+        angle = -math.atan(self._patch.across * self._half_width)
+        return {"angle": math.degrees(angle), "share": self._patch.share}
+
+    def _out_of_patience(self, waited_s: float) -> Twist2D | Finished:
+        if waited_s < self._timeout_s:
+            return ZERO
+        reason = f"no image from the camera for {self._timeout_s:g} s"
+        return Finished("aborted", ErrorCode.NO_IMAGE, reason)

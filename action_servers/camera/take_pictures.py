@@ -1,0 +1,97 @@
+"""Take one picture a second, whoever drives."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping
+from typing import Protocol
+
+from PIL import Image as Picture
+
+from action_servers.camera.camera import CameraSwitch, Snapshot
+from action_servers.core.limits import outside
+from action_servers.core.maneuver import (
+    SUCCEEDED,
+    ZERO,
+    Finished,
+    Image,
+    Observation,
+    Refusal,
+    Twist2D,
+    Value,
+)
+from action_servers.core.ticker import Ticker
+from action_servers.core.tuning import TUNING, Tuning
+from bt_mission.core.robot.model import RobotModel
+
+
+class Goal(Protocol):
+    """The goal fields of `bt_mission_interfaces/action/TakePictures`."""
+
+    @property
+    def nseconds(self) -> int:
+        """How many pictures, one a second."""
+
+
+def plan(
+    goal: Goal, robot: RobotModel, camera: CameraSwitch, tuning: Tuning = TUNING
+) -> TakePictures | Refusal:
+    """Check a goal. So many pictures that memory would suffer are refused."""
+    if robot.camera is None:
+        return Refusal(f"the robot '{robot.name}' has no camera")
+    fault = outside("nseconds", goal.nseconds, 1, tuning.pictures, "s")
+    return Refusal(fault) if fault is not None else TakePictures(goal.nseconds, camera, tuning)
+
+
+class TakePictures:
+    """Takes picture k at second k of the goal, or as soon after as the camera sends one."""
+
+    needs_base = False
+
+    def __init__(self, count: int, camera: CameraSwitch, tuning: Tuning = TUNING) -> None:
+        self._count = count
+        self._quality = tuning.picture_quality
+        self.camera = camera
+        self._snapshot = Snapshot(camera, tuning.image_timeout)
+        self._ticker = Ticker()
+        self._pictures: list[Mapping[str, Value]] = []
+        self._told = 0
+
+    def step(self, now: Observation) -> Twist2D | Finished:
+        """Ask for the picture that is due, and take it when it comes."""
+        self._ticker.update(now.time_s)
+        taken = self._snapshot.take(now)
+        if isinstance(taken, Finished):
+            number = len(self._pictures)
+            return Finished(
+                taken.status, taken.error_code, f"{taken.reason}, {number} of {self._count} taken"
+            )
+        if taken is not None:
+            self._pictures.append(compressed(taken, self._quality))
+        if len(self._pictures) == self._count:
+            return SUCCEEDED
+        if not self._snapshot.is_asked_for and self._ticker.has_reached(len(self._pictures) + 1):
+            self._snapshot.ask(now)
+        return ZERO
+
+    def feedback(self) -> Mapping[str, Value] | None:
+        """Return the picture that was just taken."""
+        if len(self._pictures) == self._told:
+            return None
+        self._told = len(self._pictures)
+        return {"last_image": self._pictures[-1]}
+
+    def result(self) -> Mapping[str, Value]:
+        """Return the pictures taken."""
+        return {"all_pictures": tuple(self._pictures)}
+
+
+def compressed(image: Image, quality: int) -> Mapping[str, Value]:
+    """Return the fields of a `sensor_msgs/CompressedImage`: a JPEG of 1 to 95 of `quality`."""
+    encoded = io.BytesIO()
+    Picture.fromarray(image.rgb).save(encoded, "JPEG", quality=quality)
+    return {
+        "header": {"stamp": image.stamp_s, "frame_id": image.frame},
+        "format": "jpeg",
+        "data": encoded.getvalue(),
+    }

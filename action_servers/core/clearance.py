@@ -1,0 +1,93 @@
+"""How much room a scan leaves to the robot's hull.
+
+Points are in the frame of the base (metres; x forward, y left, origin below the middle of the
+axle). The hull is a rectangle around the robot with its wheels.
+
+A ray counts as an obstacle only when its range is a finite number within the limits of the lidar.
+Inf (nothing there), NaN (no measurement), 0.0 (what the LDS-01 sends for none) and values outside
+the limits say nothing about an obstacle.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+import numpy.typing as npt
+
+from action_servers.core.maneuver import Scan
+from action_servers.core.tuning import TUNING
+from bt_mission.core.robot.model import Hull, Lidar
+
+Points = npt.NDArray[np.float64]
+
+NOISE = 0.03
+"""Metres: three standard deviations of a ray (0.01 m in ROBOTIS's simulation)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Obstacle:
+    """A point of an obstacle, metres in the frame of the base, and its `gap` to the hull."""
+
+    gap: float
+    x: float
+    y: float
+
+    @property
+    def bearing_deg(self) -> float:
+        """Direction seen from the middle of the axle, degrees, left positive."""
+        return math.degrees(math.atan2(self.y, self.x))
+
+
+def obstacle_points(scan: Scan, lidar: Lidar) -> Points:
+    """Return what the scan hit as an array of shape (2, n): x and y in the frame of the base."""
+    ranges = scan.ranges
+    # NaN compares false, so it drops out here as inf does.
+    hit = (ranges >= max(scan.range_min, lidar.min_range)) & (ranges <= scan.range_max)
+    reach = ranges[hit].astype(np.float64)
+    directions = _directions(len(ranges), scan.angle_min, scan.angle_increment)[:, hit]
+    points: Points = directions * reach
+    points[0] += lidar.x
+    points[1] += lidar.y
+    return points
+
+
+@lru_cache(maxsize=8)
+def _directions(rays: int, angle_min: float, angle_increment: float) -> Points:
+    angles = angle_min + angle_increment * np.arange(rays)
+    directions = np.stack([np.cos(angles), np.sin(angles)])
+    directions.flags.writeable = False  # shared by every scan of this geometry
+    return directions
+
+
+def ahead(points: Points, hull: Hull, side_margin: float = TUNING.side_margin) -> Obstacle | None:
+    """Return the obstacle that a straight drive meets first, or None when the way is free.
+
+    It lies in the width that the hull sweeps, with `side_margin` metres added to each side for the
+    noise of a ray and the drift of a straight drive; its gap is the distance to drive until
+    contact, never negative. Its place is the middle of what is as near as the nearest point but for
+    noise, so that a wall straight ahead is not taken to lie to the side of its noisiest ray.
+    """
+    x, y = points
+    in_the_way = (x > 0.0) & (np.abs(y) <= hull.half_width + side_margin)
+    if not in_the_way.any():
+        return None
+    x, y = x[in_the_way], y[in_the_way]
+    nearest = float(x.min())
+    as_near = x <= nearest + NOISE
+    return Obstacle(
+        max(0.0, nearest - hull.front), float(x[as_near].mean()), float(y[as_near].mean())
+    )
+
+
+def nearest_in_front(points: Points, hull: Hull) -> Obstacle | None:
+    """Return the obstacle nearest to the hull among all within 90 degrees of straight ahead."""
+    x, y = points
+    if not (x > 0.0).any():
+        return None
+    beside = np.maximum(np.abs(y) - hull.half_width, 0.0)
+    gaps = np.where(x > 0.0, np.hypot(np.maximum(x - hull.front, 0.0), beside), np.inf)
+    index = int(np.argmin(gaps))
+    return Obstacle(float(gaps[index]), float(x[index]), float(y[index]))

@@ -1,0 +1,76 @@
+"""How fast a navigating robot goes, and how gently it changes its mind."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from action_servers.core.maneuver import ZERO, Twist2D
+from bt_mission.core.robot.model import RobotModel
+
+_TURN_SHARE = 0.6
+_BRAKE_SHARE = 0.4
+_SPIN_BRAKE_SHARE = 0.3
+_GAIN_PER_S = 4.0
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """m/s, rad/s, m/s², rad/s².
+
+    `linear` and the accelerations are the robot's own limits. It turns at a share of its angular
+    limit, and brakes early, so that it follows what is asked even with a control step of delay.
+    """
+
+    linear: float
+    angular: float
+    acceleration: float
+    angular_acceleration: float
+
+    def approach(self, distance: float) -> float:
+        """Return the speed from which the robot stops gently within a distance in metres."""
+        gentle = _BRAKE_SHARE * self.acceleration
+        return min(self.linear, math.sqrt(2 * gentle * max(0.0, distance)))
+
+    def spin(self, angle: float) -> float:
+        """Return the angular velocity that ends smoothly after an angle in radians, signed."""
+        gentle = _SPIN_BRAKE_SHARE * self.angular_acceleration
+        rate = min(self.angular, math.sqrt(2 * gentle * abs(angle)), _GAIN_PER_S * abs(angle))
+        return math.copysign(rate, angle)
+
+
+def limits(robot: RobotModel) -> Limits:
+    """Return the limits for navigating with a robot."""
+    return Limits(
+        robot.max_linear_velocity,
+        _TURN_SHARE * robot.max_angular_velocity,
+        robot.max_linear_acceleration,
+        robot.max_angular_acceleration,
+    )
+
+
+class Ramp:
+    """Brings one twist to another no faster than the robot accelerates."""
+
+    def __init__(self, limits: Limits, twist: Twist2D = ZERO) -> None:
+        self._limits = limits
+        self.twist = twist
+
+    def toward(self, wanted: Twist2D, seconds: float) -> Twist2D:
+        """Return the twist to command for the next control step, `seconds` after the last."""
+        self.twist = Twist2D(
+            _nearer(self.twist.linear, wanted.linear, self._limits.acceleration * seconds),
+            _nearer(
+                self.twist.angular, wanted.angular, self._limits.angular_acceleration * seconds
+            ),
+        )
+        return self.twist
+
+    def stop(self) -> Twist2D:
+        """Return a zero twist, from now on the one to start from."""
+        self.twist = ZERO
+        return ZERO
+
+
+def _nearer(value: float, wanted: float, step: float) -> float:
+    return value + min(step, max(-step, wanted - value))

@@ -1,0 +1,137 @@
+"""How far the robot's hull can move before it touches a point that the lidar sees."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from action_servers.core.drive_limits import Limits
+from action_servers.core.grid import Floats
+from action_servers.core.maneuver import ZERO, Twist2D
+from bt_mission.core.robot.model import RobotModel
+
+MARGIN_M = 0.01
+"""Kept between the hull and a point: one standard deviation of the lidar's noise."""
+
+_STEP_M = 0.02
+_STEP_RAD = 0.05
+_DEEPER_M = 1e-4
+_HORIZON_M = 0.35
+_HORIZON_RAD = 0.6
+_SLOW = 0.01
+
+
+@dataclass(frozen=True, slots=True)
+class Footprint:
+    """The robot seen from above: a rectangle, and the circle that it sweeps when it turns.
+
+    Metres from the middle of the axle; `rear` is negative. Corners of the rectangle that lie
+    outside the circle are no part of the robot: the wheels are wider than the body, not longer.
+    """
+
+    front: float
+    rear: float
+    half_width: float
+    turning_radius: float
+
+    def depth(self, forward: Floats, left: Floats) -> Floats:
+        """Return how deep points lie inside, in metres, or a negative number outside."""
+        sides = np.minimum(
+            np.minimum(self.front - forward, forward - self.rear), self.half_width - np.abs(left)
+        )
+        return np.minimum(sides, self.turning_radius - np.hypot(forward, left))
+
+    def grown(self, margin: float) -> Footprint:
+        """Return a footprint that is larger by `margin` metres on every side, not in its circle.
+
+        A path keeps only the circle free, so a margin there would let noise stop every turn.
+        """
+        return Footprint(
+            self.front + margin,
+            self.rear - margin,
+            self.half_width + margin,
+            self.turning_radius,
+        )
+
+
+def footprint(robot: RobotModel) -> Footprint:
+    """Return the footprint of a robot."""
+    hull = robot.hull
+    return Footprint(hull.front, hull.rear, hull.half_width, robot.turning_radius)
+
+
+def free_distance(points: Floats, body: Footprint, curvature: float, horizon: float) -> float:
+    """Return how far the base can drive along an arc, up to `horizon`, all in metres.
+
+    `points` are `n x 2`, seen from the base; `curvature` is in 1/m, left positive; a negative
+    horizon means backwards, and the distance comes back positive. Points within the margin of the
+    hull stop it only if it moves towards them.
+    """
+    near = _within(points, body.turning_radius + abs(horizon))
+    if not len(near):
+        return abs(horizon)
+    count = max(1, math.ceil(abs(horizon) / _STEP_M))
+    along = np.linspace(0.0, horizon, count + 1)
+    turned = along * curvature
+    if abs(curvature) < 1e-6:
+        x, y = along, np.zeros_like(along)
+    else:
+        x, y = np.sin(turned) / curvature, (1.0 - np.cos(turned)) / curvature
+    return _first_touch(near, body, x, y, turned, abs(horizon))
+
+
+def free_angle(points: Floats, body: Footprint, horizon: float) -> float:
+    """Return how far the base can turn in place, up to `horizon` radians, left positive.
+
+    The angle comes back positive for both directions.
+    """
+    near = _within(points, body.turning_radius)
+    if not len(near):
+        return abs(horizon)
+    count = max(1, math.ceil(abs(horizon) / _STEP_RAD))
+    turned = np.linspace(0.0, horizon, count + 1)
+    still = np.zeros_like(turned)
+    return _first_touch(near, body, still, still, turned, abs(horizon))
+
+
+def held_back(wanted: Twist2D, points: Floats, body: Footprint, limits: Limits) -> Twist2D:
+    """Return the twist that is wanted, slowed so that the robot can stop before it touches a point.
+
+    `points` are what the lidar sees, from the base, `n x 2` metres. The arc stays the same.
+    """
+    if abs(wanted.linear) < _SLOW:
+        horizon = math.copysign(_HORIZON_RAD, wanted.angular)
+        room = free_angle(points, body, horizon)
+        if room >= _HORIZON_RAD:
+            return wanted
+        allowed = abs(limits.spin(max(0.0, room - _STEP_RAD)))
+        share = min(1.0, allowed / max(abs(wanted.angular), 1e-9))
+        return Twist2D(0.0, wanted.angular * share) if allowed >= _SLOW else ZERO
+    horizon = math.copysign(_HORIZON_M, wanted.linear)
+    room = free_distance(points, body, wanted.angular / wanted.linear, horizon)
+    if room >= _HORIZON_M:
+        return wanted
+    allowed = limits.approach(room - _STEP_M)
+    share = min(1.0, allowed / abs(wanted.linear))
+    return Twist2D(wanted.linear * share, wanted.angular * share) if allowed >= _SLOW else ZERO
+
+
+def _within(points: Floats, reach: float) -> Floats:
+    return points[points[:, 0] ** 2 + points[:, 1] ** 2 < reach * reach]
+
+
+def _first_touch(
+    points: Floats, body: Footprint, x: Floats, y: Floats, yaw: Floats, horizon: float
+) -> float:
+    wide = body.grown(MARGIN_M)
+    across = points[:, 0] - x[:, None]
+    along = points[:, 1] - y[:, None]
+    cosine, sine = np.cos(yaw)[:, None], np.sin(yaw)[:, None]
+    depth = wide.depth(cosine * across + sine * along, cosine * along - sine * across)
+    allowed = np.maximum(depth[0], 0.0)
+    touching = np.any(depth > allowed + _DEEPER_M, axis=1)
+    if not touching.any():
+        return horizon
+    return horizon * (int(np.argmax(touching)) - 1) / (len(x) - 1)

@@ -1,0 +1,209 @@
+"""The pilot: the one owner of the base.
+
+It steps the maneuvers at the control rate and is alone in commanding velocities. At most one
+maneuver that drives runs at a time: a new one replaces it. Whatever way a driving maneuver ends,
+zero velocity is commanded before anybody hears of the end.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Literal, TypeAlias
+
+from action_servers.core.maneuver import (
+    ZERO,
+    ErrorCode,
+    Finished,
+    Maneuver,
+    Observation,
+    Twist2D,
+    Value,
+)
+from action_servers.core.tuning import TUNING
+
+Fields: TypeAlias = Mapping[str, Value]
+
+REFUSED_WHILE_DRIVING = "another goal drives the robot; it is not replaced (on_new_goal: refuse)"
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """How a goal ended, and the fields of its result."""
+
+    status: Literal["succeeded", "aborted", "canceled"]
+    error_code: int = 0
+    reason: str = ""
+    result: Fields | None = None
+    """None when the maneuver could not tell."""
+    cause: Exception | None = None
+    """What the maneuver raised, if it did."""
+
+
+class Run:
+    """One maneuver in the pilot's care; `on_end` is called exactly once."""
+
+    __slots__ = ("maneuver", "needs_base", "on_end", "on_feedback")
+
+    def __init__(
+        self,
+        maneuver: Maneuver,
+        on_feedback: Callable[[Fields], None],
+        on_end: Callable[[Outcome], None],
+    ) -> None:
+        self.maneuver = maneuver
+        self.needs_base = maneuver.needs_base
+        self.on_feedback = on_feedback
+        self.on_end = on_end
+
+
+class Pilot:
+    """Carries out maneuvers.
+
+    `observe` gives what is known of the robot, `command` sends a velocity to the base; commands
+    are kept within `max_linear` (m/s) and `max_angular` (rad/s). While one maneuver drives, a new
+    one replaces it, or is refused where `replaces` is false; of those that do not drive, at most
+    `side_goals` run at a time.
+    """
+
+    def __init__(
+        self,
+        observe: Callable[[], Observation],
+        command: Callable[[Twist2D], None],
+        *,
+        max_linear: float,
+        max_angular: float,
+        replaces: bool = True,
+        side_goals: int = TUNING.side_goals,
+    ) -> None:
+        self._observe = observe
+        self._command = command
+        self._max_linear = max_linear
+        self._max_angular = max_angular
+        self._replaces = replaces
+        self._side_goals = side_goals
+        self._runs: list[Run] = []
+        self._stepped_s: float | None = None
+
+    @property
+    def idle(self) -> bool:
+        """Whether nothing runs."""
+        return not self._runs
+
+    @property
+    def _driving(self) -> list[Run]:
+        return [run for run in self._runs if run.needs_base]
+
+    def refusal(self, *, needs_base: bool) -> str | None:
+        """Return why a maneuver is not to be started now, or None."""
+        driving = len(self._driving)
+        if needs_base:
+            return REFUSED_WHILE_DRIVING if driving and not self._replaces else None
+        beside = len(self._runs) - driving
+        if beside < self._side_goals:
+            return None
+        return f"{beside} goals that do not drive run already, which is the limit (side_goals)"
+
+    def start(self, run: Run) -> None:
+        """Take a maneuver in; its first step is at the next control step.
+
+        If it drives, it replaces the one that does, whose goal is aborted.
+        """
+        if run.needs_base:
+            self._end_all("replaced by a new goal", self._driving)
+        self._runs.append(run)
+
+    def cancel(self, run: Run) -> None:
+        """End a maneuver at once, on request; nothing happens if it has ended."""
+        self._end(run, Outcome("canceled"))
+
+    def fail(self, run: Run, error: Exception) -> None:
+        """End a maneuver at once, because of an exception; nothing happens if it has ended."""
+        self._end(run, raised(error))
+
+    def stop(self, reason: str) -> None:
+        """End every maneuver, and command zero velocity even if there was none."""
+        self._end_all(reason, list(self._runs))
+        self._command(ZERO)
+
+    def stop_driving(self, reason: str, code: ErrorCode) -> None:
+        """End the maneuver that drives, if any, with a code and a reason."""
+        self._end_all(reason, self._driving, code)
+
+    def step(self) -> None:
+        """Make one control step."""
+        if not self._runs:
+            self._stepped_s = None
+            return
+        runs = tuple(self._runs)
+        try:
+            now = self._observe()
+        except Exception as error:  # noqa: BLE001 - whatever a message holds, the base must stop
+            for run in runs:
+                self.fail(run, error)
+            return
+        before_s, self._stepped_s = self._stepped_s, now.time_s
+        if before_s is not None and now.time_s < before_s:
+            # What a maneuver does for a time, it would do for so much longer.
+            self._end_all(
+                f"the ROS clock was set back by {before_s - now.time_s:.2f} s", list(runs)
+            )
+            return
+        for run in runs:
+            if run in self._runs:
+                self._step(run, now)
+
+    def _step(self, run: Run, now: Observation) -> None:
+        try:
+            answer = run.maneuver.step(now)
+            if not isinstance(answer, Finished):
+                twist = self._within_limits(answer)
+                self._tell(run)
+                # Last, so that whatever raises above is followed by zero and nothing else.
+                if run.needs_base:
+                    self._command(twist)
+                return
+        except Exception as error:  # noqa: BLE001 - a fault in one maneuver must not end the server
+            self.fail(run, error)
+            return
+        self._end(run, Outcome(answer.status, answer.error_code, answer.reason), tell=True)
+
+    def _tell(self, run: Run) -> None:
+        feedback = run.maneuver.feedback()
+        if feedback is not None:
+            run.on_feedback(feedback)
+
+    def _within_limits(self, twist: object) -> Twist2D:
+        if not isinstance(twist, Twist2D):
+            raise TypeError(f"a maneuver must answer with Twist2D or Finished, got {twist!r}")
+        if not (math.isfinite(twist.linear) and math.isfinite(twist.angular)):
+            raise ValueError(f"a maneuver commanded {twist.linear} m/s, {twist.angular} rad/s")
+        linear = min(max(twist.linear, -self._max_linear), self._max_linear)
+        angular = min(max(twist.angular, -self._max_angular), self._max_angular)
+        return Twist2D(linear, angular)
+
+    def _end_all(self, reason: str, runs: list[Run], code: ErrorCode = ErrorCode.STOPPED) -> None:
+        for run in runs:
+            self._end(run, Outcome("aborted", code, reason))
+
+    def _end(self, run: Run, outcome: Outcome, *, tell: bool = False) -> None:
+        if run not in self._runs:
+            return
+        self._runs.remove(run)
+        if run.needs_base:
+            self._command(ZERO)
+        try:
+            if tell:
+                self._tell(run)
+            outcome = replace(outcome, result=run.maneuver.result())
+        except Exception as error:  # noqa: BLE001 - the goal must end, with what is known
+            if outcome.status == "succeeded":
+                outcome = raised(error)
+        run.on_end(outcome)
+
+
+def raised(error: Exception) -> Outcome:
+    """Return how a goal ends whose maneuver raised."""
+    reason = f"{type(error).__name__}: {error}"
+    return Outcome("aborted", ErrorCode.UNKNOWN, reason, cause=error)

@@ -1,0 +1,1 @@
+"""Maneuvers that drive or turn the base, and those that wait or measure beside them."""

@@ -1,0 +1,160 @@
+"""Drive straight ahead until something is near."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Protocol
+
+from action_servers.core.braking import speed_to_stop_in
+from action_servers.core.clearance import Obstacle, ahead, nearest_in_front, obstacle_points
+from action_servers.core.freshness import stale
+from action_servers.core.limits import first_fault, outside
+from action_servers.core.maneuver import (
+    SUCCEEDED,
+    Finished,
+    Observation,
+    Refusal,
+    Scan,
+    Twist2D,
+    Value,
+)
+from action_servers.core.tuning import TUNING, Tuning
+from action_servers.driving.drive import Drive
+from bt_mission.core.robot.model import RobotModel
+
+SLOWEST = 0.01
+"""m/s: the lowest speed that is accepted, and the one at which the last millimetres are driven."""
+
+ARRIVED_WITHIN = 0.003
+"""Metres before the stopping distance at which the robot has arrived."""
+
+
+GONE_BEYOND = 0.05
+"""Metres beyond the stopping distance at which an obstacle that was there has left."""
+
+
+class Goal(Protocol):
+    """The goal fields of `bt_mission_interfaces/action/ExploreForward`."""
+
+    @property
+    def fwd_velocity(self) -> float:
+        """Speed, m/s."""
+
+    @property
+    def stopping_distance(self) -> float:
+        """Gap between hull and obstacle at which to stop, metres."""
+
+
+def plan(
+    goal: Goal, now: Observation, robot: RobotModel, tuning: Tuning = TUNING
+) -> ExploreForward | Refusal:
+    """Check a goal against the robot and what it sees."""
+    lidar, front = robot.lidar, robot.hull.front
+    blind = lidar.min_range - (front - lidar.x)
+    reach = lidar.max_range - (front - lidar.x)
+    nearest = tuning.explore_nearest + max(0.0, blind)
+    fault = first_fault(
+        outside("fwd_velocity", goal.fwd_velocity, SLOWEST, robot.max_linear_velocity, "m/s"),
+        outside("stopping_distance", goal.stopping_distance, nearest, reach, "m"),
+    )
+    if fault is not None:
+        return Refusal(fault)
+    unready = stale(now, tuning.sensor_timeout)
+    if unready is not None:
+        return Refusal(unready.reason)
+    return ExploreForward(goal.fwd_velocity, goal.stopping_distance, robot, tuning)
+
+
+class ExploreForward:
+    """Drives at `speed` (m/s) until the hull is `stopping_distance` (metres) from an obstacle.
+
+    It brakes in time to stand at that distance, and is finished once it stands. Between two scans
+    it counts on with odometry.
+    """
+
+    needs_base = True
+
+    def __init__(
+        self,
+        speed: float,
+        stopping_distance: float,
+        robot: RobotModel,
+        tuning: Tuning = TUNING,
+    ) -> None:
+        self._speed = speed
+        self._stopping_distance = stopping_distance
+        self._robot = robot
+        # Half of what the base can do, so that it follows the slowing down with ease.
+        self._deceleration = 0.5 * robot.max_linear_acceleration
+        self._side_margin = tuning.side_margin
+        self._drive = Drive(robot, tuning)
+        self._arrived = False
+        self._scan: Scan | None = None
+        self._ahead: Obstacle | None = None
+        self._aside: Obstacle | None = None
+        self._distance_at_scan = 0.0
+        self._told: tuple[float, float] | None = None
+
+    def step(self, now: Observation) -> Twist2D | Finished:
+        """Drive on, slow down, or end."""
+        fault = self._drive.fault(now)
+        if fault is not None:
+            return fault
+        self._look(now)
+        remaining = self._gap() - self._stopping_distance
+        self._arrived = self._arrived or remaining <= ARRIVED_WITHIN
+        if self._arrived:
+            rest = self._drive.rest(now)
+            if rest is not None:
+                return rest
+            if remaining <= GONE_BEYOND:
+                return SUCCEEDED
+            self._arrived = False  # what it stopped for has left
+        within_braking = speed_to_stop_in(
+            remaining, deceleration=self._deceleration, delay_s=self._drive.delay_s(now)
+        )
+        speed = min(self._speed, max(SLOWEST, within_braking))
+        return self._drive.command(now, Twist2D(speed, 0.0))
+
+    def feedback(self) -> Mapping[str, Value] | None:
+        """Return distance driven and gap ahead, when either has changed."""
+        telling = (self._drive.distance, self._gap())
+        if telling == self._told:
+            return None
+        self._told = telling
+        return {"current_distance_travelled": telling[0], "closest_obstacle": telling[1]}
+
+    def result(self) -> Mapping[str, Value]:
+        """Return distance driven, gap ahead (inf when nothing is seen there) and its bearing."""
+        return {
+            "total_distance_travelled": self._drive.distance,
+            "closest_obstacle": self._gap(),
+            "closest_obstacle_angle": self._bearing_deg(),
+        }
+
+    def _look(self, now: Observation) -> None:
+        scan = now.scan
+        if scan is None or scan is self._scan:
+            return
+        self._scan = scan
+        points = obstacle_points(scan, self._robot.lidar)
+        self._ahead = ahead(points, self._robot.hull, self._side_margin)
+        self._aside = None if self._ahead else nearest_in_front(points, self._robot.hull)
+        speed = now.velocity.linear if now.velocity else 0.0
+        self._distance_at_scan = self._drive.distance - speed * (now.odom_stamp_s - scan.stamp_s)
+
+    def _advance(self) -> float:
+        return self._drive.distance - self._distance_at_scan
+
+    def _gap(self) -> float:
+        if self._ahead is None:
+            return math.inf
+        return max(0.0, self._ahead.gap - self._advance())
+
+    def _bearing_deg(self) -> float:
+        """Bearing of what is ahead; of the nearest thing beside the way if that is free; else 0."""
+        seen = self._ahead or self._aside
+        if seen is None:
+            return 0.0
+        return math.degrees(math.atan2(seen.y, seen.x - self._advance()))

@@ -1,0 +1,108 @@
+"""Drive at a constant velocity for a time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Protocol
+
+from action_servers.core.freshness import stale
+from action_servers.core.limits import first_fault, outside
+from action_servers.core.maneuver import (
+    SUCCEEDED,
+    ErrorCode,
+    Finished,
+    Observation,
+    Refusal,
+    Twist2D,
+    Value,
+)
+from action_servers.core.ticker import Ticker
+from action_servers.core.tuning import TUNING, Tuning
+from action_servers.driving.drive import Drive
+from action_servers.driving.path import Way
+from bt_mission.core.robot.model import RobotModel
+
+DEFAULT_SPEED = 0.1
+"""m/s straight on, for a goal that gives no velocity."""
+
+
+class Goal(Protocol):
+    """The goal fields of `bt_mission_interfaces/action/Move`."""
+
+    @property
+    def secs(self) -> int:
+        """How long to drive, s."""
+
+    @property
+    def linear_velocity(self) -> float:
+        """m/s, forward positive."""
+
+    @property
+    def angular_velocity(self) -> float:
+        """rad/s, left positive."""
+
+
+def plan(
+    goal: Goal, now: Observation, robot: RobotModel, tuning: Tuning = TUNING
+) -> Move | Refusal:
+    """Check a goal against the robot and what it sees."""
+    fastest, sharpest = robot.max_linear_velocity, robot.max_angular_velocity
+    fault = first_fault(
+        outside("secs", goal.secs, 1, tuning.duration_limit, "s"),
+        outside("linear_velocity", goal.linear_velocity, -fastest, fastest, "m/s"),
+        outside("angular_velocity", goal.angular_velocity, -sharpest, sharpest, "rad/s"),
+    )
+    if fault is not None:
+        return Refusal(fault)
+    unready = stale(now, tuning.sensor_timeout)
+    if unready is not None:
+        return Refusal(unready.reason)
+    twist = Twist2D(goal.linear_velocity, goal.angular_velocity)
+    if twist == Twist2D():
+        twist = Twist2D(DEFAULT_SPEED, 0.0)
+    return Move(goal.secs, twist, robot, tuning)
+
+
+class Move:
+    """Drives at `twist` for exactly `secs` seconds of ROS time, then stops, and ends standing.
+
+    It ends blocked, in time to stand before an obstacle that lies on its way.
+    """
+
+    needs_base = True
+
+    def __init__(
+        self, secs: int, twist: Twist2D, robot: RobotModel, tuning: Tuning = TUNING
+    ) -> None:
+        self._secs = secs
+        self._twist = twist
+        self._drive = Drive(robot, tuning)
+        self._way = Way(robot, tuning)
+        self._ticker = Ticker()
+
+    def step(self, now: Observation) -> Twist2D | Finished:
+        """Drive on, or end."""
+        fault = self._drive.fault(now)
+        if fault is not None:
+            return fault
+        self._ticker.update(now.time_s)
+        if self._ticker.has_reached(self._secs):
+            return self._drive.rest(now) or SUCCEEDED
+        obstacle = self._way.blocked(now, self._twist)
+        if obstacle is not None:
+            return Finished("aborted", ErrorCode.BLOCKED, f"{obstacle}, after {self._done()}")
+        return self._drive.command(now, self._twist)
+
+    def feedback(self) -> Mapping[str, Value] | None:
+        """Return what is done so far, once a second."""
+        if not self._ticker.take() or self._ticker.count > self._secs:
+            return None
+        return {"feedback": f"driving, {self._done()} so far"}
+
+    def result(self) -> Mapping[str, Value]:
+        """Return real duration and distance."""
+        return {"status": f"drove for {self._done()}"}
+
+    def _done(self) -> str:
+        elapsed_s = min(self._ticker.elapsed_s, self._secs)
+        return f"{elapsed_s:.2f} of {self._secs} s, {self._drive.distance:.2f} m"

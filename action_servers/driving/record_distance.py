@@ -1,0 +1,94 @@
+"""Measure how far the robot drives in a time, whoever drives it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Protocol
+
+from action_servers.core.freshness import stale_odometry
+from action_servers.core.limits import outside
+from action_servers.core.maneuver import (
+    SUCCEEDED,
+    ZERO,
+    ErrorCode,
+    Finished,
+    Observation,
+    Refusal,
+    Twist2D,
+    Value,
+)
+from action_servers.core.odometer import Odometer
+from action_servers.core.ticker import Ticker
+from action_servers.core.tuning import TUNING, Tuning
+from bt_mission.core.robot.model import RobotModel
+
+
+class Goal(Protocol):
+    """The goal fields of `bt_mission_interfaces/action/RecordDistance`."""
+
+    @property
+    def seconds(self) -> int:
+        """How long to measure, s."""
+
+
+def plan(
+    goal: Goal,
+    now: Observation,
+    robot: RobotModel,
+    publish: Callable[[float], None],
+    tuning: Tuning = TUNING,
+) -> RecordDistance | Refusal:
+    """Check a goal; `publish` is told the distance so far, in metres, once a second."""
+    fault = outside("seconds", goal.seconds, 1, tuning.duration_limit, "s")
+    if fault is not None:
+        return Refusal(fault)
+    unready = stale_odometry(now, tuning.sensor_timeout)
+    if unready is not None:
+        return Refusal(unready.reason)
+    return RecordDistance(goal.seconds, robot, publish, tuning)
+
+
+class RecordDistance:
+    """Adds up odometry for `seconds` of ROS time, and tells of it once a second."""
+
+    needs_base = False
+
+    def __init__(
+        self,
+        seconds: int,
+        robot: RobotModel,
+        publish: Callable[[float], None],
+        tuning: Tuning = TUNING,
+    ) -> None:
+        self._seconds = seconds
+        self._publish = publish
+        self._timeout_s = tuning.sensor_timeout
+        self._odometer = Odometer(robot.max_linear_velocity, robot.max_angular_velocity)
+        self._ticker = Ticker()
+        self._tell = False
+
+    def step(self, now: Observation) -> Twist2D | Finished:
+        """Take in odometry, or end."""
+        fault = stale_odometry(now, self._timeout_s)
+        if fault is not None:
+            return fault
+        jump = self._odometer.update(now)
+        if jump is not None:
+            return Finished("aborted", ErrorCode.NO_ODOMETRY, jump)
+        self._ticker.update(now.time_s)
+        self._tell = self._ticker.take()
+        if self._tell:
+            self._publish(self._odometer.distance)
+        return SUCCEEDED if self._ticker.has_reached(self._seconds) else ZERO
+
+    def feedback(self) -> Mapping[str, Value] | None:
+        """Return the distance so far, once a second."""
+        tell, self._tell = self._tell, False
+        return {"current_dist": self._odometer.distance} if tell else None
+
+    def result(self) -> Mapping[str, Value]:
+        """Return the distance, and whether the whole time was measured."""
+        return {
+            "status": self._ticker.has_reached(self._seconds),
+            "total_dist": self._odometer.distance,
+        }

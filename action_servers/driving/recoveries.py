@@ -1,0 +1,108 @@
+"""What Nav2's recoveries have in common: codes, a time allowance, and goals that are no use.
+
+Behaviour and codes follow the behaviour server of Nav2 for ROS 2 Jazzy: a goal that cannot be
+carried out is accepted and then aborted, a time allowance of 0 is none, and every result has the
+time that was used. Numbers that are not finite, and speeds that the robot does not have, are
+rejected, which a client of Nav2 understands, too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+from action_servers.core.maneuver import ErrorCode, Finished, Observation, Twist2D, Value
+
+_ROUNDING_S = 1e-6
+_NS = 1_000_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class Codes:
+    """`error_code` of one of Nav2's recoveries; `invalid_input` is 0 where it has none."""
+
+    unknown: int
+    timeout: int
+    tf_error: int
+    collision_ahead: int
+    invalid_input: int = 0
+
+    def of(self, finished: Finished) -> Finished:
+        """Return an end with one of our codes as one with Nav2's."""
+        code = {
+            ErrorCode.NONE: 0,
+            ErrorCode.NO_ODOMETRY: self.tf_error,
+            ErrorCode.BLOCKED: self.collision_ahead,
+        }.get(ErrorCode(finished.error_code), self.unknown)
+        return Finished(finished.status, code, finished.reason)
+
+
+SPIN = Codes(unknown=700, timeout=701, tf_error=702, collision_ahead=703)
+BACK_UP = Codes(unknown=710, timeout=711, tf_error=712, invalid_input=713, collision_ahead=714)
+DRIVE_ON_HEADING = Codes(
+    unknown=720, timeout=721, tf_error=722, collision_ahead=723, invalid_input=724
+)
+
+
+class Duration(Protocol):
+    """A `builtin_interfaces/Duration`."""
+
+    @property
+    def sec(self) -> int:
+        """Whole seconds, rounded down."""
+
+    @property
+    def nanosec(self) -> int:
+        """Nanoseconds on top."""
+
+
+def seconds_of(duration: Duration) -> float:
+    """Return a duration in seconds."""
+    return (duration.sec * _NS + duration.nanosec) / _NS
+
+
+def negative(name: str, seconds: float) -> str | None:
+    """Return why a duration that must not be negative is wrong, or None."""
+    return None if seconds >= 0.0 else f"{name} must not be negative, got {seconds:g} s"
+
+
+class Allowance:
+    """The time since the first control step, and whether more is used than `seconds` (0: any)."""
+
+    def __init__(self, seconds: float, codes: Codes) -> None:
+        self._seconds = seconds
+        self._codes = codes
+        self._start_s: float | None = None
+        self.elapsed_s = 0.0
+
+    def update(self, now: Observation) -> Finished | None:
+        """Take in the time; return the end of the goal when too much is used."""
+        if self._start_s is None:
+            self._start_s = now.time_s
+        self.elapsed_s = max(self.elapsed_s, now.time_s - self._start_s)
+        if not self._seconds or self.elapsed_s <= self._seconds + _ROUNDING_S:
+            return None
+        reason = f"the time allowance of {self._seconds:g} s is used up"
+        return Finished("aborted", self._codes.timeout, reason)
+
+
+class Useless:
+    """A goal that is accepted and then aborted, because nothing can come of it."""
+
+    needs_base = False
+
+    def __init__(self, code: int, reason: str) -> None:
+        self._end = Finished("aborted", code, reason)
+
+    def step(self, now: Observation) -> Twist2D | Finished:  # noqa: ARG002 - a maneuver's
+        """End."""
+        return self._end
+
+    def feedback(self) -> Mapping[str, Value] | None:
+        """Return nothing: nothing was done."""
+        return None
+
+    def result(self) -> Mapping[str, Value]:
+        """Return that no time was used."""
+        return {"total_elapsed_time": 0.0}

@@ -1,0 +1,78 @@
+"""Nav2's Spin: turn on the spot by an angle."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Protocol
+
+from action_servers.core.freshness import stale
+from action_servers.core.limits import first_fault, outside
+from action_servers.core.maneuver import Finished, Observation, Refusal, Twist2D, Value
+from action_servers.core.tuning import TUNING, Tuning
+from action_servers.driving.recoveries import SPIN, Allowance, Duration, negative, seconds_of
+from action_servers.driving.turn import Turn
+from bt_mission.core.robot.model import RobotModel
+
+
+class Goal(Protocol):
+    """The goal fields of `nav2_msgs/action/Spin`."""
+
+    @property
+    def target_yaw(self) -> float:
+        """How far to turn, rad, left positive, not wrapped."""
+
+    @property
+    def time_allowance(self) -> Duration:
+        """When to give up; 0 for never."""
+
+
+def plan(
+    goal: Goal, now: Observation, robot: RobotModel, tuning: Tuning = TUNING
+) -> Spin | Refusal:
+    """Check a goal against what the robot sees."""
+    limit = math.radians(tuning.turn_limit)
+    allowance = seconds_of(goal.time_allowance)
+    fault = first_fault(
+        outside("target_yaw", goal.target_yaw, -limit, limit, "rad"),
+        negative("time_allowance", allowance),
+    )
+    if fault is not None:
+        return Refusal(fault)
+    unready = stale(now, tuning.sensor_timeout)
+    if unready is not None:
+        return Refusal(unready.reason)
+    return Spin(goal.target_yaw, allowance, robot, tuning)
+
+
+class Spin:
+    """A :class:`Turn` with Nav2's fields and codes."""
+
+    needs_base = True
+
+    def __init__(
+        self, angle: float, allowance_s: float, robot: RobotModel, tuning: Tuning = TUNING
+    ) -> None:
+        speed = min(tuning.spin_velocity, robot.max_angular_velocity)
+        self._turn = Turn(angle, speed, robot, tuning)
+        self._allowance = Allowance(allowance_s, SPIN)
+        self._told: float | None = None
+
+    def step(self, now: Observation) -> Twist2D | Finished:
+        """Turn on, or end."""
+        late = self._allowance.update(now)
+        answer = self._turn.step(now)
+        if isinstance(answer, Finished):
+            return SPIN.of(answer)
+        return late or answer
+
+    def feedback(self) -> Mapping[str, Value] | None:
+        """Return the angle turned, when it has changed."""
+        if self._turn.yaw == self._told:
+            return None
+        self._told = self._turn.yaw
+        return {"angular_distance_traveled": self._turn.yaw}
+
+    def result(self) -> Mapping[str, Value]:
+        """Return the time used."""
+        return {"total_elapsed_time": self._allowance.elapsed_s}

@@ -1,0 +1,183 @@
+"""Nav2's BackUp and DriveOnHeading: drive straight by a distance."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Protocol
+
+from action_servers.core.braking import speed_to_stop_in
+from action_servers.core.freshness import stale
+from action_servers.core.limits import first_fault, outside
+from action_servers.core.maneuver import (
+    SUCCEEDED,
+    ErrorCode,
+    Finished,
+    Observation,
+    Refusal,
+    Twist2D,
+    Value,
+)
+from action_servers.core.tuning import TUNING, Tuning
+from action_servers.driving.drive import Drive
+from action_servers.driving.path import Way
+from action_servers.driving.recoveries import (
+    BACK_UP,
+    DRIVE_ON_HEADING,
+    Allowance,
+    Codes,
+    Duration,
+    Useless,
+    negative,
+    seconds_of,
+)
+from bt_mission.core.robot.model import RobotModel
+
+SLOWEST = 0.01
+"""m/s at which the last millimetres are driven."""
+
+ARRIVED_WITHIN = 0.003
+"""Metres before the end at which the robot is told to stop."""
+
+
+class Point(Protocol):
+    """A `geometry_msgs/Point`, metres."""
+
+    @property
+    def x(self) -> float:
+        """Ahead."""
+
+    @property
+    def y(self) -> float:
+        """To the left."""
+
+    @property
+    def z(self) -> float:
+        """Up."""
+
+
+class Goal(Protocol):
+    """The goal fields of `nav2_msgs/action/BackUp` and `DriveOnHeading`."""
+
+    @property
+    def target(self) -> Point:
+        """How far to drive."""
+
+    @property
+    def speed(self) -> float:
+        """How fast, m/s."""
+
+    @property
+    def time_allowance(self) -> Duration:
+        """When to give up; 0 for never."""
+
+
+def plan_back_up(
+    goal: Goal, now: Observation, robot: RobotModel, tuning: Tuning = TUNING
+) -> Straight | Useless | Refusal:
+    """Check a goal; whatever the signs, the robot drives backwards."""
+    distance, speed = -abs(goal.target.x), -abs(goal.speed)
+    return _plan(goal, (distance, speed), BACK_UP, now, robot, tuning)
+
+
+def plan_drive_on_heading(
+    goal: Goal, now: Observation, robot: RobotModel, tuning: Tuning = TUNING
+) -> Straight | Useless | Refusal:
+    """Check a goal; the signs of distance and speed must agree."""
+    return _plan(goal, (goal.target.x, goal.speed), DRIVE_ON_HEADING, now, robot, tuning)
+
+
+def _plan(
+    goal: Goal,
+    way: tuple[float, float],
+    codes: Codes,
+    now: Observation,
+    robot: RobotModel,
+    tuning: Tuning,
+) -> Straight | Useless | Refusal:
+    distance, speed = way
+    fastest, longest = robot.max_linear_velocity, tuning.distance_limit
+    allowance = seconds_of(goal.time_allowance)
+    fault = first_fault(
+        outside("target.x", distance, -longest, longest, "m"),
+        None if math.isfinite(goal.target.y + goal.target.z) else "target must be finite",
+        outside("speed", speed, -fastest, fastest, "m/s"),
+        negative("time_allowance", allowance),
+    )
+    if fault is not None:
+        return Refusal(fault)
+    if goal.target.y != 0.0 or goal.target.z != 0.0:
+        reason = f"target.y and target.z must be 0, got {goal.target.y:g} and {goal.target.z:g}"
+        return Useless(codes.invalid_input, reason)
+    if codes is DRIVE_ON_HEADING and (distance > 0.0) != (speed > 0.0):
+        reason = f"target.x and speed must have one sign, got {distance:g} m and {speed:g} m/s"
+        return Useless(codes.invalid_input, reason)
+    if abs(speed) < SLOWEST and distance != 0.0:
+        return Useless(codes.invalid_input, f"speed must be {SLOWEST:g} m/s or more, got {speed:g}")
+    unready = stale(now, tuning.sensor_timeout)
+    if unready is not None:
+        return Refusal(unready.reason)
+    return Straight(distance, abs(speed), allowance, codes, robot, tuning)
+
+
+class Straight:
+    """Drives by `distance` (metres, negative for backwards) at up to `speed` (m/s, positive).
+
+    It brakes in time to stand at the end, and before an obstacle that lies on its way.
+    """
+
+    needs_base = True
+
+    def __init__(
+        self,
+        distance: float,
+        speed: float,
+        allowance_s: float,
+        codes: Codes,
+        robot: RobotModel,
+        tuning: Tuning = TUNING,
+    ) -> None:
+        self._length = abs(distance)
+        self._direction = math.copysign(1.0, distance)
+        self._speed = speed
+        self._codes = codes
+        # Half of what the base can do, so that it follows the slowing down with ease.
+        self._deceleration = 0.5 * robot.max_linear_acceleration
+        self._drive = Drive(robot, tuning)
+        self._way = Way(robot, tuning)
+        self._allowance = Allowance(allowance_s, codes)
+        self._told: float | None = None
+
+    def step(self, now: Observation) -> Twist2D | Finished:
+        """Drive on, slow down, or end."""
+        late = self._allowance.update(now)
+        answer = self._drive.fault(now) or self._drive_on(now)
+        if isinstance(answer, Finished):
+            return self._codes.of(answer)
+        return late or answer
+
+    def feedback(self) -> Mapping[str, Value] | None:
+        """Return the distance driven, when it has changed."""
+        if self._drive.distance == self._told:
+            return None
+        self._told = self._drive.distance
+        return {"distance_traveled": self._drive.distance}
+
+    def result(self) -> Mapping[str, Value]:
+        """Return the time used."""
+        return {"total_elapsed_time": self._allowance.elapsed_s}
+
+    def _drive_on(self, now: Observation) -> Twist2D | Finished:
+        remaining = self._length - self._drive.distance
+        if remaining <= ARRIVED_WITHIN:
+            return self._drive.rest(now) or SUCCEEDED
+        within_braking = speed_to_stop_in(
+            remaining, deceleration=self._deceleration, delay_s=self._drive.delay_s(now)
+        )
+        speed = min(self._speed, max(SLOWEST, within_braking))
+        twist = Twist2D(self._direction * speed, 0.0)
+        obstacle = self._way.blocked(now, twist)
+        if obstacle is not None:
+            reason = f"{obstacle}, after {self._drive.distance:.2f} of {self._length:.2f} m"
+            return Finished("aborted", ErrorCode.BLOCKED, reason)
+        return self._drive.command(now, twist)

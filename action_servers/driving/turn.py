@@ -1,0 +1,113 @@
+"""Turn on the spot by an angle."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Protocol
+
+from action_servers.core.freshness import stale
+from action_servers.core.limits import first_fault, outside
+from action_servers.core.maneuver import SUCCEEDED, Finished, Observation, Refusal, Twist2D, Value
+from action_servers.core.tuning import TUNING, Tuning
+from action_servers.driving.drive import Drive
+from action_servers.driving.rotation import Rotation
+from bt_mission.core.robot.model import RobotModel
+
+SLOWEST = 0.05
+"""rad/s: the lowest speed that is accepted."""
+
+DEFAULT_SPEED = 1.0
+"""rad/s, taken for 0: the upper end of what Nav2's spin behaviour turns at (0.4 to 1.0)."""
+
+
+class Goal(Protocol):
+    """The goal fields of `bt_mission_interfaces/action/Turn`."""
+
+    @property
+    def angle(self) -> float:
+        """How far to turn, degrees, left positive, not wrapped."""
+
+    @property
+    def angular_velocity(self) -> float:
+        """Speed, rad/s; 0 for the default."""
+
+
+def plan(
+    goal: Goal,
+    now: Observation,
+    robot: RobotModel,
+    default_speed: float = DEFAULT_SPEED,
+    tuning: Tuning = TUNING,
+) -> Turn | Refusal:
+    """Check a goal against the robot and what it sees. An angle of 0 succeeds without moving."""
+    fastest = robot.max_angular_velocity
+    speed = goal.angular_velocity
+    fault = first_fault(
+        outside("angle", goal.angle, -tuning.turn_limit, tuning.turn_limit, "deg"),
+        None if speed == 0.0 else outside("angular_velocity", speed, SLOWEST, fastest, "rad/s"),
+    )
+    if fault is not None:
+        return Refusal(fault)
+    unready = stale(now, tuning.sensor_timeout)
+    if unready is not None:
+        return Refusal(unready.reason)
+    return Turn(math.radians(goal.angle), speed or min(default_speed, fastest), robot, tuning)
+
+
+class Turn:
+    """Turns by `angle` (radians, left positive, not wrapped) at up to `speed` (rad/s).
+
+    It slows down near the end, and is finished once it stands at the angle.
+    """
+
+    needs_base = True
+
+    def __init__(
+        self, angle: float, speed: float, robot: RobotModel, tuning: Tuning = TUNING
+    ) -> None:
+        self._angle = angle
+        self._speed = speed
+        self._drive = Drive(robot, tuning)
+        self._rotation = Rotation(self._drive, robot, tuning)
+        self._tolerance = math.radians(tuning.turn_tolerance)
+        self._resting = False
+        self._told: float | None = None
+
+    @property
+    def yaw(self) -> float:
+        """Angle turned so far, radians, left positive."""
+        return self._drive.yaw
+
+    def step(self, now: Observation) -> Twist2D | Finished:
+        """Turn on, slow down, or end."""
+        fault = self._drive.fault(now)
+        if fault is not None:
+            return fault
+        if self._resting:
+            rest = self._drive.rest(now)
+            if rest is not None:
+                return rest
+            if abs(self._angle - self._drive.yaw) <= self._tolerance:
+                return SUCCEEDED
+            self._resting = False  # it slid past the end: turn back
+        twist = self._rotation.towards(now, self._angle, self._speed)
+        if twist is not None:
+            return twist
+        self._resting = True
+        return self._drive.rest(now) or SUCCEEDED
+
+    def feedback(self) -> Mapping[str, Value] | None:
+        """Return the angle turned and the one that remains, when they have changed."""
+        turned = self._drive.yaw
+        if turned == self._told:
+            return None
+        self._told = turned
+        return {
+            "current_angle": math.degrees(turned),
+            "remaining_angle": math.degrees(self._angle - turned),
+        }
+
+    def result(self) -> Mapping[str, Value]:
+        """Return the angle turned, degrees."""
+        return {"angle_turned": math.degrees(self._drive.yaw)}

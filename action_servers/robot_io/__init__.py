@@ -1,0 +1,1 @@
+"""The robot as its topics and parameters: commands out, sensors in."""

@@ -1,0 +1,129 @@
+"""The way from the pilot to the wheels: one publisher of commands, of the type the robot takes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Twist, TwistStamped
+from rclpy.duration import Duration
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.serialization import serialize_message
+
+from action_servers.core.action import Action
+from action_servers.core.maneuver import Maneuver, Observation, Refusal, Twist2D
+from action_servers.robot_io.command_types import STAMPED, Listeners
+from action_servers.robot_io.robot_settings import Wiring
+from bt_mission.core.cdr.writer import Packed
+from bt_mission.core.dds.liveliness import RECORDER
+
+WATCH_PERIOD_S = 0.5
+"""Seconds between two looks at who listens."""
+
+
+class Base:
+    """Commands to the base, as `geometry_msgs/TwistStamped` or `geometry_msgs/Twist`.
+
+    With the type "auto", it is the one that is listened for. Where the wiring is watched, goals
+    that drive are refused with the reason while nobody would hear, and `on_fault` is told once.
+
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        wiring: Wiring,
+        on_fault: Callable[[str], None],
+    ) -> None:
+        self._node = node
+        self._clock = node.get_clock()
+        self._log: Any = node.get_logger()
+        self._topic = node.resolve_topic_name(wiring.topics.cmd_vel)
+        self._frame = wiring.base_frame
+        self._on_fault = on_fault
+        self._listeners = Listeners(self._topic, wiring.command_type)
+        self._publisher: Publisher | None = None
+        self._stamp = Time()
+        self._message: Packed
+        self._fault: str | None = None
+        self._watched = wiring.watched
+        self._told: str | None = None
+        if self.type is not None:
+            self._open()
+        if self._watched:
+            # Not at once: discovery takes a moment, and whoever is told is not made yet.
+            self._fault = f"nobody has looked yet who listens on {self._topic}"
+            node.create_timer(WATCH_PERIOD_S, self.watch)
+
+    @property
+    def fault(self) -> str | None:
+        """Why the robot would not hear, as of the last look, or None."""
+        return self._fault
+
+    @property
+    def type(self) -> str | None:
+        """Full name of the type that is sent; None until it is known."""
+        return self._listeners.type
+
+    def command(self, twist: Twist2D) -> None:
+        """Send a velocity; without a listener there is none to send it to."""
+        publisher = self._publisher
+        if publisher is None or not self._node.context.ok():
+            return  # whoever shut the context down has taken the publisher away
+        (numbers,) = self._message.numbers
+        numbers.linear.x, numbers.angular.z = twist.linear, twist.angular
+        self._stamp.sec, self._stamp.nanosec = divmod(self._clock.now().nanoseconds, 10**9)
+        publisher.publish(self._message.packed())
+
+    def watch(self) -> str | None:
+        """Look who listens; return why the robot would not hear, or None."""
+        if not self._watched:
+            return None
+        infos = self._node.get_subscriptions_info_by_topic(self._topic)
+        self._fault = self._listeners.look(
+            info.topic_type for info in infos if info.node_name != RECORDER
+        )
+        if self._publisher is None and self.type is not None:
+            self._open()
+        if self._fault != self._told:
+            self._tell()
+        return self._fault
+
+    def guarded(self, action: Action) -> Action:
+        """Return the action, with goals that drive refused while the robot would not hear."""
+
+        def plan(goal: Any, now: Observation) -> Maneuver | Refusal:
+            planned = action.plan(goal, now)
+            if isinstance(planned, Refusal) or not planned.needs_base:
+                return planned
+            fault = self.watch()
+            return planned if fault is None else Refusal(fault)
+
+        return replace(action, plan=plan) if self._watched else action
+
+    def wait_until_stopped(self, timeout_s: float) -> None:
+        """Block until every subscriber has acknowledged the last command."""
+        if self._publisher is not None:
+            self._publisher.wait_for_all_acked(Duration(nanoseconds=round(timeout_s * 1e9)))
+
+    def _open(self) -> None:
+        message: Any = TwistStamped() if self.type == STAMPED else Twist()
+        twist = message
+        if self.type == STAMPED:
+            message.header.stamp, message.header.frame_id = self._stamp, self._frame
+            twist = message.twist
+        parts = [(twist, ("linear.x", "angular.z"))]
+        self._message = Packed(message, self._stamp, parts, serialize_message)
+        self._publisher = self._node.create_publisher(type(message), self._topic, 10)
+        self._log.info(f"commands go to {self._topic} as {self.type}")
+
+    def _tell(self) -> None:
+        self._told = self._fault
+        if self._fault is None:
+            self._log.info(f"{self._topic} is listened to as {self.type}")
+            return
+        self._log.error(self._fault)
+        self._on_fault(self._fault)

@@ -1,0 +1,195 @@
+"""Between ROS messages and the pure types of maneuvers: each message is translated in one place."""
+
+from __future__ import annotations
+
+import importlib
+import math
+from array import array
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from action_servers.core.maneuver import Grid, Image, Pose2D, Scan, Twist2D, Value
+from bt_mission.core.robot.model import Lidar
+
+MAP_FRAME = "map"
+
+_CHANNELS = {"rgb8": 3, "bgr8": 3, "rgba8": 4, "bgra8": 4, "mono8": 1}
+_NUMBERS = {"float", "double"}
+_TEXTS = {"string", "wstring"}
+_TIMES = {"builtin_interfaces/Duration", "builtin_interfaces/Time"}
+_SEQUENCE = "sequence<"
+
+
+@dataclass(frozen=True, slots=True)
+class Odometry:
+    """One odometry message: pose in `frame`, velocity of the base, stamp in seconds."""
+
+    stamp_s: float
+    frame: str
+    pose: Pose2D
+    velocity: Twist2D
+
+
+def seconds(nanoseconds: int) -> float:
+    """Return a time in seconds; equal times give equal floats, whatever message they come from."""
+    return nanoseconds / 1e9
+
+
+def stamp_of(header: Any) -> float:
+    """Return the stamp of a `std_msgs/Header` in seconds."""
+    return seconds(header.stamp.sec * 1_000_000_000 + header.stamp.nanosec)
+
+
+def scan_of(message: Any, lidar: Lidar | None = None) -> Scan | None:
+    """Translate a `sensor_msgs/LaserScan`; None when it measures nothing.
+
+    That is: it has no rays, angles that are none, or only rays that are NaN (how the driver of the
+    LDS-02 says "no measurement") or 0 (the LDS-01's). Inf is a measurement: nothing is there.
+
+    The limits are the narrower ones of the message and of the robot's lidar, if it is given.
+    """
+    ranges = np.asarray(message.ranges, dtype=np.float32)
+    if not np.any(ranges > 0.0) or not math.isfinite(message.angle_min + message.angle_increment):
+        return None
+    return Scan(
+        stamp_s=stamp_of(message.header),
+        angle_min=message.angle_min,
+        angle_increment=message.angle_increment,
+        range_min=max(message.range_min, lidar.min_range) if lidar else message.range_min,
+        range_max=min(message.range_max, lidar.max_range) if lidar else message.range_max,
+        ranges=ranges,
+    )
+
+
+def odometry_of(message: Any) -> Odometry | None:
+    """Translate a `nav_msgs/Odometry`; None when a number in it is none."""
+    pose = pose_of(message.pose.pose)
+    linear, angular = message.twist.twist.linear.x, message.twist.twist.angular.z
+    if pose is None or not math.isfinite(linear + angular):
+        return None
+    stamp_s = stamp_of(message.header)
+    return Odometry(stamp_s, message.header.frame_id, pose, Twist2D(linear, angular))
+
+
+def pose_of(message: Any) -> Pose2D | None:
+    """Translate a `geometry_msgs/Pose`; None when a number in it is none."""
+    return _pose(message.position, message.orientation)
+
+
+def transform_of(message: Any) -> Pose2D | None:
+    """Translate a `geometry_msgs/Transform`; None when a number in it is none."""
+    return _pose(message.translation, message.rotation)
+
+
+def _pose(at: Any, q: Any) -> Pose2D | None:
+    # This form of the formula does not mind a quaternion that is not quite of unit length.
+    yaw = math.atan2(2.0 * (q.w * q.z + q.x * q.y), q.w**2 + q.x**2 - q.y**2 - q.z**2)
+    return Pose2D(at.x, at.y, yaw) if math.isfinite(at.x + at.y + yaw) else None
+
+
+def grid_of(message: Any) -> Grid | None:
+    """Translate a `nav_msgs/OccupancyGrid`; None when its size and its cells do not agree."""
+    info = message.info
+    cells = np.asarray(message.data, dtype=np.int8)
+    if not info.resolution > 0.0 or not cells.size or cells.size != info.height * info.width:
+        return None
+    return Grid(
+        resolution=info.resolution,
+        origin_x=info.origin.position.x,
+        origin_y=info.origin.position.y,
+        cells=cells.reshape(info.height, info.width),
+        stamp=stamp_of(message.header),
+    )
+
+
+def image_of(message: Any) -> Image:
+    """Translate a `sensor_msgs/Image`.
+
+    Raises ValueError for an encoding other than rgb8, bgr8, rgba8, bgra8 and mono8, and for a
+    picture whose size does not fit its data.
+    """
+    channels = _CHANNELS.get(message.encoding)
+    if channels is None:
+        known = ", ".join(_CHANNELS)
+        raise ValueError(f"image encoding must be one of {known}, got '{message.encoding}'")
+    data = np.frombuffer(message.data, dtype=np.uint8)
+    height, width = message.height, message.width
+    if message.step < width * channels or data.size != height * message.step or not data.size:
+        raise ValueError(
+            f"an image of {width} x {height} pixels, {message.encoding}, {message.step} bytes a "
+            f"row, cannot have {data.size} bytes"
+        )
+    pixels = data.reshape(height, message.step)[:, : width * channels]
+    return Image(
+        stamp_s=stamp_of(message.header),
+        height=height,
+        width=width,
+        rgb=_rgb(pixels.reshape(height, width, channels), message.encoding),
+        frame=message.header.frame_id,
+    )
+
+
+def _rgb(pixels: npt.NDArray[np.uint8], encoding: str) -> npt.NDArray[np.uint8]:
+    if encoding == "mono8":
+        return np.repeat(pixels, 3, axis=2)
+    colours = pixels[:, :, :3]
+    return colours[:, :, ::-1] if encoding.startswith("bgr") else colours
+
+
+def fill(message: Any, fields: Mapping[str, Value], now: Callable[[], Any]) -> Any:
+    """Set fields of a message from plain values, and return it.
+
+    A Pose2D fills a Pose, or a PoseStamped in the map frame at the time that `now` gives (a
+    `builtin_interfaces/Time`); seconds fill a Duration or a Time; a mapping fills a nested message;
+    bytes fill a sequence of uint8, and a sequence one of any of them. Raises AttributeError for a
+    field that is not there.
+    """
+    types = message.get_fields_and_field_types()
+    for name, value in fields.items():
+        if name not in types:
+            raise AttributeError(
+                f"{type(message).__name__} has no field '{name}', only {', '.join(types)}"
+            )
+        setattr(message, name, _filled(types[name], value, now))
+    return message
+
+
+def _filled(type_name: str, value: Any, now: Callable[[], Any]) -> Any:
+    if isinstance(value, bytes):
+        return array("B", value)  # ten thousand times faster than number by number
+    if type_name.startswith(_SEQUENCE):
+        element = type_name.removeprefix(_SEQUENCE).removesuffix(">")
+        return [_filled(element, item, now) for item in value]
+    if type_name in _NUMBERS:
+        return float(value)
+    if type_name in _TEXTS:
+        return str(value)
+    if "/" not in type_name:
+        return bool(value) if type_name == "boolean" else int(value)
+    message = _made(type_name)
+    if type_name == "geometry_msgs/PoseStamped":
+        message.header.frame_id = MAP_FRAME
+        message.header.stamp = now()
+        _set_pose(message.pose, value)
+    elif type_name == "geometry_msgs/Pose":
+        _set_pose(message, value)
+    elif type_name in _TIMES:
+        message.sec, message.nanosec = divmod(round(value * 1e9), 1_000_000_000)
+    else:
+        fill(message, value, now)
+    return message
+
+
+def _made(type_name: str) -> Any:
+    package, name = type_name.split("/")
+    return getattr(importlib.import_module(f"{package}.msg"), name)()
+
+
+def _set_pose(message: Any, pose: Pose2D) -> None:
+    message.position.x, message.position.y = pose.x, pose.y
+    message.orientation.z = math.sin(pose.yaw / 2.0)
+    message.orientation.w = math.cos(pose.yaw / 2.0)

@@ -1,0 +1,224 @@
+"""What the servers hear of the robot: a few topics, each translated only when it is looked at.
+
+Messages are kept as they come, serialized: most are never looked at. Those that every control step
+looks at are read where they lie (`cdr`): to unpack an odometry message costs ten times as much as
+receiving it.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
+from typing import Any, Generic, TypeVar
+
+from nav_msgs.msg import OccupancyGrid
+from nav_msgs.msg import Odometry as OdometryMessage
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.serialization import deserialize_message
+from rclpy.subscription import Subscription
+from sensor_msgs.msg import Image as ImageMessage
+from sensor_msgs.msg import LaserScan
+from tf2_msgs.msg import TFMessage
+
+from action_servers.core.geometry import composed
+from action_servers.core.maneuver import Image, Observation, Pose2D
+from action_servers.robot_io.messages import (
+    grid_of,
+    image_of,
+    odometry_of,
+    scan_of,
+    seconds,
+    transform_of,
+)
+from action_servers.robot_io.robot_settings import Wiring
+from bt_mission.core.cdr import reader
+from bt_mission.core.robot.model import Lidar
+
+T = TypeVar("T")
+
+# Best effort matches every publisher, also drivers that send sensor data best effort, and of a
+# stream only the newest message is of use.
+NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+TRANSFORMS = QoSProfile(depth=100)
+
+
+class Latest(Generic[T]):
+    """The newest message of a topic, translated when it is first asked for."""
+
+    def __init__(
+        self, unpack: Callable[[bytes], Any], translate: Callable[[Any], T | None]
+    ) -> None:
+        self._unpack = unpack
+        self._translate = translate
+        self._data: bytes | None = None
+        self._value: T | None = None
+
+    def take(self, data: bytes) -> None:
+        """Keep a serialized message."""
+        self._data = data
+
+    def clear(self) -> None:
+        """Forget everything."""
+        self._data = self._value = None
+
+    def value(self) -> T | None:
+        """Return the newest message, translated; the same object until there is a newer one.
+
+        A message that says nothing, which translates to None, is passed over.
+
+        Raises ValueError for a message that cannot be translated.
+        """
+        if self._data is not None:
+            data, self._data = self._data, None
+            former, self._value = self._value, None
+            new = self._translate(self._unpack(data))
+            self._value = former if new is None else new
+        return self._value
+
+
+class CameraStream:
+    """The camera's pictures, while anybody wants them: a simulator renders only then."""
+
+    def __init__(self, node: Node, topic: str) -> None:
+        self.topic = node.resolve_topic_name(topic)
+        """Full name of the topic."""
+        self._node = node
+        self._latest = Latest(_unpack_image, image_of)
+        self._subscription: Subscription | None = None
+        self._users: set[CameraUser] = set()
+
+    @property
+    def is_sent(self) -> bool:
+        """Whether anybody publishes pictures."""
+        return self._node.count_publishers(self.topic) > 0
+
+    def user(self) -> CameraUser:
+        """Return a switch of one's own: pictures come until all switches are off."""
+        return CameraUser(self)
+
+    def turn_on(self, user: CameraUser) -> None:
+        """Listen to the camera, if not yet."""
+        self._users.add(user)
+        if self._subscription is None:
+            self._subscription = self._node.create_subscription(
+                ImageMessage, self.topic, self._latest.take, NEWEST, raw=True
+            )
+
+    def turn_off(self, user: CameraUser) -> None:
+        """Listen no more, if nobody else does, and forget the last picture."""
+        self._users.discard(user)
+        if self._subscription is not None and not self._users:
+            self._node.destroy_subscription(self._subscription)
+            self._subscription = None
+            self._latest.clear()
+
+    def value(self) -> Image | None:
+        """Return the newest picture since the camera is on."""
+        return self._latest.value()
+
+
+class CameraUser:
+    """The switch of one maneuver; both may be called in any state."""
+
+    def __init__(self, stream: CameraStream) -> None:
+        self._stream = stream
+
+    def on(self) -> None:
+        """Have pictures sent."""
+        self._stream.turn_on(self)
+
+    def off(self) -> None:
+        """Need no more pictures."""
+        self._stream.turn_off(self)
+
+
+class Sensors:
+    """Subscriptions of a node, and the observation that they add up to.
+
+    The limits of a scan are the narrower ones of message and `lidar`: the driver of the LDS-02
+    says 0 to 100 m. `listen_to_map` is False for who makes the map.
+    """
+
+    def __init__(
+        self, node: Node, wiring: Wiring, lidar: Lidar, *, listen_to_map: bool = True
+    ) -> None:
+        self._node = node
+        self._clock = node.get_clock()
+        self._map_frame = wiring.map_frame
+        self._scan = Latest(reader.scan, partial(scan_of, lidar=lidar))
+        self._odometry = Latest(reader.odometry, odometry_of)
+        self._grid = Latest(_unpack_grid, grid_of)
+        self._transforms: deque[bytes] = deque(maxlen=100)
+        self._map_to_odom: Pose2D | None = None
+        self._map_users = 0
+        self.camera = CameraStream(node, wiring.topics.camera)
+        topics = wiring.topics
+        self._listen(LaserScan, topics.scan, self._scan.take, NEWEST)
+        self._listen(OdometryMessage, topics.odom, self._odometry.take, NEWEST)
+        self._listen(TFMessage, topics.tf, self._take_transforms, TRANSFORMS)
+        if listen_to_map:
+            self._listen(OccupancyGrid, topics.map, self._grid.take, LATCHED)
+
+    def _listen(
+        self, message_type: type, topic: str, take: Callable[[bytes], None], qos: QoSProfile
+    ) -> None:
+        self._node.create_subscription(message_type, topic, take, qos, raw=True)
+
+    @contextmanager
+    def localization(self) -> Iterator[None]:
+        """Meanwhile, observations hold map and pose on the map."""
+        self._map_users += 1
+        try:
+            yield
+        finally:
+            self._map_users -= 1
+
+    def observe(self, *, on_map: bool = False) -> Observation:
+        """Return what is known now; `on_map` adds the map and the pose on it."""
+        odometry = self._odometry.value()
+        on_map = on_map or self._map_users > 0
+        return Observation(
+            time_s=seconds(self._clock.now().nanoseconds),
+            odom=odometry.pose if odometry else None,
+            odom_stamp_s=odometry.stamp_s if odometry else 0.0,
+            velocity=odometry.velocity if odometry else None,
+            scan=self._scan.value(),
+            map_pose=self._pose_on_map() if on_map else None,
+            grid=self._grid.value() if on_map else None,
+            image=self.camera.value(),
+        )
+
+    def _take_transforms(self, data: bytes) -> None:
+        self._transforms.append(data)
+
+    def _pose_on_map(self) -> Pose2D | None:
+        odometry = self._odometry.value()
+        if odometry is None:
+            return None
+        # The newest that places the odometry frame counts; other transforms lie in between.
+        while self._transforms:
+            transforms = reader.transforms(self._transforms.pop())
+            found = _transform(self._map_frame, odometry.frame, transforms)
+            if found is not None:
+                self._map_to_odom = found
+                self._transforms.clear()
+        return self._map_to_odom and composed(self._map_to_odom, odometry.pose)
+
+
+def _unpack_image(data: bytes) -> Any:
+    return deserialize_message(data, ImageMessage)
+
+
+def _unpack_grid(data: bytes) -> Any:
+    return deserialize_message(data, OccupancyGrid)
+
+
+def _transform(parent: str, child: str, transforms: list[reader.TransformStamped]) -> Pose2D | None:
+    for transform in reversed(transforms):
+        if transform.header.frame_id == parent and transform.child_frame_id == child:
+            return transform_of(transform.transform)
+    return None

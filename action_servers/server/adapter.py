@@ -1,0 +1,200 @@
+"""The one adapter between a ROS action and a maneuver.
+
+A goal is checked before it is accepted, and its maneuver is in the pilot's care from the moment of
+acceptance, so that a cancel finds it however early it comes. Execution only waits for the end.
+"""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Callable
+from contextlib import ExitStack
+from typing import Any
+
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.action.server import ServerGoalHandle
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from rclpy.task import Future
+
+from action_servers.core.action import Action
+from action_servers.core.maneuver import Maneuver, Refusal
+from action_servers.core.pilot import Fields, Outcome, Pilot, Run, raised
+from action_servers.core.step_hooks import Before, Interposed
+from action_servers.robot_io.messages import fill
+
+SHOWN_CHARACTERS = 300
+
+
+RESULT_TIMEOUT_S = 10
+"""How long a result is kept, s, as by rcl_action's C++ servers; rclpy's own default of 900 s makes
+every status message carry all goals of a quarter of an hour."""
+
+BURST = QoSProfile(depth=1024)
+"""Requests that may wait; of ROS's own default, 10, the middleware drops what is more without a
+word, and a client waits for an answer that never comes."""
+
+
+class ActionAdapter:
+    """Offers one action on a node, carried out by a pilot.
+
+    The result's `error_code` and `error_msg` are filled from the way the maneuver ended. A goal
+    whose maneuver raises is aborted with the cause. `refusal` says why a maneuver, which drives or
+    not, may not begin now.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        pilot: Pilot,
+        action: Action,
+        refusal: Callable[[Maneuver], str | None],
+    ) -> None:
+        self._clock = node.get_clock()
+        self._log = node.get_logger().get_child(action.name)
+        self._pilot = pilot
+        self._action = action
+        self.name = node.resolve_topic_name(action.name)
+        self._refusal = refusal
+        self._planned: Maneuver | None = None
+        self._running: dict[bytes, tuple[Run, Future]] = {}
+        self._before: list[Before] = []
+        self._closed: str | None = None
+        self.refused = ""
+        """Why the last goal was rejected; a rejection itself carries no reason in ROS."""
+        self._server = ActionServer(
+            node,
+            action.type,
+            action.name,
+            execute_callback=self._execute,
+            goal_callback=self._check,
+            handle_accepted_callback=self._begin,
+            cancel_callback=self._cancel,
+            result_timeout=RESULT_TIMEOUT_S,
+            goal_service_qos_profile=BURST,
+            result_service_qos_profile=BURST,
+            cancel_service_qos_profile=BURST,
+        )
+
+    def close(self, reason: str) -> None:
+        """Refuse every goal from now on."""
+        self._closed = reason
+
+    def interpose(self, before: Before) -> Callable[[], None]:
+        """Ask before each step of this action's maneuvers; gives a function that ends it."""
+        self._before.append(before)
+        for run, _ in self._running.values():
+            run.maneuver = self._interposed(run.maneuver)
+
+        def remove() -> None:
+            if before in self._before:
+                self._before.remove(before)
+
+        return remove
+
+    def destroy(self) -> None:
+        """Withdraw the action; its goals are to be ended before."""
+        self._server.destroy()
+
+    def _check(self, goal: Any) -> GoalResponse:
+        planned = Refusal(self._closed) if self._closed else self._plan(goal)
+        if isinstance(planned, Refusal):
+            self.refused = planned.reason
+            self._log.warning(f"goal rejected: {planned.reason}")
+            return GoalResponse.REJECT
+        self._planned = planned
+        return GoalResponse.ACCEPT
+
+    def _plan(self, goal: Any) -> Maneuver | Refusal:
+        try:
+            planned = self._action.plan(goal, self._action.observe())
+            if isinstance(planned, Refusal):
+                return planned
+            reason = self._refusal(planned)
+            return planned if reason is None else Refusal(reason)
+        except Exception as error:  # noqa: BLE001 - no goal, whatever it holds, may end the server
+            self._log.error("".join(traceback.format_exception(error)))
+            return Refusal(f"{type(error).__name__}: {error}")
+
+    def _begin(self, handle: ServerGoalHandle) -> None:
+        maneuver, self._planned = self._planned, None
+        assert maneuver is not None  # rclpy comes from _check straight to here
+        ended = Future()
+        meanwhile = ExitStack()
+
+        def on_end(outcome: Outcome) -> None:
+            meanwhile.close()
+            ended.set_result(outcome)
+
+        def on_feedback(fields: Fields) -> None:
+            handle.publish_feedback(self._filled(self._action.type.Feedback(), fields))
+
+        self._log.info(f"goal accepted: {shown(handle.request)}")
+        run = Run(self._interposed(maneuver), on_feedback, on_end)
+        self._running[_key(handle)] = (run, ended)
+        self._pilot.start(run)
+        try:
+            meanwhile.enter_context(self._action.during(maneuver, _key(handle).hex()))
+        except Exception as error:  # noqa: BLE001 - the goal was accepted, so it ends with the cause
+            self._pilot.fail(run, error)
+        handle.execute()
+
+    def _interposed(self, maneuver: Maneuver) -> Maneuver:
+        if not self._before or isinstance(maneuver, Interposed):
+            return maneuver
+        return Interposed(maneuver, self._before)
+
+    def _cancel(self, handle: ServerGoalHandle) -> CancelResponse:
+        # Never refused: rclpy skips the goal after one whose cancel is refused, and a goal that
+        # has just ended may still say how after a cancel.
+        found = self._running.get(_key(handle))
+        if found is not None:
+            self._pilot.cancel(found[0])
+        return CancelResponse.ACCEPT
+
+    async def _execute(self, handle: ServerGoalHandle) -> Any:
+        _, ended = self._running[_key(handle)]
+        outcome: Outcome = await ended
+        del self._running[_key(handle)]
+        result, outcome = self._result(outcome)
+        self._report(outcome)
+        if outcome.status == "succeeded":
+            handle.succeed()
+        elif outcome.status == "canceled":
+            handle.canceled()
+        else:
+            handle.abort()
+        return result
+
+    def _result(self, outcome: Outcome) -> tuple[Any, Outcome]:
+        result = self._action.type.Result()
+        try:
+            self._filled(result, outcome.result or {})
+        except Exception as error:  # noqa: BLE001 - a result that cannot be sent ends no server
+            result = self._action.type.Result()
+            outcome = raised(error)
+        result.error_code = int(outcome.error_code)
+        result.error_msg = outcome.reason
+        return result, outcome
+
+    def _filled(self, message: Any, fields: Fields) -> Any:
+        return fill(message, fields, lambda: self._clock.now().to_msg())
+
+    def _report(self, outcome: Outcome) -> None:
+        if outcome.cause is not None:
+            self._log.error("".join(traceback.format_exception(outcome.cause)))
+        if outcome.status == "aborted":
+            self._log.warning(f"goal aborted, code {int(outcome.error_code)}: {outcome.reason}")
+        else:
+            self._log.info(f"goal {outcome.status}")
+
+
+def shown(message: Any) -> str:
+    """Return the fields of a goal in one line of reasonable length."""
+    fields = message.get_fields_and_field_types()
+    text = ", ".join(f"{name}={getattr(message, name)}" for name in fields)
+    return text if len(text) <= SHOWN_CHARACTERS else f"{text[:SHOWN_CHARACTERS]}..."
+
+
+def _key(handle: ServerGoalHandle) -> bytes:
+    return bytes(handle.goal_id.uuid)

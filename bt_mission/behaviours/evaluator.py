@@ -1,0 +1,255 @@
+"""What a mission writes as expressions, computed when a step is entered."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from operator import is_
+from typing import Any
+
+from bt_mission.behaviours.control import Question, Verdict
+from bt_mission.behaviours.runtime import MissionFailure, Scope, read_field
+from bt_mission.core.diagnostics import describe
+from bt_mission.language.expressions.expression import Expression, ExpressionError, Value, resolve
+from bt_mission.language.expressions.syntax import Comparison, Constant, Name
+from bt_mission.language.expressions.syntax import Scope as Evaluation
+from bt_mission.language.expressions.values import WORDS, Type, fits, show, type_of
+from bt_mission.language.nodes import steps
+from bt_mission.language.nodes.fields import LIMIT, SECONDS, TIMES, NumberRule
+
+_LASTING = (bool, int, float, str)
+"""Values that do not change while a variable holds them, unlike lists."""
+
+
+class Evaluator:
+    """Computes the values of one step.
+
+    :param path: of its node in the tree; what is random in it follows from that and the seed.
+    :param file: that it stands in, for messages.
+    :param scope: the variables that it reads and writes.
+    """
+
+    def __init__(self, step: steps.Step, path: str, file: str, scope: Scope) -> None:
+        self._step = step
+        self._path = path
+        self._scope = scope
+        self.place = f"{file}:{step.line}:{step.column}"
+
+    def failure(self, message: str) -> MissionFailure:
+        """The end of the mission at this step."""
+        return MissionFailure(f"{self.place}: '{name_of(self._step)}' cannot start: {message}")
+
+    def resolve(self, value: Any) -> Any:
+        """A value with everything in it computed. Raises MissionFailure."""
+        try:
+            return resolve(value, self._scope.values, self._scope.random_for(self._path, value))
+        except ExpressionError as error:
+            raise self.failure(str(error)) from error
+
+    # ---- numbers -------------------------------------------------------------------------
+
+    def number(self, value: Value, rule: NumberRule) -> float:
+        """A number that keeps to a rule. Raises MissionFailure."""
+        number = self.resolve(value)
+        if not rule.allows(number):
+            raise self.failure(rule.refuses(show(number), number))
+        return float(number)
+
+    def limit(self, value: Value | None) -> float | None:
+        """Seconds above 0, or None for no limit."""
+        return None if value is None else self.number(value, LIMIT)
+
+    def seconds(self, value: Value) -> Callable[[], float]:
+        """What reads seconds at entry."""
+        return lambda: self.number(value, SECONDS)
+
+    def times(self, value: Value) -> Callable[[], int]:
+        """What reads a whole number of times at entry."""
+        return lambda: int(self.number(value, TIMES))
+
+    # ---- variables -----------------------------------------------------------------------
+
+    def assign(self, values: Mapping[str, Value]) -> str:
+        """Give variables new values, one after another; tells which."""
+        for name, value in values.items():
+            self._scope.values[name] = self.resolve(value)
+        return ", ".join(f"{name} = {_brief(self._scope.values[name])}" for name in values)
+
+    def inputs(
+        self, given: Mapping[str, Value], takes: Mapping[str, Type | None]
+    ) -> dict[str, Any]:
+        """What a named tree is given, each of the type that it wants. Raises MissionFailure."""
+        found: dict[str, Any] = self.resolve(given)
+        for name, value in found.items():
+            wanted = takes.get(name)
+            if wanted is not None and not fits(type_of(value), wanted):
+                raise self.failure(f"'{name}': expected {WORDS[wanted]}, got {describe(value)}")
+        return found
+
+    def elements(self, value: Value) -> Sequence[Any]:
+        """A list to go through."""
+        found = self.resolve(value)
+        if not isinstance(found, list):
+            raise self.failure(f"expected a list, got {show(found)}")
+        return found
+
+    def loop(self, variable: str) -> tuple[Callable[[Any], None], Callable[[], None]]:
+        """What sets the variable of a loop, and what takes it away."""
+        values = self._scope.values
+        return lambda element: values.update({variable: element}), lambda: values.pop(
+            variable, None
+        )
+
+    # ---- decisions -----------------------------------------------------------------------
+
+    def question(self, condition: steps.Condition) -> Question:
+        """A condition on variables. Asking raises MissionFailure where it cannot be answered.
+
+        While the variables that it reads hold the same plain values, the answer is the same.
+        """
+        if isinstance(condition, bool):
+            constant = Verdict(condition, "always holds" if condition else "never holds")
+            return lambda: constant
+        variables = self._scope.values
+        names = tuple(dict.fromkeys(name.name for name in condition.references))
+        known: Verdict | None = None
+        known_of: list[Any] = []
+
+        def ask() -> Verdict:
+            nonlocal known, known_of
+            values = [variables.get(name) for name in names]
+            if known is not None and all(map(is_, values, known_of)):
+                return known
+            verdict = self._judge(condition)
+            is_lasting = not condition.draws and all(isinstance(one, _LASTING) for one in values)
+            known, known_of = (verdict, values) if is_lasting else (None, [])
+            return verdict
+
+        return ask
+
+    def _judge(self, condition: Expression) -> Verdict:
+        variables = self._scope.values
+        try:
+            answer = condition.evaluate(variables, self._scope.random_for(self._path, condition))
+        except ExpressionError as error:
+            raise self.failure(str(error)) from error
+        if not isinstance(answer, bool):
+            raise self.failure(f"'{condition.text}' gave {show(answer)}, not true or false")
+        names = dict.fromkeys(name.name for name in condition.references)
+        values = ", ".join(
+            f"{name} = {_brief(variables[name])}" for name in names if name in variables
+        )
+        holds = "holds" if answer else "does not hold"
+        return Verdict(answer, holds + (f" ({values})" if values else ""))
+
+    def fork(self, condition: steps.Condition) -> Callable[[], tuple[int, str]]:
+        """What picks the first child where a condition holds, else the second."""
+        ask = self.question(condition)
+
+        def pick() -> tuple[int, str]:
+            verdict = ask()
+            return 0 if verdict.holds else 1, verdict.text
+
+        return pick
+
+    def lot(self, count: int, weights: Sequence[float]) -> Callable[[], tuple[int, str]]:
+        """What draws one of so many children."""
+
+        def draw() -> tuple[int, str]:
+            random = self._scope.random(self._path)
+            (index,) = random.choices(range(count), weights=weights or None)
+            return index, f"drew {index + 1} of {count}"
+
+        return draw
+
+    # ---- conditions on messages ----------------------------------------------------------
+
+    def condition(self, key: str, expression: Expression) -> Callable[[Any], str | None]:
+        """What says whether a message meets a condition, with the values that it names."""
+        random = self._scope.random_for(f"{self._path}/{key}", expression)
+
+        def met(message: Any) -> str | None:
+            fields = MessageFields(message)
+            try:
+                if not expression.evaluate(self._scope.values, random, fields):
+                    return None
+            except ExpressionError as error:
+                name = name_of(self._step)
+                raise MissionFailure(f"{self.place}: '{name}' {key}: {error}") from error
+            values = values_read(expression, fields)
+            return f"{expression.text}" + (f" ({values})" if values else "")
+
+        return met
+
+    def target(self, condition: Expression | None) -> tuple[str, float] | None:
+        """The field and the bound of a condition such as ``current_image >= 5``."""
+        match condition and condition.root:
+            case Comparison(first=Name(variable=False) as name, rest=((sign, _, bound),)) if (
+                sign in (">", ">=") and name.name not in self._scope.values
+            ):
+                random = self._scope.random_for(f"{self._path}/target", condition)
+                nodes = Evaluation(self._scope.values, {}, random)
+                limit = bound.evaluate(nodes) if isinstance(bound, Constant | Name) else None
+                if isinstance(limit, int | float):
+                    return name.name, float(limit)
+        return None
+
+
+class MessageFields(Mapping[str, Any]):
+    """The fields of a message by dotted name."""
+
+    def __init__(self, message: Any) -> None:
+        self._message = message
+
+    def __getitem__(self, dotted: str) -> Any:
+        try:
+            return read_field(self._message, dotted)
+        except AttributeError:
+            raise KeyError(dotted) from None
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._message.get_fields_and_field_types())
+
+    def __len__(self) -> int:
+        return len(self._message.get_fields_and_field_types())
+
+
+def name_of(step: steps.Step) -> str:
+    """What a step is called in the tree."""
+    if step.name:
+        return step.name
+    find = _NAMES.get(type(step))
+    return step.kind if find is None else find(step)
+
+
+def _asking(step: Any) -> str:
+    condition = step.condition
+    text = condition.text if isinstance(condition, Expression) else str(condition).lower()
+    return f"{step.kind} {text}"
+
+
+_NAMES: dict[type[steps.Step], Callable[[Any], str]] = {
+    steps.Action: lambda step: step.action.strip("/"),
+    steps.Service: lambda step: step.service.strip("/"),
+    steps.Publish: lambda step: f"publish {step.topic.strip('/')}",
+    steps.WaitFor: lambda step: f"wait for {step.topic.strip('/')}",
+    steps.Subtree: lambda step: step.tree,
+    steps.Python: lambda step: step.target.rpartition(":")[2],
+    steps.Check: _asking,
+    steps.Guard: _asking,
+    steps.When: _asking,
+    steps.Set: lambda step: f"set {', '.join(step.values)}",
+}
+
+
+def values_read(condition: Expression, fields: Mapping[str, Any]) -> str:
+    """What a condition reads of a message, for people."""
+    names = dict.fromkeys(name.name for name in condition.references if not name.variable)
+    found = {name: fields[name] for name in names if name in fields}
+    return ", ".join(
+        f"{name} of {len(value)}" if isinstance(value, list) else f"{name} = {show(value)}"
+        for name, value in found.items()
+    )
+
+
+def _brief(value: Any) -> str:
+    return f"a list of {len(value)}" if isinstance(value, list) else show(value)

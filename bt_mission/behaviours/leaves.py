@@ -1,0 +1,105 @@
+"""Leaves that speak to no server."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from py_trees.common import Status
+
+from bt_mission.behaviours.control import Question
+from bt_mission.behaviours.leaf import Leaf
+from bt_mission.behaviours.progress import Progress
+from bt_mission.behaviours.runtime import NS, Runtime
+
+
+class Wait(Leaf):
+    """Runs for a time of the ROS clock, then succeeds."""
+
+    def __init__(self, name: str, seconds: Callable[[], float]) -> None:
+        super().__init__(name)
+        self._seconds = seconds
+        self._wait_s = 0.0
+        self._until_ns = 0
+        self._runtime: Runtime
+
+    def setup(self, **kwargs: Any) -> None:
+        """Take the runtime."""
+        self._runtime = kwargs["runtime"]
+
+    def initialise(self) -> None:
+        """Fix the end."""
+        self._wait_s = self._seconds()
+        self._until_ns = self._runtime.now_ns + round(self._wait_s * NS)
+
+    def remember(self, now_ns: int) -> dict[str, Any]:
+        """How long there is still to wait."""
+        return {"left_ns": self._until_ns - now_ns}
+
+    def recall(self, state: dict[str, Any], now_ns: int) -> None:
+        """Wait for the rest."""
+        self._until_ns = now_ns + state["left_ns"]
+
+    def update(self) -> Status:
+        """Look at the ROS clock."""
+        left_s = self._left_s
+        self.feedback_message = f"{max(left_s, 0):.1f} s left"
+        return Status.SUCCESS if left_s <= 0 else Status.RUNNING
+
+    @property
+    def progress(self) -> Progress:
+        """Towards its end."""
+        return Progress("s", self._wait_s - self._left_s, self._wait_s)
+
+    @property
+    def _left_s(self) -> float:
+        return (self._until_ns - self._runtime.now_ns) / NS
+
+
+class Log(Leaf):
+    """Says a line to the people who watch, and succeeds."""
+
+    def __init__(self, name: str, text: Callable[[], str]) -> None:
+        super().__init__(name)
+        self._text = text
+        self._runtime: Runtime
+
+    def setup(self, **kwargs: Any) -> None:
+        """Take the runtime."""
+        self._runtime = kwargs["runtime"]
+
+    def update(self) -> Status:
+        """Say it."""
+        self.feedback_message = self._text()
+        self._runtime.log(self.feedback_message)
+        return Status.SUCCESS
+
+
+class Check(Leaf):
+    """Succeeds where a condition holds, else fails."""
+
+    def __init__(self, name: str, question: Question) -> None:
+        super().__init__(name)
+        self._question = question
+
+    def update(self) -> Status:
+        """Ask once."""
+        verdict = self._question()
+        self.feedback_message = verdict.text
+        return Status.SUCCESS if verdict.holds else Status.FAILURE
+
+
+class Set(Leaf):
+    """Gives variables new values, and succeeds.
+
+    :param assign: does it, and tells what was set.
+    """
+
+    def __init__(self, name: str, assign: Callable[[], str]) -> None:
+        super().__init__(name)
+        self._assign = assign
+
+    def update(self) -> Status:
+        """Do it."""
+        self.feedback_message = self._assign()
+        return Status.SUCCESS

@@ -1,0 +1,223 @@
+"""A whole XML file as the document that a YAML file would be, with its places."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from bt_mission.btcpp import parts
+from bt_mission.btcpp.attributes import number
+from bt_mission.btcpp.elements import Attribute, Element, Source, parse
+from bt_mission.btcpp.leaf_reading import refuse_attribute
+from bt_mission.btcpp.node_reading import NodeReader
+from bt_mission.btcpp.parts import Entry, Part
+from bt_mission.btcpp.ports import TreePorts, read_models
+from bt_mission.core.diagnostics import InputError, did_you_mean, in_order, listed, quoted
+from bt_mission.core.yaml.composer import MAX_DEPTH, MAX_VALUES, Place
+from bt_mission.core.yaml.document import Document, read_source
+
+FORMAT = "4"
+METADATA = ("mission", "world", "robot", "seed", "map")
+"""What the head of a mission says in `Metadata` of its tree."""
+
+_AT_ROOT = ("BTCPP_format", "main_tree_to_execute")
+_INCLUDES = frozenset(("include", "import"))
+
+
+def read_xml(path: str | Path) -> Document:
+    """Read an XML file. Raises InputError with everything that has no counterpart."""
+    return document_of(read_source(path), str(path))
+
+
+def document_of(text: str, file: str = "<text>") -> Document:
+    """Read XML from a text. Raises InputError with everything that has no counterpart."""
+    source = parse(text, file)
+    reader = _FileReader(source)
+    part = reader.mission()
+    if not reader.nodes.faults and part is not None:
+        reader.refuse_size(part.place)
+    if reader.nodes.faults or part is None:
+        raise InputError(in_order(reader.nodes.faults))
+    return Document(file, part.data, part.place, source.lines)
+
+
+class _FileReader:
+    def __init__(self, source: Source) -> None:
+        self._source = source
+        self._trees: dict[str, Element] = {}
+        self._ports: dict[str, TreePorts] = {}
+        self.nodes = NodeReader(source)
+        self.report = self.nodes.report
+
+    def mission(self) -> Part | None:
+        """Return the whole mission."""
+        root = self._source.root
+        at = (root.line, root.column)
+        if root.tag != "root":
+            self.report(at, f'expected <root BTCPP_format="4">, got <{root.tag}>')
+            return None
+        self._look_at(root)
+        for child in root.children:
+            self._take(child)
+        for name in self._trees:
+            self._ports.setdefault(name, TreePorts())
+        self.nodes.trees = {name: self._ports[name] for name in self._trees}
+        main = self._main(root)
+        if main is None:
+            return None
+        ports = self._ports[main]
+        head = self._head(main, ports)
+        trees = [
+            (name, (element.line, element.column), self._definition(element, self._ports[name]))
+            for name, element in self._trees.items()
+            if name != main
+        ]
+        if trees:
+            head.append(("trees", at, parts.mapping(at, trees)))
+        element = self._trees[main]
+        head.append(("tree", (element.line, element.column), self._body(element)))
+        return parts.mapping(at, head)
+
+    def _look_at(self, root: Element) -> None:
+        at = (root.line, root.column)
+        for attribute in root.attributes.values():
+            if attribute.name not in _AT_ROOT:
+                refuse_attribute(attribute, "root", _AT_ROOT, self.report)
+        found = root.attributes.get("BTCPP_format")
+        if found is None:
+            message = f"the attribute 'BTCPP_format' is missing; format {FORMAT} is read"
+            self.report(at, message, f'write <root BTCPP_format="{FORMAT}">')
+        elif found.value != FORMAT:
+            message = f"expected format {FORMAT}, got {quoted(found.value)}"
+            self.report((found.value_line, found.value_column), message)
+        if root.text:
+            self.report(root.text_at, f"a loose text: {quoted(root.text)}")
+
+    def _take(self, child: Element) -> None:
+        at = (child.line, child.column)
+        if child.tag == "TreeNodesModel":
+            self._ports |= read_models(child, self.report)
+        elif child.tag.lower() in _INCLUDES:
+            message = "other files are not taken in"
+            self.report(at, message, "put their <BehaviorTree> elements into this file")
+        elif child.tag != "BehaviorTree":
+            self.report(at, f"expected BehaviorTree or TreeNodesModel, got <{child.tag}>")
+        elif "ID" not in child.attributes:
+            self.report(at, "the attribute 'ID' is missing")
+        else:
+            name = child.attributes["ID"]
+            if name.value in self._trees:
+                message = f"there is a tree {quoted(name.value)} already"
+                self.report((name.value_line, name.value_column), message)
+            self._trees[name.value] = child
+
+    def _main(self, root: Element) -> str | None:
+        """Return the ID of the main tree."""
+        at = (root.line, root.column)
+        named = root.attributes.get("main_tree_to_execute")
+        if not self._trees:
+            self.report(at, "no <BehaviorTree> with an ID is in this file")
+            return None
+        if named is None:
+            if len(self._trees) > 1:
+                message = f"which of the trees is the mission? ({listed(self._trees)})"
+                self.report(at, message, "write 'main_tree_to_execute' in <root>")
+                return None
+            return next(iter(self._trees))
+        if named.value not in self._trees:
+            message = f"no tree is called {quoted(named.value)} (trees: {listed(self._trees)})"
+            where = (named.value_line, named.value_column)
+            self.report(where, message, did_you_mean(named.value, self._trees))
+            return None
+        return named.value
+
+    def _head(self, main: str, ports: TreePorts) -> list[Entry]:
+        """Return the head of the mission."""
+        element = self._trees[main]
+        id_ = element.attributes["ID"]
+        said = ports.metadata
+        name = said.get("mission", id_)
+        head: list[Entry] = [("mission", (name.line, name.column), parts.text(name.value, name))]
+        head += self._description(element)
+        for attribute in said.values():
+            if attribute.name not in METADATA:
+                refuse_attribute(attribute, "Metadata", METADATA, self.report)
+            elif attribute.name != "mission":
+                where = (attribute.line, attribute.column)
+                head.append((attribute.name, where, self._said(attribute)))
+        inputs: list[Entry] = []
+        for port_name, port in ports.inputs.items():
+            if port.default is None:
+                message = f"the input {quoted(port_name)} of the mission needs a default"
+                self.report(port.at, message)
+            else:
+                inputs.append((port_name, port.at, port.default))
+        for port_name, port in ports.outputs.items():
+            self.report(port.at, f"a mission gives no outputs, such as {quoted(port_name)}")
+        if inputs:
+            head.append(("inputs", inputs[0][1], parts.mapping(inputs[0][1], inputs)))
+        return head
+
+    def _said(self, attribute: Attribute) -> Part:
+        if attribute.name == "seed":
+            value = number(attribute.value)
+            where = (attribute.value_line, attribute.value_column)
+            return parts.scalar(attribute.value if value is None else value, where)
+        return parts.text(attribute.value, attribute)
+
+    def _definition(self, element: Element, ports: TreePorts) -> Part:
+        """Return a tree with a name."""
+        at = (element.line, element.column)
+        entries = self._description(element)
+        for attribute in ports.metadata.values():
+            message = "only the main tree has metadata that counts"
+            self.report((attribute.line, attribute.column), message)
+        needs: list[Entry] = []
+        inputs: list[Entry] = []
+        for name, port in ports.inputs.items():
+            if port.default is None:
+                needs.append((name, port.at, parts.scalar(port.type, port.at)))
+            else:
+                inputs.append((name, port.at, port.default))
+        outputs = [
+            (name, port.at, parts.scalar(port.type, port.at))
+            for name, port in ports.outputs.items()
+        ]
+        for key, found in (("needs", needs), ("inputs", inputs), ("outputs", outputs)):
+            if found:
+                entries.append((key, found[0][1], parts.mapping(found[0][1], found)))
+        return parts.mapping(at, [*entries, ("do", at, self._body(element))])
+
+    def _description(self, element: Element) -> list[Entry]:
+        for attribute in element.attributes.values():
+            if attribute.name not in ("ID", "_description", "_fullpath"):
+                refuse_attribute(attribute, "BehaviorTree", ("ID", "_description"), self.report)
+        found = element.attributes.get("_description")
+        if found is None:
+            return []
+        return [("description", (found.line, found.column), parts.text(found.value, found))]
+
+    def _body(self, element: Element) -> Part:
+        at = (element.line, element.column)
+        if element.text:
+            self.report(element.text_at, f"a loose text: {quoted(element.text)}")
+        if len(element.children) != 1:
+            message = f"expected 1 node in <BehaviorTree>, got {len(element.children)}"
+            self.report(at, message)
+        nodes = [self.nodes.node(child) for child in element.children]
+        return nodes[0] if nodes else parts.mapping(at, ())
+
+    def refuse_size(self, place: Place) -> None:
+        """Refuse what no YAML file could hold."""
+        waiting = [(place, 1)]
+        count = 0
+        while waiting:
+            part, depth = waiting.pop()
+            count += 1
+            if depth > MAX_DEPTH:
+                message = f"nested too deeply; at most {MAX_DEPTH} levels of YAML are read"
+                self.report((part.line, part.column), message)
+                return
+            inner = part.parts.values() if isinstance(part.parts, dict) else part.parts or ()
+            waiting += [(one, depth + 1) for one in inner]
+        if count > MAX_VALUES:
+            self.report((1, 1), f"more than {MAX_VALUES:,} values; a file holds at most so many")

@@ -1,0 +1,197 @@
+"""XML as elements with places: what stands where, with a document type refused.
+
+The parser is expat; no entity but the five of XML itself is ever expanded.
+"""
+
+from __future__ import annotations
+
+import re
+from bisect import bisect_right
+from dataclasses import dataclass, field
+from typing import Any, NoReturn
+from xml.parsers import expat
+
+from bt_mission.core.diagnostics import Fault, InputError, quoted
+from bt_mission.core.yaml.document import MAX_BYTES
+
+MAX_DEPTH = 100
+"""Elements within each other."""
+
+_BREAK = re.compile("\r\n|\n|\r")
+_ATTRIBUTE = re.compile(r"""\s+([^\s=/>]+)\s*=\s*("[^"]*"|'[^']*')""")
+_CHARACTER = re.compile(r"&[^;]*;|.", re.DOTALL)
+_UTF_8 = frozenset(("utf-8", "utf8", "us-ascii", "ascii"))
+_MESSAGES = {
+    "no element found": "the text ends before the first element",
+    "junk after document element": "more behind the end of the root element",
+    "not well-formed (invalid token)": "this is no valid XML",
+    "XML or text declaration not at start of entity": "'<?xml' can only be the very first text",
+    "unclosed token": "this tag, text or comment is never closed",
+    "undefined entity": "an entity that XML does not have",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Attribute:
+    """An attribute: its value, where its name stands, and where the quote before its value."""
+
+    name: str
+    value: str
+    line: int
+    column: int
+    value_line: int
+    value_column: int
+    raw: str = ""
+
+    def at(self, offset: int) -> tuple[int, int]:
+        """Return where a character of the value stands (from 0), as it is written in the file."""
+        written = 0
+        for count, found in enumerate(_CHARACTER.finditer(self.raw)):
+            if count == offset or found.group() in "\r\n":
+                break
+            written = found.end()
+        return self.value_line, self.value_column + 1 + written
+
+
+@dataclass(slots=True)
+class Element:
+    """An element, with line and column (from 1) of its name."""
+
+    tag: str
+    line: int
+    column: int
+    attributes: dict[str, Attribute] = field(default_factory=dict)
+    children: list[Element] = field(default_factory=list)
+    text: str = ""
+    text_at: tuple[int, int] = (0, 0)
+
+
+@dataclass(frozen=True)
+class Source:
+    """An XML file: its root element and its lines."""
+
+    file: str
+    root: Element
+    lines: tuple[str, ...]
+
+    def fault(self, at: tuple[int, int], message: str, hint: str | None = None) -> Fault:
+        """Return a fault at a line and column."""
+        return fault_in(self.file, self.lines, at, message, hint)
+
+
+def fault_in(
+    file: str, lines: tuple[str, ...], at: tuple[int, int], message: str, hint: str | None = None
+) -> Fault:
+    """Return a fault at a line and column of a file with these lines."""
+    source = lines[at[0] - 1] if 0 < at[0] <= len(lines) else ""
+    return Fault(message, file, at[0], at[1], source, hint)
+
+
+def parse(text: str, file: str) -> Source:
+    """Return the elements of an XML text. Raises InputError with the first fault."""
+    size = len(text.encode("utf-8", "replace"))
+    if size > MAX_BYTES:
+        message = f"the file is too large: {size:,} bytes, at most {MAX_BYTES:,} are read"
+        raise InputError([Fault(message, file)])
+    return _Parser(text, file).parse()
+
+
+class _Parser:
+    def __init__(self, text: str, file: str) -> None:
+        self._text = text
+        self._file = file
+        self._lines = tuple(_BREAK.split(text))
+        self._starts = [0, *(found.end() for found in _BREAK.finditer(text))]
+        self._bytes = text.encode("utf-8", "replace")
+        self._last = (0, 0)  # bytes and characters up to the last place that was looked for
+        self._stack: list[Element] = []
+        self._root: Element | None = None
+        parser: Any = expat.ParserCreate("utf-8")
+        parser.buffer_text = True
+        parser.ordered_attributes = True
+        parser.StartElementHandler = self._start
+        parser.EndElementHandler = self._end
+        parser.CharacterDataHandler = self._characters
+        parser.StartDoctypeDeclHandler = self._doctype
+        parser.XmlDeclHandler = self._declaration
+        self._parser = parser
+
+    def parse(self) -> Source:
+        try:
+            self._parser.Parse(self._bytes, True)
+        except expat.ExpatError as error:
+            self._fail(*self._explain(expat.ErrorString(error.code) or "", error))
+        assert self._root is not None, "the parser refuses a text without an element"
+        return Source(self._file, self._root, self._lines)
+
+    def _explain(self, problem: str, error: Any) -> tuple[str, tuple[int, int], str | None]:
+        offset = self._offset(min(max(self._parser.ErrorByteIndex, 0), len(self._bytes)))
+        at = self._place(offset)
+        if problem in ("mismatched tag", "no element found") and self._stack:
+            top = self._stack[-1]
+            message = f"<{top.tag}> of line {top.line} is not closed here"
+            return message, at, f"expected '</{top.tag}>'"
+        if problem == "not well-formed (invalid token)":
+            hint = "within texts write '&amp;' for '&' and '&lt;' for '<'"
+            return _MESSAGES[problem], at, hint
+        return _MESSAGES.get(problem, f"this is no valid XML: {problem or error}"), at, None
+
+    def _start(self, tag: str, flat: list[str]) -> None:
+        offset = self._offset(self._parser.CurrentByteIndex)
+        element = Element(tag, *self._place(offset + 1))
+        if len(self._stack) >= MAX_DEPTH:
+            message = f"nested too deeply; at most {MAX_DEPTH} levels are read"
+            self._fail(message, (element.line, element.column))
+        values = dict(zip(flat[::2], flat[1::2], strict=True))
+        at = offset + 1 + len(tag)
+        while found := _ATTRIBUTE.match(self._text, at):
+            name = found[1]
+            element.attributes[name] = Attribute(
+                name,
+                values[name],
+                *self._place(found.start(1)),
+                *self._place(found.start(2)),
+                raw=found[2][1:-1],
+            )
+            at = found.end()
+        if self._stack:
+            self._stack[-1].children.append(element)
+        else:
+            self._root = element
+        self._stack.append(element)
+
+    def _end(self, _tag: str) -> None:
+        self._stack.pop()
+
+    def _characters(self, text: str) -> None:
+        top = self._stack[-1]
+        if text.strip() and not top.text:
+            # Of text in one buffer only its end is known; the line of the element will do.
+            top.text_at = (top.line, top.column)
+        top.text += text.strip()
+
+    def _doctype(self, name: str, *_: Any) -> None:
+        offset = self._offset(self._parser.CurrentByteIndex)
+        message = f"a document type ({quoted(name)}); entities and types are not used here"
+        self._fail(message, self._place(offset), "leave out '<!DOCTYPE ...>'")
+
+    def _declaration(self, _version: str, encoding: str | None, _standalone: int) -> None:
+        if encoding is not None and encoding.lower() not in _UTF_8:
+            message = f"expected text in UTF-8, got the encoding {quoted(encoding)}"
+            self._fail(message, (1, 1), "save the file as UTF-8")
+
+    def _offset(self, byte: int) -> int:
+        """Return the characters before a byte. Places are asked for in the order of the file."""
+        if len(self._bytes) == len(self._text):
+            return byte
+        known, offset = self._last if self._last[0] <= byte else (0, 0)
+        offset += len(self._bytes[known:byte].decode("utf-8", "replace"))
+        self._last = (byte, offset)
+        return offset
+
+    def _place(self, offset: int) -> tuple[int, int]:
+        line = bisect_right(self._starts, offset)
+        return line, offset - self._starts[line - 1] + 1
+
+    def _fail(self, message: str, at: tuple[int, int], hint: str | None = None) -> NoReturn:
+        raise InputError([fault_in(self._file, self._lines, at, message, hint)]) from None

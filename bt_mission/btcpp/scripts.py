@@ -1,0 +1,229 @@
+"""Expressions of ours as scripts of BehaviorTree.CPP and back, where both mean the same.
+
+Both have numbers, texts in single quotes, names, `+ - * /`, comparisons and logic. In a script
+`!` takes only what stands directly behind it, and `&&` and `||` are read from left to right
+without one coming first; so both together need parentheses.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Any
+
+from bt_mission.core.diagnostics import quoted
+from bt_mission.language.expressions.expression import Expression
+from bt_mission.language.expressions.parser import RESERVED
+from bt_mission.language.expressions.values import ExpressionError
+
+_TOKEN = re.compile(
+    r"""(?P<number>(?:0|[1-9][0-9]*)(?:\.[0-9]+)?(?:[eE][-+]?[0-9]+)?(?![\w.]))
+      | (?P<text>'[^']*')
+      | (?P<name>[A-Za-z_][A-Za-z0-9_]*)
+      | (?P<symbol>&&|\|\||<=|>=|==|!=|[-+*/<>()!])
+      | (?P<blank>\s+)""",
+    re.VERBOSE,
+)
+_ASSIGNMENT = re.compile(r"\s*([A-Za-z_][A-Za-z0-9_]*)\s*(:=|\+=|-=|\*=|/=|=(?!=))\s*")
+_STATEMENT = re.compile(r"(?:'[^']*'|[^';])*")
+_LITERAL = re.compile(r"-?[0-9]+(\.[0-9]+)?([eE][-+]?[0-9]+)?")
+_OURS = {"&&": "and", "||": "or"}
+_THEIRS = {"and": "&&", "or": "||"}
+_LOGIC = re.compile(r"(?<!\w)(and|or)$")
+_VALUES = frozenset(("true", "false"))
+_LARGEST = 2**63 - 1
+
+
+class ScriptError(Exception):
+    """A script that has no expression of ours; `column` counts from 1."""
+
+    def __init__(self, message: str, column: int, hint: str | None = None) -> None:
+        super().__init__(message)
+        self.message = message
+        self.column = column
+        self.hint = hint
+
+
+@dataclass(frozen=True)
+class Token:
+    """A piece of a script, and its column (from 1)."""
+
+    kind: str
+    text: str
+    column: int
+
+
+def from_script(code: str) -> str:
+    """Return a script as an expression. Raises ScriptError where ours has none."""
+    tokens = _tokens(code)
+    _refuse_ambiguity(tokens)
+    text = ""
+    for token in tokens:
+        if token.text in _OURS:
+            text += f"{_blank(text)}{_OURS[token.text]}"
+        elif token.text == "!":
+            text += f"{_blank(text)}not "
+        elif token.kind == "name" and token.text in RESERVED - _VALUES:
+            message = f"'{token.text}' is a word of our expressions, so no variable"
+            raise ScriptError(message, token.column, "give the variable another name")
+        elif token.kind == "blank":
+            text += " " * len(token.text)
+        else:
+            text += f"{_blank(text) if _LOGIC.search(text) else ''}{token.text}"
+    text = text.strip()
+    try:
+        Expression(text)
+    except ExpressionError as error:
+        raise ScriptError(error.message, 1, error.hint) from None
+    return text
+
+
+def to_script(text: str) -> str | None:
+    """Return an expression as a script that comes back as the same text, or None."""
+    script = ""
+    skip = False
+    for found in re.finditer(r"'[^']*'|[A-Za-z_][A-Za-z0-9_]*|.", text, re.DOTALL):
+        piece = found.group()
+        if skip and piece != " ":
+            return None
+        if not skip:
+            script += "!" if piece == "not" else _THEIRS.get(piece, piece)
+        skip = piece == "not"
+    try:
+        return script if from_script(script) == text else None
+    except ScriptError:
+        return None
+
+
+def literal(text: str) -> Any:
+    """Return what a variable is set to: a constant, or the text of an expression."""
+    if text in _VALUES:
+        return text == "true"
+    if _LITERAL.fullmatch(text):
+        return int(text) if text.lstrip("-").isdigit() else float(text)
+    return from_script(text)
+
+
+def assignments(code: str) -> list[tuple[str, int, Any]]:
+    """Return the variables that a script sets: name, column, value. Raises ScriptError."""
+    found: list[tuple[str, int, Any]] = []
+    at = 0
+    while at <= len(code):
+        statement = _STATEMENT.match(code, at)
+        assert statement is not None, "the pattern takes an empty text"
+        if code[statement.end() : statement.end() + 1] == "'":
+            raise ScriptError("this quoted text is never closed", statement.end() + 1)
+        if statement.group().strip():
+            found.append(_assignment(statement.group(), at, {name for name, _, _ in found}))
+        at = statement.end() + 1
+    return found
+
+
+def written_assignments(values: dict[str, Any]) -> str | None:
+    """Return a script that sets variables to these values, or None where none can be said."""
+    statements = []
+    for name, value in values.items():
+        if isinstance(value, bool):
+            right: str | None = "true" if value else "false"
+        elif isinstance(value, int | float):
+            right = repr(value)
+        else:
+            right = to_script(value) if isinstance(value, str) else None
+        if right is None:
+            return None
+        statements.append(f"{name} := {right}")
+    script = "; ".join(statements)
+    try:
+        back = {name: value for name, _, value in assignments(script)}
+    except ScriptError:
+        return None
+    same = [(key, type(value), value) for key, value in back.items()]
+    return script if same == [(key, type(value), value) for key, value in values.items()] else None
+
+
+def _assignment(statement: str, offset: int, taken: set[str]) -> tuple[str, int, Any]:
+    found = _ASSIGNMENT.match(statement)
+    if found is None:
+        start = offset + len(statement) - len(statement.lstrip()) + 1
+        message = f"expected 'name := value', got {quoted(statement.strip())}"
+        raise ScriptError(message, start)
+    name, sign, right = found[1], found[2], statement[found.end() :]
+    column = offset + found.start(1) + 1
+    if name in taken:
+        hint = "write a Script of its own for the second"
+        raise ScriptError(f"'{name}' is set twice in one Script", column, hint)
+    try:
+        if len(sign) == 2 and sign != ":=":
+            return name, column, f"{name} {sign[0]} ({from_script(right.strip())})"
+        return name, column, literal(right.strip())
+    except ScriptError as error:
+        at = offset + found.end() + error.column
+        raise ScriptError(error.message, at, error.hint) from None
+
+
+def _tokens(code: str) -> list[Token]:
+    tokens: list[Token] = []
+    at = 0
+    while at < len(code):
+        found = _TOKEN.match(code, at)
+        if found is None:
+            message = f"{quoted(code[at])} has no counterpart in our expressions"
+            raise ScriptError(message, at + 1, "use a leaf 'check' or 'set', whose are ours")
+        kind = found.lastgroup or ""
+        if kind == "number" and found.group().isdigit() and int(found.group()) > _LARGEST:
+            raise ScriptError(f"the number {quoted(found.group())} is too large", at + 1)
+        tokens.append(Token(kind, found.group(), at + 1))
+        at = found.end()
+    return tokens
+
+
+def _refuse_ambiguity(tokens: list[Token]) -> None:
+    """Refuse what BehaviorTree.CPP and Python read differently."""
+    solid = [token for token in tokens if token.kind != "blank"]
+    logic = [""]
+    for index, token in enumerate(solid):
+        if token.text == "(":
+            logic.append("")
+        elif token.text == ")" and len(logic) > 1:
+            logic.pop()
+        elif token.text in _OURS:
+            if logic[-1] not in ("", token.text):
+                message = "'&&' and '||' are read from left to right here, and ours by precedence"
+                raise ScriptError(message, token.column, "put one of them in parentheses")
+            logic[-1] = token.text
+        elif token.text == "!":
+            _refuse_loose_not(solid, index)
+        elif token.text in ("*", "/") and solid[index - 1].text == token.text and index:
+            raise ScriptError(f"'{token.text * 2}' is no operator of a script", token.column)
+        elif token.text in ("-", "+") and (index == 0 or solid[index - 1].text in _BEFORE_SIGN):
+            behind = solid[index + 1].kind if index + 1 < len(solid) else ""
+            opened = index + 1 < len(solid) and solid[index + 1].text == "("
+            if token.text == "+" or not (opened or behind in ("number", "name")):
+                raise ScriptError(f"'{token.text}' cannot stand here", token.column)
+
+
+_BEFORE_SIGN = frozenset(("(", "&&", "||", "<", "<=", ">", ">=", "==", "!=", "+", "-", "*", "/"))
+
+
+def _refuse_loose_not(solid: list[Token], index: int) -> None:
+    """Refuse a `!` whose operand does not end with a name or a closed parenthesis."""
+    at = index + 1
+    depth = 0
+    while at < len(solid):
+        depth += {"(": 1, ")": -1}.get(solid[at].text, 0)
+        at += 1
+        if depth <= 0:
+            break
+    behind = solid[at].text if at < len(solid) else ")"
+    if index + 1 >= len(solid) or (behind != ")" and behind not in _OURS):
+        column = solid[index].column
+        raise ScriptError(
+            "'!' is for the next name only here, and 'not' for all that follows",
+            column,
+            "use parentheses",
+        )
+
+
+def _blank(text: str) -> str:
+    """Return the blank that has to stand before a word behind this text."""
+    return "" if not text or text[-1] in " (" else " "

@@ -1,0 +1,1 @@
+"""CDR, the wire format of DDS: read, write and decode messages without generated code."""

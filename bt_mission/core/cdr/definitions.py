@@ -1,0 +1,134 @@
+"""Message definitions as bags carry them, gathered from the installed interface packages.
+
+A definition is the text of the message's own ``.msg`` file and, after a line of 80 ``=`` and one
+that names it (``MSG: package/Type``), the text of each message that it is made of; MCAP calls this
+encoding ``ros2msg``. What ROS makes of ``.srv`` and ``.action`` files has no file of its own: the
+text of those messages is put together here as ``rosidl`` does it.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from functools import cache
+from pathlib import Path
+
+from bt_mission.core.errors import BtMissionError
+
+SEPARATOR = "=" * 80
+
+_BASIC = frozenset(
+    f"{kind}{bits}" for kind in ("int", "uint", "float") for bits in (8, 16, 32, 64)
+) | {"bool", "byte", "char", "string", "wstring"}
+_FIELD = re.compile(r"^\s*([A-Za-z][\w/]*)(?:<=\d+)?(?:\[(?:<=)?\d*\])?\s+[A-Za-z]\w*")
+_DIVIDER = re.compile(r"^---\s*$", re.MULTILINE)
+_GOAL_ID = "unique_identifier_msgs/UUID goal_id\n"
+
+_ACTION_PARTS: dict[str, Callable[[str, str], str]] = {
+    "_FeedbackMessage": lambda p, n: f"{_GOAL_ID}{p}/{n}_Feedback feedback\n",
+    "_SendGoal_Request": lambda p, n: f"{_GOAL_ID}{p}/{n}_Goal goal\n",
+    "_SendGoal_Response": lambda _p, _n: "bool accepted\nbuiltin_interfaces/Time stamp\n",
+    "_GetResult_Request": lambda _p, _n: _GOAL_ID,
+    "_GetResult_Response": lambda p, n: f"int8 status\n{p}/{n}_Result result\n",
+}
+_SECTIONS = {
+    ".srv": ("_Request", "_Response"),
+    ".action": ("_Goal", "_Result", "_Feedback"),
+}
+_FOLDERS = {".srv": "srv", ".action": "action"}
+
+
+class NoDefinitionError(BtMissionError):
+    """The files of a type are not installed here."""
+
+
+def share_folders() -> list[Path]:
+    """Where interface packages are installed, in the order in which they count."""
+    prefixes = [*filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep))]
+    return [Path(prefix) / "share" for prefix in [*prefixes, sys.prefix]]
+
+
+class Definitions:
+    """Finds definitions in some folders of interface packages.
+
+    :param folders: hold one folder a package, each with ``msg``, ``srv`` and ``action``.
+    """
+
+    def __init__(self, folders: Sequence[Path]) -> None:
+        self._folders = folders
+        self._text = cache(self._find)
+
+    def of(self, type_name: str) -> str:
+        """The whole definition of a type, such as ``nav_msgs/msg/Odometry``.
+
+        Also of what services and actions are made of: ``nav2_msgs/action/Spin_FeedbackMessage``,
+        ``nav2_msgs/action/Spin_SendGoal_Event``, ``std_srvs/srv/Trigger_Request``.
+
+        :raises NoDefinitionError: when a file that is needed is not there.
+        """
+        package, _, name = type_name.partition("/")
+        name = name.rpartition("/")[2]
+        parts = [self._text(package, name).rstrip("\n")]
+        seen = {(package, name)}
+        queue = [*_references(parts[0], package)]
+        while queue:
+            inner = queue.pop(0)
+            if inner in seen:
+                continue
+            seen.add(inner)
+            text = self._text(*inner).rstrip("\n")
+            parts.append(f"{SEPARATOR}\nMSG: {inner[0]}/{inner[1]}\n{text}")
+            queue += _references(text, inner[0])
+        return "\n".join(parts) + "\n"
+
+    def _find(self, package: str, name: str) -> str:
+        text = self._read(package, "msg", f"{name}.msg")
+        if text is None:
+            text = self._made(package, name)
+        if text is None:
+            raise NoDefinitionError(f"no definition of {package}/{name} is installed")
+        return text
+
+    def _made(self, package: str, name: str) -> str | None:
+        """The text of a message that rosidl makes of a service or of an action."""
+        if name.endswith("_Event"):
+            base = name.removesuffix("_Event")
+            return (
+                "service_msgs/ServiceEventInfo info\n"
+                f"{package}/{base}_Request[<=1] request\n{package}/{base}_Response[<=1] response\n"
+            )
+        for suffix, make in _ACTION_PARTS.items():
+            if name.endswith(suffix):
+                return make(package, name.removesuffix(suffix))
+        for extension, suffixes in _SECTIONS.items():
+            base, underscore, part = name.rpartition("_")
+            if underscore + part in suffixes:
+                text = self._read(package, _FOLDERS[extension], f"{base}{extension}")
+                if text is not None:
+                    sections = _DIVIDER.split(text)
+                    return sections[suffixes.index(underscore + part)].lstrip("\n")
+        return None
+
+    def _read(self, package: str, folder: str, name: str) -> str | None:
+        for share in self._folders:
+            path = share / package / folder / name
+            if path.is_file():
+                return path.read_text(encoding="utf-8")
+        return None
+
+
+def _references(text: str, package: str) -> Iterator[tuple[str, str]]:
+    """The messages, by package and name, that the fields of a text are made of."""
+    for line in text.splitlines():
+        found = _FIELD.match(line)
+        if found is None or found[1] in _BASIC:
+            continue
+        other, slash, name = found[1].rpartition("/")
+        if slash:
+            yield other.partition("/")[0], name
+        elif name == "Header":
+            yield "std_msgs", name
+        else:
+            yield package, name

@@ -1,0 +1,1 @@
+"""The DDS middleware: which one, who hears whom, and who is alive."""

@@ -1,0 +1,136 @@
+"""Faults in an input file: what is wrong, where, and what to do."""
+
+from __future__ import annotations
+
+import difflib
+import unicodedata
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import islice
+from typing import Literal
+
+from bt_mission.core.errors import BtMissionError
+
+Severity = Literal["error", "warning"]
+
+SHOWN_WIDTH = 100
+"""Columns of a source line that a fault shows; longer lines are cut around the caret."""
+
+SHOWN_FAULTS = 50
+"""Faults an InputError prints; the rest is counted."""
+
+
+MOST_FAULTS = 200
+"""After so many faults no more are looked for."""
+
+LIKENED_NAMES = 500
+"""Names that a mistaken one is compared with; comparing takes some 20 us each."""
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One thing wrong with an input, and its place.
+
+    `line` and `column` count from 1; line 0 means the fault is about the whole file.
+    `source` is the line itself. `hint` says what to write instead.
+    """
+
+    message: str
+    file: str
+    line: int = 0
+    column: int = 0
+    source: str = ""
+    hint: str | None = None
+    severity: Severity = "error"
+
+    def __str__(self) -> str:
+        place = f"{self.file}:{self.line}:{self.column}" if self.line else self.file
+        hint = f"; {self.hint}" if self.hint else ""
+        head = f"{place}: {self.severity}: {self.message}{hint}"
+        if not self.line or not self.source.strip():
+            return head
+        shown, caret = _excerpt(self.source, self.column)
+        return f"{head}\n    {shown}\n    {caret}^"
+
+
+class InputError(BtMissionError):
+    """An input that cannot be used, with every fault found in it."""
+
+    def __init__(self, faults: Iterable[Fault]) -> None:
+        self.faults = tuple(faults)
+        super().__init__(self.faults)
+
+    def __str__(self) -> str:
+        shown = [str(fault) for fault in self.faults[:SHOWN_FAULTS]]
+        if len(self.faults) > SHOWN_FAULTS:
+            shown.append(f"... and {len(self.faults) - SHOWN_FAULTS} more")
+        return "\n".join(shown)
+
+
+def in_order(faults: Iterable[Fault]) -> tuple[Fault, ...]:
+    """Return faults in the order of their file, each once; one file after another."""
+    found = dict.fromkeys(faults)
+    files = list(dict.fromkeys(fault.file for fault in found))
+    return tuple(sorted(found, key=lambda one: (files.index(one.file), one.line, one.column)))
+
+
+def did_you_mean(name: str, valid: Iterable[str]) -> str | None:
+    """Return "did you mean 'x'?" for the nearest valid name, or None where none is near."""
+    known = list(islice(valid, LIKENED_NAMES))
+    near = difflib.get_close_matches(name[:100], known, n=1, cutoff=0.6)
+    return f"did you mean '{_on_one_line(near[0])}'?" if near else None
+
+
+def listed(names: Iterable[str], most: int = 40) -> str:
+    """Return names as "a, b, c", cut after `most`; "none" where there are none."""
+    known = list(names)
+    if not known:
+        return "none"
+    more = f", and {len(known) - most} more" if len(known) > most else ""
+    return _on_one_line(", ".join(known[:most])) + more
+
+
+def describe(value: object) -> str:
+    """Return what a value read from YAML is, in words: "text 'fast'", "a list of 3"."""
+    match value:
+        case None:
+            return "nothing"
+        case bool():
+            return "true" if value else "false"
+        case int() | float():
+            return f"the number {value}"
+        case str():
+            return f"text {quoted(value)}"
+        case list() | tuple():
+            return f"a list of {len(value)}" if value else "an empty list"
+        case dict():
+            return (
+                f"a mapping with {listed((str(key) for key in value), 6)}"
+                if value
+                else "an empty mapping"
+            )
+        case _:
+            return f"a value of type {type(value).__name__}"
+
+
+def quoted(text: str, most: int = 60) -> str:
+    """Return the text in single quotes on one line, cut after `most` characters."""
+    cut = text if len(text) <= most else text[: most - 3] + "..."
+    return f"'{_on_one_line(cut)}'"
+
+
+def _on_one_line(text: str) -> str:
+    return "".join(c if c.isprintable() else " " for c in text)
+
+
+def _excerpt(source: str, column: int) -> tuple[str, str]:
+    """Return the part of a line around a column, and the blanks that put a caret under it."""
+    at = max(column - 1, 0)
+    start = 0
+    if len(source) > SHOWN_WIDTH:
+        start = max(0, min(at - SHOWN_WIDTH // 2, len(source) - SHOWN_WIDTH))
+    shown = _on_one_line(source[start : start + SHOWN_WIDTH])
+    before = shown[: at - start]
+    blanks = sum(2 if unicodedata.east_asian_width(c) in "WF" else 1 for c in before)
+    lead, tail = ("... " if start else "", " ..." if start + SHOWN_WIDTH < len(source) else "")
+    return (lead + shown.rstrip() + tail), " " * (blanks + len(lead))

@@ -1,0 +1,79 @@
+"""Where missions, worlds, robots and parameters are found: the user's first, then the shipped."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Literal
+
+from bt_mission.core.diagnostics import Fault, InputError, did_you_mean, listed
+
+Kind = Literal["missions", "worlds", "robots", "parameters"]
+
+SUFFIXES = (".yaml", ".yml")
+_SOURCE = Path(__file__).resolve().parent.parent.parent
+
+
+def find(kind: Kind, name_or_path: str | Path, near: str | Path | None = None) -> Path:
+    """Return the file of a mission, world or robot, or of parameters.
+
+    Looked for, in this order: the path as it is; next to `near` (a file or a folder);
+    `./KIND/NAME.yaml`; the source checkout; `PREFIX/share/bt_mission/KIND`.
+    Raises InputError with the names that are known.
+    """
+    found = look_for(kind, name_or_path, near)
+    if found is not None:
+        return found
+    wanted = str(name_or_path)
+    known = names(kind)
+    what = "parameter file" if kind == "parameters" else kind.removesuffix("s")
+    message = f"no such {what} (known: {listed(known)})"
+    raise InputError([Fault(message, wanted, hint=did_you_mean(Path(wanted).stem, known))])
+
+
+def look_for(kind: Kind, name_or_path: str | Path, near: str | Path | None = None) -> Path | None:
+    """Return what `find` would, or None."""
+    wanted = Path(name_or_path)
+    if not wanted.name or "\0" in str(wanted):
+        return None
+    beside = [] if near is None else [_folder(Path(near)), _folder(Path(near)).parent / kind]
+    is_path = wanted.suffix in SUFFIXES or len(wanted.parts) > 1
+    if is_path:
+        candidates = [wanted, *(folder / wanted for folder in beside[:1])]
+        candidates += [folder / wanted for folder in folders(kind)]
+    else:
+        candidates = [
+            folder / f"{wanted}{suffix}"
+            for folder in [*beside, *folders(kind)]
+            for suffix in SUFFIXES
+        ]
+    return next((path for path in candidates if _is_file(path)), None)
+
+
+def names(kind: Kind) -> list[str]:
+    """Return the names of the missions, worlds or robots that are there, sorted."""
+    return sorted(
+        {
+            path.stem
+            for folder in folders(kind)
+            if folder.is_dir()
+            for path in folder.iterdir()
+            if path.suffix in SUFFIXES
+        }
+    )
+
+
+def folders(kind: Kind) -> list[Path]:
+    """Return where files of a kind lie: in the working folder, the sources, the environment."""
+    return [Path(kind), _SOURCE / kind, Path(sys.prefix) / "share" / "bt_mission" / kind]
+
+
+def _folder(near: Path) -> Path:
+    return near if near.is_dir() else near.parent
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except (OSError, ValueError):  # a name that is too long, or a folder that may not be read
+        return False

@@ -1,0 +1,125 @@
+"""The numbers of a robot: limits, body and sensors, in SI units, from one file per model.
+
+`robots/NAME.yaml` holds them, each with its source. Frames follow REP 103: x forward, y left,
+z up; positions are those of `base_link`, below the middle of the axle.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import BaseModel, Field, model_validator
+
+from bt_mission.core import files
+from bt_mission.core.robot.parts import (
+    STRICT,
+    Battery,
+    Body,
+    Camera,
+    Hull,
+    Imu,
+    Lidar,
+    Point3,
+    Positive,
+    Sensors,
+    Size3,
+)
+from bt_mission.core.yaml import document as located
+
+__all__ = [
+    "Battery",
+    "Body",
+    "Camera",
+    "Hull",
+    "Imu",
+    "Lidar",
+    "RobotModel",
+    "Sensors",
+    "load_robot",
+]
+
+_TOLERANCE = 1e-6
+"""Metres by which figures that follow from each other may differ."""
+
+
+class RobotModel(BaseModel):
+    """A differential-drive robot; see `robots/*.yaml` for units and sources of every number.
+
+    `wheel_separation` is the one control and odometry reckon with, `2 * wheel_y` the real one.
+    """
+
+    model_config = STRICT
+
+    name: Annotated[str, Field(min_length=1)]
+    max_linear_velocity: Positive
+    max_angular_velocity: Positive
+    max_linear_acceleration: Positive
+    max_angular_acceleration: Positive
+    command_timeout: Positive = 0.2
+    control_rate: Positive = 20.0
+    wheel_radius: Positive
+    wheel_width: Positive
+    wheel_separation: Positive
+    wheel_y: Positive
+    base_height: Positive
+    base_mass: Positive
+    base_inertia: Size3
+    base_centre_of_mass: Point3
+    wheel_mass: Positive
+    wheel_inertia: Size3
+    body: Body
+    caster_radius: Positive
+    casters: Annotated[tuple[Point3, ...], Field(min_length=1)]
+    hull: Hull
+    odometry_rate: Positive = 20.0
+    lidar: Lidar
+    camera: Camera | None = None
+    imu: Imu
+    battery: Battery = Battery()
+    sensors: Sensors = Sensors()
+
+    def with_sensors(self, sensors: Sensors) -> RobotModel:
+        """Return the same robot with its simulated sensors set so."""
+        model = sensors.lidar.model
+        lidar = self.lidar if model is None else self.lidar.as_model(model)
+        return self.model_copy(update={"sensors": sensors, "lidar": lidar})
+
+    @property
+    def turning_radius(self) -> float:
+        """The circle that the body sweeps when it turns on the spot, m from the axle's middle."""
+        x, y = _reach(self.body)
+        return max(math.hypot(x, y), math.hypot(self.wheel_radius, self.hull.half_width))
+
+    @model_validator(mode="after")
+    def _hull_holds_body_and_wheels(self) -> RobotModel:
+        (length, width, _), (x, y, _) = self.body.size, self.body.centre
+        around = {
+            "front": max(x + length / 2, self.wheel_radius),
+            "rear": min(x - length / 2, -self.wheel_radius),
+            "half_width": max(abs(y) + width / 2, self.wheel_y + self.wheel_width / 2),
+        }
+        for field, expected in around.items():
+            got = getattr(self.hull, field)
+            if abs(got - expected) > _TOLERANCE:
+                raise ValueError(
+                    f"hull.{field} must be {expected:.4g} m, which body and wheels reach, got {got}"
+                )
+        return self
+
+
+def load_robot(name_or_path: str | Path, near: str | Path | None = None) -> RobotModel:
+    """Return the model of a robot. Raises InputError with every fault and its place.
+
+    `near` is a file beside which a robot of that name is looked for first, such as a mission.
+    """
+    document = located.read(files.find("robots", name_or_path, near))
+    robot = located.validate(document, RobotModel)
+    return robot.with_sensors(robot.sensors)
+
+
+def _reach(body: Body) -> tuple[float, float]:
+    """Return the farthest a box goes from the origin along x and along y, m."""
+    (length, width, _), (x, y, _) = body.size, body.centre
+    return abs(x) + length / 2, abs(y) + width / 2

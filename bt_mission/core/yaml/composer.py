@@ -1,0 +1,300 @@
+"""From YAML text to plain data with places, refusing what has no business in our files.
+
+libyaml (through PyYAML, which rclpy already needs) delivers events with marks; this module
+builds data and places from them. So it decides itself what a scalar means (the core schema of
+YAML 1.2: `yes` is a text), and stops at a limit before anything has grown.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass, field
+from typing import Any
+
+import yaml  # type: ignore[import-untyped]
+
+from bt_mission.core.diagnostics import MOST_FAULTS, Fault, InputError, quoted
+from bt_mission.core.yaml.parser_messages import translate
+
+MAX_DEPTH = 200
+"""Levels of nesting, aliases followed. A tree node takes two to three levels."""
+
+MAX_VALUES = 100_000
+"""Values in a document, aliases followed: what an alias bomb runs into."""
+
+TEXT_WEIGHT = 10
+"""Characters that count for one value more where an alias repeats a text."""
+
+MAX_INTEGER = 2**64
+"""No ROS field holds a larger integer."""
+
+_BREAK = re.compile("\r\n|[\n\r\x85\u2028\u2029]")
+_UNPRINTABLE = re.compile(
+    "[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]|\ufeff"
+)
+_TAB_INDENT = re.compile(r"^ *\t", re.MULTILINE)
+_NULL = frozenset(("", "~", "null", "Null", "NULL"))
+_TRUE = frozenset(("true", "True", "TRUE"))
+_FALSE = frozenset(("false", "False", "FALSE"))
+_INTEGER = re.compile(r"[-+]?[0-9]+")
+_PREFIXED = re.compile(r"0o[0-7]+|0x[0-9a-fA-F]+")
+_FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
+_NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
+_NUMBER_START = frozenset("+-.0123456789")
+_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+
+@dataclass(slots=True, eq=False)
+class Place:
+    """Where a value stands (from 1), and where its keys and parts stand.
+
+    `text` is set where the value is a text written in one piece, so that a column within it
+    can be told.
+    """
+
+    line: int
+    column: int
+    keys: dict[str, tuple[int, int]] | None = None
+    parts: dict[str, Place] | list[Place] | None = None
+    text: str | None = None
+
+    def child(self, key: str | int) -> Place | None:
+        """Return the place of one part, or None where there is no such part."""
+        if isinstance(self.parts, dict) and isinstance(key, str):
+            return self.parts.get(key)
+        if isinstance(self.parts, list) and isinstance(key, int) and 0 <= key < len(self.parts):
+            return self.parts[key]
+        return None
+
+
+@dataclass(slots=True, eq=False)
+class _Open:
+    """A mapping or list that is being read, or one that an anchor names."""
+
+    data: Any
+    place: Place
+    anchor: str | None = None
+    size: int = 1
+    height: int = 1
+    closed: bool = False
+    key: str | None = None
+    key_at: tuple[int, int] = (0, 0)
+
+
+def _is_plain(event: Any) -> bool:
+    return bool(event.implicit[0]) and event.style in (None, "")
+
+
+def split_lines(text: str) -> tuple[str, ...]:
+    """Return the lines of a text as YAML counts them."""
+    return tuple(_BREAK.split(text))
+
+
+def compose(text: str, file: str) -> tuple[Any, Place]:
+    """Return the data of the one document in a text, and its places. Raises InputError."""
+    reader = _Reader(text.removeprefix("\ufeff"), file)
+    reader.refuse_characters()
+    try:
+        for event in yaml.parse(reader.text, Loader=_LOADER):
+            reader.take(event)
+    except yaml.YAMLError as error:
+        message, line, column = translate(error, reader.lines)
+        reader.fail(message, line, column)
+    except (RecursionError, MemoryError):
+        reader.fail("the file is nested too deeply to be read", 1, 1)
+    return reader.finish()
+
+
+@dataclass
+class _Reader:
+    text: str
+    file: str
+    lines: tuple[str, ...] = ()
+    faults: list[Fault] = field(default_factory=list)
+    stack: list[_Open] = field(default_factory=list)
+    anchors: dict[str, _Open] = field(default_factory=dict)
+    values: int = 0
+    documents: int = 0
+    root: tuple[Any, Place] | None = None
+
+    def __post_init__(self) -> None:
+        self.lines = split_lines(self.text)
+
+    def note(self, message: str, line: int, column: int) -> None:
+        if len(self.faults) >= MOST_FAULTS:
+            raise InputError(self.faults)
+        source = self.lines[line - 1] if 0 < line <= len(self.lines) else ""
+        self.faults.append(Fault(message, self.file, line, column, source))
+
+    def fail(self, message: str, line: int, column: int) -> None:
+        self.note(message, line, column)
+        raise InputError(self.faults) from None
+
+    def refuse_characters(self) -> None:
+        """Refuse characters that YAML does not allow, and tabs that indent."""
+        bad = _UNPRINTABLE.search(self.text)
+        if bad:
+            lines = split_lines(self.text[: bad.start()])
+            message = f"a control character (U+{ord(bad.group()):04X}); this is no YAML text"
+            self.fail(message, len(lines), len(lines[-1]) + 1)
+        for tab in _TAB_INDENT.finditer(self.text):
+            line = len(split_lines(self.text[: tab.start()]))
+            self.note("a tab; YAML is indented with spaces", line, tab.end() - tab.start())
+            if len(self.faults) == 20:
+                break
+        if self.faults:
+            raise InputError(self.faults)
+
+    def finish(self) -> tuple[Any, Place]:
+        if self.root is None or (self.root[0] is None and not self.faults):
+            self.fail("the file is empty", 1, 1)
+        if self.faults:
+            raise InputError(sorted(self.faults, key=lambda fault: (fault.line, fault.column)))
+        assert self.root is not None
+        return self.root
+
+    def take(self, event: Any) -> None:
+        """Take one event of the YAML parser."""
+        match event:
+            case yaml.ScalarEvent():
+                self.take_scalar(event)
+            case yaml.MappingStartEvent():
+                place = Place(*self.begin(event), keys={}, parts={})
+                self.open(_Open({}, place, event.anchor), event)
+            case yaml.SequenceStartEvent():
+                place = Place(*self.begin(event), parts=[])
+                self.open(_Open([], place, event.anchor), event)
+            case yaml.MappingEndEvent() | yaml.SequenceEndEvent():
+                done = self.stack.pop()
+                done.closed = True
+                self.add(done.data, done.place, done.size, done.height)
+            case yaml.AliasEvent():
+                self.take_alias(event)
+            case yaml.DocumentStartEvent():
+                self.documents += 1
+                if self.documents > 1:
+                    mark = event.start_mark
+                    self.fail("a second document; a file holds one", mark.line + 1, 1)
+
+    def begin(self, event: Any) -> tuple[int, int]:
+        """Return where a value stands; count it; refuse a tag."""
+        line, column = event.start_mark.line + 1, event.start_mark.column + 1
+        if event.tag is not None:
+            self.note(f"the tag {quoted(event.tag)}; tags are not used here", line, column)
+        if event.anchor is not None or event.tag is not None:
+            line, column = self.after_properties(line, column)
+        return line, column
+
+    def after_properties(self, line: int, column: int) -> tuple[int, int]:
+        """Return where the value stands that follows an anchor or a tag on the same line."""
+        rest = self.lines[line - 1][column - 1 :] if line <= len(self.lines) else ""
+        found = re.match(r"(?:[&!][^\s,\[\]{}]*\s+)+(?=\S)", rest)
+        return line, column + (found.end() if found else 0)
+
+    def open(self, new: _Open, event: Any) -> None:
+        top = self.stack[-1] if self.stack else None
+        if top is not None and isinstance(top.data, dict) and top.key is None:
+            self.fail("expected a name as key, got a list or a mapping", *self.begin(event))
+        self.stack.append(new)
+        if len(self.stack) > MAX_DEPTH:
+            message = f"nested too deeply; at most {MAX_DEPTH} levels are read"
+            self.fail(message, new.place.line, new.place.column)
+        if new.anchor is not None:
+            self.anchors[new.anchor] = new
+
+    def take_scalar(self, event: Any) -> None:
+        top = self.stack[-1] if self.stack else None
+        line, column = self.begin(event)
+        if top is not None and isinstance(top.data, dict) and top.key is None:
+            self.take_key(top, event, line, column)
+            return
+        text: str = event.value
+        data = self.number_or_text(text, line, column) if _is_plain(event) else text
+        one_piece = isinstance(data, str) and event.start_mark.line == event.end_mark.line
+        place = Place(line, column, text=text if one_piece else None)
+        size = 1 + len(text) // TEXT_WEIGHT if isinstance(data, str) else 1
+        if event.anchor is not None:
+            self.anchors[event.anchor] = _Open(data, place, size=size, closed=True)
+        self.add(data, place, size, 1)
+
+    def take_key(self, top: _Open, event: Any, line: int, column: int) -> None:
+        key: str = event.value
+        if _is_plain(event) and not isinstance(self.number_or_text(key, line, column), str):
+            got = "nothing" if key == "" else key
+            self.note(f"expected a name as key, got {got[:60]}", line, column)
+        assert top.place.keys is not None
+        if key in top.place.keys:
+            first = top.place.keys[key][0]
+            message = f"the key {quoted(key)} stands twice (first in line {first})"
+            self.note(message, line, column)
+        top.key, top.key_at = key, (line, column)
+
+    def take_alias(self, event: Any) -> None:
+        line, column = event.start_mark.line + 1, event.start_mark.column + 1
+        target = self.anchors.get(event.anchor)
+        if target is None:
+            self.fail(f"no anchor '&{event.anchor}' before this alias", line, column)
+            return
+        if not target.closed:
+            self.fail(f"the alias '*{event.anchor}' contains itself", line, column)
+        top = self.stack[-1] if self.stack else None
+        if top is not None and isinstance(top.data, dict) and top.key is None:
+            self.fail("expected a name as key, got an alias", line, column)
+        if len(self.stack) + target.height > MAX_DEPTH:
+            self.fail(f"nested too deeply; at most {MAX_DEPTH} levels are read", line, column)
+        self.add(target.data, target.place, target.size, target.height, (line, column))
+
+    def add(
+        self, data: Any, place: Place, size: int, height: int, at: tuple[int, int] | None = None
+    ) -> None:
+        """Put a finished value where it belongs."""
+        line, column = at or (place.line, place.column)
+        self.values += size if at else 1
+        if self.values > MAX_VALUES:
+            what = "aliases blow the file up: " if at else ""
+            message = f"{what}more than {MAX_VALUES:,} values; a file holds at most so many"
+            self.fail(message, line, column)
+        if not self.stack:
+            self.root = (data, place)
+            return
+        top = self.stack[-1]
+        top.size += size
+        top.height = max(top.height, height + 1)
+        if isinstance(top.data, dict):
+            assert top.key is not None
+            assert top.place.keys is not None
+            assert isinstance(top.place.parts, dict)
+            top.data[top.key] = data
+            top.place.keys[top.key] = top.key_at
+            top.place.parts[top.key] = place
+            top.key = None
+        else:
+            assert isinstance(top.place.parts, list)
+            top.data.append(data)
+            top.place.parts.append(place)
+
+    def number_or_text(self, text: str, line: int, column: int) -> Any:
+        """Return what a plain scalar means in the core schema of YAML 1.2."""
+        if text[:1] not in _NUMBER_START:
+            if text in _NULL:
+                return None
+            if text in _TRUE:
+                return True
+            return False if text in _FALSE else text
+        if _NOT_FINITE.fullmatch(text):
+            self.note(f"expected a finite number, got {text}", line, column)
+            return 0.0
+        number: int | float
+        if _INTEGER.fullmatch(text):
+            number = int(text) if len(text) <= 25 else MAX_INTEGER + 1
+        elif _PREFIXED.fullmatch(text):
+            number = int(text, 0) if len(text) <= 25 else MAX_INTEGER + 1
+        elif _FLOAT.fullmatch(text):
+            number = float(text)
+        else:
+            return text
+        if (isinstance(number, int) and abs(number) > MAX_INTEGER) or math.isinf(number):
+            self.note(f"the number {quoted(text)} is too large", line, column)
+            return 0
+        return number

@@ -1,0 +1,161 @@
+"""YAML files with places: plain data, and for each part of it the line and column it stands at.
+
+`read` takes a file, `read_text` a text; both return a `Document` or raise `InputError`.
+`validate` turns a document into a pydantic model, or every fault into one with its place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from bt_mission.core.diagnostics import Fault, InputError, Severity
+from bt_mission.core.yaml.composer import Place, compose, split_lines
+from bt_mission.core.yaml.models import model_faults, validate
+
+__all__ = [
+    "MAX_BYTES",
+    "Document",
+    "Fault",
+    "InputError",
+    "Key",
+    "model_faults",
+    "read",
+    "read_source",
+    "read_text",
+    "validate",
+]
+
+MAX_BYTES = 1_000_000
+"""The largest file that is read. A mission of 10,000 nodes takes about 0.9 of it."""
+
+Key = str | int
+
+
+@dataclass(frozen=True)
+class Document:
+    """A YAML file as plain data (dict, list, str, int, float, bool, None) and its places."""
+
+    file: str
+    data: Any
+    place: Place
+    lines: tuple[str, ...]
+
+    def find(self, path: Sequence[Key]) -> Place:
+        """Return the place of the value at `path`, or of the deepest part of it that exists."""
+        place = self.place
+        for key in path:
+            inner = place.child(key)
+            if inner is None:
+                return place
+            place = inner
+        return place
+
+    def position(self, path: Sequence[Key], *, key: bool = False) -> tuple[int, int]:
+        """Return line and column (from 1) of the value at `path`, or of its key."""
+        if key and path and isinstance(path[-1], str):
+            parent = self.find(path[:-1])
+            return (parent.keys or {}).get(path[-1], (parent.line, parent.column))
+        place = self.find(path)
+        return place.line, place.column
+
+    def fault(
+        self,
+        path: Sequence[Key],
+        message: str,
+        hint: str | None = None,
+        *,
+        key: bool = False,
+        severity: Severity = "error",
+        offset: int | None = None,
+    ) -> Fault:
+        """Return a fault at the value at `path`, or at its key.
+
+        `offset` (from 0) moves the caret into a text value, where its characters stand in the
+        file as they are: in one line, without escapes.
+        """
+        line, column = self.position(path, key=key)
+        if offset is not None:
+            column += self._shift(self.find(path), offset)
+        return self.fault_at(line, column, message, hint, severity=severity)
+
+    def fault_at(
+        self,
+        line: int,
+        column: int,
+        message: str,
+        hint: str | None = None,
+        *,
+        severity: Severity = "error",
+    ) -> Fault:
+        """Return a fault at a line and column (from 1)."""
+        source = self.lines[line - 1] if 0 < line <= len(self.lines) else ""
+        return Fault(message, self.file, line, column, source, hint, severity)
+
+    def _shift(self, place: Place, offset: int) -> int:
+        if place.text is None:
+            return 0
+        line = self.lines[place.line - 1] if place.line <= len(self.lines) else ""
+        start = place.column - 1
+        quote = 1 if line[start : start + 1] in ("'", '"') else 0
+        as_written = line[start + quote : start + quote + len(place.text)] == place.text
+        return offset + quote if as_written and offset <= len(place.text) else 0
+
+
+def read_text(text: str, file: str = "<text>") -> Document:
+    """Read YAML from a text. Raises InputError."""
+    if len(text) > MAX_BYTES or len(text.encode("utf-8", "replace")) > MAX_BYTES:
+        size = len(text.encode("utf-8", "replace"))
+        raise InputError([Fault(_too_large(size), file)])
+    data, place = compose(text, file)
+    return Document(file, data, place, split_lines(text))
+
+
+def read(path: str | Path) -> Document:
+    """Read a YAML file. Raises InputError; a file that is too large is refused unread."""
+    return read_text(read_source(path), str(path))
+
+
+def read_source(path: str | Path) -> str:
+    """Return the text of a file. Raises InputError; a file that is too large is refused unread."""
+    file = str(path)
+    return _decoded(_contents(Path(path), file), file)
+
+
+def _contents(path: Path, file: str) -> bytes:
+    try:
+        if path.is_dir():
+            raise InputError([Fault("expected a file, got a folder", file)])
+        if not path.exists():
+            raise InputError([Fault("no such file", file)])
+        if not path.is_file():
+            raise InputError([Fault("expected a file, got a device or pipe", file)])
+        size = path.stat().st_size
+        if size > MAX_BYTES:
+            raise InputError([Fault(_too_large(size), file)])
+        with path.open("rb") as stream:
+            contents = stream.read(MAX_BYTES + 1)
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+        raise InputError([Fault(f"cannot read the file: {reason}", file)]) from error
+    if len(contents) > MAX_BYTES:
+        raise InputError([Fault(_too_large(len(contents)), file)])
+    return contents
+
+
+def _decoded(contents: bytes, file: str) -> str:
+    try:
+        return contents.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        before = contents[: error.start]
+        line = before.count(b"\n") + 1
+        column = len(before[before.rfind(b"\n") + 1 :].decode("utf-8", "replace")) + 1
+        byte = contents[error.start]
+        message = f"expected text in UTF-8, got the byte 0x{byte:02x}"
+        raise InputError([Fault(message, file, line, column)]) from error
+
+
+def _too_large(size: int) -> str:
+    return f"the file is too large: {size:,} bytes, at most {MAX_BYTES:,} are read"

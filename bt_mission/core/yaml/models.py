@@ -1,0 +1,214 @@
+"""From data to pydantic models, with every complaint of pydantic put in our words, located."""
+
+from __future__ import annotations
+
+import json
+import types
+from collections.abc import Iterator, Mapping, Sequence
+from typing import (
+    TYPE_CHECKING,
+    Annotated,
+    Any,
+    Literal,
+    Protocol,
+    TypeVar,
+    Union,
+    get_args,
+    get_origin,
+)
+
+import pydantic
+
+from bt_mission.core.diagnostics import (
+    MOST_FAULTS,
+    Fault,
+    InputError,
+    Severity,
+    describe,
+    did_you_mean,
+    listed,
+    quoted,
+)
+
+if TYPE_CHECKING:
+    from pydantic_core import ErrorDetails
+
+Model = TypeVar("Model", bound=pydantic.BaseModel)
+Key = str | int
+
+_EXPECTED = {
+    "bool_parsing": "true or false",
+    "bool_type": "true or false",
+    "dict_type": "a mapping",
+    "float_parsing": "a number",
+    "float_type": "a number",
+    "finite_number": "a finite number",
+    "int_from_float": "a whole number",
+    "int_parsing": "a whole number",
+    "int_type": "a whole number",
+    "list_type": "a list",
+    "mapping_type": "a mapping",
+    "model_attributes_type": "a mapping",
+    "model_type": "a mapping",
+    "string_type": "a text",
+    "tuple_type": "a list",
+}
+_LIMITS = {
+    "greater_than": "more than {gt}",
+    "greater_than_equal": "at least {ge}",
+    "less_than": "less than {lt}",
+    "less_than_equal": "at most {le}",
+    "multiple_of": "a multiple of {multiple_of}",
+    "string_pattern_mismatch": "text of the form {pattern}",
+    "string_too_long": "at most {max_length} characters",
+    "string_too_short": "at least {min_length} characters",
+    "too_long": "a list of at most {max_length}",
+    "too_short": "a list of at least {min_length}",
+}
+
+
+class Located(Protocol):
+    """Data whose parts have places in a file."""
+
+    @property
+    def data(self) -> Any:
+        """The data: mappings, lists, strings, numbers, booleans and None."""
+
+    def fault(
+        self,
+        path: Sequence[Key],
+        message: str,
+        hint: str | None = None,
+        *,
+        key: bool = False,
+        severity: Severity = "error",
+        offset: int | None = None,
+    ) -> Fault:
+        """Return a fault at the place of a part, or of its key."""
+
+
+def validate(document: Located, model: type[Model], path: Sequence[Key] = ()) -> Model:
+    """Return the part of a document at `path` as a model. Raises InputError with all faults.
+
+    Types are taken strictly: no number from a text, no truth from a number.
+    """
+    data = document.data
+    for key in path:
+        data = data[key]
+    try:
+        # As JSON, because only there a strict model takes a list for a tuple.
+        return model.model_validate_json(json.dumps(data), strict=True)
+    except pydantic.ValidationError as error:
+        raise InputError(model_faults(document, error, model, path)) from error
+
+
+def model_faults(
+    document: Located, error: pydantic.ValidationError, model: Any, path: Sequence[Key] = ()
+) -> list[Fault]:
+    """Return a pydantic error as faults, in the order of the file, one for each place."""
+    found: dict[tuple[int, int, str], Fault] = {}
+    for detail in error.errors(include_url=False)[:MOST_FAULTS]:
+        fault = _fault(document, detail, model, path)
+        is_type = fault.message.startswith("expected")
+        what = (fault.line, fault.column, "" if is_type else fault.message)
+        found[what] = _merged(found[what], fault) if what in found else fault
+    return sorted(found.values(), key=lambda fault: (fault.line, fault.column))
+
+
+def _merged(one: Fault, other: Fault) -> Fault:
+    """Return the complaints of two members of a union as one: "expected a or b, got c"."""
+    first, separator, got = one.message.partition(", got ")
+    second, _, other_got = other.message.partition(", got ")
+    if not separator or got != other_got or second in first:
+        return one
+    message = f"{first} or {second.removeprefix('expected ')}, got {got}"
+    return Fault(message, one.file, one.line, one.column, one.source, one.hint, one.severity)
+
+
+def _fault(document: Located, detail: ErrorDetails, model: Any, path: Sequence[Key]) -> Fault:
+    where, names = _in_document(document, detail["loc"], model, path)
+    kind, got = detail["type"], describe(detail["input"])
+    context: Mapping[str, Any] = detail.get("ctx", {})
+    last = detail["loc"][-1] if detail["loc"] else ""
+    if kind == "missing":
+        return document.fault(where, f"{quoted(str(last))} is missing")
+    if kind == "extra_forbidden":
+        message = f"unknown key {quoted(str(last))} (valid: {listed(names)})"
+        return document.fault(where, message, did_you_mean(str(last), names), key=True)
+    if kind in _LIMITS:
+        return document.fault(where, f"expected {_LIMITS[kind].format(**context)}, got {got}")
+    if kind in _EXPECTED:
+        return document.fault(where, f"expected {_EXPECTED[kind]}, got {got}")
+    if kind in ("literal_error", "enum"):
+        valid = [str(name).strip("'") for name in _literals(str(context["expected"]))]
+        hint = did_you_mean(str(detail["input"]), valid)
+        return document.fault(where, f"expected one of {listed(valid)}, got {got}", hint)
+    message = detail["msg"].removeprefix("Value error, ")
+    offset = context.get("offset")
+    return document.fault(where, message, context.get("hint"), key=last == "[key]", offset=offset)
+
+
+def _literals(expected: str) -> list[str]:
+    return expected.replace(" or ", ", ").split(", ")
+
+
+def _in_document(
+    document: Located, loc: tuple[Key, ...], model: Any, path: Sequence[Key]
+) -> tuple[tuple[Key, ...], list[str]]:
+    """Return the path in the document for a location of pydantic's, and the names valid there.
+
+    pydantic puts the names of union members into its locations; what the document does not
+    hold is left out.
+    """
+    where: list[Key] = list(path)
+    data = document.data
+    for key in path:
+        data = data[key]
+    kinds = [model]
+    names: list[str] = []
+    for key in loc:
+        if isinstance(data, dict) and key in data:
+            names = sorted({name for kind in kinds for name in _fields(kind)})
+            kinds = [inner for kind in kinds for inner in _inner(kind, key)]
+            where.append(key)
+            data = data[key]
+        elif isinstance(data, list) and isinstance(key, int) and key < len(data):
+            kinds = [inner for kind in kinds for inner in _inner(kind, key)]
+            where.append(key)
+            data = data[key]
+        else:
+            named = [kind for kind in kinds if getattr(kind, "__name__", None) == key]
+            kinds = named or kinds
+    return tuple(where), names
+
+
+def _fields(kind: Any) -> list[str]:
+    if isinstance(kind, type) and issubclass(kind, pydantic.BaseModel):
+        return [field.alias or name for name, field in kind.model_fields.items()]
+    return []
+
+
+def _inner(kind: Any, key: Key) -> Iterator[Any]:
+    """Return the types that a part of a value of this type may have."""
+    if isinstance(kind, type) and issubclass(kind, pydantic.BaseModel):
+        for name, field in kind.model_fields.items():
+            if key in (name, field.alias):
+                yield from _members(field.annotation)
+        return
+    arguments = get_args(kind)
+    if get_origin(kind) in (list, tuple, Sequence) and arguments:
+        yield from _members(arguments[0])
+    elif get_origin(kind) in (dict, Mapping) and len(arguments) == 2:
+        yield from _members(arguments[1])
+
+
+def _members(annotation: Any) -> Iterator[Any]:
+    """Return the members of a union, an annotated type's own type, or the type itself."""
+    origin = get_origin(annotation)
+    if origin is Annotated:
+        yield from _members(get_args(annotation)[0])
+    elif origin in (Union, types.UnionType):
+        for member in get_args(annotation):
+            yield from _members(member)
+    elif origin is not Literal:
+        yield annotation

@@ -1,0 +1,59 @@
+"""Who of a graph is watched: found, lost, taken by another version, chosen among several."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from bt_mission.events.source import Graph, Source
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What came of a look round.
+
+    :param text: for the user; empty where there is nothing to say.
+    :param is_new: has an executive just been found?
+    :param is_choice: are there several, of which the user has to choose one?
+    """
+
+    text: str = ""
+    is_new: bool = False
+    is_choice: bool = False
+
+
+class Attachment:
+    """Holds on to one executive of a graph.
+
+    :param wanted: its name; None takes the only one.
+    """
+
+    def __init__(self, graph: Graph, wanted: str | None) -> None:
+        self.source: Source | None = None
+        self._graph = graph
+        self._wanted = wanted
+
+    def attach(self, name: str) -> None:
+        """Watch this one from now on, and no other."""
+        if self.source is not None:
+            self.source.close()
+        self.source, self._wanted = self._graph.attach(name), name
+
+    def look(self) -> Finding:
+        """Look for the executive that is wanted, or at what has become of it."""
+        found = self._graph.find()
+        if self.source is not None:
+            name = self.source.name
+            if any(one.is_foreign for one in found if one.name == name):
+                self.source.close()  # its messages would be read as what they are not
+                self.source, self._wanted = None, name
+            return Finding()
+        if self._wanted is not None:
+            found = tuple(one for one in found if one.name == self._wanted)
+        if not found:
+            return Finding(f"no sign of {self._wanted or 'an executive'} ({self._graph.where})")
+        if len(found) > 1:
+            return Finding(is_choice=True)
+        if found[0].is_foreign:
+            return Finding(f"{found[0].name}: {found[0].fault}")
+        self.attach(found[0].name)
+        return Finding(found[0].fault, is_new=True)

@@ -1,0 +1,103 @@
+"""What happens in a mission as JSON objects, for programs: one a line."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+from bt_mission.events.events import (
+    Assigned,
+    Began,
+    Changed,
+    GoalMoved,
+    Happening,
+    Progressed,
+    Spoke,
+    Stood,
+)
+
+NS = 1_000_000_000
+
+
+def as_object(happening: Happening) -> dict[str, Any]:
+    """Return a happening as an object: ``event`` says what it is, ``t`` is ROS time in seconds.
+
+    ``t`` is null where only the present is known, since the watcher came later.
+    """
+    match happening:
+        case Began(tree):
+            nodes = [
+                {"name": one.name, "kind": one.kind, "path": one.path, "parent": one.parent}
+                for one in tree.nodes
+            ]
+            return _event("tree", tree.time_ns, run=tree.run, mission=tree.mission, nodes=nodes)
+        case Changed(time_ns, index, node, status, message):
+            return _event(
+                "status",
+                time_ns,
+                index=index,
+                node=node.name,
+                path=node.path,
+                status=status.value.lower(),
+                message=message,
+            )
+        case Progressed(time_ns, node, progress):
+            measured = (
+                {"label": progress.label, "value": progress.value, "limit": progress.limit}
+                if progress.limit and math.isfinite(progress.value + progress.limit)
+                else {}
+            )
+            return _event(
+                "progress",
+                time_ns,
+                node=node.name,
+                path=node.path,
+                since=progress.since_ns / NS,
+                message=progress.message,
+                **measured,
+            )
+        case Stood(state):
+            return _event(
+                "mission",
+                state.time_ns,
+                run=state.run,
+                mission=state.mission,
+                status=state.status,
+                reason=state.reason,
+            )
+        case GoalMoved(goal):
+            return _event(
+                "goal",
+                goal.changed_ns,
+                goal=goal.id,
+                action=goal.action,
+                owner=goal.owner,
+                state=goal.state,
+                sent=goal.sent_ns / NS,
+            )
+        case Assigned(time_ns, name, value):
+            return _event("variable", time_ns, name=name, value=_read(value))
+        case Spoke(time_ns, text):
+            return _event("log", time_ns, text=text)
+
+
+def as_line(event: dict[str, Any]) -> str:
+    """Return an object as one line of JSON."""
+    return json.dumps(event, allow_nan=False)
+
+
+def _event(event: str, time_ns: int | None, **fields: Any) -> dict[str, Any]:
+    return {"event": event, "t": None if time_ns is None else time_ns / NS, **fields}
+
+
+def _read(value: str) -> Any:
+    """Return a variable's value; one that was cut, or holds what JSON has not, as its text."""
+    try:
+        return json.loads(value, parse_constant=lambda _: _not_json())
+    except ValueError:
+        return value
+
+
+def _not_json() -> Any:
+    raise ValueError

@@ -1,0 +1,226 @@
+"""What is known of the mission of one executive, from what the executive tells.
+
+Messages may come late and out of order: the tree after its first changes, changes with gaps.
+Changes count once all statuses up to the one before are known; until then they wait.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator
+
+from py_trees.common import Status
+
+from bt_mission.events import messages
+from bt_mission.events.events import (
+    Assigned,
+    Began,
+    Changed,
+    GoalMoved,
+    Happening,
+    Progressed,
+    Spoke,
+    Stood,
+)
+
+WAITING_CHANGES = 10_000
+"""Changes kept until the statuses before them are known; beyond it the oldest are dropped."""
+
+
+class WatchedMission:
+    """One mission after another, as an executive tells of them. Feed it with :meth:`take`."""
+
+    def __init__(self) -> None:
+        self.tree: messages.Tree | None = None
+        self.state: messages.State | None = None
+        self.now_ns = 0
+        """The newest ROS time that was told, ns."""
+        self.sequence: int | None = None
+        """Number of the newest changes that are known; None while statuses are not known."""
+        self.statuses: list[Status] = []
+        self.messages: list[str] = []
+        self.since_ns: list[int | None] = []
+        """When each node got its status, ns; None where that was not seen."""
+        self.ran_ns: list[int | None] = []
+        """How long each node had run when it last ended, ns; None where that was not seen."""
+        self.is_leaf: list[bool] = []
+        self.running: dict[int, None] = {}
+        """Indices of the nodes that run, the newest last."""
+        self.progress: dict[int, messages.Progress] = {}
+        self.ticks: int | None = None
+        self.goals_sent: int | None = None
+        """Neither is known before the first details."""
+        self.goals: dict[str, messages.Goal] = {}
+        """Every goal that was told of, in the order sent."""
+        self.variables: dict[str, str] = {}
+        self.breakpoints: tuple[str, ...] = ()
+        self._running_children: list[int] = []
+        self._waiting: deque[messages.Changes] = deque(maxlen=WAITING_CHANGES)
+        self._early: deque[messages.Changes] = deque(maxlen=WAITING_CHANGES)
+        """Changes of a run whose tree has not come yet."""
+
+    @property
+    def needs_statuses(self) -> bool:
+        """Has somebody to ask for all statuses at once?"""
+        return self.tree is not None and self.sequence is None
+
+    @property
+    def status(self) -> str:
+        """The mission's state in one word; empty where nothing is known."""
+        return self.state.status if self.state else ""
+
+    @property
+    def elapsed_ns(self) -> int:
+        """ROS time since the mission's start, ns."""
+        return max(self.now_ns - self.tree.time_ns, 0) if self.tree else 0
+
+    @property
+    def tip(self) -> int | None:
+        """Of the nodes that run without running children, the one that started last."""
+        for index in reversed(self.running):
+            if not self._running_children[index]:
+                return index
+        return None
+
+    def take(self, message: messages.Told) -> list[Happening]:
+        """Take in what an executive tells; gives what has happened, in order."""
+        match message:
+            case messages.Tree():
+                return [*self._begin(message)]
+            case messages.Changes():
+                return [*self._take_changes(message)]
+            case messages.Statuses():
+                return [*self._take_statuses(message)]
+            case messages.State():
+                return [*self._take_state(message)]
+            case messages.Details():
+                return [*self._take_details(message)]
+            case messages.Said():
+                return [*self._take_words(message)]
+
+    def _begin(self, tree: messages.Tree) -> Iterator[Happening]:
+        if self.tree is not None and tree.run == self.tree.run:
+            return
+        count = len(tree.nodes)
+        self.tree, self.sequence, self.now_ns = tree, None, tree.time_ns
+        self.statuses, self.messages = [Status.INVALID] * count, [""] * count
+        self.since_ns, self.ran_ns = [None] * count, [None] * count
+        self.is_leaf, self._running_children = [True] * count, [0] * count
+        for index, node in enumerate(tree.nodes):
+            if index:
+                self.is_leaf[node.parent] = False
+        self.running, self.progress, self.goals, self.variables = {}, {}, {}, {}
+        self.ticks = self.goals_sent = None
+        self._waiting.clear()
+        self._waiting.extend(one for one in self._early if one.run == tree.run)
+        self._early.clear()
+        yield Began(tree)
+        yield from self._catch_up()
+
+    def _take_changes(self, changes: messages.Changes) -> Iterator[Happening]:
+        if self.tree is None or changes.run != self.tree.run:
+            self._early.append(changes)
+            return
+        self._waiting.append(changes)
+        yield from self._catch_up()
+
+    def _catch_up(self) -> Iterator[Happening]:
+        """Apply the changes that follow what is known."""
+        while self._waiting:
+            changes = self._waiting[0]
+            # Before the first changes of a run nothing has happened.
+            known = 0 if self.sequence is None and changes.sequence == 1 else self.sequence
+            if known is None or changes.sequence > known + 1:
+                self.sequence = None
+                return
+            self._waiting.popleft()
+            if changes.sequence == known + 1:
+                self.sequence = changes.sequence
+                self._see(changes.time_ns)
+                for one in changes.changes:
+                    yield from self._set(one, changes.time_ns)
+
+    def _take_statuses(self, answer: messages.Statuses) -> Iterator[Happening]:
+        if self.tree is None or answer.run != self.tree.run:
+            return
+        if self.sequence is not None and answer.sequence < self.sequence:
+            return  # older than what has come since
+        self.sequence = answer.sequence
+        for one in answer.statuses:
+            yield from self._set(one, None)
+        for progress in self.progress.values():
+            self._apply(progress)
+        yield from self._catch_up()
+
+    def _set(self, one: messages.Standing, time_ns: int | None) -> Iterator[Happening]:
+        """Give a node its status. Without a time only what differs counts as a change."""
+        index = one.node
+        if self.tree is None or index >= len(self.statuses):
+            return
+        before = self.statuses[index]
+        self.messages[index] = one.message
+        if time_ns is None and before is one.status:
+            return
+        since_ns = self.since_ns[index]
+        if before is Status.RUNNING and one.status is not Status.RUNNING:
+            known = time_ns is not None and since_ns is not None
+            self.ran_ns[index] = time_ns - since_ns if known else None  # type: ignore[operator]
+        self.statuses[index], self.since_ns[index] = one.status, time_ns
+        self._count_running(index, before, one.status)
+        node = self.tree.nodes[index]
+        yield Changed(time_ns, index, node, one.status, one.message, self.is_leaf[index])
+
+    def _count_running(self, index: int, before: Status, after: Status) -> None:
+        assert self.tree is not None
+        change = (after is Status.RUNNING) - (before is Status.RUNNING)
+        if index:
+            self._running_children[self.tree.nodes[index].parent] += change
+        if after is Status.RUNNING:
+            self.running.pop(index, None)
+            self.running[index] = None
+        else:
+            self.running.pop(index, None)
+            self.progress.pop(index, None)
+
+    def _take_state(self, state: messages.State) -> Iterator[Happening]:
+        if self.state == state:
+            return
+        if self.tree is not None and state.run == self.tree.run:
+            self._see(state.time_ns)
+        self.state = state
+        yield Stood(state)
+
+    def _take_details(self, details: messages.Details) -> Iterator[Happening]:
+        tree = self.tree
+        if tree is None or details.run != tree.run:
+            return
+        self._see(details.time_ns)
+        self.ticks, self.goals_sent = details.ticks, details.goals_sent
+        self.breakpoints = details.breakpoints
+        for progress in details.running:
+            if progress.node < len(tree.nodes) and self.progress.get(progress.node) != progress:
+                self.progress[progress.node] = progress
+                self._apply(progress)
+                yield Progressed(details.time_ns, tree.nodes[progress.node], progress)
+        for goal in details.goals:
+            if self.goals.get(goal.id) != goal:
+                self.goals[goal.id] = goal
+                yield GoalMoved(goal)
+        for name, value in details.variables:
+            if self.variables.get(name) != value:
+                self.variables[name] = value
+                yield Assigned(details.time_ns, name, value)
+
+    def _apply(self, progress: messages.Progress) -> None:
+        """Details may come before the statuses, or after a node has ended."""
+        if progress.node in self.running:
+            self.messages[progress.node] = progress.message
+            self.since_ns[progress.node] = progress.since_ns
+
+    def _take_words(self, said: messages.Said) -> Iterator[Happening]:
+        if self.tree is not None and said.run == self.tree.run:
+            self._see(said.time_ns)
+            yield Spoke(said.time_ns, said.text)
+
+    def _see(self, time_ns: int) -> None:
+        self.now_ns = max(self.now_ns, time_ns)

@@ -1,0 +1,152 @@
+"""ROS messages as plain data. Looks only at attributes, so whatever has the fields will do.
+
+Messages that were decoded from a recording do as well as rclpy's own.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from py_trees.common import Status
+
+from bt_mission.events import messages as told
+
+STATUSES = (Status.INVALID, Status.RUNNING, Status.SUCCESS, Status.FAILURE)
+"""In the order of the values of ``bt_mission_interfaces/msg/NodeStatus``."""
+
+NS = 1_000_000_000
+
+
+def time_ns(stamp: Any) -> int:
+    """Return a ``builtin_interfaces/Time`` in ns."""
+    return int(stamp.sec) * NS + int(stamp.nanosec)
+
+
+def tree(message: Any) -> told.Tree:
+    """Return a ``Tree``; a parent that does not come before its child is taken for the root."""
+    nodes = tuple(
+        told.Node(one.name, one.kind, one.path, one.parent if one.parent < index else 0)
+        for index, one in enumerate(message.nodes)
+    )
+    return told.Tree(time_ns(message.stamp), message.run, message.mission, nodes)
+
+
+def changes(message: Any) -> told.Changes:
+    """Return ``StatusChanges``."""
+    return told.Changes(
+        time_ns(message.stamp), message.run, message.sequence, _standings(message.changes)
+    )
+
+
+def statuses(answer: Any) -> told.Statuses:
+    """Return the answer of ``GetStatuses``."""
+    return told.Statuses(answer.run, answer.sequence, _standings(answer.statuses))
+
+
+def state(message: Any) -> told.State:
+    """Return a ``MissionState``."""
+    return told.State(
+        time_ns(message.stamp), message.run, message.mission, message.status, message.reason
+    )
+
+
+def details(message: Any) -> told.Details:
+    """Return ``MissionDetails``."""
+    return told.Details(
+        time_ns(message.stamp),
+        message.run,
+        message.ticks,
+        message.goals_sent,
+        tuple(
+            told.Progress(
+                one.node, time_ns(one.since), one.message, one.label, one.value, one.limit
+            )
+            for one in message.running
+        ),
+        tuple(_goal(one) for one in message.goals),
+        tuple((one.name, one.value) for one in message.variables),
+        tuple(message.breakpoints),
+    )
+
+
+def said(message: Any) -> told.Said:
+    """Return a ``MissionLog``."""
+    return told.Said(time_ns(message.stamp), message.run, message.text)
+
+
+def transforms(message: Any) -> tuple[told.Transform, ...]:
+    """Return a ``tf2_msgs/TFMessage``, seen from above."""
+    found = []
+    for one in message.transforms:
+        move, turn = one.transform.translation, one.transform.rotation
+        found.append(
+            told.Transform(
+                one.header.frame_id.lstrip("/"),
+                one.child_frame_id.lstrip("/"),
+                move.x,
+                move.y,
+                yaw(turn),
+            )
+        )
+    return tuple(found)
+
+
+def scan(message: Any) -> told.Scan:
+    """Return a ``LaserScan``."""
+    return told.Scan(
+        message.header.frame_id.lstrip("/"),
+        message.angle_min,
+        message.angle_increment,
+        message.range_min,
+        message.range_max,
+        tuple(message.ranges),
+    )
+
+
+def grid(message: Any) -> told.Map:
+    """Return an ``OccupancyGrid``."""
+    info = message.info
+    at = info.origin
+    return told.Map(
+        info.resolution,
+        info.width,
+        info.height,
+        at.position.x,
+        at.position.y,
+        yaw(at.orientation),
+        memoryview(message.data).tobytes(),
+    )
+
+
+def battery(message: Any) -> told.Battery:
+    """Return a ``BatteryState``."""
+    return told.Battery(message.percentage, message.voltage)
+
+
+def yaw(turn: Any) -> float:
+    """Return the angle about the vertical axis of a quaternion, rad."""
+    return math.atan2(
+        2 * (turn.w * turn.z + turn.x * turn.y), 1 - 2 * (turn.y * turn.y + turn.z * turn.z)
+    )
+
+
+def _standings(messages: Any) -> tuple[told.Standing, ...]:
+    return tuple(told.Standing(one.node, _status(one.status), one.message) for one in messages)
+
+
+def _status(code: int) -> Status:
+    """Return a status; a code that a newer executive may have counts as none."""
+    return STATUSES[code] if 0 <= code < len(STATUSES) else Status.INVALID
+
+
+def _goal(one: Any) -> told.Goal:
+    return told.Goal(
+        one.goal_id,
+        one.action,
+        one.owner,
+        time_ns(one.sent),
+        time_ns(one.changed),
+        one.state,
+        tuple((point.x, point.y) for point in one.targets),
+    )

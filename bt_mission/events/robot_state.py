@@ -1,0 +1,125 @@
+"""What is known of a robot: where it is and was, what its lidar sees, its map, its battery."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass
+
+from bt_mission.events import messages
+
+BASES = ("base_footprint", "base_link")
+"""Frames that are the robot, the best first; with a prefix before a slash, too."""
+
+TRAIL_STEP_M = 0.05
+"""A place is kept when the robot is so far from the one before."""
+
+TRAIL_POINTS = 5_000
+MAP_FRAME = "map"
+FRAME_LEVELS = 50
+"""Frames between the root and a sensor; more are a circle."""
+
+
+@dataclass(frozen=True)
+class Pose:
+    """A place on the floor: m, m, rad."""
+
+    x: float
+    y: float
+    yaw: float
+
+    def __matmul__(self, inner: Pose) -> Pose:
+        """What is at ``inner`` in this pose's own frame."""
+        cos, sin = math.cos(self.yaw), math.sin(self.yaw)
+        return Pose(
+            self.x + cos * inner.x - sin * inner.y,
+            self.y + sin * inner.x + cos * inner.y,
+            self.yaw + inner.yaw,
+        )
+
+
+class WatchedRobot:
+    """A robot, from what it tells. Feed it with :meth:`take`."""
+
+    def __init__(self) -> None:
+        self.map: messages.Map | None = None
+        self.scan: messages.Scan | None = None
+        self.battery: messages.Battery | None = None
+        self.trail: deque[tuple[float, float]] = deque(maxlen=TRAIL_POINTS)
+        self.frame = ""
+        """The frame that pose and trail are in: ``map``, or ``odom`` where nobody localises."""
+        self._frames: dict[str, tuple[str, Pose]] = {}
+        self._is_percent = False
+
+    def take(self, reading: messages.Robot) -> None:
+        """Take in what the robot tells."""
+        match reading:
+            case messages.Scan():
+                self.scan = reading
+            case messages.Map():
+                self.map = reading
+            case messages.Battery():
+                self.battery = reading
+                self._is_percent |= reading.charge > 1
+            case transforms:
+                for one in transforms:
+                    self._frames[one.child] = (one.parent, Pose(one.x, one.y, one.yaw))
+                self._extend_trail()
+
+    def forget_trail(self) -> None:
+        """Another mission begins."""
+        self.trail.clear()
+
+    @property
+    def charge(self) -> float | None:
+        """Of the battery, percent; None where it is not known."""
+        if self.battery is None or not math.isfinite(self.battery.charge):
+            return None
+        return self.battery.charge * (1 if self._is_percent else 100)
+
+    @property
+    def pose(self) -> Pose | None:
+        """Where the robot is in its root frame; None where it is not known."""
+        for base in BASES:
+            for frame in self._frames:
+                if frame.rpartition("/")[2] == base:
+                    return self._locate(frame)[1]
+        return None
+
+    def scan_points(self) -> list[tuple[float, float]]:
+        """Where the newest scan has seen something, in the root frame, m."""
+        if self.scan is None or self.scan.frame not in self._frames:
+            return []
+        scan = self.scan
+        _, lidar = self._locate(scan.frame)
+        points = []
+        for ray, reach in enumerate(scan.ranges):
+            if scan.range_min <= reach <= scan.range_max:
+                angle = lidar.yaw + scan.angle_min + ray * scan.angle_increment
+                points.append(
+                    (lidar.x + reach * math.cos(angle), lidar.y + reach * math.sin(angle))
+                )
+        return points
+
+    def _locate(self, frame: str) -> tuple[str, Pose]:
+        """The root above a frame, and where the frame is in it."""
+        pose = Pose(0.0, 0.0, 0.0)
+        for _ in range(FRAME_LEVELS):
+            if frame not in self._frames:
+                break
+            frame, step = self._frames[frame]
+            pose = step @ pose
+        return frame, pose
+
+    def _extend_trail(self) -> None:
+        pose = self.pose
+        if pose is None or not math.isfinite(pose.x + pose.y):
+            return
+        base = next(one for one in self._frames if one.rpartition("/")[2] in BASES)
+        root = self._locate(base)[0]
+        if root != self.frame:
+            self.frame = root
+            self.trail.clear()
+        last = self.trail[-1] if self.trail else (math.inf, math.inf)
+        if math.hypot(pose.x - last[0], pose.y - last[1]) >= TRAIL_STEP_M:
+            self.trail.append((pose.x, pose.y))

@@ -1,0 +1,73 @@
+"""Breakpoints: a tick that stops just before a node starts, and goes on later from there.
+
+A tick of py_trees is a generator, and every composite and decorator passes on what comes from the
+generators below it. So a node with a breakpoint first hands out a mark of ours; whoever ticks the
+tree sees it, and leaves the generator alone until the tick may go on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from py_trees.behaviour import Behaviour
+from py_trees.behaviours import Success
+from py_trees.common import Status
+
+from bt_mission.core.diagnostics import did_you_mean
+from bt_mission.core.errors import BtMissionError
+
+
+class Breakpoints:
+    """The nodes of a tree before which a tick stops.
+
+    :param paths: every node of the tree with its place, such as ``0.1.0``.
+    """
+
+    def __init__(self, paths: Mapping[Behaviour, str]) -> None:
+        self.mark: Behaviour = Success("breakpoint")
+        """Comes out of a tick where it has stopped; it is no node of the tree."""
+        self.reached: Behaviour | None = None
+        """The node before which the last tick stopped."""
+        self._paths = paths
+        self._set: dict[str, list[Behaviour]] = {}
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What is set, as it was named, in the order set."""
+        return tuple(self._set)
+
+    def add(self, name: str) -> int:
+        """Stop before each node of this name or path; gives how many there are.
+
+        :raises BtMissionError: when there is none.
+        """
+        found = [node for node, path in self._paths.items() if name in (node.name, path)]
+        if not found:
+            hint = did_you_mean(name, sorted({node.name for node in self._paths}))
+            raise BtMissionError(f"no node is called '{name}'" + (f"; {hint}" if hint else ""))
+        self._set[name] = found
+        for node in found:
+            node.tick = self._stopping(node)  # type: ignore[method-assign]  # of this node alone
+        return len(found)
+
+    def remove(self, name: str) -> None:
+        """No longer stop before these.
+
+        :raises BtMissionError: when no breakpoint was set by this name.
+        """
+        if name not in self._set:
+            raise BtMissionError(f"no breakpoint is set at '{name}'")
+        found = self._set.pop(name)
+        still = {node for nodes in self._set.values() for node in nodes}
+        for node in found:
+            if node not in still:
+                del node.tick  # what its class does is there again
+
+    def _stopping(self, node: Behaviour) -> type[Iterator[Behaviour]]:
+        def tick() -> Iterator[Behaviour]:
+            if node.status is not Status.RUNNING:
+                self.reached = node
+                yield self.mark
+            yield from type(node).tick(node)
+
+        return tick  # type: ignore[return-value]  # a function that makes such an iterator

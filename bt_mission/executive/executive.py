@@ -1,0 +1,346 @@
+"""Carries a mission out: ticks its tree, and ends it with every goal accounted for.
+
+The executive is driven by :meth:`Executive.tick`, called at the tick rate by a timer on the ROS
+clock. It goes through three stages: it ticks the tree until the root has a final status (or an
+exception, or an interruption halts it); it waits until the ledger has seen every goal to its
+confirmed end, which is bounded by the ledger's grace period; then it is done.
+
+It can be paused: then the tree is not ticked, or one tick at a time, while goals that nobody wants
+are still seen to their end. A breakpoint pauses it in the middle of a tick, just before a node
+starts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import TYPE_CHECKING
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from bt_mission.behaviours.action_leaf import ActionLeaf
+from bt_mission.behaviours.runtime import Runtime
+from bt_mission.core.errors import BtMissionError, described
+from bt_mission.executive.breakpoints import Breakpoints
+from bt_mission.executive.trace import Trace
+from bt_mission.goals.goal import Goal
+
+if TYPE_CHECKING:
+    from bt_mission.executive.journal.recovery import Resumption
+
+
+class MissionStatus(StrEnum):
+    """Where a mission stands; the last three are final."""
+
+    RUNNING = "running"
+    ENDING = "ending"
+    SUCCESS = "success"
+    FAILURE = "failure"
+    INTERRUPTED = "interrupted"
+
+
+FINAL = (MissionStatus.SUCCESS, MissionStatus.FAILURE, MissionStatus.INTERRUPTED)
+
+
+@dataclass(frozen=True)
+class Change:
+    """A node of the tree changed its status."""
+
+    time_ns: int
+    node: Behaviour
+    path: str
+    status: Status
+    message: str
+
+
+class Executive:
+    """Ticks one tree to its end.
+
+    :param root: the tree; its nodes' ``setup`` is called here.
+    :param runtime: time, ledger, variables and clients for the leaves.
+    :param trace: told of every change of status and every event of a goal.
+    :raises BtMissionError: when a node cannot be set up, such as an unknown action type.
+    """
+
+    def __init__(self, root: Behaviour, runtime: Runtime, trace: Trace) -> None:
+        self.root = root
+        self.status = MissionStatus.RUNNING
+        self.reason = ""
+        self.ticks = 0
+        self.beats = 0
+        self.started_ns = 0
+        self.paused: str | None = None
+        """Why it is paused; None while it is not."""
+        self.listeners: list[Callable[[Change], None]] = []
+        self.goal_listeners: list[Callable[[str, Goal], None]] = []
+        self.after_tick: list[Callable[[], None]] = []
+        self.follow: Callable[[Iterator[Behaviour]], Iterator[Behaviour]] = iter
+        """Put around each tick's walk, by who wants to see every node that it visits."""
+        self._runtime = runtime
+        self._trace = trace
+        self._verdict = MissionStatus.FAILURE
+        self._paths: dict[Behaviour, str] = {}
+        self._known: dict[Behaviour, Status] = {}
+        self._running: dict[Behaviour, None] = {}
+        self._walk: Iterator[Behaviour] | None = None
+        self._steps = 0
+        self._recovery: Resumption | None = None
+        self._name_nodes(root, "0")
+        self.breakpoints = Breakpoints(self._paths)
+        self._known[self.breakpoints.mark] = Status.RUNNING  # never its status, so always noted
+        for node in root.iterate():
+            node.setup(runtime=runtime)
+
+    @property
+    def is_done(self) -> bool:
+        """Has the mission ended, with every goal accounted for?"""
+        return self.status in FINAL
+
+    @property
+    def goals_sent(self) -> int:
+        """How many goals were sent so far."""
+        return self._runtime.ledger.goals_sent
+
+    @property
+    def goals_left_behind(self) -> tuple[str, ...]:
+        """A line for each goal that nobody confirmed as ended; empty after a clean end."""
+        return self._runtime.ledger.describe_left_behind()
+
+    def tick(self) -> None:
+        """Tick the tree once, or see the last goals to their end."""
+        if self.is_done:
+            return
+        self.beats += 1
+        self._beat()
+        for listener in self.after_tick:
+            listener()
+
+    def _beat(self) -> None:
+        if self._recovery is not None:
+            self._recover(self._recovery)
+        elif self.status is MissionStatus.RUNNING:
+            self.started_ns = self.started_ns or self._runtime.now_ns
+            if self.paused is None or self._steps > 0:
+                self._steps = 0
+                self._tick_tree()
+        self._runtime.ledger.tend(self._runtime.now_ns)
+        if self.status is MissionStatus.ENDING and self._runtime.ledger.is_settled:
+            self._finish()
+
+    def go_on_from(self, recovery: Resumption) -> None:
+        """Begin where another process stood, instead of at the root."""
+        self._recovery = recovery
+
+    def interrupt(self, reason: str) -> None:
+        """Halt the tree and cancel every goal; later ticks see them to their end."""
+        if self.status is MissionStatus.RUNNING:
+            self._halt(MissionStatus.INTERRUPTED, reason)
+
+    def fail(self, reason: str) -> None:
+        """End the mission as failed for a reason from outside the tree."""
+        if self.status is MissionStatus.RUNNING:
+            self._halt(MissionStatus.FAILURE, reason)
+
+    def abandon(self, reason: str) -> None:
+        """End at once, without waiting for anybody; the goals left behind stand in the reason."""
+        if self.is_done:
+            return
+        if self.status is MissionStatus.RUNNING:
+            self._halt(MissionStatus.FAILURE, reason)
+        else:
+            self.reason = "; ".join(filter(None, (self.reason, reason)))
+        self._runtime.ledger.tend(self._runtime.now_ns)
+        self._finish()
+
+    # ---- pausing -------------------------------------------------------------------------
+
+    @property
+    def state(self) -> str:
+        """The status in one word for people; ``paused`` is one, too."""
+        is_paused = self.paused is not None and self.status is MissionStatus.RUNNING
+        return "paused" if is_paused else str(self.status)
+
+    @property
+    def nodes(self) -> tuple[Behaviour, ...]:
+        """Every node, depth first."""
+        return tuple(self._paths)
+
+    @property
+    def running_leaves(self) -> list[Behaviour]:
+        """The leaves that run, in the order in which they started."""
+        return [node for node in self._running if not node.children]
+
+    def pause(self, reason: str, *, keep_goals: bool = False) -> None:
+        """Tick the tree no more until resumed. ROS time, and with it every limit, goes on.
+
+        :param keep_goals: let goals run on, while no limit and no condition is looked at; else
+            they are cancelled, and their leaves start anew after the pause.
+        """
+        if self.status is not MissionStatus.RUNNING:
+            return
+        self.paused = reason
+        self._trace.record(self._runtime.now_ns, "paused", reason=reason, keep_goals=keep_goals)
+        if not keep_goals:
+            for leaf in self.running_leaves:
+                if isinstance(leaf, ActionLeaf):
+                    leaf.stop(Status.INVALID)
+            self._note_halted()
+
+    def resume(self) -> None:
+        """Go on after a pause."""
+        if self.paused is not None and self.status is MissionStatus.RUNNING:
+            self.paused = None
+            self._trace.record(self._runtime.now_ns, "resumed")
+
+    def step(self) -> None:
+        """While paused: let one tick pass, or the rest of the one that a breakpoint stopped."""
+        self._steps = 1
+
+    # ---- looking -------------------------------------------------------------------------
+
+    def path_of(self, node: Behaviour) -> str:
+        """The place of a node in the tree, such as ``0.1.0``."""
+        return self._paths[node]
+
+    def record_goal(self, what: str, goal: Goal) -> None:
+        """Put an event of a goal into the trace (the ledger calls this)."""
+        self._trace.record(
+            self._runtime.now_ns,
+            f"goal {what}",
+            goal=goal.id.hex(),
+            action=goal.courier.name,
+            owner=goal.owner,
+            phase=str(goal.phase),
+            status=None if goal.status is None else int(goal.status),
+        )
+        for listener in self.goal_listeners:
+            listener(what, goal)
+
+    # ---- inside --------------------------------------------------------------------------
+
+    def _name_nodes(self, node: Behaviour, path: str) -> None:
+        stack = [(node, path)]
+        while stack:
+            current, place = stack.pop()
+            self._paths[current] = place
+            self._known[current] = Status.INVALID
+            children = [(child, f"{place}.{i}") for i, child in enumerate(current.children)]
+            stack += reversed(children)
+
+    def _tick_tree(self) -> None:
+        if self._walk is None:
+            self.ticks += 1
+            self._walk = self.follow(self.root.tick())
+        try:
+            known = self._known
+            for node in self._walk:
+                if node.status is not known[node]:
+                    if node is self.breakpoints.mark:
+                        self._break()
+                        return
+                    self._note(node)
+            self._walk = None
+            self._note_halted()
+        except BtMissionError as error:
+            self._halt(MissionStatus.FAILURE, str(error))
+        except Exception as error:  # noqa: BLE001 - a user's leaf may raise anything
+            self._halt(MissionStatus.FAILURE, described(error))
+        else:
+            if self.root.status is Status.SUCCESS:
+                self._end(MissionStatus.SUCCESS, "")
+            elif self.root.status is not Status.RUNNING:
+                self._end(MissionStatus.FAILURE, self._why_failed())
+
+    def _break(self) -> None:
+        """Stop in the middle of a tick."""
+        node = self.breakpoints.reached
+        assert node is not None
+        self._note_halted()
+        self.pause(f"breakpoint at '{node.name}'")
+
+    def _recover(self, recovery: Resumption) -> None:
+        try:
+            if not recovery.is_done():
+                return
+            recovery.finish(self._paths)
+        except BtMissionError as error:
+            self._end(MissionStatus.FAILURE, f"cannot be resumed: {error}")
+            return
+        self._recovery = None
+        self.started_ns = self._runtime.now_ns
+        for node in self._paths:
+            if node.status is not self._known[node]:
+                self._note(node)
+
+    def _note_halted(self) -> None:
+        """A node that the tree halts is not visited by the tick, but has changed all the same."""
+        running = Status.RUNNING
+        for node in [node for node in self._running if node.status is not running]:
+            self._note(node)
+
+    def _note(self, node: Behaviour) -> None:
+        self._known[node] = node.status
+        if node.status is Status.RUNNING:
+            self._running[node] = None
+        else:
+            self._running.pop(node, None)
+        change = Change(
+            self._runtime.now_ns, node, self._paths[node], node.status, node.feedback_message
+        )
+        self._trace.record(
+            change.time_ns,
+            "status",
+            node=node.name,
+            path=change.path,
+            status=node.status.value,
+            message=change.message,
+        )
+        for listener in self.listeners:
+            listener(change)
+
+    def _halt(self, verdict: MissionStatus, reason: str) -> None:
+        """Stop every running node; a node that raises does not keep its siblings running."""
+        for node in self.root.iterate():
+            try:
+                if isinstance(node, ActionLeaf):
+                    node.terminate(Status.INVALID)  # also one whose own update raised
+                if node.status is Status.RUNNING:
+                    node.stop(Status.INVALID)
+            except Exception as error:  # noqa: BLE001 - the others must still be stopped
+                reason += f"; stopping '{node.name}' raised {described(error)}"
+        self._end(verdict, reason)
+        self._note_halted()
+
+    def _end(self, verdict: MissionStatus, reason: str) -> None:
+        """See every goal to its end, whether or not its leaf has handed it over."""
+        self.status, self._verdict, self.reason = MissionStatus.ENDING, verdict, reason
+        self.paused = self._walk = self._recovery = None
+        for goal in self._runtime.ledger.open_goals:
+            self._runtime.ledger.hand_over(goal, self._runtime.now_ns)
+
+    def _finish(self) -> None:
+        left = self.goals_left_behind
+        if left:
+            self.reason = "; ".join(filter(None, (self.reason, "left behind: " + ", ".join(left))))
+            if self._verdict is MissionStatus.SUCCESS:
+                self._verdict = MissionStatus.FAILURE
+        self.status = self._verdict
+        self._trace.record(
+            self._runtime.now_ns, "mission", status=str(self.status), reason=self.reason
+        )
+
+    def _why_failed(self) -> str:
+        failed = [
+            node
+            for node in self.root.iterate()
+            if node.status is Status.FAILURE and not node.children
+        ]
+        tip = self.root.tip()
+        culprit = tip if tip is not None and tip.status is Status.FAILURE else None
+        if culprit is None and failed:
+            culprit = failed[-1]
+        if culprit is None:
+            return f"'{self.root.name}' failed"
+        return f"'{culprit.name}' {culprit.feedback_message or 'failed'}"

@@ -1,0 +1,93 @@
+"""What each leaf of a mission came to: how often it ran, how that ended, how long and how far."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from bt_mission.behaviours.action_leaf import ActionLeaf
+from bt_mission.executive.executive import Change
+
+NS = 1_000_000_000
+
+
+@dataclass(frozen=True)
+class LeafSummary:
+    """What a leaf came to.
+
+    :param path: its place in the tree.
+    :param runs: how often it has run.
+    :param outcomes: how often each way in which it ended; of a goal as its leaf saw it (the closed
+        list of the mission language), of other leaves success, failure or halted.
+    :param running_s: virtual time for which it ran, s.
+    :param distance_m: what the robot drove meanwhile, m; None where that is not known.
+    """
+
+    name: str
+    path: str
+    runs: int
+    outcomes: Mapping[str, int]
+    running_s: float
+    distance_m: float | None
+
+
+@dataclass
+class _Sum:
+    running_ns: int = 0
+    distance_m: float = 0.0
+    outcomes: Counter[str] = field(default_factory=Counter)
+
+
+class LeafTally:
+    """Counts from now on.
+
+    :param distance_m: gives what the robot has driven so far, m; None where that is not known.
+    """
+
+    def __init__(self, distance_m: Callable[[], float | None]) -> None:
+        self._distance_m = distance_m
+        self._sums: dict[tuple[str, Behaviour], _Sum] = {}
+        self._begun: dict[Behaviour, tuple[int, float]] = {}
+
+    def on_change(self, change: Change) -> None:
+        """Take in that a node has changed its status."""
+        node = change.node
+        if node.children:
+            return
+        if change.status is Status.RUNNING:
+            self._sums.setdefault((change.path, node), _Sum())
+            self._begun[node] = change.time_ns, self._distance_m() or 0.0
+        elif change.status is not Status.INVALID or node in self._begun:
+            # What was never seen running began and ended within one tick.
+            begun_ns, begun_m = self._begun.pop(node, (change.time_ns, self._distance_m() or 0.0))
+            one = self._sums.setdefault((change.path, node), _Sum())
+            one.running_ns += change.time_ns - begun_ns
+            # The length of a way is summed in pieces, and may be a hair less at the end of a turn.
+            one.distance_m += max(0.0, (self._distance_m() or 0.0) - begun_m)
+            one.outcomes[_outcome(node, change.status)] += 1
+
+    def summaries(self) -> tuple[LeafSummary, ...]:
+        """Those that have ended at least once, in the order of their first start."""
+        is_known = self._distance_m() is not None
+        return tuple(
+            LeafSummary(
+                name=node.name,
+                path=path,
+                runs=one.outcomes.total(),
+                outcomes=dict(one.outcomes),
+                running_s=round(one.running_ns / NS, 6),
+                distance_m=round(one.distance_m, 6) if is_known else None,
+            )
+            for (path, node), one in self._sums.items()
+            if one.outcomes
+        )
+
+
+def _outcome(node: Behaviour, status: Status) -> str:
+    if isinstance(node, ActionLeaf) and node.attempt is not None and node.attempt.ending:
+        return str(node.attempt.ending.outcome)
+    return "halted" if status is Status.INVALID else str(status.value).lower()

@@ -1,0 +1,104 @@
+"""A trace that was written to a file, read back."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from bt_mission.core.errors import BtMissionError
+from bt_mission.executive.trace import VERSION
+
+
+class TraceError(BtMissionError):
+    """A file that is no trace, or one of another version."""
+
+
+@dataclass(frozen=True)
+class StoredTrace:
+    """What happened in a run.
+
+    :param events: in order, as `docs/trace.md` describes them.
+    :param sha256: the hash over its lines; the one that the run's report tells, if it is whole.
+    :param is_cut: its last line is torn, as when the process was killed; it is left out.
+    """
+
+    file: str
+    events: tuple[dict[str, Any], ...]
+    sha256: str
+    is_cut: bool
+
+    @property
+    def start(self) -> dict[str, Any]:
+        """Mission, world, robot and seed; empty where the trace does not say."""
+        return next((event for event in self.events if event["event"] == "start"), {})
+
+    @property
+    def start_ns(self) -> int:
+        """Virtual time of the first event, ns."""
+        return int(self.events[0]["t"]) if self.events else 0
+
+    def seconds(self, event: dict[str, Any]) -> float:
+        """When an event was, s since the first."""
+        return (int(event["t"]) - self.start_ns) / 1e9
+
+
+def read_trace(path: Path) -> StoredTrace:
+    """Read a trace.
+
+    :raises TraceError: for a file that cannot be read, is no trace, or has another version, with
+        the line.
+    """
+    try:
+        raw = path.read_bytes()
+    except OSError as error:
+        raise TraceError(f"{path}: cannot read the trace: {error.strerror}") from error
+    lines = raw.split(b"\n")
+    is_cut = lines.pop() != b""  # each whole line ends with a line feed
+    if not lines:
+        raise TraceError(f"{path}: no trace: {'a torn line' if is_cut else 'an empty file'}")
+    return _stored(str(path), lines, is_cut=is_cut)
+
+
+def trace_of(file: str, lines: Iterable[str]) -> StoredTrace:
+    """A trace of lines that a file of another kind holds, such as a recording.
+
+    :raises TraceError: as :func:`read_trace`.
+    """
+    return _stored(file, [line.encode() for line in lines], is_cut=False)
+
+
+def _stored(file: str, lines: list[bytes], *, is_cut: bool) -> StoredTrace:
+    digest = hashlib.sha256()
+    events = []
+    for number, line in enumerate(lines, 1):
+        digest.update(line + b"\n")
+        data = _parsed(line, f"{file}:{number}")
+        if number == 1:
+            _check_version(data, f"{file}:1")
+        elif isinstance(data.get("t"), int) and isinstance(data.get("event"), str):
+            events.append(data)
+        else:
+            raise TraceError(f"{file}:{number}: no event: expected 't' in ns and 'event'")
+    return StoredTrace(file, tuple(events), digest.hexdigest(), is_cut)
+
+
+def _parsed(line: bytes, place: str) -> dict[str, Any]:
+    try:
+        data = json.loads(line)
+    except (ValueError, RecursionError) as error:
+        raise TraceError(f"{place}: no line of a trace: expected a JSON object") from error
+    if not isinstance(data, dict):
+        raise TraceError(f"{place}: no line of a trace: expected a JSON object")
+    return data
+
+
+def _check_version(data: dict[str, Any], place: str) -> None:
+    version = data.get("trace_version")
+    if version is None:
+        raise TraceError(f"{place}: no trace: the first line does not name its version")
+    if version != VERSION:
+        raise TraceError(f"{place}: a trace of version {version}; this bt-mission reads {VERSION}")

@@ -1,0 +1,76 @@
+"""What happened in a run, as lines that two runs can be compared by.
+
+One event is one line of JSON with sorted keys: ``{"t": nanoseconds, "event": name, ...}``.
+:attr:`Trace.sha256` is the hash over all lines so far, each followed by a line feed; it starts
+with a line that names the version of this format. Floats are written so that they read back
+exactly, so one differing bit in a pose changes the hash.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from bt_mission.core.errors import BtMissionError
+
+VERSION = 1
+KEPT_EVENTS = 200
+_ENCODER = json.JSONEncoder(sort_keys=True)  # json.dumps makes a new one for each event
+
+
+class Trace:
+    """Hashes events as they happen, keeps the newest, and tells listeners.
+
+    :param keep: how many of the newest events to keep.
+    :param hide: texts that differ from machine to machine, such as a folder's path, each with
+        what is written in their place.
+    """
+
+    def __init__(self, keep: int = KEPT_EVENTS, hide: Mapping[str, str] | None = None) -> None:
+        self._hide = {json.dumps(text)[1:-1]: shown for text, shown in (hide or {}).items()}
+        self._hash = hashlib.sha256()
+        self.newest: deque[str] = deque(maxlen=keep)
+        self.listeners: list[Callable[[str], None]] = []
+        self._add(json.dumps({"trace_version": VERSION}))
+
+    @property
+    def sha256(self) -> str:
+        """The hash over everything recorded so far, in hexadecimal."""
+        return self._hash.hexdigest()
+
+    def record(self, time_ns: int, event: str, **fields: Any) -> None:
+        """Add an event at a time of the ROS clock."""
+        self._add(_ENCODER.encode({"t": time_ns, "event": event, **fields}))
+
+    @contextmanager
+    def written_to(self, path: Path) -> Iterator[None]:
+        """Write every line to a file: the newest so far, and those to come.
+
+        :raises BtMissionError: when the file cannot be written.
+        """
+        try:
+            file = path.open("w", encoding="utf-8")
+        except OSError as error:
+            raise BtMissionError(f"{path}: cannot write the trace: {error.strerror}") from error
+        with file:
+            file.writelines(f"{line}\n" for line in self.newest)
+            write = partial(print, file=file)
+            self.listeners.append(write)
+            try:
+                yield
+            finally:
+                self.listeners.remove(write)
+
+    def _add(self, line: str) -> None:
+        for text, shown in self._hide.items():
+            line = line.replace(text, shown)
+        self._hash.update(line.encode() + b"\n")
+        self.newest.append(line)
+        for listener in self.listeners:
+            listener(line)

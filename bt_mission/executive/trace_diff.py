@@ -1,0 +1,114 @@
+"""The first difference between two traces, as a person would tell it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from collections.abc import Set as AbstractSet
+from dataclasses import dataclass
+from itertools import zip_longest
+from typing import Any
+
+from bt_mission.events.trace_lines import told
+from bt_mission.executive.stored_trace import StoredTrace
+
+Event = dict[str, Any]
+
+LEADING_UP = 4
+"""So many events before the difference are told; poses are no events here."""
+
+
+@dataclass(frozen=True)
+class Difference:
+    """Where two traces part.
+
+    :param number: how many events are the same before it.
+    :param time_s: when it is, s since the start.
+    :param before: what led up to it, a line each.
+    :param first: what happened in the first trace; None where that has ended.
+    :param second: what happened in the second.
+    :param fields: how the two events differ, where they are of one kind; a line for each field.
+    :param setting: how the runs were set up differently: by mission, world, robot or seed.
+    """
+
+    number: int
+    time_s: float
+    before: tuple[str, ...]
+    first: str | None
+    second: str | None
+    fields: tuple[str, ...]
+    setting: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        lines = [f"set up differently: {line}" for line in self.setting]
+        if self.first is None and self.second is None:
+            return "\n".join([*lines, f"all other {self.number} events are the same"])
+        same = "no event is" if not self.number else f"the first {self.number} events are"
+        lines.append(f"{same} the same; they part at {self.time_s:.2f} s")
+        lines += [f"  {line}" for line in self.before]
+        for sign, event in (("<", self.first), (">", self.second)):
+            lines.append(f"{sign} {event if event is not None else '          (the end)'}")
+        return "\n".join([*lines, *(f"    {line}" for line in self.fields)])
+
+
+def first_difference(first: StoredTrace, second: StoredTrace) -> Difference | None:
+    """Return where two traces part, or None where the same things happened at the same times.
+
+    Runs that were set up differently are compared in what followed. Goal ids are made from the
+    seed, and do not count where that differs.
+    """
+    setting = _fields(first.start, second.start)
+    ignored = {"goal"} if first.start.get("seed") != second.start.get("seed") else set()
+    events, others = (
+        [event for event in trace.events if event is not trace.start] if setting else trace.events
+        for trace in (first, second)
+    )
+    for number, (one, other) in enumerate(zip_longest(events, others)):
+        if _without(one, ignored) != _without(other, ignored):
+            there = first if one is not None else second
+            time_s = min(
+                trace.seconds(event)
+                for trace, event in ((first, one), (second, other))
+                if event is not None
+            )
+            return Difference(
+                number,
+                time_s,
+                _before(there, events if one is not None else others, number),
+                None if one is None else _line(first, one),
+                None if other is None else _line(second, other),
+                _fields(one, other, ignored),
+                setting,
+            )
+    return Difference(len(events), 0.0, (), None, None, (), setting) if setting else None
+
+
+def _without(event: Event | None, ignored: AbstractSet[str]) -> Event | None:
+    if event is None or not ignored:
+        return event
+    return {name: value for name, value in event.items() if name not in ignored}
+
+
+def _before(trace: StoredTrace, events: Sequence[Event], number: int) -> tuple[str, ...]:
+    told_ones = [event for event in events[:number] if event["event"] != "pose"]
+    return tuple(_line(trace, event) for event in told_ones[-LEADING_UP:])
+
+
+def _line(trace: StoredTrace, event: Event) -> str:
+    return f"{trace.seconds(event):8.2f} s  {told(event)}"
+
+
+def _fields(
+    one: Event | None, other: Event | None, ignored: AbstractSet[str] = frozenset()
+) -> tuple[str, ...]:
+    if not one or not other or one["event"] != other["event"]:
+        return ()
+    names = [name for name in dict.fromkeys((*one, *other)) if one.get(name) != other.get(name)]
+    names = [name for name in names if name not in ignored]
+    return tuple(_field(name, one.get(name), other.get(name)) for name in names)
+
+
+def _field(name: str, one: Any, other: Any) -> str:
+    line = f"{name}: {one} in the first, {other} in the second"
+    if isinstance(one, float) and isinstance(other, float):
+        line += f" ({other - one:+.3g})"
+    return line

@@ -1,0 +1,271 @@
+"""A form for one goal: filled in field by field, then its feedback, then how it ended."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from rich.console import RenderableType
+from rich.text import Text
+from textual import on
+from textual.app import App, ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal, Vertical, VerticalScroll
+from textual.widgets import Checkbox, Footer, Input, Label, Static
+
+from bt_mission.core.errors import BtMissionError
+from bt_mission.core.text import harmless
+from bt_mission.graph_tools.feedback_table import ASCII_SIGNS, FeedbackTable, signs_for
+from bt_mission.graph_tools.form_fields import Line, lines_of, nested, texts
+from bt_mission.graph_tools.goal_lines import end_lines
+from bt_mission.graph_tools.goal_request import End, OneGoal
+from bt_mission.graph_tools.interface_description import About
+
+if TYPE_CHECKING:
+    from bt_mission.goals.goal import Goal
+    from bt_mission.graph_tools.graph_session import Hand
+    from bt_mission.graph_tools.sending import Sender
+
+BEAT_S = 0.05
+"""How often what has come is served."""
+
+
+class FormLine(Vertical):
+    """A field with its name, its type, what is to be known of it, and what is wrong with it."""
+
+    def __init__(self, line: Line, text: str) -> None:
+        super().__init__()
+        self.line = line
+        self._text = text
+
+    def compose(self) -> ComposeResult:
+        """Name, input and type in one row; the note below."""
+        with Horizontal(classes="row"):
+            yield Label(self.line.name, classes="name", markup=False)
+            if self.line.is_truth:
+                ticked = (self._text or self.line.default) == "true"
+                yield Checkbox(value=ticked, compact=True)
+            else:
+                yield Input(self._text, placeholder=self.line.default, compact=True)
+            yield Label(self.line.kind, classes="kind", markup=False)
+        yield Static(harmless(self.line.note), classes="note", markup=False)
+
+    def on_mount(self) -> None:
+        """What was filled in before may be wrong."""
+        self.check()
+
+    def read(self) -> tuple[Any, str] | None:
+        """Value and fault; None where the default is to stay."""
+        if self.line.is_truth:
+            return self.query_one(Checkbox).value, ""
+        text = self.query_one(Input).value
+        return self.line.read(text) if text.strip() else None
+
+    def check(self) -> bool:
+        """Show what is wrong, if anything is; gives whether nothing is."""
+        found = self.read()
+        fault = found[1] if found else ""
+        self.set_class(bool(fault), "wrong")
+        self.query_one(".note", Static).update(harmless(fault or self.line.note))
+        return not fault
+
+
+class GoalForm(App[End | None]):
+    """Fills in a goal, sends it, shows its feedback; gives the end of the last goal.
+
+    Its ``last_words`` are the end and the result of that goal, for people.
+
+    :param hand: served while the form is open.
+    :param sender: of the action's goals.
+    :param about: the action's type.
+    :param action: its full name.
+    :param fields: of the goal, to begin with.
+    :param server_s: how long to wait for a server.
+    :param encoding: of the terminal; what it cannot show is drawn in ASCII.
+    :param beat_s: how often to serve what has come, s; None leaves it to the caller.
+    """
+
+    ENABLE_COMMAND_PALETTE = False
+    CSS = """
+    #head { height: 1; padding: 0 1; background: $panel; text-style: bold; }
+    #about { padding: 0 1; color: $text-muted; }
+    FormLine { height: auto; padding: 0 1; margin: 0 0 1 0; }
+    .row { height: 1; }
+    .name { width: 28%; min-width: 6; text-style: bold; }
+    FormLine Input { width: 1fr; background: $surface; }
+    FormLine Checkbox { width: 1fr; background: transparent; border: none; }
+    .kind { width: auto; max-width: 35%; padding: 0 0 0 1; color: $text-muted; }
+    .note { padding: 0 0 0 2; color: $text-muted; }
+    .wrong .note { color: $text-error; text-style: bold; }
+    #progress { height: auto; max-height: 50%; border-top: solid $primary; padding: 0 1; }
+    .ascii #progress { border-top: ascii $primary; }
+    """
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("ctrl+s", "send", "Send", priority=True),
+        Binding("escape", "cancel", "Cancel the goal", priority=True),
+        Binding("ctrl+q", "leave", "Leave", priority=True),
+        Binding("ctrl+c", "leave", "Leave", show=False, priority=True),
+    ]
+
+    def __init__(
+        self,
+        hand: Hand,
+        sender: Sender,
+        about: About,
+        action: str,
+        fields: Mapping[str, Any],
+        *,
+        server_s: float,
+        encoding: str | None = "utf-8",
+        beat_s: float | None = BEAT_S,
+    ) -> None:
+        super().__init__()
+        self._hand = hand
+        self._sender = sender
+        self._about = about
+        self._action = action
+        self._lines = lines_of(about.part("goal"))
+        self._texts = texts(self._lines, fields)
+        self._server_s = server_s
+        self._encoding = encoding
+        self._beat_s = beat_s
+        self._goal: OneGoal | None = None
+        self._table: FeedbackTable | None = None
+        self._end: End | None = None
+        self.last_words = ["nothing was sent"]
+        self._state = ""
+        self._is_leaving = 0
+        self._interrupts = 0
+
+    def compose(self) -> ComposeResult:
+        """Head, fields, progress, keys."""
+        yield Static(f"{self._action}  {self._about.type}", id="head", markup=False)
+        with VerticalScroll(id="fields", can_focus=False):
+            if self._about.text:
+                yield Static(harmless(self._about.text), id="about", markup=False)
+            for line in self._lines:
+                yield FormLine(line, self._texts.get(line.name, ""))
+            if not self._lines:
+                yield Static("the goal has no fields", id="about_none", markup=False)
+        with VerticalScroll(id="progress", can_focus=False):
+            yield Static("fill in, then Ctrl-S; an empty field keeps its default", id="state")
+            yield Static("", id="feedback")
+        yield Footer()
+
+    def on_mount(self) -> None:
+        """Begin to serve the graph."""
+        self.screen.set_class(signs_for(self._encoding) == ASCII_SIGNS, "ascii")
+        if self._beat_s is not None:
+            self.set_interval(self._beat_s, self.beat)
+
+    def beat(self) -> None:
+        """Serve what has come, and look after the goal."""
+        self._hand.glance()
+        if self._hand.interrupts > self._interrupts:
+            self._interrupts = self._hand.interrupts
+            self.action_leave()
+        if self._goal is not None and self._goal.poll(self._hand.now_ns) is not None:
+            self._goal = None
+            if self._is_leaving:
+                self.exit(self._end)
+
+    # ---- keys --------------------------------------------------------------------------------
+
+    @on(Input.Changed)
+    def check_line(self, event: Input.Changed) -> None:
+        """Say what is wrong with a field while it is typed."""
+        for line in event.input.ancestors:
+            if isinstance(line, FormLine):
+                line.check()
+
+    @on(Input.Submitted)
+    def go_on(self, event: Input.Submitted) -> None:
+        """Enter goes to the next field, and sends from the last."""
+        inputs = list(self.query(Input))
+        if event.input is inputs[-1]:
+            self.action_send()
+        else:
+            inputs[inputs.index(event.input) + 1].focus()
+
+    def action_send(self) -> None:
+        """Send the goal, unless a field is wrong or a goal is under way."""
+        rows = list(self.query(FormLine))
+        if self._goal is not None:
+            self._say("a goal is under way; Escape cancels it")
+            return
+        wrong = [row for row in rows if not row.check()]
+        if wrong:
+            wrong[0].query_one(Input).focus()  # a truth is never wrong
+            self._say(f"not sent: {', '.join(row.line.name for row in wrong)} cannot stay so")
+            return
+        found = {row.line.name: row.read() for row in rows}
+        values = {name: one[0] for name, one in found.items() if one is not None}
+        try:
+            request = self._sender.prepare(nested(values))
+        except BtMissionError as error:
+            self._say(f"not sent: {error}")
+            return
+        self._table = FeedbackTable(self._about, request, self._encoding)
+        self._show("")
+        self._say("sending")
+        self._goal = self._sender.open(request, self, server_s=self._server_s)
+
+    def action_cancel(self) -> None:
+        """Cancel the goal that is under way."""
+        if self._goal is None:
+            self._say("no goal is under way; Ctrl-Q leaves")
+        else:
+            self._goal.cancel("by you", self._hand.now_ns)
+
+    def action_leave(self) -> None:
+        """Leave; a goal under way is cancelled first. The second time leaves at once."""
+        if self._goal is None:
+            self.exit(self._end)
+            return
+        self._is_leaving += 1
+        if self._is_leaving == 1:
+            self._goal.cancel("you left", self._hand.now_ns)
+        else:
+            self._goal.leave("you left at once", self._hand.now_ns)
+            self.exit(self._end)
+
+    # ---- what becomes of the goal --------------------------------------------------------------
+
+    def waiting(self, action: str) -> None:
+        """There is no server yet."""
+        self._say(f"waiting for a server of {action}")
+
+    def accepted(self, goal: Goal) -> None:
+        """The server accepted it."""
+        self._state = f"goal {goal.short_id} accepted"
+        self._say(self._state)
+
+    def feedback(self, message: Any, since_s: float) -> None:
+        """Feedback came."""
+        self._say(f"{self._state}   {since_s:.1f} s")
+        assert self._table is not None
+        self._show(self._table.render(message, self.size.width - 2))
+
+    def canceling(self, why: str) -> None:
+        """Its cancel has been asked for."""
+        self._state = f"canceling: {why}"
+        self._say(self._state)
+
+    def refused(self) -> None:
+        """The server refused to cancel."""
+        self._say("the server refused to cancel; asking again each second")
+
+    def ended(self, end: End, since_s: float) -> None:
+        """It has ended."""
+        self._end = end
+        self.last_words = end_lines(end, self._about, since_s)
+        first, *rest = self.last_words
+        self._say(first)
+        if rest:
+            self._show(Text("\n".join(rest)))
+
+    def _say(self, text: str) -> None:
+        self.query_one("#state", Static).update(Text(harmless(text), style="bold"))
+
+    def _show(self, what: RenderableType) -> None:
+        self.query_one("#feedback", Static).update(what)

@@ -1,0 +1,139 @@
+"""The fields of a goal as lines of a form: what each may hold, and what was typed into it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from bt_mission.graph_tools.interface_description import Field, Part
+from bt_mission.graph_tools.values import short
+from bt_mission.graph_tools.yaml_text import read_value
+from bt_mission.language.message_types import SHORTHANDS, ListOf, Message, Scalar
+
+LARGEST_SHOWN = 2**16
+"""Limits beyond it say no more than the type's name does."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """One line of a form.
+
+    :param field: what it fills in: a number, a text, a truth, a list, or a message that can be
+        written as one value, such as a pose.
+    """
+
+    field: Field
+
+    @property
+    def name(self) -> str:
+        """Dotted."""
+        return self.field.name
+
+    @property
+    def kind(self) -> str:
+        """Unit and type for people: ``deg float32``."""
+        return " ".join(filter(None, (self.field.unit, self.field.type)))
+
+    @property
+    def is_truth(self) -> bool:
+        """Is it true or false, to be ticked?"""
+        return isinstance(self.field.shape, Scalar) and self.field.shape.type == "bool"
+
+    @property
+    def default(self) -> str:
+        """What an empty line stands for."""
+        return "" if isinstance(self.field.shape, Message) else short(self.field.default)
+
+    @property
+    def note(self) -> str:
+        """What is to be known of it: the author's comment, how to write it, its limits."""
+        return "; ".join(filter(None, (self._form(), _limits(self.field.shape), self.field.text)))
+
+    def read(self, text: str) -> tuple[Any, str]:
+        """Its value, and what is wrong with it; a text is taken as it is typed, the rest is YAML.
+
+        An empty line is neither: it leaves the field at its default.
+        """
+        shape = self.field.shape
+        if isinstance(shape, Scalar) and shape.type == "text":
+            fits = len(text) <= shape.most
+            return text, "" if fits else f"expected at most {shape.most} characters"
+        return read_value(text, shape)
+
+    def _form(self) -> str:
+        match self.field.shape:
+            case Message(name=name):
+                return SHORTHANDS[name][0] if name in SHORTHANDS else ""
+            case ListOf():
+                return "a list: [...]"
+        return ""
+
+
+def lines_of(part: Part) -> list[Line]:
+    """The lines of a form for a message; messages that cannot be written as one are unfolded."""
+    return list(_lines(part.fields()))
+
+
+def _lines(fields: list[Field]) -> Iterator[Line]:
+    done = ""
+    for field in fields:
+        if done and field.name.startswith(done):
+            continue
+        is_message = isinstance(field.shape, Message)
+        if is_message and field.shape.name not in SHORTHANDS:
+            continue  # its own fields follow
+        if is_message:
+            done = f"{field.name}."
+        yield Line(field)
+
+
+def nested(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Values by dotted names as a message's fields."""
+    found: dict[str, Any] = {}
+    for dotted, value in values.items():
+        *above, name = dotted.split(".")
+        inner = found
+        for part in above:
+            inner = inner.setdefault(part, {})
+        inner[name] = value
+    return found
+
+
+def texts(lines: list[Line], fields: Mapping[str, Any]) -> dict[str, str]:
+    """What to type into the lines for these fields of a message, by the lines' names."""
+    found = {}
+    for line in lines:
+        value: Any = fields
+        for name in line.name.split("."):
+            value = value.get(name) if isinstance(value, Mapping) else None
+        if value is not None:
+            found[line.name] = value if isinstance(value, str) else _as_flow(value)
+    return found
+
+
+def _as_flow(value: Any) -> str:
+    """A plain value as YAML on one line."""
+    match value:
+        case bool():
+            return "true" if value else "false"
+        case str():
+            return "'" + value.replace("'", "''") + "'"
+        case Mapping():
+            return "{" + ", ".join(f"{name}: {_as_flow(one)}" for name, one in value.items()) + "}"
+        case list() | tuple():
+            return "[" + ", ".join(_as_flow(one) for one in value) + "]"
+    return repr(value)
+
+
+def _limits(shape: Any) -> str:
+    match shape:
+        case Scalar(type="integer") if shape.most < LARGEST_SHOWN:
+            return f"{shape.least} to {shape.most}"
+        case Scalar(type="text") if shape.most < LARGEST_SHOWN:
+            return f"at most {shape.most} characters"
+        case ListOf(size=int() as size):
+            return f"{size} items"
+        case ListOf(most=int() as most):
+            return f"at most {most} items"
+    return ""

@@ -1,0 +1,178 @@
+"""What there is in a running graph: names, types, and who stands behind them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+from rclpy.action import get_action_names_and_types
+from rclpy.exceptions import InvalidServiceNameException, InvalidTopicNameException
+from rclpy.expand_topic_name import expand_topic_name
+from rclpy.validate_full_topic_name import validate_full_topic_name
+
+from bt_mission.core.diagnostics import did_you_mean, listed
+from bt_mission.core.errors import BtMissionError, NotThereError
+from bt_mission.graph_tools.graph_session import NODE_PREFIX, Hand, wait
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
+
+LOOK_S = 5.0
+"""How long to look for something that is not there; other participants announce themselves every
+3 s, and in a burst when somebody joins."""
+
+QUIET_S = 1.0
+"""A graph in which nothing has come up for this long, is taken as known."""
+
+FEEDBACK = "/_action/feedback"
+STATUS = "/_action/status"
+
+Kind = Literal["action", "topic", "service"]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One name in the graph.
+
+    :param offers: nodes that serve or publish it; :param uses: nodes that call or hear it.
+    """
+
+    name: str
+    types: tuple[str, ...]
+    offers: tuple[str, ...] = ()
+    uses: tuple[str, ...] = ()
+
+
+def look_around(hand: Hand, seconds: float = LOOK_S) -> None:
+    """Return when the graph is known: nothing new for a second, or the time is over.
+
+    :raises KeyboardInterrupt: when Ctrl-C came.
+    """
+    seen: Any = None
+    still_since_ns = hand.now_ns
+
+    def is_known() -> bool:
+        nonlocal seen, still_since_ns
+        sight = _sight(hand.node)
+        if sight != seen:
+            seen, still_since_ns = sight, hand.now_ns
+        has_others = any(not _is_ours(name) for name, _ in sight[0])
+        return has_others and hand.now_ns - still_since_ns >= QUIET_S * 1e9
+
+    wait(hand, seconds, is_known)
+
+
+def _sight(node: Node) -> tuple[Sequence[tuple[str, str]], Any, Any]:
+    return (
+        sorted(node.get_node_names_and_namespaces()),
+        node.get_topic_names_and_types(),
+        node.get_service_names_and_types(),
+    )
+
+
+def actions(node: Node) -> list[Entry]:
+    """All actions of the graph, also those that have clients only."""
+    return [
+        Entry(
+            name,
+            tuple(types),
+            _nodes(node.get_publishers_info_by_topic(name + FEEDBACK)),
+            _nodes(node.get_subscriptions_info_by_topic(name + FEEDBACK)),
+        )
+        for name, types in sorted(get_action_names_and_types(node))
+    ]
+
+
+def topics(node: Node, *, hidden: bool = False) -> list[Entry]:
+    """The topics of the graph that others than we publish or hear; hidden ones too, if wanted."""
+    found = (
+        Entry(
+            name,
+            tuple(types),
+            _nodes(node.get_publishers_info_by_topic(name)),
+            _nodes(node.get_subscriptions_info_by_topic(name)),
+        )
+        for name, types in sorted(node.get_topic_names_and_types())
+        if hidden or not is_hidden(name)
+    )
+    return [one for one in found if one.offers or one.uses]
+
+
+def services(node: Node, *, hidden: bool = False) -> list[Entry]:
+    """The services of the graph; hidden ones too, if wanted."""
+    return [
+        Entry(name, tuple(types))
+        for name, types in sorted(node.get_service_names_and_types())
+        if hidden or not is_hidden(name)
+    ]
+
+
+def is_hidden(name: str) -> bool:
+    """Is it a name that ROS hides: one with a part that begins with an underscore?"""
+    return any(part.startswith("_") for part in name.split("/"))
+
+
+def type_of(hand: Hand, kind: Kind, name: str, seconds: float = LOOK_S) -> str:
+    """Find the type of a name in the graph, waiting for it for some seconds.
+
+    :param name: resolved.
+    :raises NotThereError: when it does not come up.
+    :raises BtMissionError: when it has several types.
+    :raises KeyboardInterrupt: when Ctrl-C came.
+    """
+    look_up = _LOOK_UP[kind]
+    if not wait(hand, seconds, lambda: bool(dict(look_up(hand.node)).get(name))):
+        raise NotThereError(_not_there(hand, kind, name, seconds))
+    types = dict(look_up(hand.node))[name]
+    if len(types) > 1:
+        raise BtMissionError(f"{name} has several types ({listed(types)}): say which with --type")
+    return str(types[0])
+
+
+def resolved(node: Node, kind: Kind, name: str) -> str:
+    """The full name, with the namespace where it has no leading slash.
+
+    :raises BtMissionError: when it is no name of ROS.
+    """
+    try:
+        full = expand_topic_name(name, node.get_name(), node.get_namespace())
+        validate_full_topic_name(full, is_service=kind == "service")
+    except (ValueError, InvalidServiceNameException, InvalidTopicNameException) as error:
+        words = str(error).splitlines()[0].partition(", at /")[0]
+        raise BtMissionError(f"expected the name of {_an(kind)}: {words}") from error
+    resolve = node.resolve_service_name if kind == "service" else node.resolve_topic_name
+    return str(resolve(name))
+
+
+def _not_there(hand: Hand, kind: Kind, name: str, seconds: float) -> str:
+    entries = {"action": actions, "topic": topics, "service": services}[kind](hand.node)
+    known = [one.name for one in entries]
+    head = f"no {kind} {name} in the graph (looked for {seconds:g} s); there "
+    are = f"are: {listed(known)}" if known else f"is no {kind} at all"
+    hint = did_you_mean(name, known)
+    return f"{head}{are}{'; ' + hint if hint else ''}"
+
+
+def _an(kind: Kind) -> str:
+    return "an action" if kind == "action" else f"a {kind}"
+
+
+def _nodes(found: Iterable[Any]) -> tuple[str, ...]:
+    names = {
+        f"{one.node_namespace.rstrip('/')}/{one.node_name}"
+        for one in found
+        if not _is_ours(one.node_name)
+    }
+    return tuple(sorted(names))
+
+
+def _is_ours(node_name: str) -> bool:
+    return node_name.startswith(NODE_PREFIX)
+
+
+_LOOK_UP: dict[Kind, Callable[[Node], list[tuple[str, list[str]]]]] = {
+    "action": get_action_names_and_types,
+    "topic": lambda node: node.get_topic_names_and_types(),
+    "service": lambda node: node.get_service_names_and_types(),
+}

@@ -1,0 +1,146 @@
+"""What is known of a ROS type: its fields with types, units, defaults and comments."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from bt_mission.graph_tools.interface_comments import InterfaceText, Section, read_interface
+from bt_mission.graph_tools.values import flat, plain
+from bt_mission.language.message_types import Message, Scalar, Shape
+from bt_mission.ros.interface_types import action_type, message_type, service_type, shape_of
+
+_SUFFIXES = {"action": ".action", "srv": ".srv", "msg": ".msg"}
+
+ACTION_PARTS = ("goal", "result", "feedback")
+SERVICE_PARTS = ("request", "response")
+
+
+@dataclass(frozen=True)
+class Field:
+    """One field of a message, nested ones after the one that holds them.
+
+    :param name: dotted.
+    :param unit: empty where none is known.
+    :param default: a plain value.
+    """
+
+    name: str
+    shape: Shape
+    unit: str
+    default: Any
+    text: str
+
+    @property
+    def type(self) -> str:
+        """The type's name as in an interface file."""
+        return self.shape.name
+
+    @property
+    def depth(self) -> int:
+        """How deep it is nested."""
+        return self.name.count(".")
+
+
+@dataclass(frozen=True)
+class Part:
+    """One message of an interface: goal, result, feedback, request, response, or the message.
+
+    :param cls: its Python class.
+    :param section: what the author says of it.
+    """
+
+    name: str
+    cls: Any
+    section: Section
+
+    @property
+    def shape(self) -> Message:
+        """What it holds."""
+        return shape_of(self.cls)
+
+    def fields(self) -> list[Field]:
+        """Its fields in order, nested ones after the one that holds them."""
+        return list(_fields(self.shape, self.section, plain(self.cls()), "", ""))
+
+    def units(self) -> dict[str, str]:
+        """The units of its fields by their dotted names, where they are known."""
+        known = {one.name: one.unit for one in self.fields() if one.unit}
+        # A time is shown as one number of seconds; ours tell of nested fields.
+        return known | {name: "s" for name, _ in flat(plain(self.cls())) if self._is_time(name)}
+
+    def _is_time(self, dotted: str) -> bool:
+        shape: Shape = self.shape
+        for name in dotted.split("."):
+            if not isinstance(shape, Message):
+                return False
+            shape = shape.fields[name]
+        return isinstance(shape, Message) and set(shape.fields) == {"sec", "nanosec"}
+
+
+@dataclass(frozen=True)
+class About:
+    """A ROS type with all its parts, and what its author says of it."""
+
+    type: str
+    text: str
+    parts: tuple[Part, ...]
+
+    def part(self, name: str) -> Part:
+        """The part of a name: goal, result, ..."""
+        return next(part for part in self.parts if part.name == name)
+
+
+@cache
+def about(type_name: str) -> About:
+    """What is known of an action, service or message type. Raises UnknownType."""
+    match type_name.split("/"):
+        case [_, "srv", _]:
+            found = service_type(type_name)
+            classes = dict(zip(SERVICE_PARTS, (found.Request, found.Response), strict=True))
+        case [_, "msg", _]:
+            classes = {"message": message_type(type_name)}
+        case _:
+            found = action_type(type_name)
+            messages = (found.Goal, found.Result, found.Feedback)
+            classes = dict(zip(ACTION_PARTS, messages, strict=True))
+    said = _interface(type_name)
+    parts = tuple(
+        Part(name, cls, said.section(index)) for index, (name, cls) in enumerate(classes.items())
+    )
+    return About(type_name, said.text, parts)
+
+
+@cache
+def _interface(type_name: str) -> InterfaceText:
+    """What the installed interface file says; nothing where it is not there."""
+    package, folder, name = type_name.split("/")
+    prefixes = [*filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep))]
+    for prefix in [*prefixes, sys.prefix]:
+        path = Path(prefix, "share", package, folder, name + _SUFFIXES[folder])
+        try:
+            return read_interface(path.read_text(encoding="utf-8"))
+        except (OSError, UnicodeDecodeError):
+            continue
+    return InterfaceText("", ())
+
+
+def _fields(
+    shape: Message, section: Section, defaults: Any, prefix: str, unit: str
+) -> Iterator[Field]:
+    for name, inner in shape.fields.items():
+        remark = section.remark(name)
+        default = defaults[name]
+        own = remark.unit or unit
+        yield Field(prefix + name, inner, own, default, remark.text)
+        if isinstance(inner, Message):
+            package, short = inner.name.split("/")
+            said = _interface(f"{package}/msg/{short}").section(0)
+            # The unit of a point is that of its coordinates.
+            is_flat = all(isinstance(part, Scalar) for part in inner.fields.values())
+            yield from _fields(inner, said, default, f"{prefix}{name}.", own if is_flat else "")

@@ -1,0 +1,119 @@
+"""What there is in a graph, as tables for people and as objects for programs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+
+from bt_mission.core.diagnostics import listed
+from bt_mission.core.text import harmless
+from bt_mission.graph_tools.graph_query import Entry
+from bt_mission.graph_tools.interface_description import About, Field, Part
+from bt_mission.graph_tools.values import short
+from bt_mission.language.message_types import ListOf, Message
+
+NOBODY = "nobody"
+
+
+def columns(rows: Iterable[Sequence[str]], gap: str = "  ") -> list[str]:
+    """Rows of cells as lines, with the cells of a column one below the other."""
+    table = [tuple(harmless(cell) for cell in row) for row in rows]
+    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+    return [
+        gap.join(f"{cell:{width}}" for cell, width in zip(row, widths, strict=True)).rstrip()
+        for row in table
+    ]
+
+
+def action_rows(entries: Iterable[Entry]) -> list[Sequence[str]]:
+    """Name, type, and who serves it."""
+    return [(one.name, listed(one.types), listed(one.offers or [NOBODY])) for one in entries]
+
+
+def topic_rows(entries: Iterable[Entry]) -> list[Sequence[str]]:
+    """Name, type, and how many publish and hear it."""
+    return [
+        (one.name, listed(one.types), f"{len(one.offers)} > {len(one.uses)}") for one in entries
+    ]
+
+
+def service_rows(entries: Iterable[Entry]) -> list[Sequence[str]]:
+    """Name and type."""
+    return [(one.name, listed(one.types)) for one in entries]
+
+
+def info_lines(entry: Entry, about: About) -> Iterator[str]:
+    """All that is known of an action: its nodes, and the fields of its three messages."""
+    yield f"{entry.name}  {about.type}"
+    if about.text:
+        yield f"  {harmless(about.text)}"
+    yield f"served by  {listed(entry.offers or [NOBODY])}"
+    yield f"used by    {listed(entry.uses or [NOBODY])}"
+    for part in about.parts:
+        yield ""
+        yield from part_lines(part)
+
+
+def part_lines(part: Part) -> Iterator[str]:
+    """The fields of one message, with types, units, defaults and comments; its named values."""
+    fields = part.fields()
+    yield part.name if fields else f"{part.name}: no fields"
+    yield from columns(
+        (
+            "  " * (field.depth + 1) + field.name.rpartition(".")[2],
+            field.type,
+            field.unit,
+            "" if part.name in ("result", "feedback", "response") else default_of(field),
+            harmless(field.text),
+        )
+        for field in fields
+    )
+    if part.section.constants:
+        yield "  named values"
+        yield from columns(
+            (f"    {one.name}", one.value, one.type, one.text) for one in part.section.constants
+        )
+
+
+def default_of(field: Field) -> str:
+    """A field's default for people; nothing for a message, whose fields have their own."""
+    if isinstance(field.shape, Message):
+        return ""
+    if isinstance(field.shape, ListOf) and len(field.default) > 8:
+        return f"{len(field.default)} items"
+    return f"= {short(field.default)}"
+
+
+def info_object(entry: Entry, about: About) -> dict[str, object]:
+    """The same for programs."""
+    return {
+        "name": entry.name,
+        "type": about.type,
+        "text": about.text,
+        "servers": list(entry.offers),
+        "clients": list(entry.uses),
+        **{part.name: [_field_object(field) for field in part.fields()] for part in about.parts},
+        "constants": {
+            part.name: {one.name: one.value for one in part.section.constants}
+            for part in about.parts
+        },
+    }
+
+
+def _field_object(field: Field) -> dict[str, object]:
+    return {
+        "name": field.name,
+        "type": field.type,
+        "unit": field.unit,
+        "default": field.default,
+        "text": field.text,
+    }
+
+
+def entry_object(entry: Entry, offers: str, uses: str) -> dict[str, object]:
+    """One name for programs."""
+    return {
+        "name": entry.name,
+        "types": list(entry.types),
+        offers: list(entry.offers),
+        uses: list(entry.uses),
+    }

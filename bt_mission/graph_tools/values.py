@@ -1,0 +1,164 @@
+"""Messages as plain values, and plain values as text that no terminal takes for commands."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+import yaml  # type: ignore[import-untyped]
+
+from bt_mission.core.text import harmless
+
+SHOWN_ITEMS = 16
+"""Items of a list that people are shown; a scan has hundreds, a picture a million."""
+
+SHOWN_CHARACTERS = 2_000
+"""Characters of one text that people are shown."""
+
+_FLOAT32 = re.compile(r"\bfloat\b")  # its name in generated classes; the other is double
+MARK = "items_that_are_not_shown_"
+_MARKED = re.compile(rf"(?:,\s+|- )?{MARK}(\d+)(\]?)")
+_NOT_NUMBERS = {math.inf: "Infinity", -math.inf: "-Infinity"}
+
+
+class Cut:
+    """Stands for what a list or a text has beyond what is shown.
+
+    :param left: how many items or characters are not shown.
+    """
+
+    def __init__(self, left: int) -> None:
+        self.left = left
+
+
+def plain(value: Any, most: int | None = None) -> Any:
+    """A message, or a field of one, as dicts, lists, numbers and texts.
+
+    A float32 becomes the shortest decimal that is the same float32: 0.1, not 0.10000000149.
+
+    :param most: items of a list that are kept; a :class:`Cut` stands for the rest.
+    """
+    if hasattr(value, "get_fields_and_field_types"):
+        types = value.get_fields_and_field_types()
+        return {name: _field(getattr(value, name), type_, most) for name, type_ in types.items()}
+    if isinstance(value, bytes) and len(value) == 1:
+        return value[0]
+    if isinstance(value, str | bool | int | float):
+        return value
+    if hasattr(value, "tolist") and not hasattr(value, "__len__"):
+        return value.tolist()
+    kept = value if most is None else value[:most]
+    items = kept.tolist() if hasattr(kept, "tolist") else [plain(item, most) for item in list(kept)]
+    return items if len(items) == len(value) else [*items, Cut(len(value) - len(items))]
+
+
+def _field(value: Any, type_: str, most: int | None) -> Any:
+    if not _FLOAT32.search(type_):
+        return plain(value, most)
+    if isinstance(value, float):
+        return float(str(np.float32(value)))
+    kept = np.asarray(value if most is None else value[:most], np.float32).astype(str)
+    items = kept.astype(float).tolist()
+    return items if len(items) == len(value) else [*items, Cut(len(value) - len(items))]
+
+
+def short(value: Any) -> str:
+    """A plain value on one line, for people: numbers to six digits, nested ones in braces."""
+    match value:
+        case bool():
+            return "true" if value else "false"
+        case float():
+            return number(value)
+        case int():
+            return str(value)
+        case str():
+            cut = value if len(value) <= SHOWN_CHARACTERS else value[:SHOWN_CHARACTERS] + "..."
+            return harmless(cut) if cut else "''"
+        case Cut():
+            return f"... {value.left} more"
+        case Mapping():
+            return "{" + ", ".join(f"{name} {short(part)}" for name, part in value.items()) + "}"
+    return "[" + ", ".join(short(part) for part in value) + "]"
+
+
+def number(value: float) -> str:
+    """A number to six digits; float32 brings no more."""
+    return f"{value:.6g}"
+
+
+def flat(value: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """The fields of a message by their dotted names; a time or duration stays one, in seconds."""
+    for name, part in value.items():
+        if isinstance(part, Mapping) and set(part) == {"sec", "nanosec"}:
+            yield prefix + name, part["sec"] + part["nanosec"] / 1e9
+        elif isinstance(part, Mapping) and part:
+            yield from flat(part, f"{prefix}{name}.")
+        else:
+            yield prefix + name, part
+
+
+class _Dumper(yaml.SafeDumper):  # type: ignore[misc]  # PyYAML has no types
+    """Writes lists of numbers on one line, and tells what was cut."""
+
+
+def _write_list(dumper: _Dumper, items: list[Any]) -> yaml.Node:
+    is_flat = all(isinstance(item, int | float | Cut) for item in items)
+    return dumper.represent_sequence("tag:yaml.org,2002:seq", items, flow_style=is_flat)
+
+
+def _write_cut(dumper: _Dumper, cut: Cut) -> yaml.Node:
+    return dumper.represent_scalar("tag:yaml.org,2002:str", f"{MARK}{cut.left}")
+
+
+def _write_text(dumper: _Dumper, text: str) -> yaml.Node:
+    # PyYAML lets some through that turn the direction of writing; as_yaml() escapes them.
+    is_plain = harmless(text.replace("\n", "")) == text.replace("\n", "")
+    return dumper.represent_scalar("tag:yaml.org,2002:str", text, style=None if is_plain else '"')
+
+
+def _write_float(dumper: _Dumper, value: float) -> yaml.Node:
+    if math.isfinite(value):
+        return dumper.represent_scalar("tag:yaml.org,2002:float", repr(value))
+    return dumper.represent_float(value)
+
+
+_Dumper.add_representer(list, _write_list)
+_Dumper.add_representer(Cut, _write_cut)
+_Dumper.add_representer(float, _write_float)
+_Dumper.add_representer(str, _write_text)
+
+
+def as_yaml(value: Any) -> str:
+    """Plain values as YAML, with everything unprintable escaped."""
+    text: str = yaml.dump(
+        value,
+        Dumper=_Dumper,
+        sort_keys=False,
+        allow_unicode=True,
+        width=100,
+        default_flow_style=False,
+    )
+    text = "\n".join(harmless(line) for line in text.removesuffix("...\n").split("\n"))
+    return _MARKED.sub(lambda match: f"{match[2] or ''}  # {match[1]} more", text)
+
+
+def as_json(value: Any) -> str:
+    """Plain values as one line of JSON.
+
+    JSON has no numbers that are not finite: they are the texts "NaN", "Infinity" and "-Infinity".
+    """
+    return json.dumps(_finite(value), allow_nan=False)
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, float) and not math.isfinite(value):
+        return _NOT_NUMBERS.get(value, "NaN")
+    if isinstance(value, Mapping):
+        return {name: _finite(part) for name, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(part) for part in value]
+    return value

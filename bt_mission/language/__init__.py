@@ -1,0 +1,1 @@
+"""The mission language: YAML in, frozen and checked steps out. No ROS."""

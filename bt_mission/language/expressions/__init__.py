@@ -1,0 +1,1 @@
+"""Expressions of the mission language: parsed once, evaluated safely, no ``eval``."""

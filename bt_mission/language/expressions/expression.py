@@ -1,0 +1,302 @@
+"""Expressions and templates: parsed once when a mission is loaded, evaluated without `eval`.
+
+An `Expression` is a formula, "-sign($obstacle) * uniform(60, 120)"; a `Template` is a text with
+values in it, "obstacle at ${obstacle} deg"; a `Text` may be either, and its ROS field decides.
+"""
+
+from __future__ import annotations
+
+import random
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+from types import MappingProxyType
+from typing import Any
+
+from bt_mission.language.expressions.parser import MAX_LENGTH, RESERVED, parse
+from bt_mission.language.expressions.syntax import Name, Node, Scope, Types
+from bt_mission.language.expressions.values import ExpressionError, Plain, Type, show
+
+__all__ = [
+    "MAX_LENGTH",
+    "MAX_TEMPLATE",
+    "RESERVED",
+    "Expression",
+    "ExpressionError",
+    "Late",
+    "Name",
+    "Plain",
+    "Template",
+    "Text",
+    "Type",
+    "Value",
+    "draws",
+    "names_in",
+    "resolve",
+]
+
+MAX_TEMPLATE = 10_000
+"""Characters of a text with holes."""
+
+_NOTHING: Mapping[str, Plain] = MappingProxyType({})
+_HOLE = re.compile(r"\$(?:(?P<escaped>\$)|(?P<name>[A-Za-z_][A-Za-z0-9_]*)|(?P<open>\{))")
+_CLOSE = re.compile(r"""(?:[^'"}]|'[^']*'|"[^"]*")*\}""")
+
+
+@dataclass(frozen=True)
+class Expression:
+    """A formula. Raises ExpressionError where its text is none.
+
+    `references` are the names in the order of the text; `draws` tells whether it uses random
+    numbers. Two expressions of the same text are equal.
+    """
+
+    text: str
+    root: Node = field(init=False, repr=False, compare=False)
+    references: tuple[Name, ...] = field(init=False, repr=False, compare=False)
+    draws: bool = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        root, references, draws = parse(self.text)
+        object.__setattr__(self, "root", root)
+        object.__setattr__(self, "references", references)
+        object.__setattr__(self, "draws", draws)
+
+    @property
+    def names(self) -> frozenset[str]:
+        """The names it reads, without the `$`."""
+        return frozenset(reference.name for reference in self.references)
+
+    def evaluate(
+        self,
+        names: Mapping[str, Plain],
+        rng: random.Random,
+        fields: Mapping[str, Plain] = _NOTHING,
+    ) -> Plain:
+        """Return the value for these variables. Raises ExpressionError.
+
+        A bare name that is in `fields` (the feedback, in a `cancel_when`) is that field;
+        `$name` always is the variable.
+        """
+        return self.root.evaluate(Scope(names, fields, rng))
+
+    def infer(self, types: Types) -> Type | None:
+        """Return the type, or None where it is not known. Raises ExpressionError on a clash."""
+        return self.root.infer(types)
+
+
+@dataclass(frozen=True)
+class Template:
+    """A text with holes: `$name`, `${expression}`; `$$` is a dollar sign."""
+
+    text: str
+    parts: tuple[str | tuple[int, Expression], ...] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        if "$" in self.text and len(self.text) > MAX_TEMPLATE:
+            message = f"a text with '$' has {len(self.text):,} characters"
+            raise ExpressionError(f"{message}; at most {MAX_TEMPLATE:,} are read")
+        object.__setattr__(self, "parts", tuple(_parts(self.text)))
+
+    @property
+    def expressions(self) -> tuple[tuple[int, Expression], ...]:
+        """The expressions in the holes, each once, with the offset of its first (from 0)."""
+        found: dict[str, tuple[int, Expression]] = {}
+        for part in self.parts:
+            if not isinstance(part, str):
+                found.setdefault(part[1].text, part)
+        return tuple(found.values())
+
+    @property
+    def references(self) -> tuple[Name, ...]:
+        """The names read, with columns in the whole text."""
+        return tuple(
+            Name(reference.column + offset, reference.name, reference.variable)
+            for offset, expression in self.expressions
+            for reference in expression.references
+        )
+
+    @property
+    def draws(self) -> bool:
+        """Whether it uses random numbers."""
+        return any(expression.draws for _, expression in self.expressions)
+
+    @property
+    def names(self) -> frozenset[str]:
+        """The names it reads, without the `$`."""
+        return frozenset(reference.name for reference in self.references)
+
+    def evaluate(self, names: Mapping[str, Plain], rng: random.Random) -> str:
+        """Return the text with its holes filled. Raises ExpressionError."""
+        return "".join(
+            part if isinstance(part, str) else show(_in_hole(part, names, rng))
+            for part in self.parts
+        )
+
+
+@dataclass(frozen=True)
+class Text:
+    """A text in a goal: a template where the ROS field is a text, else an expression.
+
+    Which one it is, only the type of the goal can say. A reading that is impossible is kept
+    as its error, and raised where that reading turns out to be the wanted one.
+    """
+
+    text: str
+    template: Template | ExpressionError = field(init=False, repr=False, compare=False)
+    expression: Expression | ExpressionError = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        for reading, kind in (("template", Template), ("expression", Expression)):
+            try:
+                object.__setattr__(self, reading, kind(self.text))
+            except ExpressionError as error:
+                # Without the frames that it came through, and all that these hold.
+                object.__setattr__(self, reading, error.with_traceback(None))
+
+    def evaluate(self, names: Mapping[str, Plain], rng: random.Random) -> Late:
+        """Return the value of either reading, or the error that it ends in.
+
+        No text draws random numbers in both readings: one with `${...}` is no expression.
+        """
+        return Late(
+            _tried(self.template, names, rng),
+            _tried(self.expression, names, rng),
+        )
+
+
+@dataclass(frozen=True)
+class Late:
+    """A `Text` evaluated in both readings; the type of its field takes one of them.
+
+    What a reading ended in is kept as its error, and raised if that one is taken.
+    """
+
+    text: str | ExpressionError
+    value: Plain | ExpressionError
+
+    def as_text(self) -> str:
+        """Return the value for a text field. Raises ExpressionError."""
+        if isinstance(self.text, ExpressionError):
+            raise self.text
+        return self.text
+
+    def as_value(self) -> Plain:
+        """Return the value for any other field. Raises ExpressionError."""
+        if isinstance(self.value, ExpressionError):
+            raise self.value
+        return self.value
+
+
+Value = (
+    bool | int | float | Expression | Template | Text | Sequence["Value"] | Mapping[str, "Value"]
+)
+"""A constant, or what is computed when it is needed."""
+
+
+def resolve(value: Any, names: Mapping[str, Plain], rng: random.Random) -> Any:
+    """Return a value with everything in it computed. Raises ExpressionError.
+
+    A `Text` becomes a `Late`, which `ros_types.fill` reads as its field wants it.
+    """
+    match value:
+        case Expression() | Template():
+            return value.evaluate(names, rng)
+        case Text():
+            return value.evaluate(names, rng)
+        case Mapping():
+            return {key: resolve(part, names, rng) for key, part in value.items()}
+        case list() | tuple():
+            return [resolve(part, names, rng) for part in value]
+    return value
+
+
+def _tried(
+    reading: Template | Expression | ExpressionError,
+    names: Mapping[str, Plain],
+    rng: random.Random,
+) -> Any:
+    if isinstance(reading, ExpressionError):
+        return reading
+    try:
+        return reading.evaluate(names, rng)
+    except ExpressionError as error:
+        return error
+
+
+def draws(value: Any) -> bool:
+    """Return whether a value, nested parts included, uses random numbers."""
+    match value:
+        case Expression() | Template():
+            return value.draws
+        case Text():
+            readings = (value.template, value.expression)
+            return any(one.draws for one in readings if not isinstance(one, ExpressionError))
+        case Mapping():
+            return any(draws(part) for part in value.values())
+        case list() | tuple():
+            return any(draws(part) for part in value)
+    return False
+
+
+def names_in(value: Any) -> frozenset[str]:
+    """Return the variables that a value may read, nested parts included."""
+    match value:
+        case Expression() | Template():
+            return value.names
+        case Text():
+            readings = (value.template, value.expression)
+            return frozenset().union(
+                *(one.names for one in readings if not isinstance(one, ExpressionError))
+            )
+        case Mapping():
+            return frozenset().union(*(names_in(part) for part in value.values()))
+        case list() | tuple():
+            return frozenset().union(*(names_in(part) for part in value))
+    return frozenset()
+
+
+def _parts(text: str) -> list[str | tuple[int, Expression]]:
+    parts: list[str | tuple[int, Expression]] = []
+    at = 0
+    while (dollar := text.find("$", at)) >= 0:
+        parts.append(text[at:dollar])
+        hole = _HOLE.match(text, dollar)
+        if hole is None:
+            hint = "write '$$' for a dollar sign"
+            raise ExpressionError("expected a name or '{' after '$'", dollar + 1, hint)
+        at = hole.end()
+        if hole["escaped"]:
+            parts.append("$")
+        elif hole["name"]:
+            parts.append((dollar, _expression(hole.group())))
+        else:
+            close = _CLOSE.match(text, at)
+            if close is None:
+                raise ExpressionError("this '${' is never closed with '}'", dollar + 1)
+            parts.append((at, _inner(text[at : close.end() - 1], at)))
+            at = close.end()
+    parts.append(text[at:])
+    return [part for part in parts if part != ""]
+
+
+def _in_hole(hole: tuple[int, Expression], names: Mapping[str, Plain], rng: random.Random) -> Plain:
+    offset, expression = hole
+    try:
+        return expression.evaluate(names, rng)
+    except ExpressionError as error:
+        raise ExpressionError(error.message, error.column + offset, error.hint) from None
+
+
+@lru_cache(maxsize=1024)
+def _expression(text: str) -> Expression:
+    """Return the expression of a hole; equal ones are the same."""
+    return Expression(text)
+
+
+def _inner(text: str, offset: int) -> Expression:
+    try:
+        return _expression(text)
+    except ExpressionError as error:
+        raise ExpressionError(error.message, error.column + offset, error.hint) from None

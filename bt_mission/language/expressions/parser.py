@@ -1,0 +1,298 @@
+"""The grammar of expressions: from a text to its parts, by precedence climbing.
+
+either      = both ("or" both)*
+both        = inverted ("and" inverted)*
+inverted    = "not" inverted | comparison
+comparison  = sum (("<" | "<=" | ">" | ">=" | "==" | "!=") sum)*      chained as in Python
+sum         = product (("+" | "-") product)*
+product     = signed (("*" | "/" | "//" | "%") signed)*
+signed      = ("-" | "+") signed | power
+power       = atom ("**" signed)?
+atom        = number | text | "true" | "false" | "pi" | name | "$" name
+            | function "(" either ("," either)* ")" | "(" either ")"
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass, field
+from functools import lru_cache
+
+from bt_mission.core.diagnostics import did_you_mean, listed, quoted
+from bt_mission.language.expressions.functions import FUNCTIONS
+from bt_mission.language.expressions.syntax import (
+    Arithmetic,
+    Call,
+    Comparison,
+    Constant,
+    Logic,
+    Name,
+    Negation,
+    Node,
+    Not,
+)
+from bt_mission.language.expressions.values import MAX_MAGNITUDE, ExpressionError, LooseText, Plain
+
+MAX_LENGTH = 1_000
+"""Characters of an expression."""
+
+MAX_DEPTH = 32
+"""Levels of parentheses, calls and signs, and operators in one chain."""
+
+_TOKEN = re.compile(
+    r"""(?P<number>(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)
+      | (?P<text>'[^']*'|"[^"]*")
+      | (?P<variable>\$[A-Za-z_][A-Za-z0-9_]*)
+      | (?P<name>[A-Za-z_][A-Za-z0-9_]*(?:\.[A-Za-z_][A-Za-z0-9_]*)*)
+      | (?P<symbol>\*\*|//|<=|>=|==|!=|&&|\|\||[-+*/%<>(),])
+      | (?P<blank>[\ \n]+)""",
+    re.VERBOSE,
+)
+_INSTEAD = {"&&": "and", "||": "or", "!": "not", "=": "==", "^": "**", "&": "and", "|": "or"}
+_CONSTANTS: dict[str, Plain] = {"true": True, "false": False, "pi": math.pi}
+RESERVED = frozenset((*_CONSTANTS, *FUNCTIONS, "and", "or", "not"))
+"""Names that cannot be variables."""
+
+
+@dataclass(frozen=True)
+class Token:
+    """A piece of an expression: its kind, its text, its column (from 1)."""
+
+    kind: str
+    text: str
+    column: int
+
+
+Parsed = tuple[Node, tuple[Name, ...], bool]
+
+
+def parse(text: str) -> Parsed:
+    """Return an expression's parts, the names in it, and whether it draws random numbers.
+
+    Raises ExpressionError, with the column.
+    """
+    found = _tried(text)
+    if isinstance(found, ExpressionError):
+        raise type(found)(found.message, found.column, found.hint)
+    return found
+
+
+@lru_cache(maxsize=4096)
+def _tried(text: str) -> Parsed | ExpressionError:
+    """Return what `parse` returns or raises; errors are remembered, too."""
+    try:
+        return _parsed(text)
+    except ExpressionError as error:
+        return error.with_traceback(None)
+
+
+def _parsed(text: str) -> Parsed:
+    if len(text) > MAX_LENGTH:
+        message = f"the expression has {len(text):,} characters; at most {MAX_LENGTH:,} are read"
+        raise ExpressionError(message)
+    if not text.strip():
+        raise ExpressionError("the expression is empty")
+    parser = _Parser(_tokens(text))
+    node = parser.either()
+    parser.end()
+    return node, tuple(parser.names), parser.draws
+
+
+def _tokens(text: str) -> list[Token]:
+    tokens = []
+    at = 0
+    while at < len(text):
+        found = _TOKEN.match(text, at)
+        if found is None:
+            raise _bad_character(text, at)
+        kind = found.lastgroup or ""
+        if found.group() in _INSTEAD:
+            raise _bad_character(text, at)
+        if kind != "blank":
+            tokens.append(Token(kind, found.group(), at + 1))
+        at = found.end()
+    tokens.append(Token("end", "", len(text.rstrip()) + 1))
+    return tokens
+
+
+def _bad_character(text: str, at: int) -> ExpressionError:
+    if text[at] in "'\"":
+        return ExpressionError("this quoted text is never closed", at + 1)
+    if text[at] == "$":
+        return ExpressionError("expected a name after '$'", at + 1)
+    found = text[at : at + 2] if text[at : at + 2] in _INSTEAD else text[at]
+    instead = _INSTEAD.get(found)
+    hint = f"write '{instead}'" if instead else None
+    return ExpressionError(f"{quoted(found)} is no part of an expression", at + 1, hint)
+
+
+@dataclass
+class _Parser:
+    tokens: list[Token]
+    at: int = 0
+    depth: int = 0
+    names: list[Name] = field(default_factory=list)
+    draws: bool = False
+
+    @property
+    def next(self) -> Token:
+        return self.tokens[self.at]
+
+    def take(self) -> Token:
+        token = self.tokens[self.at]
+        self.at += 1
+        return token
+
+    def takes(self, *texts: str) -> Token | None:
+        """Take the next token if it is one of these symbols or words."""
+        token = self.next
+        return self.take() if token.kind in ("symbol", "name") and token.text in texts else None
+
+    def deeper(self) -> None:
+        self.depth += 1
+        if self.depth > MAX_DEPTH:
+            message = f"the expression is nested too deeply; at most {MAX_DEPTH} levels are read"
+            raise ExpressionError(message, self.next.column)
+
+    def end(self) -> None:
+        token = self.next
+        if token.kind != "end":
+            message = f"expected an operator or the end, got {quoted(token.text)}"
+            raise LooseText(message, token.column)
+
+    def either(self) -> Node:
+        self.deeper()
+        node = self.both()
+        chain = 0
+        while token := self.takes("or"):
+            chain = self.longer(chain)
+            node = Logic(token.column, "or", node, self.both())
+        self.depth -= 1 + chain
+        return node
+
+    def longer(self, chain: int) -> int:
+        self.deeper()
+        return chain + 1
+
+    def both(self) -> Node:
+        node = self.inverted()
+        chain = 0
+        while token := self.takes("and"):
+            chain = self.longer(chain)
+            node = Logic(token.column, "and", node, self.inverted())
+        self.depth -= chain
+        return node
+
+    def inverted(self) -> Node:
+        token = self.takes("not")
+        if token is None:
+            return self.comparison()
+        self.deeper()
+        node = Not(token.column, self.inverted())
+        self.depth -= 1
+        return node
+
+    def comparison(self) -> Node:
+        first = self.sum()
+        rest = []
+        while token := self.takes("<", "<=", ">", ">=", "==", "!="):
+            rest.append((token.text, token.column, self.sum()))
+        return Comparison(rest[0][1], first, tuple(rest)) if rest else first
+
+    def sum(self) -> Node:
+        node = self.product()
+        chain = 0
+        while token := self.takes("+", "-"):
+            chain = self.longer(chain)
+            node = Arithmetic(token.column, token.text, node, self.product())
+        self.depth -= chain
+        return node
+
+    def product(self) -> Node:
+        node = self.signed()
+        chain = 0
+        while token := self.takes("*", "/", "//", "%"):
+            chain = self.longer(chain)
+            node = Arithmetic(token.column, token.text, node, self.signed())
+        self.depth -= chain
+        return node
+
+    def signed(self) -> Node:
+        token = self.takes("-", "+")
+        if token is None:
+            return self.power()
+        self.deeper()
+        node = Negation(token.column, -1 if token.text == "-" else 1, self.signed())
+        self.depth -= 1
+        return node
+
+    def power(self) -> Node:
+        base = self.atom()
+        token = self.takes("**")
+        if token is None:
+            return base
+        self.deeper()
+        node = Arithmetic(token.column, "**", base, self.signed())
+        self.depth -= 1
+        return node
+
+    def atom(self) -> Node:
+        token = self.take()
+        if token.kind == "number":
+            return Constant(token.column, _number(token))
+        if token.kind == "text":
+            return Constant(token.column, token.text[1:-1])
+        if token.kind == "variable":
+            return self.name(Name(token.column, token.text[1:], variable=True))
+        if token.kind == "name" and token.text not in ("and", "or", "not"):
+            if self.takes("("):
+                return self.call(token)
+            if token.text in _CONSTANTS:
+                return Constant(token.column, _CONSTANTS[token.text])
+            if token.text in FUNCTIONS:
+                message = f"expected '(' after the function {token.text}"
+                raise ExpressionError(message, token.column + len(token.text))
+            return self.name(Name(token.column, token.text, variable=False))
+        if token.kind == "symbol" and token.text == "(":
+            node = self.either()
+            self.close(token)
+            return node
+        got = quoted(token.text) if token.text else "the end"
+        message = f"expected a number, a name or a '(', got {got}"
+        raise ExpressionError(message, token.column)
+
+    def name(self, node: Name) -> Name:
+        self.names.append(node)
+        return node
+
+    def close(self, opened: Token) -> None:
+        if not self.takes(")"):
+            message = f"expected ')' for the '(' in column {opened.column}"
+            raise ExpressionError(message, self.next.column)
+
+    def call(self, token: Token) -> Node:
+        function = FUNCTIONS.get(token.text)
+        if function is None:
+            message = f"no function {quoted(token.text)} (known: {listed(FUNCTIONS)})"
+            raise ExpressionError(message, token.column, did_you_mean(token.text, FUNCTIONS))
+        opened = self.tokens[self.at - 1]
+        arguments = []
+        if not self.takes(")"):
+            arguments.append(self.either())
+            while self.takes(","):
+                arguments.append(self.either())
+            self.close(opened)
+        if not function.least <= len(arguments) <= function.most:
+            message = f"expected {function.usage}, got {len(arguments)} arguments"
+            raise ExpressionError(message, token.column)
+        self.draws = self.draws or function.random
+        return Call(token.column, token.text, tuple(arguments), function.random)
+
+
+def _number(token: Token) -> float:
+    whole = token.text.isdigit()
+    number: float = int(token.text) if whole else float(token.text)
+    if abs(number) > MAX_MAGNITUDE and (whole or math.isinf(number)):
+        raise ExpressionError(f"the number {quoted(token.text)} is too large", token.column)
+    return number

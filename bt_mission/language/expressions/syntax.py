@@ -1,0 +1,344 @@
+"""The parts of an expression: each can be evaluated, and can tell its type beforehand.
+
+The rules are Python's, made stricter: no arithmetic on truth values or text, no comparison of
+different types, `and`, `or` and `not` on truth values only.
+"""
+
+from __future__ import annotations
+
+import math
+import operator
+import random
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from typing_extensions import override
+
+from bt_mission.core.diagnostics import did_you_mean, listed
+from bt_mission.language.expressions.functions import FUNCTIONS, result_type
+from bt_mission.language.expressions.values import (
+    MAX_MAGNITUDE,
+    WORDS,
+    ExpressionError,
+    Plain,
+    Type,
+    bounded,
+    fits,
+    mismatch,
+    type_of,
+)
+
+Types = Callable[["Name"], Type | None]
+"""The type of a name; None where it is not known."""
+
+
+@dataclass(frozen=True)
+class Scope:
+    """What names mean in one evaluation: variables, and the fields that come before them."""
+
+    variables: Mapping[str, Plain]
+    fields: Mapping[str, Plain]
+    draw: random.Random
+
+
+@dataclass(frozen=True)
+class Node(ABC):
+    """A part of an expression, and its column in the text (from 1)."""
+
+    column: int
+
+    @property
+    def parts(self) -> tuple[Node, ...]:
+        """The parts directly inside this one."""
+        return ()
+
+    @abstractmethod
+    def evaluate(self, scope: Scope) -> Plain:
+        """Return the value. Raises ExpressionError."""
+
+    @abstractmethod
+    def infer(self, types: Types) -> Type | None:
+        """Return the type, None where it is not known. Raises ExpressionError on a clash."""
+
+    def need(self, scope: Scope, wanted: Type) -> Any:
+        """Evaluate to a value of one type."""
+        value = self.evaluate(scope)
+        if not fits(type_of(value), wanted) or type_of(value) is None:
+            raise mismatch(value, wanted, self.column)
+        return value
+
+    def expect(self, types: Types, wanted: Type) -> Type | None:
+        """Infer a type, which must fit."""
+        found = self.infer(types)
+        if not fits(found, wanted):
+            raise ExpressionError(f"expected {WORDS[wanted]}, got {WORDS[found]}", self.column)
+        return found
+
+
+@dataclass(frozen=True)
+class Constant(Node):
+    """A number, a text, true, false, or pi."""
+
+    value: Plain
+
+    @override
+    def evaluate(self, scope: Scope) -> Plain:
+        return self.value
+
+    @override
+    def infer(self, types: Types) -> Type | None:
+        return type_of(self.value)
+
+
+@dataclass(frozen=True)
+class Name(Node):
+    """A name: `$x` (a variable), or `x` and `x.y` (a field first, else a variable)."""
+
+    name: str
+    variable: bool
+
+    @property
+    def shown(self) -> str:
+        """The name as it stands in the text."""
+        return f"${self.name}" if self.variable else self.name
+
+    @override
+    def evaluate(self, scope: Scope) -> Plain:
+        if not self.variable and self.name in scope.fields:
+            return scope.fields[self.name]
+        if self.name in scope.variables:
+            return scope.variables[self.name]
+        known = [*scope.variables, *(() if self.variable else scope.fields)]
+        message = f"'{self.shown}' has no value (those that have: {listed(known)})"
+        raise ExpressionError(message, self.column, did_you_mean(self.name, known))
+
+    @override
+    def infer(self, types: Types) -> Type | None:
+        return types(self)
+
+
+@dataclass(frozen=True)
+class Negation(Node):
+    """-x or +x."""
+
+    sign: int
+    operand: Node
+
+    @property
+    @override
+    def parts(self) -> tuple[Node, ...]:
+        return (self.operand,)
+
+    @override
+    def evaluate(self, scope: Scope) -> Plain:
+        value: float = self.operand.need(scope, "number")
+        return -value if self.sign < 0 else value
+
+    @override
+    def infer(self, types: Types) -> Type | None:
+        return self.operand.expect(types, "number")
+
+
+@dataclass(frozen=True)
+class Arithmetic(Node):
+    """Two numbers and one of + - * / // % **."""
+
+    symbol: str
+    left: Node
+    right: Node
+
+    @property
+    @override
+    def parts(self) -> tuple[Node, ...]:
+        return self.left, self.right
+
+    @override
+    def evaluate(self, scope: Scope) -> Plain:
+        left = self.left.need(scope, "number")
+        right = self.right.need(scope, "number")
+        was_finite = math.isfinite(left) and math.isfinite(right)
+        try:
+            if self.symbol == "**":
+                _refuse_large_power(left, right, self.column)
+            value = _ARITHMETIC[self.symbol](left, right)
+        except ZeroDivisionError:
+            raise ExpressionError("division by zero", self.column) from None
+        except OverflowError:
+            raise ExpressionError("the result is too large", self.column) from None
+        if isinstance(value, complex):
+            raise ExpressionError("the result is not a number", self.column)
+        return bounded(value, self.column, was_finite=was_finite)
+
+    @override
+    def infer(self, types: Types) -> Type | None:
+        left = self.left.expect(types, "number")
+        right = self.right.expect(types, "number")
+        if self.symbol == "/" or "number" in (left, right):
+            return "number"
+        if self.symbol == "**":
+            whole = isinstance(self.right, Constant) and left == right == "integer"
+            return "integer" if whole else None
+        return "integer" if left == right == "integer" else None
+
+
+@dataclass(frozen=True)
+class Comparison(Node):
+    """a < b, or a chain as in Python: 0 < a <= 3."""
+
+    first: Node
+    rest: tuple[tuple[str, int, Node], ...]
+
+    @property
+    @override
+    def parts(self) -> tuple[Node, ...]:
+        return (self.first, *(node for _, _, node in self.rest))
+
+    @override
+    def evaluate(self, scope: Scope) -> Plain:
+        left = self.first.evaluate(scope)
+        for symbol, column, node in self.rest:
+            right = node.evaluate(scope)
+            _refuse_comparison(type_of(left), type_of(right), symbol, column)
+            if not _COMPARISON[symbol](left, right):
+                return False
+            left = right
+        return True
+
+    @override
+    def infer(self, types: Types) -> Type | None:
+        left = self.first.infer(types)
+        for symbol, column, node in self.rest:
+            right = node.infer(types)
+            if left is not None and right is not None:
+                _refuse_comparison(left, right, symbol, column)
+            left = right
+        return "bool"
+
+
+@dataclass(frozen=True)
+class Logic(Node):
+    """a and b, a or b; the second is looked at only where it matters."""
+
+    symbol: str
+    left: Node
+    right: Node
+
+    @property
+    @override
+    def parts(self) -> tuple[Node, ...]:
+        return self.left, self.right
+
+    @override
+    def evaluate(self, scope: Scope) -> Plain:
+        left: bool = self.left.need(scope, "bool")
+        if left == (self.symbol == "or"):
+            return left
+        right: bool = self.right.need(scope, "bool")
+        return right
+
+    @override
+    def infer(self, types: Types) -> Type | None:
+        self.left.expect(types, "bool")
+        self.right.expect(types, "bool")
+        return "bool"
+
+
+@dataclass(frozen=True)
+class Not(Node):
+    """not a."""
+
+    operand: Node
+
+    @property
+    @override
+    def parts(self) -> tuple[Node, ...]:
+        return (self.operand,)
+
+    @override
+    def evaluate(self, scope: Scope) -> Plain:
+        return not self.operand.need(scope, "bool")
+
+    @override
+    def infer(self, types: Types) -> Type | None:
+        self.operand.expect(types, "bool")
+        return "bool"
+
+
+@dataclass(frozen=True)
+class Call(Node):
+    """A call of one of the known functions, with a number of arguments it takes."""
+
+    name: str
+    arguments: tuple[Node, ...]
+    draws: bool
+
+    @property
+    @override
+    def parts(self) -> tuple[Node, ...]:
+        return self.arguments
+
+    @override
+    def evaluate(self, scope: Scope) -> Plain:
+        function = FUNCTIONS[self.name]
+        wanted = function.takes
+        values = [
+            one.evaluate(scope) if wanted is None else one.need(scope, wanted)
+            for one in self.arguments
+        ]
+        numbers = [value for value in values if isinstance(value, int | float)]
+        was_finite = all(math.isfinite(number) for number in numbers)
+        try:
+            value = function.apply(*([scope.draw] if self.draws else []), *values)
+        except (ValueError, OverflowError) as error:
+            reason = str(error) if "math" not in str(error) else "the result is not a number"
+            raise ExpressionError(f"{self.name}: {reason}", self.column) from None
+        if isinstance(value, int | float):
+            return bounded(value, self.column, was_finite=was_finite)
+        return value
+
+    @override
+    def infer(self, types: Types) -> Type | None:
+        wanted = FUNCTIONS[self.name].takes
+        found = [
+            one.infer(types) if wanted is None else one.expect(types, wanted)
+            for one in self.arguments
+        ]
+        return result_type(self.name, found)
+
+
+_ARITHMETIC: dict[str, Callable[[Any, Any], Any]] = {
+    "+": operator.add,
+    "-": operator.sub,
+    "*": operator.mul,
+    "/": operator.truediv,
+    "//": operator.floordiv,
+    "%": operator.mod,
+    "**": operator.pow,
+}
+_COMPARISON: dict[str, Callable[[Any, Any], bool]] = {
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
+    "==": operator.eq,
+    "!=": operator.ne,
+}
+
+
+def _refuse_large_power(base: float, exponent: float, column: int) -> None:
+    """Refuse an integer power that would take long to compute, before it is computed."""
+    whole = isinstance(base, int) and isinstance(exponent, int)
+    grows = whole and exponent > 0 and abs(base) > 1
+    if grows and exponent * math.log2(abs(base)) > math.log2(MAX_MAGNITUDE) + 1:
+        raise ExpressionError("the result is too large", column)
+
+
+def _refuse_comparison(left: Type | None, right: Type | None, symbol: str, column: int) -> None:
+    sides = {"number" if one == "integer" else one for one in (left, right)}
+    if len(sides) > 1:
+        message = f"cannot compare {WORDS[left]} with {WORDS[right]}"
+        raise ExpressionError(message, column)
+    if symbol not in ("==", "!=") and sides != {"number"}:
+        raise ExpressionError(f"'{symbol}' compares numbers, got {WORDS[left]}", column)

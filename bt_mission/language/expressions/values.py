@@ -1,0 +1,115 @@
+"""What an expression computes with: numbers, truth, text and lists, and the bounds on them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+from typing import Literal
+
+from bt_mission.core.diagnostics import quoted
+from bt_mission.core.errors import BtMissionError
+
+Plain = bool | int | float | str | list["Plain"] | dict[str, "Plain"]
+"""A value of the mission language. Mappings come from messages only, inside lists."""
+
+Type = Literal["integer", "number", "bool", "text", "list"]
+"""The type of an expression; every integer is a number too. None stands for "not known"."""
+
+MAX_MAGNITUDE = 2**64
+"""The largest integer an expression may reach; no ROS field holds a larger one."""
+
+WORDS: dict[Type | None, str] = {
+    "integer": "a whole number",
+    "number": "a number",
+    "bool": "true or false",
+    "text": "a text",
+    "list": "a list",
+    None: "a value",
+}
+
+
+class ExpressionError(BtMissionError):
+    """An expression that cannot be read or evaluated; `column` counts from 1 in its text."""
+
+    def __init__(self, message: str, column: int = 1, hint: str | None = None) -> None:
+        super().__init__(message)
+        self.message = message
+        self.column = column
+        self.hint = hint
+
+    def __str__(self) -> str:
+        hint = f"; {self.hint}" if self.hint else ""
+        return f"{self.message}{hint} (column {self.column})"
+
+
+class LooseText(ExpressionError):  # noqa: N818 - what it is says more than that it is an error
+    """A text that goes on where an expression ends: words, rather than a formula."""
+
+
+def type_of(value: object) -> Type | None:
+    """Return the type of a value, or None for what the language has no type for."""
+    match value:
+        case bool():
+            return "bool"
+        case int():
+            return "integer"
+        case float():
+            return "number"
+        case str():
+            return "text"
+        case list() | tuple():
+            return "list"
+    return None
+
+
+def fits(found: Type | None, wanted: Type) -> bool:
+    """Return whether a value of a type will do where another is wanted; unknown will."""
+    return found is None or found == wanted or (found == "integer" and wanted == "number")
+
+
+def joined(types: Collection[Type | None]) -> Type | None:
+    """Return the type that values of these types have in common; None where there is none."""
+    found = frozenset(types)
+    if found == {"integer", "number"}:
+        return "number"
+    return next(iter(found)) if len(found) == 1 else None
+
+
+def show(value: object) -> str:
+    """Return a value as a log line shows it: six significant digits, true and false."""
+    match value:
+        case bool():
+            return "true" if value else "false"
+        case float():
+            return f"{value:.6g}"
+        case list() | tuple():
+            return ", ".join(show(item) for item in value)
+    return str(value)
+
+
+def bounded(value: float, column: int, *, was_finite: bool) -> float:
+    """Return a number an operation gave; refuse one that it made too large or undefined."""
+    if isinstance(value, int):
+        if abs(value) > MAX_MAGNITUDE:
+            raise ExpressionError("the result is too large", column)
+    elif was_finite and not math.isfinite(value):
+        what = "not a number" if math.isnan(value) else "too large"
+        raise ExpressionError(f"the result is {what}", column)
+    return value
+
+
+def mismatch(value: object, wanted: Type, column: int) -> ExpressionError:
+    """Return the error for a value of the wrong type."""
+    got = WORDS[type_of(value)] if isinstance(value, dict) else _described(value)
+    return ExpressionError(f"expected {WORDS[wanted]}, got {got}", column)
+
+
+def _described(value: object) -> str:
+    match value:
+        case bool():
+            return show(value)
+        case str():
+            return f"text {quoted(value)}"
+        case list() | tuple():
+            return f"a list of {len(value)}"
+    return str(value)

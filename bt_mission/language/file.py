@@ -1,0 +1,68 @@
+"""What stands in whole files: the head of a mission, the definition of a tree, a library."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import (
+    Field,
+)
+
+from bt_mission.language.nodes.base import (
+    ActionName,
+    Child,
+    FixedLimit,
+    InputValue,
+    Line,
+    TreeName,
+    Trees,
+    Variable,
+    Written,
+)
+
+
+class GoalLimits(Written):
+    """Limits of goals, for a mission or for one server. Times are seconds of ROS time."""
+
+    timeout: FixedLimit | None = None
+    silence_timeout: FixedLimit | None = None
+    server_timeout: FixedLimit | None = None
+    answer_timeout: FixedLimit | None = None
+    cancel_timeout: FixedLimit | None = None
+
+
+class MissionFile(Written):
+    """The whole file."""
+
+    mission: Line
+    description: str = ""
+    world: Line = ""
+    robot: Line = "waffle"
+    seed: Annotated[int, Field(ge=0, lt=2**63)] = 0
+    map: Literal["known", "unknown"] = "known"
+    include: list[Line] = []
+    inputs: dict[Variable, InputValue] = {}
+    limits: GoalLimits = GoalLimits()
+    servers: dict[ActionName, GoalLimits] = {}
+    trees: dict[TreeName, Trees] = {}
+    tree: Child
+
+
+TypeWord = Literal["number", "integer", "bool", "text", "list"]
+
+
+class TreeDefinition(Written):
+    """A tree with a name: what it takes, what it gives, and what it does."""
+
+    description: str = ""
+    needs: dict[Variable, TypeWord] = {}
+    inputs: dict[Variable, InputValue] = {}
+    outputs: dict[Variable, TypeWord] = {}
+    do: Child
+
+
+class Library(Written):
+    """A file with trees for other files."""
+
+    include: list[Line] = []
+    trees: dict[TreeName, Trees] = {}

@@ -1,0 +1,61 @@
+"""Limits of goals: a node's own come first, then its server's, then the mission's, then ours."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from bt_mission.core.diagnostics import Fault, did_you_mean, listed, quoted
+from bt_mission.core.yaml.document import Document
+from bt_mission.language.action_names import SHORT_NAMES
+from bt_mission.language.file import GoalLimits, MissionFile
+
+DEFAULTS: Mapping[str, float] = {
+    "server_timeout": 5.0,
+    "answer_timeout": 2.0,
+    "cancel_timeout": 3.0,
+}
+"""Seconds, where nobody says anything; the others are then no limit."""
+
+
+def plain_name(name: str) -> str:
+    """Return the name of an action without leading slashes, a short name as its action."""
+    short = SHORT_NAMES.get(name)
+    return (short.action if short else name).strip("/")
+
+
+@dataclass(frozen=True)
+class GoalLimitsTable:
+    """What a mission says of the goals of each action."""
+
+    mission: Mapping[str, Any] = field(default_factory=dict)
+    servers: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+
+    @classmethod
+    def written(cls, file: MissionFile) -> GoalLimitsTable:
+        """Return what stands at the head of a file."""
+        servers = {plain_name(name): _said(limits) for name, limits in file.servers.items()}
+        return cls(_said(file.limits), servers)
+
+    def of(self, action: str) -> Mapping[str, Any]:
+        """Return the limits of goals of an action, by the names of their modifiers."""
+        return {**DEFAULTS, **self.mission, **self.servers.get(plain_name(action), {})}
+
+
+def server_faults(
+    document: Document, servers: Iterable[str], actions: Iterable[str]
+) -> Iterator[Fault]:
+    """Yield a fault for each server at the head of a file to which no goal is sent."""
+    used = dict.fromkeys(plain_name(action) for action in actions)
+    for name in servers:
+        if plain_name(name) not in used:
+            known = listed(used) if used else "none"
+            message = f"no goal is sent to {quoted(name)} (goals are sent to: {known})"
+            hint = did_you_mean(plain_name(name), used)
+            yield document.fault(("servers", name), message, hint, key=True)
+
+
+def _said(limits: GoalLimits) -> Mapping[str, Any]:
+    found = {name: getattr(limits, name) for name in type(limits).model_fields}
+    return {name: value for name, value in found.items() if value is not None}

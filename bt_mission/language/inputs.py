@@ -1,0 +1,62 @@
+"""Values for a mission's inputs from outside, `--set speed=0.15`, checked against the defaults."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from bt_mission.core.diagnostics import Fault, InputError, describe, did_you_mean, listed, quoted
+from bt_mission.core.yaml.document import read_text
+from bt_mission.language.expressions.values import WORDS, Plain, Type, type_of
+
+
+def overridden(
+    inputs: Mapping[str, Plain], given: Mapping[str, Plain]
+) -> tuple[dict[str, Plain], list[Fault]]:
+    """Return the inputs with the given values in place, and the faults of those.
+
+    A value given as text is read as the default's type asks: `0.15` for a number, `[1, 2]` for
+    a list, anything for a text. Whole numbers and others may replace each other.
+    """
+    values = dict(inputs)
+    faults = []
+    for name, value in given.items():
+        source = f"{name}={value}"
+        if name not in inputs:
+            message = f"no input {quoted(name)} (the mission's inputs: {listed(inputs)})"
+            hint = did_you_mean(name, inputs)
+            faults.append(Fault(message, "--set", 1, 1, source, hint))
+            continue
+        wanted = type_of(inputs[name])
+        taken = _read(value) if isinstance(value, str) and wanted != "text" else value
+        if _is_plain(taken) and _same(type_of(taken), wanted):
+            values[name] = taken
+            continue
+        message = f"input {quoted(name)} expects {_words(wanted)}, got {describe(value)}"
+        faults.append(Fault(message, "--set", 1, len(name) + 2, source))
+    return values, faults
+
+
+def _read(text: str) -> Any:
+    """Return what a text means in YAML; the text itself where it means nothing there."""
+    try:
+        return read_text(text).data
+    except InputError:
+        return text
+
+
+def _is_plain(value: Any) -> bool:
+    """Return whether a value may be one of an input, as `rules.plain` has it in a file."""
+    if isinstance(value, list):
+        return all(_is_plain(part) for part in value)
+    return isinstance(value, str) or (isinstance(value, int | float) and math.isfinite(value))
+
+
+def _same(found: Type | None, wanted: Type | None) -> bool:
+    numbers = ("integer", "number")
+    return found == wanted or (found in numbers and wanted in numbers)
+
+
+def _words(wanted: Type | None) -> str:
+    return WORDS["number" if wanted == "integer" else wanted]

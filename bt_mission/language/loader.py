@@ -1,0 +1,104 @@
+"""From a mission file to frozen steps, or every fault in it at once. No ROS is needed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from itertools import islice
+from typing import Any
+
+from bt_mission.core.diagnostics import MOST_FAULTS, Fault, InputError, in_order
+from bt_mission.core.yaml.composer import Place
+from bt_mission.core.yaml.document import Document
+from bt_mission.core.yaml.document import read_text as read_yaml
+from bt_mission.language.checks.warnings import scope_faults, warnings
+from bt_mission.language.expressions.expression import Plain
+from bt_mission.language.file import MissionFile
+from bt_mission.language.goal_limits import GoalLimitsTable, server_faults
+from bt_mission.language.inputs import overridden
+from bt_mission.language.mission import Mission
+from bt_mission.language.node_reader import Reader
+from bt_mission.language.nodes.steps import Action
+from bt_mission.language.trees import Shelf, all_steps, read_trees, size_faults
+
+
+@dataclass(frozen=True)
+class Draft:
+    """What could be read of a mission, and everything that is wrong with it."""
+
+    document: Document
+    mission: Mission | None
+    faults: tuple[Fault, ...]
+
+
+def load_text(
+    text: str,
+    file: str = "<text>",
+    set: Mapping[str, Plain] | None = None,  # noqa: A002 - as in load
+    seed: int | None = None,
+    world: str | None = None,
+    robot: str | None = None,
+) -> Mission:
+    """Return the mission in a text. Raises InputError with all its faults."""
+    return finished(draft(read_yaml(text, file), set, seed, world, robot))
+
+
+def draft(
+    document: Document,
+    set: Mapping[str, Plain] | None = None,  # noqa: A002 - as in load
+    seed: int | None = None,
+    world: str | None = None,
+    robot: str | None = None,
+) -> Draft:
+    """Return what can be read of a mission, with its faults instead of an exception."""
+    reader = Reader(document)
+    written = reader.written(MissionFile, (), document.data)
+    if written is None and isinstance(document.data, dict):
+        # Without a name or a tree the rest can still be looked at.
+        written = _stand_in(document.data)
+    shelf = Shelf()
+    if written is not None:
+        shelf.gather(document, written)
+        reader.limits = GoalLimitsTable.written(written)
+    tree = None
+    if isinstance(document.data, dict) and "tree" in document.data:
+        reader.signatures = shelf.signatures
+        tree = reader.node(document.data["tree"], ("tree",))
+    trees, faults = read_trees(shelf, reader.limits)
+    faults = [*reader.faults, *shelf.faults, *faults]
+    if written is None or tree is None:
+        return Draft(document, None, in_order(faults))
+    inputs, wrong = overridden(written.inputs, set or {})
+    mission = Mission(
+        name=written.mission,
+        description=written.description,
+        world=world or written.world or None,
+        robot=robot or written.robot,
+        seed=written.seed if seed is None else seed,
+        map=written.map,
+        inputs=inputs,
+        trees=trees,
+        tree=tree,
+        lost=frozenset(reader.lost),
+        file=document.file,
+        document=document,
+    )
+    faults += [*wrong, *size_faults(document, mission)]
+    goals = (step.action for step in all_steps(mission) if isinstance(step, Action))
+    faults += server_faults(document, written.servers, goals)
+    faults += islice(scope_faults(mission), MOST_FAULTS)
+    return Draft(document, mission, in_order(faults))
+
+
+def _stand_in(data: Mapping[str, Any]) -> MissionFile | None:
+    named = {"inputs": data.get("inputs", {}), "mission": "?", "tree": data.get("tree")}
+    reader = Reader(Document("", named, Place(1, 1), ()))
+    return reader.written(MissionFile, (), named)
+
+
+def finished(found: Draft) -> Mission:
+    """Return the mission of a draft, with its warnings. Raises InputError with all its faults."""
+    if found.faults or found.mission is None:
+        raise InputError(found.faults)
+    noted = tuple(warnings(found.mission))
+    return replace(found.mission, warnings=noted)

@@ -1,0 +1,80 @@
+"""A mission file, loaded: its head, its own tree, and the trees that have names."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+from bt_mission.core.yaml.document import Document, Fault
+from bt_mission.language.expressions.expression import Plain, Type
+from bt_mission.language.expressions.values import type_of
+from bt_mission.language.nodes.steps import Key, Step
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tree:
+    """A tree with a name, as its file has it: a named one, or the mission's own.
+
+    `inputs` are the defaults of those that have one, `types` the types of all, `outputs` those of
+    the variables that a caller may take. `lost` are variables whose writer could not be read.
+    """
+
+    name: str
+    body: Step
+    document: Document = field(repr=False, compare=False)
+    path: tuple[Key, ...] = ()
+    inputs: Mapping[str, Plain] = field(default_factory=dict)
+    types: Mapping[str, Type | None] = field(default_factory=dict)
+    outputs: Mapping[str, Type] = field(default_factory=dict)
+    lost: frozenset[str] = frozenset()
+    is_main: bool = False
+
+    @property
+    def constants(self) -> Mapping[str, Plain]:
+        """The inputs that have this value in every run: only those of the mission itself."""
+        return self.inputs if self.is_main else {}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mission:
+    """A mission file, loaded. `trees` are those with names, in the file and in what it includes.
+
+    `inputs` holds the values after `--set`.
+
+    `map` tells whether the robot is given the map of its world or has to make one.
+    """
+
+    name: str
+    tree: Step
+    description: str = ""
+    world: str | None = None
+    robot: str = "waffle"
+    seed: int = 0
+    map: Literal["known", "unknown"] = "known"
+    inputs: Mapping[str, Plain] = field(default_factory=dict)
+    trees: Mapping[str, Tree] = field(default_factory=dict)
+    lost: frozenset[str] = field(default=frozenset(), repr=False)
+    file: str = "<text>"
+    warnings: tuple[Fault, ...] = ()
+    document: Document | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def main(self) -> Tree:
+        """The mission's own tree."""
+        assert self.document is not None, "a mission comes from a file or a text"
+        return Tree(
+            name=self.name,
+            body=self.tree,
+            document=self.document,
+            path=("tree",),
+            inputs=self.inputs,
+            types={name: type_of(value) for name, value in self.inputs.items()},
+            lost=self.lost,
+            is_main=True,
+        )
+
+    @property
+    def all_trees(self) -> tuple[Tree, ...]:
+        """The mission's own tree, and all that have names."""
+        return (self.main, *self.trees.values())

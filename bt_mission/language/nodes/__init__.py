@@ -1,0 +1,1 @@
+"""The kinds of node of the mission language."""

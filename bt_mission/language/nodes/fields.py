@@ -1,0 +1,258 @@
+"""What each place of a mission file takes: the rules that models, loader and check share."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+from pydantic_core import PydanticCustomError
+
+from bt_mission.core.diagnostics import describe
+from bt_mission.language.expressions.expression import RESERVED, Expression, Template, Text
+from bt_mission.language.expressions.values import ExpressionError, LooseText, Type
+
+VARIABLE = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+_ROS_NAME = re.compile(r"(~/|/)?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
+_ROS_TYPE = re.compile(r"[a-z][a-z0-9_]*/(action|srv|msg)/[A-Z][A-Za-z0-9]*")
+_TARGET = re.compile(r"[\w./-]+\.py:[A-Za-z_]\w*|[A-Za-z_]\w*(\.\w+)*:[A-Za-z_]\w*|[A-Za-z_][\w-]*")
+_TREE_NAME = re.compile(r"[A-Za-z_][\w-]*")
+_FIELD = re.compile(r"[a-z][a-z0-9_]*(\.[a-z][a-z0-9_]*)*")
+
+
+Kind = TypeVar("Kind")
+
+
+@dataclass(frozen=True)
+class NumberRule:
+    """A number with its limits; the lower one is said in words."""
+
+    words: str
+    least: float
+    most: float = math.inf
+    itself: bool = True
+    whole: bool = False
+
+    @property
+    def type(self) -> Type:
+        """The type that an expression here must have."""
+        return "integer" if self.whole else "number"
+
+    def allows(self, value: object) -> bool:
+        """Return whether a computed value may stand here."""
+        kind = int if self.whole else (int, float)
+        if not isinstance(value, kind) or isinstance(value, bool) or not math.isfinite(value):
+            return False
+        enough = value >= self.least if self.itself else value > self.least
+        return enough and value <= self.most
+
+    def refuses(self, shown: str, value: object) -> str:
+        """Return what is wrong with a value, which is shown like this."""
+        if isinstance(value, int | float) and self.most < value < math.inf:
+            return f"expected {self.words}, at most {self.most:,}, got {shown}"
+        return f"expected {self.words}, got {shown}"
+
+    def parse(self, value: Any) -> float | Expression:
+        """Return a constant, or the expression that a text holds."""
+        if isinstance(value, str):
+            return parsed(Expression, value, self.words)
+        if not self.allows(value):
+            raise refusal(self.refuses(describe(value), value))
+        number: float = value
+        return number
+
+    def parse_constant(self, value: Any) -> float:
+        """Return a constant; here no expression may stand."""
+        if not self.allows(value):
+            raise refusal(self.refuses(describe(value), value))
+        return float(value)
+
+
+MOST_SECONDS = 2**31 - 1
+"""The seconds that a time of ROS can hold, 68 years: `sec` in `builtin_interfaces` is an int32."""
+
+MOST_WEIGHT = 1_000_000_000
+"""So that the weights of all children have a finite sum."""
+
+TIMES = NumberRule("a whole number of at least 1", 1, whole=True)
+SECONDS = NumberRule("seconds, 0 or more", 0, MOST_SECONDS)
+LIMIT = NumberRule("seconds above 0", 0, MOST_SECONDS, itself=False)
+WEIGHT = NumberRule("a weight above 0", 0, MOST_WEIGHT, itself=False)
+
+
+def refusal(
+    message: str, hint: str | None = None, offset: int | None = None
+) -> PydanticCustomError:
+    """Return the error for pydantic that `located.validate` turns into a fault with this text."""
+    context: dict[str, Any] = {"message": message, "hint": hint, "offset": offset}
+    return PydanticCustomError("refused", "{message}", context)
+
+
+def parsed(kind: Callable[[str], Kind], text: str, words: str = "") -> Kind:
+    """Return an expression or template of a text, its error turned into a refusal.
+
+    `words` say what else could stand there.
+    """
+    try:
+        return kind(text)
+    except ExpressionError as error:
+        loose = words and isinstance(error, LooseText)
+        message = f"expected {words} or an expression: {error.message}" if loose else error.message
+        raise refusal(message, error.hint, error.column - 1) from None
+
+
+def condition(value: Any, example: str = "current_image >= 5") -> Expression:
+    """Return the expression of a condition."""
+    if not isinstance(value, str):
+        raise refusal(f"expected a condition such as '{example}', got {describe(value)}")
+    return parsed(Expression, value)
+
+
+def until(value: Any) -> Expression:
+    """Return the expression of a condition on a message; `data` alone is one, too."""
+    return condition(value, "percentage < 20")
+
+
+def question(value: Any) -> Expression | bool:
+    """Return the expression of a condition on variables; true and false are conditions, too."""
+    return value if isinstance(value, bool) else condition(value, "$speed > 0.1")
+
+
+def computed(value: Any) -> Any:
+    """Return what a variable is set to: a constant, or the expression that a text holds."""
+    if isinstance(value, str):
+        return parsed(Expression, value)
+    return plain(value)
+
+
+def one_name(value: Any) -> Any:
+    """Return a mapping that has one name in it."""
+    if not isinstance(value, dict) or len(value) != 1:
+        what = "one variable and a list, such as 'place: [1, 2]'"
+        raise refusal(f"expected {what}, got {describe(value)}")
+    return value
+
+
+def tree_use(value: Any) -> Any:
+    """Return the use of a named tree; the name alone is one."""
+    if isinstance(value, str):
+        return {"name": value}
+    if not isinstance(value, dict):
+        example = "the name of a tree, or 'name' and 'inputs'"
+        raise refusal(f"expected {example}, got {describe(value)}")
+    return value
+
+
+def tree_name(value: Any) -> str:
+    """Return the name of a tree."""
+    if not isinstance(value, str) or not _TREE_NAME.fullmatch(value):
+        raise refusal(f"expected a name of letters, digits, '_' and '-', got {describe(value)}")
+    return value
+
+
+def python_target(value: Any) -> str:
+    """Return where a behaviour is: "module:Class", "file.py:Class", or the name of a plug-in."""
+    if not isinstance(value, str) or not _TARGET.fullmatch(value):
+        example = "'my_package.leaves:Approach', 'leaves.py:Approach' or the name of a plug-in"
+        raise refusal(f"expected {example}, got {describe(value)}")
+    return value
+
+
+def elements(value: Any) -> Any:
+    """Return a list, whose texts are constants, or the expression that gives one."""
+    if isinstance(value, str):
+        return parsed(Expression, value)
+    if not isinstance(value, list):
+        raise refusal(f"expected a list, or an expression that gives one, got {describe(value)}")
+    return plain(value)
+
+
+def message(value: Any) -> Template:
+    """Return the template of a log message."""
+    if not isinstance(value, str):
+        raise refusal(f"expected a text, got {describe(value)}")
+    return parsed(Template, value)
+
+
+def goal_part(value: Any) -> Any:
+    """Return a field of a goal, each text in it ready to be read as its field wants it."""
+    match value:
+        case str():
+            return Text(value)
+        case dict():
+            return {key: goal_part(part) for key, part in value.items()}
+        case list():
+            return tuple(goal_part(part) for part in value)
+        case None:
+            raise refusal("expected a value, got nothing")
+    return value
+
+
+def result_field(name: str) -> str:
+    """Return the name of a field of a result, response or message, dotted for a nested one."""
+    if not _FIELD.fullmatch(name):
+        raise refusal(f"expected the name of a result field, got {describe(name)}")
+    return name
+
+
+def printable(line: str) -> str:
+    """Return a line that can be shown: no control characters, which would reach a terminal."""
+    for index, character in enumerate(line):
+        if not character.isprintable():
+            message = f"expected characters that can be shown, got {character!a}"
+            raise refusal(message, offset=index)
+    return line
+
+
+def variable(name: Any) -> str:
+    """Return the name of a variable."""
+    if not isinstance(name, str) or not VARIABLE.fullmatch(name):
+        message = f"expected a name of letters, digits and '_', got {describe(name)}"
+        raise refusal(message)
+    if name in RESERVED:
+        raise refusal(f"'{name}' is a word of the expression language, so no variable")
+    return name
+
+
+def plain(value: Any) -> Any:
+    """Return the value of an input: a number, truth, a text, or a list of those."""
+    if isinstance(value, list):
+        for part in value:
+            plain(part)
+    elif value is None or isinstance(value, dict):
+        message = f"expected a number, true or false, a text or a list, got {describe(value)}"
+        raise refusal(message)
+    return value
+
+
+def ros_name(what: str, example: str) -> Callable[[Any], str]:
+    """Return the rule for the name of an action, a service or a topic."""
+
+    def rule(value: Any) -> str:
+        if not isinstance(value, str) or not _ROS_NAME.fullmatch(value):
+            raise refusal(f"expected the name of {what} such as {example}, got {describe(value)}")
+        return value
+
+    return rule
+
+
+def ros_type(folder: str, example: str) -> Callable[[Any], str]:
+    """Return the rule for the full name of a type: of an action, a service or a message."""
+
+    def rule(value: Any) -> str:
+        found = _ROS_TYPE.fullmatch(value) if isinstance(value, str) else None
+        if found is None or found[1] != folder:
+            raise refusal(f"expected a type such as {example}, got {describe(value)}")
+        return found[0]
+
+    return rule
+
+
+action_name = ros_name("an action", "/turn")
+action_type = ros_type("action", "nav2_msgs/action/Spin")
+service_name = ros_name("a service", "/stop")
+service_type = ros_type("srv", "std_srvs/srv/Trigger")
+topic_name = ros_name("a topic", "/battery_state")
+message_type = ros_type("msg", "sensor_msgs/msg/BatteryState")

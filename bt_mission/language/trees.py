@@ -1,0 +1,232 @@
+"""Trees that have names: gathered from a mission file and the files it includes, and read.
+
+An included file lies in the folder of the file that includes it, or below, or is a shipped
+mission. Links are followed before that is judged.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from graphlib import CycleError, TopologicalSorter
+from itertools import chain
+from pathlib import Path
+
+from bt_mission.core import files
+from bt_mission.core.diagnostics import Fault, InputError, quoted
+from bt_mission.core.yaml.document import Document, read
+from bt_mission.language.expressions.values import Type, type_of
+from bt_mission.language.file import Library, MissionFile, TreeDefinition
+from bt_mission.language.goal_limits import GoalLimitsTable
+from bt_mission.language.mission import Mission, Tree
+from bt_mission.language.node_reader import Reader, Signature
+from bt_mission.language.nodes.steps import Key, Step, Subtree
+
+MOST_FILES = 100
+"""The most files that a mission includes, directly or not."""
+
+MOST_LEVELS = 200
+"""The most levels of a mission's tree, those of the trees that it uses included. A tick goes down
+a level in up to three calls, and Python has a thousand."""
+
+MOST_NODES = 30_000
+"""The most nodes of a mission, each use of a tree counted; one of so many takes up to 170 MB."""
+
+SHOWN_RING = 20
+"""Names of trees that use each other, at most so many of which are told."""
+
+
+@dataclass
+class Shelf:
+    """The named trees of a mission as they are gathered."""
+
+    signatures: dict[str, Signature] = field(default_factory=dict)
+    faults: list[Fault] = field(default_factory=list)
+    _read: set[Path] = field(default_factory=set)
+
+    def gather(self, document: Document, written: MissionFile | Library) -> None:
+        """Take in the trees of a mission file, and of all that it includes."""
+        path = _real(Path(document.file))
+        self._gather(document, written, () if path is None else (path,))
+
+    def _gather(
+        self, document: Document, written: MissionFile | Library, within: tuple[Path, ...]
+    ) -> None:
+        for index, entry in enumerate(written.include):
+            if index == MOST_FILES:
+                message = f"more than {MOST_FILES} files are included"
+                self.faults.append(document.fault(("include", index), message))
+                break
+            self._include(document, ("include", index), entry, within)
+        for name, content in written.trees.items():
+            path = ("trees", name)
+            if name in self.signatures:
+                other = self.signatures[name]
+                line, _ = other.document.position(other.path, key=True)
+                message = f"there is a tree '{name}' already, in {other.document.file}:{line}"
+                self.faults.append(document.fault(path, message, key=True))
+                continue
+            reader = Reader(document)
+            definition = reader.written(TreeDefinition, path, content)
+            self.faults += reader.faults
+            if definition is not None:
+                types: dict[str, Type | None] = dict(definition.needs)
+                for given, value in definition.inputs.items():
+                    if given in definition.needs:
+                        place = (*path, "inputs", given)
+                        message = f"'{given}' is needed, so it can have no value of its own"
+                        self.faults.append(document.fault(place, message, key=True))
+                    types[given] = type_of(value)
+                self.signatures[name] = Signature(name, definition, types, document, path)
+
+    def _include(
+        self, document: Document, place: tuple[Key, ...], entry: str, within: tuple[Path, ...]
+    ) -> None:
+        try:
+            shown, path = _located(document, entry)
+        except InputError as error:
+            self.faults += [document.fault(place, one.message, one.hint) for one in error.faults]
+            return
+        if path in within:
+            ring = " -> ".join(one.name for one in (*within[within.index(path) :], path))
+            self.faults.append(document.fault(place, f"the files include each other: {ring}"))
+        elif path not in self._read:
+            self._read.add(path)
+            if len(self._read) > MOST_FILES:
+                message = f"more than {MOST_FILES} files are included"
+                self.faults.append(document.fault(place, message))
+                return
+            try:
+                included = read(shown)
+            except InputError as error:
+                self.faults += error.faults
+                return
+            reader = Reader(included)
+            library = reader.written(Library, (), included.data)
+            self.faults += reader.faults
+            if library is not None:
+                self._gather(included, library, (*within, path))
+
+
+def read_trees(shelf: Shelf, limits: GoalLimitsTable) -> tuple[dict[str, Tree], list[Fault]]:
+    """Return the named trees of a shelf as far as they can be read, and what is wrong with them.
+
+    `limits` are the mission's, also for the goals of trees that it includes.
+    """
+    trees: dict[str, Tree] = {}
+    faults: list[Fault] = []
+    for name, signature in shelf.signatures.items():
+        document, path = signature.document, (*signature.path, "do")
+        found: object = document.data
+        for key in path:
+            found = found[key] if isinstance(found, dict) and key in found else None
+        reader = Reader(document, shelf.signatures, limits)
+        body = reader.node(found, path)
+        faults += reader.faults
+        if body is not None:
+            trees[name] = Tree(
+                name=name,
+                body=body,
+                document=document,
+                path=signature.path,
+                inputs=signature.definition.inputs,
+                types=signature.types,
+                outputs=signature.definition.outputs,
+                lost=frozenset(reader.lost),
+            )
+    return trees, faults
+
+
+def size_faults(document: Document, mission: Mission) -> Iterator[Fault]:
+    """Yield a fault for trees that use themselves, or for a mission that grows without measure."""
+    trees = mission.trees
+    uses = {name: [one for one in _uses(tree.body) if one in trees] for name, tree in trees.items()}
+    try:
+        order = tuple(TopologicalSorter(uses).static_order())
+    except CycleError as error:
+        ring: list[str] = error.args[1][:0:-1]
+        first = ring.index(min(ring))
+        ring = [*ring[first:], *ring[:first]]
+        more = ("...",) if len(ring) > SHOWN_RING else ()
+        message = f"a tree cannot use itself: {' -> '.join((*ring[:SHOWN_RING], *more, ring[0]))}"
+        yield trees[ring[0]].document.fault(trees[ring[0]].path, message, key=True)
+        return
+    sizes: dict[str, tuple[int, int]] = {}
+    for name in order:
+        sizes[name] = _size(trees[name].body, sizes)
+    count, levels = _size(mission.tree, sizes)
+    if count > MOST_NODES:
+        message = f"the mission has {count:,} nodes, each use of a tree counted"
+        yield document.fault(("tree",), f"{message}; at most {MOST_NODES:,} are built", key=True)
+    if levels > MOST_LEVELS:
+        message = f"the mission has {levels:,} levels of nodes, those of the trees it uses counted"
+        yield document.fault(("tree",), f"{message}; at most {MOST_LEVELS} are built", key=True)
+
+
+def used(mission: Mission) -> dict[str, None]:
+    """Return the names of the trees that a mission uses, directly or not."""
+    found: dict[str, None] = {}
+    waiting = [mission.tree]
+    while waiting:
+        for step in waiting.pop().walk():
+            if isinstance(step, Subtree) and step.tree not in found and step.tree in mission.trees:
+                found[step.tree] = None
+                waiting.append(mission.trees[step.tree].body)
+    return found
+
+
+def _uses(body: Step) -> list[str]:
+    return list(dict.fromkeys(step.tree for step in body.walk() if isinstance(step, Subtree)))
+
+
+def _size(body: Step, sizes: Mapping[str, tuple[int, int]]) -> tuple[int, int]:
+    """Return the nodes and the levels of a tree; those of the trees that it uses are known."""
+    count, levels = 0, 0
+    waiting = [(body, 1)]
+    while waiting:
+        step, level = waiting.pop()
+        inner = sizes.get(step.tree, (0, 0)) if isinstance(step, Subtree) else (0, 0)
+        count += 1 + inner[0]
+        levels = max(levels, level + inner[1])
+        waiting += [(below, level + 1) for below in step.steps]
+    return count, levels
+
+
+def _located(document: Document, entry: str) -> tuple[Path, Path]:
+    """Return an included file as it is shown, and where it really is. Raises InputError."""
+    base = Path(document.file).parent
+    shipped = [folder.resolve() for folder in files.folders("missions")]
+    candidates = [base / entry] if _real(Path(document.file)) else []
+    candidates += [folder / entry for folder in files.folders("missions")]
+    found = next((one for one in candidates if _real(one) is not None), None)
+    if found is None:
+        is_link = any(_is_link(one) for one in candidates)
+        missing = f"the links of {quoted(entry)} lead to no file"
+        raise InputError([Fault(missing if is_link else f"no such file {quoted(entry)}", entry)])
+    real = _real(found)
+    assert real is not None
+    allowed = [base.resolve(), *shipped]
+    if not any(real.is_relative_to(folder) for folder in allowed):
+        message = f"{quoted(entry)} lies outside of the folder of the file that includes it"
+        raise InputError([Fault(message, entry)])
+    return found, real
+
+
+def _real(path: Path) -> Path | None:
+    """Return where a file really is, links followed; None where there is none."""
+    try:
+        return path.resolve(strict=True) if path.is_file() else None
+    except (OSError, RuntimeError, ValueError):  # a ring of links, a name that is too long
+        return None
+
+
+def _is_link(path: Path) -> bool:
+    try:
+        return path.is_symlink()
+    except OSError:  # a name that is too long
+        return False
+
+
+def all_steps(mission: Mission) -> Iterator[Step]:
+    """Yield every step of a mission and of its named trees."""
+    return chain.from_iterable(tree.body.walk() for tree in mission.all_trees)

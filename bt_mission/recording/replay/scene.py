@@ -1,0 +1,122 @@
+"""What is known of a mission at one instant of a film, and how it got there."""
+
+from __future__ import annotations
+
+import copy
+from bisect import bisect_right
+from collections import deque
+from collections.abc import Iterator
+from typing import TypeVar
+
+from bt_mission.events import messages
+from bt_mission.events.events import Began
+from bt_mission.events.log import LOG_ENTRIES, Entry, entry_of
+from bt_mission.events.mission_state import WatchedMission
+from bt_mission.events.robot_state import WatchedRobot
+from bt_mission.recording.replay.timeline import Film, Frame, Sight
+
+SPACING = 500
+"""Frames between two scenes that are kept: so many are played again at most to get anywhere."""
+
+MOST_KEPT = 256
+MOST_NODES = 500_000
+"""Where a film would need more scenes than so many, or more nodes in all of them, they are kept
+farther apart: a node takes some 50 bytes of each."""
+
+Known = TypeVar("Known", WatchedMission, WatchedRobot)
+_ROBOT = (messages.Scan, messages.Map, messages.Battery, tuple)
+
+
+class Scene:
+    """A mission, its robot and its log, after the first so many frames of a film."""
+
+    def __init__(self) -> None:
+        self.mission = WatchedMission()
+        self.robot = WatchedRobot()
+        self.log: deque[Entry] = deque(maxlen=LOG_ENTRIES)
+
+    def take(self, frame: messages.Told | messages.Robot) -> None:
+        """Go on by a frame."""
+        if isinstance(frame, _ROBOT):
+            self.robot.take(frame)
+            return
+        for happening in self.mission.take(frame):
+            if isinstance(happening, Began):
+                self.robot.forget_trail()
+            if (entry := entry_of(happening)) is not None:
+                self.log.append(entry)
+
+    def copied(self) -> Scene:
+        """The same once more; both can go on by themselves."""
+        other = Scene()
+        other.mission, other.robot = _copied(self.mission), _copied(self.robot)
+        other.log = self.log.copy()
+        return other
+
+
+def _copied(known: Known) -> Known:
+    """A copy with containers of its own; what is in them is frozen."""
+    other = copy.copy(known)
+    for name, value in vars(known).items():
+        if isinstance(value, list | dict | deque):
+            setattr(other, name, value.copy())
+    return other
+
+
+def entries_of(film: Film) -> Iterator[Entry]:
+    """All lines of the log of a film."""
+    mission = WatchedMission()
+    for frame in film.frames:
+        if not isinstance(frame, (*_ROBOT, Sight)):
+            for happening in mission.take(frame):
+                if (entry := entry_of(happening)) is not None:
+                    yield entry
+
+
+def _most_kept(film: Film) -> int:
+    sizes = (len(one.nodes) for one in film.frames if isinstance(one, messages.Tree))
+    return min(MOST_KEPT, max(MOST_NODES // max(sizes, default=1), 1))
+
+
+class Projector:
+    """Gives the scene of any instant of a film.
+
+    To go back, it takes the last scene that it has kept before that instant and plays on from
+    there; so an instant is the same from wherever one comes.
+    """
+
+    def __init__(self, film: Film) -> None:
+        self.film = film
+        self.scene = Scene()
+        self._at = 0
+        """So many frames have been played."""
+        self._spacing = max(SPACING, len(film.frames) // _most_kept(film))
+        self._kept = [Scene()]
+        """After every so many frames; as far as the film has been played."""
+
+    def show(self, time_ns: int) -> Scene:
+        """The scene at this ROS time; it is changed by the next call."""
+        wanted = bisect_right(self.film.times_ns, time_ns)
+        kept = min(wanted // self._spacing, len(self._kept) - 1)
+        if wanted < self._at or kept * self._spacing > self._at:
+            self.scene, self._at = self._kept[kept].copied(), kept * self._spacing
+        while self._at < wanted:
+            end = min(wanted, (self._at // self._spacing + 1) * self._spacing)
+            self._play(self.film.frames[self._at : end])
+            self._at = end
+            if end == len(self._kept) * self._spacing:
+                self._kept.append(self.scene.copied())
+        self.scene.mission.now_ns = max(time_ns, self.film.start_ns)
+        return self.scene
+
+    def _play(self, frames: tuple[Frame, ...]) -> None:
+        newest: dict[str, Sight] = {}
+        for frame in frames:
+            if isinstance(frame, Sight):
+                newest[frame.topic] = frame
+            else:
+                self.scene.take(frame)
+        for sight in newest.values():
+            seen = sight.decode()
+            if seen is not None:
+                self.scene.take(seen)

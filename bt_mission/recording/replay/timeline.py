@@ -1,0 +1,272 @@
+"""What a recording holds for people who look on: the same as they would have been told then.
+
+Everything is read and turned into plain data at once, apart from scans and maps, of which only the
+newest of an instant is of use.
+"""
+
+from __future__ import annotations
+
+import json
+from bisect import bisect_left, bisect_right
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from py_trees.common import Status
+
+from bt_mission.core.cdr.decoder import Decoder, DecodingError
+from bt_mission.events import messages, reader
+from bt_mission.recording.reading import Channel, RecordedFile, RecordingError
+
+TOLD: dict[str, Callable[[Any], messages.Told]] = {
+    "bt_mission_interfaces/msg/Tree": reader.tree,
+    "bt_mission_interfaces/msg/StatusChanges": reader.changes,
+    "bt_mission_interfaces/msg/MissionState": reader.state,
+    "bt_mission_interfaces/msg/MissionDetails": reader.details,
+    "bt_mission_interfaces/msg/MissionLog": reader.said,
+}
+"""What an executive tells, by its type."""
+
+ROBOT: dict[str, Callable[[Any], messages.Robot]] = {
+    "tf": reader.transforms,
+    "tf_static": reader.transforms,
+    "battery_state": reader.battery,
+    "scan": reader.scan,
+    "map": reader.grid,
+}
+"""What a robot tells, by its topic."""
+
+TREE = "bt_mission_interfaces/msg/Tree"
+LATER = ("scan", "map")
+"""Topics whose messages are decoded when they are looked at."""
+
+SHOWN_TOPICS = 5
+LOG_EVENT = '"event": "log"'
+
+
+@dataclass(frozen=True, slots=True)
+class Sight:
+    """A scan or a map that is not decoded yet."""
+
+    topic: str
+    decode: Callable[[], messages.Robot | None] = field(repr=False)
+
+
+Frame = messages.Told | messages.Robot | Sight
+"""What was told at some instant."""
+
+
+@dataclass(frozen=True)
+class Film:
+    """All of a recording, in the order of time.
+
+    :param start_ns: ROS time at which the first mission in it began, ns; end_ns: of its end.
+    :param frames: what was told, and ``times_ns`` when.
+    :param trace: the lines of the run's trace; none where another recorder has made the file.
+    :param why_cut: why the file ends before its end; empty where it does not.
+    """
+
+    path: Path
+    start_ns: int
+    end_ns: int
+    times_ns: tuple[int, ...] = field(repr=False)
+    frames: tuple[Frame, ...] = field(repr=False)
+    trace: tuple[str, ...] = field(repr=False)
+    why_cut: str
+    changes_ns: tuple[int, ...] = field(repr=False)
+    starts_ns: Mapping[tuple[str, int], tuple[int, ...]] = field(repr=False)
+    """When the node of a run, by its index, has begun to run."""
+
+    def change_after(self, time_ns: int) -> int | None:
+        """When the tree changes next; None where it does no more."""
+        return _after(self.changes_ns, time_ns)
+
+    def change_before(self, time_ns: int) -> int | None:
+        """When the tree changed last before this instant."""
+        return _before(self.changes_ns, time_ns)
+
+    def start_after(self, run: str, node: int, time_ns: int) -> int | None:
+        """When a node starts next."""
+        return _after(self.starts_ns.get((run, node), ()), time_ns)
+
+    def start_before(self, run: str, node: int, time_ns: int) -> int | None:
+        """When a node started last before this instant."""
+        return _before(self.starts_ns.get((run, node), ()), time_ns)
+
+
+def _after(times: Sequence[int], time_ns: int) -> int | None:
+    at = bisect_right(times, time_ns)
+    return times[at] if at < len(times) else None
+
+
+def _before(times: Sequence[int], time_ns: int) -> int | None:
+    at = bisect_left(times, time_ns)
+    return times[at - 1] if at else None
+
+
+def read_film(path: Path) -> Film:
+    """Read a recording; one that was cut gives what stands in it.
+
+    :raises RecordingError: for a file that is none, or has no tree of a mission in it.
+    """
+    file = RecordedFile(path)
+    shooting = _Shooting(file)
+    for channel, time_ns, data in file.messages():
+        shooting.take(channel, time_ns, data)
+    return shooting.film()
+
+
+class _Shooting:
+    """Takes messages in, one after another."""
+
+    def __init__(self, file: RecordedFile) -> None:
+        self._file = file
+        self._decoders: dict[Channel, Decoder] = {}
+        self._kept: list[tuple[int, Frame]] = []
+        self._robots: dict[str, list[tuple[int, Frame]]] = {}
+        """By namespace: which robot is the mission's is known once there is a tree."""
+        self._charges: dict[str, messages.Battery] = {}
+        """The newest of each robot: it is told often, and changes seldom."""
+        self._topics: set[str] = set()
+        self._unread: dict[str, str] = {}
+        self._trace: list[str] = []
+        self._node = ""
+        """Of the executive that is shown: the first in the file."""
+        self._trees: list[messages.Tree] = []
+        self._said: list[tuple[int, str]] = []
+        self._sequence = 0
+        self._last_ns = 0
+
+    def take(self, channel: Channel, time_ns: int, data: bytes) -> None:
+        """Take a message in, if it is of use; one that cannot be read is passed over."""
+        self._topics.add(channel.topic)
+        if channel.encoding != "cdr":
+            return
+        self._last_ns = max(self._last_ns, time_ns)
+        try:
+            self._hand_on(channel, time_ns, data)
+        except (DecodingError, KeyError, TypeError, AttributeError) as error:
+            self._unread.setdefault(channel.type_name, str(error))
+
+    def _hand_on(self, channel: Channel, time_ns: int, data: bytes) -> None:
+        place, _, name = channel.topic.rpartition("/")
+        if channel.type_name in TOLD:
+            if self._node in ("", place):
+                message = TOLD[channel.type_name](self._decode(channel, data))
+                if channel.type_name == TREE:
+                    self._node = place
+                self._take_told(message, time_ns)
+        elif name == "trace":
+            self._take_line(self._decode(channel, data).data)
+        elif name in ROBOT:
+            frames = self._robots.setdefault(place, [])
+            seen = self._seen(name, channel, data)
+            if not isinstance(seen, messages.Battery) or seen != self._charges.get(place):
+                frames.append((time_ns, seen))
+            if isinstance(seen, messages.Battery):
+                self._charges[place] = seen
+
+    def _seen(self, name: str, channel: Channel, data: bytes) -> Frame:
+        read = ROBOT[name]
+        if name not in LATER:
+            return read(self._decode(channel, data))
+
+        def decode() -> messages.Robot | None:
+            try:
+                return read(self._decode(channel, data))
+            except (DecodingError, KeyError, TypeError, AttributeError):
+                return None
+
+        return Sight(name, decode)
+
+    def _take_told(self, message: messages.Told, time_ns: int) -> None:
+        at_ns = (
+            min(message.time_ns, time_ns) if not isinstance(message, messages.Statuses) else time_ns
+        )
+        if isinstance(message, messages.Tree):
+            self._trees.append(message)
+            self._sequence = 0
+        elif isinstance(message, messages.Changes):
+            self._bridge(message, at_ns)
+            self._sequence = message.sequence
+        self._kept.append((at_ns, message))
+
+    def _bridge(self, changes: messages.Changes, at_ns: int) -> None:
+        """Where the file begins later than the run, or lacks some changes, go on from there."""
+        if self._trees and changes.sequence > self._sequence + 1:
+            self._kept.append((at_ns, messages.Statuses(changes.run, changes.sequence - 1, ())))
+
+    def _take_line(self, line: str) -> None:
+        self._trace.append(line)
+        if LOG_EVENT in line:
+            event = json.loads(line)
+            self._said.append((int(event["t"]), event["text"]))
+
+    def _decode(self, channel: Channel, data: bytes) -> Any:
+        if channel not in self._decoders:
+            self._decoders[channel] = Decoder(channel.type_name, channel.definition)
+        return self._decoders[channel].decode(data)
+
+    # ---- the end ---------------------------------------------------------------------------
+
+    def film(self) -> Film:
+        """All of it.
+
+        :raises RecordingError: where there is no tree of a mission in it.
+        """
+        if not self._trees:
+            raise RecordingError(f"{self._file.path}: {self._why_no_film()}")
+        kept = [*self._kept, *self._words(), *self._robots.get(self._node.rpartition("/")[0], [])]
+        # What is told at the instant at which a mission begins is told of that mission.
+        kept.sort(key=lambda one: (one[0], not isinstance(one[1], messages.Tree)))
+        start_ns = self._trees[0].time_ns
+        return Film(
+            path=self._file.path,
+            start_ns=start_ns,
+            end_ns=max(self._last_ns, start_ns),
+            times_ns=tuple(time_ns for time_ns, _ in kept),
+            frames=tuple(frame for _, frame in kept),
+            trace=tuple(self._trace),
+            why_cut=self._file.why_cut,
+            changes_ns=tuple(
+                sorted({at_ns for at_ns, one in kept if isinstance(one, messages.Changes)})
+            ),
+            starts_ns=_starts(frame for _, frame in kept),
+        )
+
+    def _words(self) -> Iterator[tuple[int, Frame]]:
+        """What the mission has said, as far as the trace tells."""
+        times = [tree.time_ns for tree in self._trees]
+        for time_ns, text in self._said:
+            tree = self._trees[max(bisect_right(times, time_ns) - 1, 0)]
+            yield time_ns, messages.Said(time_ns, tree.run, text)
+
+    def _why_no_film(self) -> str:
+        if TREE in self._unread:
+            return (
+                "its tree cannot be read; it was made by another version of bt-mission "
+                f"({self._unread[TREE]})"
+            )
+        if "bt_mission" in self._file.notes:
+            why = self._file.why_cut or "nothing was ticked"
+            return f"it ends before the mission began: {why}"
+        if not self._topics:
+            return f"no message is in it: {self._file.why_cut or 'nothing was recorded'}"
+        topics = ", ".join(sorted(self._topics)[:SHOWN_TOPICS])
+        more = ", ..." if len(self._topics) > SHOWN_TOPICS else ""
+        return (
+            f"no tree of a mission is in it (topics here: {topics}{more}). "
+            "bt-mission run --record makes such files; with ros2 bag record, record "
+            "/bt_mission/tree, changes, state, details and log, too, from the start of the mission"
+        )
+
+
+def _starts(frames: Iterable[Frame]) -> dict[tuple[str, int], tuple[int, ...]]:
+    found: dict[tuple[str, int], list[int]] = {}
+    for frame in frames:
+        if isinstance(frame, messages.Changes):
+            for one in frame.changes:
+                if one.status is Status.RUNNING:
+                    found.setdefault((frame.run, one.node), []).append(frame.time_ns)
+    return {key: tuple(times) for key, times in found.items()}

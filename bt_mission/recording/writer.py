@@ -1,0 +1,318 @@
+"""One run on its way into a file: topics, the tree, goals, the log and the trace."""
+
+from __future__ import annotations
+
+import json
+import struct
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
+
+from builtin_interfaces.msg import Time
+from rcl_interfaces.msg import Log
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.serialization import serialize_message
+
+from bt_mission.core.cdr.decoder import Decoder
+from bt_mission.core.cdr.definitions import Definitions, NoDefinitionError, share_folders
+from bt_mission.core.cdr.trimming import Trim
+from bt_mission.core.dds.liveliness import RECORDER
+from bt_mission.core.dds.liveliness import TOPIC as PRESENCE
+from bt_mission.core.errors import described
+from bt_mission.recording.contents import files_of, log_line, versions
+from bt_mission.recording.details_recorder import TYPE as DETAILS_TYPE
+from bt_mission.recording.details_recorder import Telling
+from bt_mission.recording.file import McapFile
+from bt_mission.recording.goals import GoalEvents
+from bt_mission.recording.options import RecordingOptions
+from bt_mission.recording.pictures import PictureFolder, compressed
+from bt_mission.recording.tapping import Take
+from bt_mission.recording.topics import Topics
+
+if TYPE_CHECKING:
+    from bt_mission.sessions.observers import Observable
+
+LOOK_NS = 2_000_000_000
+"""Time between two looks at what topics and pictures there are."""
+
+IMAGE = "sensor_msgs/msg/Image"
+CAMERA_TYPES = (IMAGE, "sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/CameraInfo")
+NEVER = ("/clock", "/parameter_events")
+"""Every message has its ROS time anyway; parameters do not change here."""
+
+STATUS_TYPES = {
+    "tree": "bt_mission_interfaces/msg/Tree",
+    "state": "bt_mission_interfaces/msg/MissionState",
+    "changes": "bt_mission_interfaces/msg/StatusChanges",
+}
+
+
+class Recorder:
+    """Records a session from now on, until it is closed.
+
+    Use it as a context manager around the steps of the session, before the first one.
+
+    :param session: what to record.
+    :param path: file to write; overwritten.
+    :param options: what to record besides everything that is always recorded.
+    :param file: write into this one instead.
+    :raises BtMissionError: when the file cannot be opened.
+    """
+
+    def __init__(
+        self,
+        session: Observable,
+        path: Path,
+        options: RecordingOptions | None = None,
+        *,
+        file: McapFile | None = None,
+    ) -> None:
+        self.file = file or McapFile(path, f"bt-mission {versions()['bt-mission']}")
+        self._session = session
+        self._options = options or RecordingOptions()
+        self._mission_node = session.node
+        self._definitions = Definitions(share_folders())
+        self._looked_ns = session.now_ns
+        self._decoders: dict[str, Decoder] = {}
+        self._pending: list[tuple[int, bytes]] = []
+        self._takes: dict[str, Take] = {}
+        name = session.node.get_fully_qualified_name()
+        self._status = {
+            what: self._open_own(f"{name}/{what}", type_name)
+            for what, type_name in STATUS_TYPES.items()
+        }
+        self._telling = Telling(session.node, self._open_own(f"{name}/details", DETAILS_TYPE))
+        self._trace = self._open_channel(f"{name}/trace", "std_msgs/msg/String")
+        self._log = self._open_channel("/rosout", "rcl_interfaces/msg/Log")
+        self._pictures = PictureFolder(session.image_folder)
+        self.node = Node(
+            RECORDER,
+            context=session.node.context,
+            namespace=session.node.get_namespace(),
+            enable_rosout=False,
+            start_parameter_services=False,
+            parameter_overrides=[Parameter("start_type_description_service", value=False)],
+        )
+        presence = session.node.resolve_topic_name(PRESENCE)
+        # What the executive tells those who look on is taken where it arises, at another pace.
+        self._own = f"{name}/"
+        self._topics = Topics(self.node, self, (*NEVER, presence), session.inside)
+        self._is_closed = False
+        self._goals = GoalEvents(self._open_own, self._stamp)
+        self._look = self.guarded(self._take_in)
+        self._on_status = self.guarded(self._take_status)
+        self._on_line = self.guarded(self._take_line)
+        self._on_exchange = self.guarded(self._goals.take)
+        self._begin()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    @property
+    def missing(self) -> str:
+        """What the file lacks, in words; empty when it lacks nothing."""
+        lacks = []
+        if self.file.fault is not None:
+            at_s = ((self.file.kept_ns or 0) - self._start_ns) / 1e9
+            lacks.append(f"everything after {max(0.0, at_s):.1f} s ({self.file.fault})")
+        lacks += [f"{topic} ({why})" for topic, why in sorted(self._topics.faults.items())]
+        return "; ".join(lacks)
+
+    def look(self) -> None:
+        """Take what has come in since the last time (the session calls this after each step)."""
+        self._look()
+
+    def _take_in(self) -> None:
+        if self.file.fault is not None:
+            self._topics.close()
+            return
+        now_ns = self._session.now_ns
+        is_due = not 0 <= now_ns - self._looked_ns < LOOK_NS
+        busy = self._goals.take_busy()
+        self._topics.poll(None if is_due else busy)
+        self._telling.look(now_ns)
+        self._hand_over()
+        if is_due:
+            self._looked_ns = now_ns
+            self._look_around()
+
+    def _take_last(self) -> None:
+        self._look_around()
+        self._topics.poll()
+        self._telling.hasten()
+        self._telling.look(self._session.now_ns)
+        self._hand_over()
+
+    def _hand_over(self) -> None:
+        """Give the file what has come since the last time: all of it belongs to one instant.
+
+        While the simulation sends, the clock still stands at the instant before.
+        """
+        self.file.write(self._session.now_ns, self._pending)
+        self._pending.clear()
+
+    def finish(self, summary: Mapping[str, Any]) -> None:
+        """Put what the run came to into the file, and close it."""
+        self._mission_node.status.flush()
+        self.guarded(self._take_last)()
+        facts = {name: json.dumps(value) for name, value in summary.items()}
+        self.file.note("bt_mission_summary", {**facts, "missing": json.dumps(self.missing)})
+        self.close()
+
+    def close(self) -> None:
+        """Stop recording; once is enough."""
+        if self._is_closed:
+            return
+        self._is_closed = True
+        self._mission_node.status.flush()
+        self._mission_node.status.remove(self._on_status)
+        self._mission_node.overhear.remove(self._on_exchange)
+        self._mission_node.trace.listeners.remove(self._on_line)
+        self._telling.close()
+        self._topics.close()
+        self._session.remove_observer(self)
+        self.guarded(self._hand_over)()
+        self.file.close()
+
+    def guarded(self, call: Callable[..., None]) -> Callable[..., None]:
+        """``call``, the failure of which ends the recording, and nothing else."""
+        file = self.file
+
+        def guarded(*arguments: Any) -> None:
+            try:
+                call(*arguments)
+            except Exception as error:  # noqa: BLE001 - looking on must not change what happens
+                file.abandon(f"the recorder failed: {described(error)}")
+
+        return guarded
+
+    # ---- beginning -------------------------------------------------------------------------
+
+    def _begin(self) -> None:
+        session, node = self._session, self._mission_node
+        self._start_ns = session.now_ns
+        facts = {
+            "mission": session.mission.name,
+            "file": session.mission.file,
+            "seed": str(session.mission.seed),
+            "robot": session.mission.robot,
+            "node": node.get_fully_qualified_name(),
+            "namespace": node.get_namespace(),
+            "start_ns": str(self._start_ns),
+            "inputs": json.dumps(dict(session.mission.inputs)),
+            "versions": json.dumps(versions()),
+            **session.facts,
+        }
+        self.file.note("bt_mission", facts)
+        for name, text in files_of(session.mission):
+            self.file.attach(name, "text/plain", text.encode(), self._start_ns)
+        node.show_waypoints()
+        self._topics.look_around()
+        node.status.add(self._on_status)
+        for line in node.trace.newest:
+            self._on_line(line)
+        node.trace.listeners.append(self._on_line)
+        node.overhear.append(self._on_exchange)
+        session.add_observer(self)
+        self.guarded(self._hand_over)()
+        self.file.flush()
+
+    def _look_around(self) -> None:
+        self._topics.look_around()
+        for name, data in self._pictures.take_new():
+            self.file.attach(name, "image/png", data, self._session.now_ns)
+
+    # ---- channels --------------------------------------------------------------------------
+
+    def trimming(self, type_name: str, *, has_one_shape: bool) -> Trim | None:
+        """Give what takes from a message what rclpy adds to it; None where that takes too long."""
+        decoder = self._decoder(type_name)
+        if has_one_shape or decoder.has_known_length:
+            return Trim(decoder, has_one_shape=has_one_shape)
+        return None
+
+    def open_topic(self, topic: str, type_name: str, offered_qos: str) -> Take | None:
+        """Give who takes the messages of a topic, if any."""
+        if topic.startswith(self._own):
+            return None
+        camera = self._options.camera
+        if type_name not in CAMERA_TYPES:
+            return self._open_channel(topic, type_name, offered_qos)
+        if camera == "none":
+            return None
+        if camera == "compressed" and type_name == IMAGE:
+            take = self._open_channel(
+                f"{topic}/compressed", "sensor_msgs/msg/CompressedImage", offered_qos
+            )
+            return self.guarded(lambda data: take(compressed(data)))
+        return self._open_channel(topic, type_name, offered_qos)
+
+    def _open_channel(self, topic: str, type_name: str, offered_qos: str = "") -> Take:
+        """What takes the messages of a topic; the first of them makes its channel."""
+        if topic in self._takes:
+            return self._takes[topic]
+        keep = self._pending.append
+        channel: int | None = None
+
+        def take(data: bytes) -> None:
+            nonlocal channel
+            if channel is None:
+                channel = self._channel(topic, type_name, offered_qos)
+            if channel:
+                keep((channel, data))
+
+        self._takes[topic] = take
+        return take
+
+    def _channel(self, topic: str, type_name: str, offered_qos: str) -> int:
+        """Make a channel; gives its number, 0 where the definition of its type is not installed."""
+        try:
+            definition = self._definitions.of(type_name)
+        except NoDefinitionError as error:
+            self._topics.faults[topic] = str(error)
+            return 0
+        return self.file.channel(
+            topic, type_name, definition, {"offered_qos_profiles": offered_qos}
+        )
+
+    def _open_own(self, topic: str, type_name: str) -> Take:
+        """The same for messages that are serialized here."""
+        take = self._open_channel(topic, type_name)
+        return Trim(self._decoder(type_name), has_one_shape=False).before(take)
+
+    def _decoder(self, type_name: str) -> Decoder:
+        if type_name not in self._decoders:
+            self._decoders[type_name] = Decoder(type_name, self._definitions.of(type_name))
+        return self._decoders[type_name]
+
+    # ---- what does not come by a topic -----------------------------------------------------
+
+    def _take_status(self, what: str, message: Any) -> None:
+        self._telling.hasten()
+        self._status[what](serialize_message(message))
+
+    def _take_line(self, line: str) -> None:
+        self._trace(string_message(line))
+        said = log_line(line)
+        if said is not None:
+            level, text = said
+            entry = Log(stamp=self._stamp(), level=level, name=self._mission_node.get_name())
+            entry.msg = text
+            self._log(serialize_message(entry))
+
+    def _stamp(self) -> Time:
+        seconds, nanoseconds = divmod(self._session.now_ns, 1_000_000_000)
+        return Time(sec=seconds, nanosec=nanoseconds)
+
+
+_LENGTH: Callable[[int], bytes] = struct.Struct("<I").pack
+
+
+def string_message(text: str) -> bytes:
+    """A ``std_msgs/msg/String``, serialized (little-endian CDR)."""
+    data = text.encode() + b"\0"
+    return b"\0\1\0\0" + _LENGTH(len(data)) + data

@@ -1,0 +1,1 @@
+"""The executive's only way to ROS: node, clients, publishers, services; the graph around it."""

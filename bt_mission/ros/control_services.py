@@ -1,0 +1,110 @@
+"""Services by which people and tools hold a running mission: pause, resume, step, stop, break."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from bt_mission_interfaces.srv import PauseMission, SetBreakpoint
+from std_srvs.srv import Trigger
+
+from bt_mission.core.errors import BtMissionError
+from bt_mission.executive.executive import MissionStatus
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
+
+    from bt_mission.executive.executive import Executive
+
+
+class Controls:
+    """Offers ``~/pause``, ``~/resume``, ``~/step``, ``~/stop`` and ``~/breakpoint``.
+
+    Breakpoints that are set while no mission runs are for those to come; they last until they are
+    removed.
+
+    :param node: owns the services; their names begin with its own.
+    :param current: gives the mission that runs, or None.
+    """
+
+    def __init__(self, node: Node, current: Callable[[], Executive | None]) -> None:
+        self._current = current
+        self._breakpoints: dict[str, None] = {}
+        node.create_service(PauseMission, "~/pause", self._pause)
+        for name, act in (("resume", _resume), ("step", _step), ("stop", _stop)):
+            node.create_service(Trigger, f"~/{name}", self._served(act))
+        node.create_service(SetBreakpoint, "~/breakpoint", self._breakpoint)
+
+    def begin(self, executive: Executive) -> None:
+        """Give a mission that starts the breakpoints that are set, as far as it has such nodes."""
+        for name in self._breakpoints:
+            try:
+                executive.breakpoints.add(name)
+            except BtMissionError:
+                continue  # of another mission
+
+    def _running(self) -> Executive:
+        executive = self._current()
+        if executive is None or executive.status is not MissionStatus.RUNNING:
+            raise BtMissionError("no mission runs")
+        return executive
+
+    def _pause(self, request: Any, answer: Any) -> Any:
+        def act(executive: Executive) -> str:
+            executive.pause("paused from outside", keep_goals=request.keep_goals)
+            running = ", ".join(f"'{leaf.name}'" for leaf in executive.running_leaves)
+            return "paused" + (f"; still under way: {running}" if running else "")
+
+        return self._served(act)(request, answer)
+
+    def _breakpoint(self, request: Any, answer: Any) -> Any:
+        try:
+            answer.message, answer.success = self._change(request.node, remove=request.remove), True
+        except BtMissionError as error:
+            answer.message, answer.success = str(error), False
+        answer.breakpoints = list(self._breakpoints)
+        return answer
+
+    def _change(self, name: str, *, remove: bool) -> str:
+        executive = self._current()
+        if not name:
+            return f"{len(self._breakpoints)} set"
+        if not remove:
+            count = 0 if executive is None else executive.breakpoints.add(name)
+            self._breakpoints[name] = None
+            return f"pauses before '{name}'" + (f" ({count} nodes)" if count > 1 else "")
+        if name not in self._breakpoints:
+            raise BtMissionError(f"no breakpoint is set at '{name}'")
+        del self._breakpoints[name]
+        if executive is not None and name in executive.breakpoints.names:
+            executive.breakpoints.remove(name)
+        return f"'{name}' starts without a pause again"
+
+    def _served(self, act: Callable[[Executive], str]) -> Callable[[Any, Any], Any]:
+        def serve(_request: Any, answer: Any) -> Any:
+            try:
+                answer.message, answer.success = act(self._running()), True
+            except BtMissionError as error:
+                answer.message, answer.success = str(error), False
+            return answer
+
+        return serve
+
+
+def _resume(executive: Executive) -> str:
+    if executive.paused is None:
+        raise BtMissionError("the mission is not paused")
+    executive.resume()
+    return "goes on"
+
+
+def _step(executive: Executive) -> str:
+    if executive.paused is None:
+        raise BtMissionError("the mission is not paused: pause it first")
+    executive.step()
+    return "one tick"
+
+
+def _stop(executive: Executive) -> str:
+    executive.interrupt("stopped from outside")
+    return "stops, and sees every goal to its end"

@@ -1,0 +1,159 @@
+"""The executives of a graph, for watchers; or the one of this process."""
+
+from __future__ import annotations
+
+import os
+from contextlib import ExitStack
+from typing import TYPE_CHECKING, Any, Protocol, Self
+
+import rclpy
+from rclpy.executors import SingleThreadedExecutor, TimeoutException
+from rclpy.signals import SignalHandlerOptions
+from rclpy.type_hash import TypeHash
+
+from bt_mission.core.dds.discovery import RANGE
+from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.events.source import Found
+from bt_mission.ros.mission_client import NEWEST, TELLS, Link
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
+
+    from bt_mission.ros.mission_node import MissionNode
+
+STATE_TYPE = "bt_mission_interfaces/msg/MissionState"
+
+SERVE_S = 0.05
+"""Wall time for which messages are received at a stretch."""
+
+
+class Hosting(Protocol):
+    """A session that serves a further node, such as :class:`bt_mission.sessions.stage.Stage`."""
+
+    node: MissionNode
+
+    @property
+    def is_done(self) -> bool:
+        """Has the mission ended?"""
+
+    def add_node(self, node: Node) -> None:
+        """Serve it, too."""
+
+    def last_words(self) -> None:
+        """Serve what is on its way, without a step."""
+
+
+class OwnExecutive:
+    """The executive of this process as a graph of its own: its session serves what listens."""
+
+    where = "this process"
+
+    def __init__(self, session: Hosting) -> None:
+        self.name = session.node.get_fully_qualified_name()
+        self._session = session
+        self._node = rclpy.create_node(
+            "bt_mission_screen",
+            context=session.node.context,
+            enable_rosout=False,
+            start_parameter_services=False,
+        )
+        session.add_node(self._node)
+
+    def serve(self) -> None:
+        """The session does, step by step; after its last one there is still what that has told."""
+        if self._session.is_done:
+            self._session.last_words()
+
+    def find(self) -> tuple[Found, ...]:
+        """It."""
+        return (Found(self.name),)
+
+    def attach(self, name: str) -> Link:
+        """Listen to it."""
+        return Link(self._node, name)
+
+    def close(self) -> None:
+        """Leave, before the session is closed."""
+        self._node.destroy_node()
+
+
+class Observer:
+    """A watcher's own place in a graph. Use it as a context manager."""
+
+    def __init__(self) -> None:
+        with ExitStack() as made:
+            self._context = rclpy.Context()
+            rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
+            made.callback(self._context.shutdown)
+            self._executor = SingleThreadedExecutor(context=self._context)
+            made.callback(self._executor.shutdown)
+            self._node = rclpy.create_node(
+                "bt_mission_watch",
+                context=self._context,
+                enable_rosout=False,
+                start_parameter_services=False,
+            )
+            made.callback(self._node.destroy_node)
+            self._hashes = [self._hash_of(kind) for kind, *_ in TELLS.values()]
+            self._executor.add_node(self._node)
+            self._exit = made.pop_all()
+        domain, reach = os.environ.get("ROS_DOMAIN_ID", "0"), os.environ.get(RANGE, "SUBNET")
+        self.where = f"ROS domain {domain or 0}, {RANGE}={reach}"
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._exit.close()
+
+    def serve(self, wait_s: float = 0.0) -> None:
+        """Receive what has come, for at most :data:`SERVE_S`.
+
+        :param wait_s: how long to wait for something to come.
+        """
+        since = Stopwatch()
+        try:
+            while since.elapsed_s < SERVE_S + wait_s:
+                task, _, _ = self._executor.wait_for_ready_callbacks(timeout_sec=wait_s)
+                task()
+                task.result()
+                wait_s = 0.0
+        except TimeoutException:
+            return
+
+    def find(self) -> tuple[Found, ...]:
+        """The executives that are there now, by name."""
+        return tuple(
+            self._look_at(topic)
+            for topic, types in sorted(self._node.get_topic_names_and_types())
+            if STATE_TYPE in types and topic.endswith("/state")
+            if self._node.count_publishers(topic)
+        )
+
+    def attach(self, name: str, *, with_robot: bool = True) -> Link:
+        """Listen to an executive, also one that is not there yet; and to its robot."""
+        return Link(self._node, name, with_robot=with_robot)
+
+    def _look_at(self, topic: str) -> Found:
+        name = topic.removesuffix("/state")
+        for (other, (kind, *_)), own in zip(TELLS.items(), self._hashes, strict=True):
+            for one in self._node.get_publishers_info_by_topic(f"{name}/{other}"):
+                if one.topic_type_hash != own:
+                    why = f"its {kind.__name__} messages are of another version of bt-mission: "
+                    why += "install the same on both sides"
+                    return Found(name, why, is_foreign=True)
+        if (count := self._node.count_publishers(topic)) > 1:
+            return Found(name, f"{count} executives share this name: give each a --namespace")
+        return Found(name)
+
+    def _hash_of(self, kind: Any) -> TypeHash:
+        """The hash by which this version of a type is told from others."""
+        probe = self._node.create_subscription(kind, "~/probe", _ignore, NEWEST)
+        (own,) = self._node.get_subscriptions_info_by_topic(probe.topic_name)
+        self._node.destroy_subscription(probe)
+        found: TypeHash = own.topic_type_hash
+        return found
+
+
+def _ignore(_: Any) -> None:
+    """Nobody publishes what a probe listens to."""

@@ -1,0 +1,181 @@
+"""The thin layer between a goal and rclpy's action client."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from action_msgs.srv import CancelGoal
+from rclpy.action import ActionClient, get_action_names_and_types
+from rclpy.action.client import ClientGoalHandle
+from unique_identifier_msgs.msg import UUID
+
+from bt_mission.core.diagnostics import listed
+from bt_mission.core.errors import BtMissionError
+from bt_mission.goals.exchange import Exchange, Overhear
+from bt_mission.goals.goal import Event, Goal, GoalStatus, Phase
+from bt_mission.ros.interface_types import action_type, fill
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from rclpy.node import Node
+    from rclpy.task import Future
+
+
+class _Client(ActionClient):
+    """Hears the first answer to a goal; of a second at the same time rclpy makes an error."""
+
+    async def execute(self, taken_data: dict[str, Any]) -> None:
+        """Take in what has come."""
+        if "goal" in taken_data:
+            pending = self._pending_goal_requests.get(taken_data["goal"][0])
+            if pending is not None and pending.done():
+                del taken_data["goal"]
+        await super().execute(taken_data)  # type: ignore[no-untyped-call]  # rclpy's
+
+
+class ActionCourier:
+    """Carries goals of one action to its server and brings back what it says.
+
+    :param node: owns the action client.
+    :param name: the action's name; resolved against the node's namespace.
+    :param type_name: such as ``bt_mission_interfaces/action/Turn``.
+    :param why_rejected: asked with the resolved name; empty where nobody knows.
+    :param listeners: told of what passes between client and server.
+    :raises BtMissionError: when the type is not installed, or the action has another one.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        name: str,
+        type_name: str,
+        why_rejected: Callable[[str], str],
+        listeners: Sequence[Overhear] = (),
+    ) -> None:
+        self._why_rejected = why_rejected
+        self._listeners = listeners
+        self._type = action_type(type_name)
+        self.type_name = type_name
+        self.name = node.resolve_topic_name(name)
+        types = dict(get_action_names_and_types(node)).get(self.name, [])
+        if types and type_name not in types:
+            raise BtMissionError(f"{self.name} is a {listed(types)}, not a {type_name}")
+        self._client: ActionClient = _Client(node, self._type, name)  # type: ignore[no-untyped-call]
+        self._handles: dict[bytes, ClientGoalHandle] = {}
+
+    def is_ready(self) -> bool:
+        """Is a server in the graph, with all its services and topics matched?"""
+        return bool(self._client.server_is_ready())
+
+    def prepare(self, fields: Mapping[str, Any]) -> Any:
+        """A goal message with these fields.
+
+        :raises BtMissionError: when a value does not fit its field.
+        """
+        return fill(self._type.Goal(), fields)
+
+    def send(self, goal: Goal, request: Any) -> None:
+        """Send the goal with the UUID of its record."""
+        goal_id = _uuid(goal)
+        service = self._type.Impl.SendGoalService
+        asked = service.Request(goal_id=goal_id, goal=request) if self._listeners else None
+
+        def on_answer(future: Future) -> None:
+            handle = future.result()
+            if asked is not None:
+                answer = service.Response(accepted=handle.accepted, stamp=handle.stamp)
+                self._tell("send_goal", goal, asked, answer)
+            if handle.accepted:
+                self._handles[goal.id] = handle
+            else:
+                goal.refusal = self._why_rejected(self.name)
+                # rclpy forgets it only with a result
+                self._client._feedback_callbacks.pop(goal.id, None)  # noqa: SLF001
+            goal.on(Event.ACCEPTED if handle.accepted else Event.REJECTED)
+
+        future = self._client.send_goal_async(
+            request,
+            feedback_callback=lambda wrapped: goal.on_feedback(wrapped.feedback),
+            goal_uuid=goal_id,
+        )
+        if asked is not None:
+            self._tell("send_goal", goal, asked)
+        future.add_done_callback(on_answer)
+
+    def find_again(self, goal: Goal) -> None:
+        """Be able to speak of a goal whose acceptance did not come here."""
+        self._handles[goal.id] = self._handle(goal)
+
+    def _handle(self, goal: Goal) -> ClientGoalHandle:
+        answer = self._type.Impl.SendGoalService.Response(accepted=True)
+        return ClientGoalHandle(self._client, _uuid(goal), answer)
+
+    def ask_result(self, goal: Goal) -> None:
+        """Ask for the result; it arrives when the server has ended the goal."""
+        asked = self._type.Impl.GetResultService.Request(goal_id=_uuid(goal))
+
+        def on_result(future: Future) -> None:
+            response = future.result()
+            self._tell("get_result", goal, asked, response)
+            self._handles.pop(goal.id, None)
+            goal.on_result(response.status, response.result)
+
+        future = self._handles[goal.id].get_result_async()
+        self._tell("get_result", goal, asked)
+        future.add_done_callback(on_result)
+
+    def send_cancel(self, goal: Goal) -> None:
+        """Ask the server to cancel.
+
+        What the answer means is told by :meth:`_hear_of_cancel`.
+        """
+        handle = self._handles.get(goal.id)
+        if handle is None:
+            if goal.accepted:
+                return  # the result is here already
+            handle = self._handle(goal)
+        asked = CancelGoal.Request()
+        asked.goal_info.goal_id = _uuid(goal)
+
+        def on_answer(future: Future) -> None:
+            self._tell("cancel_goal", goal, asked, future.result())
+            self._hear_of_cancel(goal, future.result())
+
+        future = handle.cancel_goal_async()
+        self._tell("cancel_goal", goal, asked)
+        future.add_done_callback(on_answer)
+
+    def _hear_of_cancel(self, goal: Goal, answer: Any) -> None:
+        """Take in the answer to a cancel.
+
+        Without the goal it is a refusal, unless the goal has ended: then its result decides, and is
+        asked for again, since the first may be lost. A server that does not know a goal that was
+        accepted has been started anew. One that cancels a goal, or has ended it, has accepted it,
+        even if that has not come here.
+        """
+        if goal.phase is Phase.ENDED:
+            return
+        is_taken = goal.id in {bytes(info.goal_id.uuid) for info in answer.goals_canceling}
+        is_over = answer.return_code == CancelGoal.Response.ERROR_GOAL_TERMINATED
+        if not goal.accepted:
+            if is_taken or is_over:
+                self.find_again(goal)
+                goal.on(Event.ACCEPTED)
+        elif is_over:
+            self.ask_result(goal)
+        elif answer.return_code == CancelGoal.Response.ERROR_UNKNOWN_GOAL_ID:
+            self._handles.pop(goal.id, None)
+            goal.on_result(GoalStatus.UNKNOWN, None)
+        elif not is_taken:
+            goal.on(Event.CANCEL_REFUSED)
+
+    def _tell(self, service: str, goal: Goal, request: Any, answer: Any = None) -> None:
+        if self._listeners:
+            told = Exchange(self.name, self.type_name, service, goal.id, request, answer)
+            for listener in self._listeners:
+                listener(told)
+
+
+def _uuid(goal: Goal) -> UUID:
+    return UUID(uuid=list(goal.id))

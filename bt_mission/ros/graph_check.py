@@ -1,0 +1,124 @@
+"""What of a running ROS graph a mission would find: its actions, services and topics."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import ExitStack
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import rclpy
+from rclpy.action import get_action_names_and_types
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.signals import SignalHandlerOptions
+
+from bt_mission.core.diagnostics import Fault, did_you_mean, listed
+from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.language.nodes.steps import Action, Publish, Service, Step, WaitFor
+from bt_mission.language.trees import used
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
+
+    from bt_mission.language.mission import Mission
+
+LOOK_S = 4.0
+"""Wall time after which what has not been found is not there; Fast DDS announces a participant anew
+every 3 s."""
+
+WAIT_S = 0.1
+
+What = Literal["action", "service", "topic"]
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """One name that a mission uses, with the step that does so first."""
+
+    what: What
+    name: str
+    type: str
+    step: Step
+    file: str
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What the graph has of it: the types under that name, none where it is not there."""
+
+    wanted: Wanted
+    types: tuple[str, ...]
+    hint: str | None = None
+
+    @property
+    def is_there(self) -> bool:
+        """Is it there, with the type that is wanted?"""
+        return self.wanted.type in self.types
+
+    def fault(self) -> Fault:
+        """What is wrong, at the step that wants it."""
+        wanted, step = self.wanted, self.wanted.step
+        if self.types:
+            message = f"{wanted.name} is a {listed(self.types)} in the graph, not a {wanted.type}"
+        else:
+            message = f"no {wanted.what} {wanted.name} in the graph"
+        return Fault(message, wanted.file, step.line, step.column, hint=self.hint)
+
+
+def look_for(mission: Mission, namespace: str | None = None) -> list[Finding]:
+    """Join the graph and look for all that a mission uses, for some seconds at most.
+
+    :param namespace: of the robot; names without a leading slash lie in it.
+    """
+    with ExitStack() as stack:
+        context = rclpy.Context()
+        rclpy.init(context=context, signal_handler_options=SignalHandlerOptions.NO)
+        stack.callback(context.shutdown)
+        node = rclpy.create_node(
+            "bt_mission_check", context=context, namespace=namespace, enable_rosout=False
+        )
+        stack.callback(node.destroy_node)
+        executor = SingleThreadedExecutor(context=context)
+        stack.callback(executor.shutdown)
+        executor.add_node(node)
+        wanted = list(_wanted(mission, node))
+        watch = Stopwatch()
+        while True:
+            found = [_finding(one, node) for one in wanted]
+            if all(one.is_there for one in found) or watch.elapsed_s > LOOK_S:
+                return found
+            executor.spin_once(timeout_sec=WAIT_S)
+
+
+def _wanted(mission: Mission, node: Node) -> Iterator[Wanted]:
+    seen: set[tuple[str, str]] = set()
+    names = used(mission)
+    for tree in mission.all_trees:
+        if not tree.is_main and tree.name not in names:
+            continue
+        for step in tree.body.walk():
+            what: What
+            match step:
+                case Action():
+                    what, name = "action", node.resolve_topic_name(step.action)
+                case Service():
+                    what, name = "service", node.resolve_service_name(step.service)
+                case WaitFor() | Publish():
+                    what, name = "topic", node.resolve_topic_name(step.topic)
+                case _:
+                    continue
+            if (what, name) not in seen:
+                seen.add((what, name))
+                yield Wanted(what, name, step.type, step, tree.document.file)
+
+
+def _finding(wanted: Wanted, node: Node) -> Finding:
+    match wanted.what:
+        case "action":
+            there = dict(get_action_names_and_types(node))
+        case "service":
+            there = dict(node.get_service_names_and_types())
+        case "topic":
+            there = dict(node.get_topic_names_and_types())
+    types = tuple(there.get(wanted.name, ()))
+    return Finding(wanted, types, None if types else did_you_mean(wanted.name, sorted(there)))

@@ -1,0 +1,276 @@
+"""ROS types by name, as shapes, and messages filled from and read into plain values.
+
+The only module of the mission language that touches ROS; the executive uses it too.
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+import sys
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from rosidl_parser import definition
+
+from bt_mission.core.diagnostics import did_you_mean, quoted
+from bt_mission.core.errors import BtMissionError
+from bt_mission.language.expressions.expression import ExpressionError, Late, Text
+from bt_mission.language.message_types import (
+    LARGEST_FLOAT32,
+    ActionShapes,
+    ListOf,
+    Message,
+    Problem,
+    Scalar,
+    ServiceShapes,
+    Shape,
+    Unknowable,
+    UnknownType,
+    conform,
+)
+
+__all__ = [
+    "FillError",
+    "UnknownType",
+    "action_shapes",
+    "action_type",
+    "fields",
+    "fill",
+    "installed",
+    "message_type",
+    "read",
+    "service_type",
+    "shape_of",
+    "shapes",
+]
+
+_INDEX = Path("share", "ament_index", "resource_index", "rosidl_interfaces")
+_TEXT_BY_NAME = {"octet": "byte", "boolean": "bool", "float": "float32", "double": "float64"}
+
+
+class FillError(BtMissionError):
+    """Values that do not fit into a message: each with the dotted name of its field."""
+
+
+MAX_NAME = 255
+"""Characters of a type's name; longer ones are no names of files either."""
+
+
+KINDS = {
+    "action": ("action", "nav2_msgs/action/Spin"),
+    "srv": ("service", "std_srvs/srv/Trigger"),
+    "msg": ("message", "std_msgs/msg/String"),
+}
+"""The folders of interface packages: what is in them, and an example."""
+
+
+def action_type(name: str) -> Any:
+    """Return the class of an action, "nav2_msgs/action/Spin". Raises UnknownType."""
+    return _type("action", name)
+
+
+def service_type(name: str) -> Any:
+    """Return the class of a service, "std_srvs/srv/Trigger". Raises UnknownType."""
+    return _type("srv", name)
+
+
+def message_type(name: str) -> Any:
+    """Return the class of a message, "std_msgs/msg/String". Raises UnknownType."""
+    return _type("msg", name)
+
+
+@cache
+def _type(folder: str, name: str) -> Any:
+    what, example = KINDS[folder]
+    package, _, rest = name.partition("/")
+    middle, _, short = rest.partition("/")
+    if middle != folder or not package.isidentifier() or not short.isidentifier():
+        raise UnknownType(f"expected a type such as {example}, got {quoted(name)}")
+    if len(name) > MAX_NAME or name not in _types_of(package):
+        message = f"the {what} type {name} is not installed"
+        raise UnknownType(message, did_you_mean(name, installed(folder)))
+    try:
+        return getattr(importlib.import_module(f"{package}.{folder}"), short)
+    except (ImportError, AttributeError) as error:
+        raise UnknownType(f"the {what} type {name} cannot be loaded: {error}") from error
+
+
+def installed(folder: str) -> tuple[str, ...]:
+    """Return the full names of all types installed here in `action`, `srv` or `msg`, sorted."""
+    packages = {path.name for index in _indexes() for path in index.iterdir()}
+    names = (name for package in packages for name in _types_of(package))
+    return tuple(sorted(name for name in names if name.split("/")[1] == folder))
+
+
+@cache
+def _types_of(package: str) -> frozenset[str]:
+    """Return the types that the ament index lists for a package; importing tells less."""
+    found = set()
+    for index in _indexes():
+        path = index / package
+        for line in path.read_text(encoding="utf-8").splitlines() if path.is_file() else ():
+            entry = Path(line)
+            if entry.parent.name in KINDS:
+                found.add(f"{package}/{entry.parent.name}/{entry.stem}")
+    return frozenset(found)
+
+
+def _indexes() -> list[Path]:
+    prefixes = [*filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep))]
+    indexes = [Path(prefix) / _INDEX for prefix in [*prefixes, sys.prefix]]
+    return [index for index in indexes if index.is_dir()]
+
+
+_PARTS = {
+    "Goal": "action",
+    "Result": "action",
+    "Feedback": "action",
+    "Request": "srv",
+    "Response": "srv",
+}
+
+
+@cache
+def shape_of(message_class: Any) -> Message:
+    """Return what a message holds."""
+    names = message_class.get_fields_and_field_types()
+    fields = {
+        name: _shape(slot) for name, slot in zip(names, message_class.SLOT_TYPES, strict=True)
+    }
+    package = message_class.__module__.partition(".")[0]
+    name, _, part = message_class.__name__.rpartition("_")
+    if name and part in _PARTS:
+        return Message(f"the {part.lower()} of {package}/{_PARTS[part]}/{name}", fields)
+    return Message(f"{package}/{message_class.__name__}", fields)
+
+
+def action_shapes(name: str) -> ActionShapes:
+    """Return what the messages of an action type hold. Raises UnknownType."""
+    found = action_type(name)
+    return ActionShapes(shape_of(found.Goal), shape_of(found.Result), shape_of(found.Feedback))
+
+
+def shapes(name: str) -> ActionShapes | ServiceShapes | Message:
+    """Return what a type of any kind holds, by its full name. Raises UnknownType."""
+    match name.split("/"):
+        case [_, "srv", _]:
+            found = service_type(name)
+            return ServiceShapes(shape_of(found.Request), shape_of(found.Response))
+        case [_, "msg", _]:
+            return shape_of(message_type(name))
+    return action_shapes(name)
+
+
+def fields(message_class: Any) -> dict[str, str]:
+    """Return a message's fields and the names of their types: {"angle": "float32", ...}."""
+    return {name: shape.name for name, shape in shape_of(message_class).fields.items()}
+
+
+def fill(message: Any, values: Mapping[str, Any]) -> Any:
+    """Set fields of a message from plain values, and return it. Raises FillError.
+
+    Texts that `resolve` left open are read as their field wants them; a list of three numbers
+    becomes a pose.
+    """
+    problems: list[Problem] = []
+
+    def read_late(path: tuple[str | int, ...], shape: Shape, late: Text | Late) -> Any:
+        wants_text = isinstance(shape, Scalar) and shape.type == "text"
+        assert isinstance(late, Late), "values are resolved before a message is filled"
+        try:
+            return late.as_text() if wants_text else late.as_value()
+        except ExpressionError as error:
+            problems.append(Problem(path, str(error)))
+            raise Unknowable from error
+
+    kind: Any = type(message)
+    filled = conform(shape_of(kind), values, read_late, problems.append)
+    if problems:
+        raise FillError("; ".join(str(problem) for problem in problems))
+    return _assigned(message, shape_of(kind), filled)
+
+
+def read(message: Any, dotted: str) -> Any:
+    """Return a field by its dotted name as a plain value; messages come as dicts."""
+    value = message
+    for name in dotted.split("."):
+        value = getattr(value, name)
+    return _plain(value)
+
+
+def _plain(value: Any) -> Any:
+    if hasattr(value, "get_fields_and_field_types"):
+        return {name: _plain(getattr(value, name)) for name in value.get_fields_and_field_types()}
+    if isinstance(value, bytes) and len(value) == 1:
+        return value[0]
+    if isinstance(value, list | tuple):
+        return [_plain(part) for part in value]
+    return value.tolist() if hasattr(value, "tolist") else value
+
+
+def _assigned(message: Any, shape: Message, values: Mapping[str, Any]) -> Any:
+    """Set fields of a message from values that conform to its shape, and return it."""
+    for name, value in values.items():
+        setattr(message, name, _ros_value(shape.fields[name], value, message, name))
+    return message
+
+
+def _ros_value(shape: Shape, value: Any, message: Any, name: str) -> Any:
+    match shape:
+        case Message():
+            return _assigned(getattr(message, name), shape, value)
+        case ListOf(item=Message() as item):
+            item_class = _item_class(message, name)
+            return [_assigned(item_class(), item, part) for part in value]
+        case ListOf(item=Scalar(name="byte")):
+            return [bytes([part]) for part in value]
+        case Scalar(name="byte"):
+            return bytes([value])
+    return value
+
+
+def _item_class(message: Any, name: str) -> Any:
+    """Return the class of the items of a message's list."""
+    names = list(message.get_fields_and_field_types())
+    return _imported(message.SLOT_TYPES[names.index(name)].value_type)
+
+
+def _imported(slot: Any) -> Any:
+    return getattr(importlib.import_module(".".join(slot.namespaces)), slot.name)
+
+
+def _shape(slot: Any) -> Shape:
+    """Return the shape of what a generated class says of one field."""
+    match slot:
+        case definition.NamespacedType():
+            return shape_of(_imported(slot))
+        case definition.Array():
+            return ListOf(_shape(slot.value_type), size=slot.size)
+        case definition.BoundedSequence():
+            return ListOf(_shape(slot.value_type), most=slot.maximum_size)
+        case definition.AbstractSequence():
+            return ListOf(_shape(slot.value_type))
+        case definition.AbstractGenericString():
+            bounded = slot.has_maximum_size()
+            most = slot.maximum_size if bounded else float("inf")
+            return Scalar(f"string<={most}" if bounded else "string", "text", most=most)
+    return _basic(slot.typename)
+
+
+def _basic(typename: str) -> Scalar:
+    name = _TEXT_BY_NAME.get(typename, typename)
+    if name == "bool":
+        return Scalar(name, "bool")
+    if name == "float32":
+        return Scalar(name, "number", -LARGEST_FLOAT32, LARGEST_FLOAT32)
+    if name.startswith("int"):
+        half = 2 ** (int(name.removeprefix("int")) - 1)
+        return Scalar(name, "integer", -half, half - 1)
+    if name.startswith("uint"):
+        return Scalar(name, "integer", 0, 2 ** int(name.removeprefix("uint")) - 1)
+    if name == "byte":
+        return Scalar(name, "integer", 0, 255)
+    return Scalar(name, "number")

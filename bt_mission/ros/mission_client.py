@@ -1,0 +1,215 @@
+"""One executive and its robot, as a watcher's node hears them, and what is wanted of them.
+
+Nothing here waits: whoever draws asks for what has come. Robots are listened to best effort and
+with short queues, so that a watcher who is slow costs nobody anything.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from bt_mission_interfaces.msg import (
+    MissionDetails,
+    MissionLog,
+    MissionState,
+    StatusChanges,
+    Tree,
+)
+from bt_mission_interfaces.srv import GetStatuses, PauseMission, SetBreakpoint
+from nav_msgs.msg import OccupancyGrid
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import BatteryState, LaserScan
+from std_srvs.srv import Trigger
+from tf2_msgs.msg import TFMessage
+
+from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.events import messages, reader
+from bt_mission.events.source import Answer, Command, Heard, Verb
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
+    from rclpy.task import Future
+
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+ALL = QoSProfile(depth=1000)
+NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+FRAMES = QoSProfile(depth=20, reliability=ReliabilityPolicy.BEST_EFFORT)
+STATIC_FRAMES = QoSProfile(depth=20, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+TELLS: dict[str, tuple[Any, QoSProfile, Callable[[Any], messages.Told]]] = {
+    "tree": (Tree, LATCHED, reader.tree),
+    "changes": (StatusChanges, ALL, reader.changes),
+    "state": (MissionState, LATCHED, reader.state),
+    "details": (MissionDetails, ALL, reader.details),
+    "log": (MissionLog, ALL, reader.said),
+}
+"""What an executive publishes below its name."""
+
+ROBOT: dict[str, tuple[Any, QoSProfile, Callable[[Any], messages.Robot]]] = {
+    "scan": (LaserScan, NEWEST, reader.scan),
+    "battery_state": (BatteryState, NEWEST, reader.battery),
+}
+"""What a robot publishes many times a second, apart from its frames."""
+
+LOOK_S = 0.25
+"""Wall time between two looks at the graph."""
+
+ASK_AGAIN_S = 1.0
+"""Wall time after which statuses are asked for again."""
+
+ANSWER_S = 3.0
+"""Wall time after which a wish counts as unanswered."""
+
+TRIGGERS = {Verb.RESUME: "resume", Verb.STEP: "step", Verb.STOP: "stop"}
+
+
+class Link:
+    """One executive and its robot, as a node hears them.
+
+    :param node: owns the subscriptions; somebody serves it.
+    :param name: of the executive, such as ``/robot1/bt_mission``.
+    :param with_robot: hear its robot, too.
+    """
+
+    def __init__(self, node: Node, name: str, *, with_robot: bool = True) -> None:
+        self.name = name
+        self._with_robot = with_robot
+        self._node = node
+        self._told: deque[messages.Told] = deque()
+        self._raw: deque[tuple[Callable[[Any], messages.Told], Any]] = deque()
+        self._robot: dict[str, tuple[Callable[[Any], messages.Robot], Any]] = {}
+        self._frames: deque[Any] = deque(maxlen=100)
+        self._answers: deque[Answer] = deque()
+        self._asked: list[tuple[Future, str, Stopwatch]] = []
+        self._since_asked: Stopwatch | None = None
+        self._since_look: Stopwatch | None = None
+        self._is_there = False
+        self._ears = [
+            self._listen(kind, f"{name}/{topic}", partial(self._keep, read), qos)
+            for topic, (kind, qos, read) in TELLS.items()
+        ]
+        self._robot_ears: list[Any] = []
+        self._robot_prefix: str | None = None
+        self._statuses = node.create_client(GetStatuses, f"{name}/statuses")
+        self._pause = node.create_client(PauseMission, f"{name}/pause")
+        self._breakpoint = node.create_client(SetBreakpoint, f"{name}/breakpoint")
+        self._triggers = {
+            verb: node.create_client(Trigger, f"{name}/{service}")
+            for verb, service in TRIGGERS.items()
+        }
+        self._tune_in()
+
+    @property
+    def is_there(self) -> bool:
+        """Is the executive in the graph?"""
+        if self._since_look is None or self._since_look.elapsed_s > LOOK_S:
+            self._since_look = Stopwatch()
+            self._is_there = self._node.count_publishers(f"{self.name}/state") > 0
+            self._tune_in()
+        return self._is_there
+
+    def take(self, *, needs_statuses: bool) -> Heard:
+        """What has come since the last time."""
+        if needs_statuses:
+            self._ask_statuses()
+        self._settle()
+        while self._raw:
+            read, message = self._raw.popleft()
+            self._told.append(read(message))
+        robot: list[messages.Robot] = [reader.transforms(one) for one in self._frames]
+        robot += [read(message) for read, message in self._robot.values()]
+        heard = Heard(tuple(self._told), tuple(robot), tuple(self._answers))
+        for queue in (self._told, self._frames, self._answers):
+            queue.clear()
+        self._robot.clear()
+        return heard
+
+    def send(self, command: Command) -> None:
+        """Pass a wish on."""
+        match command.verb:
+            case Verb.PAUSE | Verb.PAUSE_KEEPING_GOALS:
+                keep = command.verb is Verb.PAUSE_KEEPING_GOALS
+                self._ask(self._pause, PauseMission.Request(keep_goals=keep))
+            case Verb.BREAK | Verb.UNBREAK:
+                remove = command.verb is Verb.UNBREAK
+                self._ask(self._breakpoint, SetBreakpoint.Request(node=command.node, remove=remove))
+            case verb:
+                self._ask(self._triggers[verb], Trigger.Request())
+
+    def close(self) -> None:
+        """Listen no longer."""
+        for subscription in (*self._ears, *self._robot_ears):
+            self._node.destroy_subscription(subscription)
+        for client in (self._statuses, self._pause, self._breakpoint, *self._triggers.values()):
+            self._node.destroy_client(client)
+
+    # ---- inside: callbacks only keep what comes, so that none of them can raise ------------
+
+    def _listen(self, kind: Any, topic: str, keep: Callable[[Any], Any], qos: QoSProfile) -> Any:
+        return self._node.create_subscription(kind, topic, keep, qos)
+
+    def _tune_in(self) -> None:
+        """Hear the robot: what its stage tells people who look on, else its own topics."""
+        own = self.name.rpartition("/")[0]
+        is_relayed = self._node.count_publishers(f"{self.name}/scan") > 0
+        prefix = self.name if is_relayed else own
+        if not self._with_robot or prefix == self._robot_prefix:
+            return
+        self._robot_prefix = prefix
+        for subscription in self._robot_ears:
+            self._node.destroy_subscription(subscription)
+        self._robot_ears = [
+            self._listen(kind, f"{prefix}/{topic}", partial(self._keep_newest, topic, read), qos)
+            for topic, (kind, qos, read) in ROBOT.items()
+        ]
+        self._robot_ears += [
+            self._listen(TFMessage, f"{prefix}/tf", self._keep_frames, FRAMES),
+            self._listen(TFMessage, f"{own}/tf_static", self._keep_frames, STATIC_FRAMES),
+            self._listen(
+                OccupancyGrid,
+                f"{own}/map",
+                partial(self._keep_newest, "map", reader.grid),
+                LATCHED,
+            ),
+        ]
+
+    def _keep(self, read: Callable[[Any], messages.Told], message: Any) -> None:
+        self._raw.append((read, message))
+
+    def _keep_newest(self, topic: str, read: Callable[[Any], messages.Robot], message: Any) -> None:
+        self._robot[topic] = (read, message)
+
+    def _keep_frames(self, message: Any) -> None:
+        self._frames.append(message)
+
+    def _ask_statuses(self) -> None:
+        if self._since_asked is not None and self._since_asked.elapsed_s < ASK_AGAIN_S:
+            return
+        if not self._statuses.service_is_ready():
+            return
+        self._since_asked = Stopwatch()
+        self._statuses.call_async(GetStatuses.Request()).add_done_callback(
+            lambda future: self._raw.append((reader.statuses, future.result()))
+        )
+
+    def _ask(self, client: Any, request: Any) -> None:
+        if not client.service_is_ready():
+            self._answers.append(Answer(False, f"nobody offers {client.srv_name} now"))
+            return
+        self._asked.append((client.call_async(request), client.srv_name, Stopwatch()))
+
+    def _settle(self) -> None:
+        """Take in the answers to wishes."""
+        waiting = []
+        for future, service, since in self._asked:
+            if future.done():
+                answer = future.result()
+                self._answers.append(Answer(answer.success, answer.message))
+            elif since.elapsed_s > ANSWER_S:
+                self._answers.append(Answer(False, f"{service} does not answer"))
+            else:
+                waiting.append((future, service, since))
+        self._asked = waiting

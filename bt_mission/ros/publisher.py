@@ -1,0 +1,56 @@
+"""Messages for one topic: the thin layer between a mission's leaf and rclpy's publisher."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from bt_mission.core.dds.liveliness import RECORDER
+from bt_mission.core.diagnostics import listed
+from bt_mission.core.errors import BtMissionError
+from bt_mission.ros.interface_types import fill, message_type
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from rclpy.node import Node
+
+DEPTH = 10
+
+
+class TopicWriter:
+    """Publishes on one topic, reliable and volatile.
+
+    :param node: owns the publisher.
+    :param name: the topic's name; resolved against the node's namespace.
+    :param type_name: such as ``std_msgs/msg/Bool``.
+    :raises BtMissionError: when the type is not installed, or the topic has another one.
+    """
+
+    def __init__(self, node: Node, name: str, type_name: str) -> None:
+        self._node = node
+        self._type = message_type(type_name)
+        self.name = node.resolve_topic_name(name)
+        types = dict(node.get_topic_names_and_types()).get(self.name, [])
+        if types and type_name not in types:
+            raise BtMissionError(f"{self.name} is a {listed(types)}, not a {type_name}")
+        self._publisher = node.create_publisher(self._type, name, DEPTH)
+
+    def prepare(self, fields: Mapping[str, Any]) -> Any:
+        """A message with these fields.
+
+        :raises BtMissionError: when a value does not fit its field.
+        """
+        return fill(self._type(), fields)
+
+    def count_readers(self) -> int:
+        """How many subscriptions are matched; that of a recorder does not count."""
+        matched = int(self._publisher.get_subscription_count())
+        if matched == 0:
+            return 0
+        found = self._node.get_subscriptions_info_by_topic(self.name)
+        recorders = sum(1 for one in found if one.node_name == RECORDER)
+        return max(0, matched - recorders)
+
+    def publish(self, message: Any) -> None:
+        """Send a message."""
+        self._publisher.publish(message)

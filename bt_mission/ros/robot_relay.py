@@ -1,0 +1,105 @@
+"""A robot on the stage, told at the pace of the wall to people who look on.
+
+Its own topics come at the pace of its clock, which may run a hundred times as fast: whoever
+subscribed to them from outside would slow the whole stage down. So a stage tells the same with few
+messages below the executive's name, and only while somebody listens.
+"""
+
+from __future__ import annotations
+
+import array
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import TransformStamped
+from rclpy.qos import QoSProfile
+from sensor_msgs.msg import BatteryState, LaserScan
+from tf2_msgs.msg import TFMessage
+
+from bt_mission.core.wall_clock import Stopwatch
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
+
+EVERY_S = 0.25
+"""Wall time between two messages."""
+
+QOS = QoSProfile(depth=5)
+Pose = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Look:
+    """What is told of a robot.
+
+    :param time_ns: ROS time.
+    :param pose: on the map: m, m, rad.
+    :param lidar: on the robot, m, m, rad.
+    :param ranges: a full turn of rays from the robot's x axis on, m.
+    :param reach: what the lidar can measure, m: least and most.
+    :param charge: of its battery, 0 to 100; None without one.
+    """
+
+    time_ns: int
+    pose: Pose
+    lidar: Pose
+    ranges: npt.NDArray[np.float32]
+    reach: tuple[float, float]
+    charge: float | None
+    voltage: float = math.nan
+
+
+class RobotRelay:
+    """Publishes ``~/tf``, ``~/scan`` and ``~/battery_state``.
+
+    :param node: that of the executive.
+    :param look: called when somebody listens and it is time.
+    """
+
+    def __init__(self, node: Node, look: Callable[[], Look]) -> None:
+        self._look = look
+        self._frames = node.create_publisher(TFMessage, "~/tf", QOS)
+        self._scan = node.create_publisher(LaserScan, "~/scan", QOS)
+        self._battery = node.create_publisher(BatteryState, "~/battery_state", QOS)
+        self._since_last = Stopwatch()
+
+    def flush(self) -> None:
+        """Publish, if somebody listens and it is time."""
+        if self._since_last.elapsed_s < EVERY_S or not self._scan.get_subscription_count():
+            return
+        self._since_last = Stopwatch()
+        look = self._look()
+        seconds, nanoseconds = divmod(look.time_ns, 1_000_000_000)
+        stamp = Time(sec=seconds, nanosec=nanoseconds)
+        self._frames.publish(
+            TFMessage(
+                transforms=[
+                    _transform(stamp, "map", "base_footprint", look.pose),
+                    _transform(stamp, "base_footprint", "base_scan", look.lidar),
+                ]
+            )
+        )
+        scan = LaserScan(
+            angle_increment=math.tau / len(look.ranges),
+            range_min=look.reach[0],
+            range_max=look.reach[1],
+            ranges=array.array("f", look.ranges.tobytes()),
+        )
+        scan.header.stamp, scan.header.frame_id = stamp, "base_scan"
+        self._scan.publish(scan)
+        if look.charge is not None:
+            self._battery.publish(BatteryState(percentage=look.charge, voltage=look.voltage))
+
+
+def _transform(stamp: Time, parent: str, child: str, pose: Pose) -> TransformStamped:
+    message = TransformStamped(child_frame_id=child)
+    message.header.stamp, message.header.frame_id = stamp, parent
+    move, turn = message.transform.translation, message.transform.rotation
+    move.x, move.y, yaw = pose
+    turn.z, turn.w = math.sin(yaw / 2), math.cos(yaw / 2)
+    return message

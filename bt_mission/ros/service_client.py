@@ -1,0 +1,50 @@
+"""Calls of one service: the thin layer between a mission's leaf and rclpy's client."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from bt_mission.core.diagnostics import listed
+from bt_mission.core.errors import BtMissionError
+from bt_mission.ros.interface_types import fill, service_type
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from rclpy.node import Node
+    from rclpy.task import Future
+
+
+class ServiceCaller:
+    """Carries requests to the server of one service, and answers back.
+
+    :param node: owns the client.
+    :param name: the service's name; resolved against the node's namespace.
+    :param type_name: such as ``std_srvs/srv/Trigger``.
+    :raises BtMissionError: when the type is not installed, or the service has another one.
+    """
+
+    def __init__(self, node: Node, name: str, type_name: str) -> None:
+        self._type = service_type(type_name)
+        self.name = node.resolve_service_name(name)
+        types = dict(node.get_service_names_and_types()).get(self.name, [])
+        if types and type_name not in types:
+            raise BtMissionError(f"{self.name} is a {listed(types)}, not a {type_name}")
+        self._client = node.create_client(self._type, name)
+
+    def is_ready(self) -> bool:
+        """Is a server in the graph, and matched?"""
+        return bool(self._client.service_is_ready())
+
+    def prepare(self, fields: Mapping[str, Any]) -> Any:
+        """A request with these fields.
+
+        :raises BtMissionError: when a value does not fit its field.
+        """
+        return fill(self._type.Request(), fields)
+
+    def call(self, request: Any, on_answer: Callable[[Any], None]) -> Callable[[], None]:
+        """Send a request; gives a function that forgets it, after which no answer is heard."""
+        future: Future = self._client.call_async(request)
+        future.add_done_callback(lambda done: on_answer(done.result()))
+        return lambda: self._client.remove_pending_request(future)

@@ -1,0 +1,107 @@
+"""Messages of one topic for those who listen, whatever quality of service they are sent with."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from rclpy.event_handler import SubscriptionEventCallbacks
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
+from bt_mission.core.diagnostics import listed
+from bt_mission.core.errors import BtMissionError
+from bt_mission.ros.interface_types import message_type
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from rclpy.node import Node
+
+ANY_PUBLISHER = QoSProfile(
+    depth=10, reliability=ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.VOLATILE
+)
+"""Asks for the least, and so matches every publisher."""
+
+LATCHED_PUBLISHER = QoSProfile(
+    depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL
+)
+"""Also brings what was published before."""
+
+
+class TopicReader:
+    """Subscribes once, and hands each message to those who listen at the moment.
+
+    A second subscription is made where a latched publisher is in the graph; not otherwise,
+    because the publishers of other topics would warn of it. Then a message comes twice.
+
+    :param node: owns the subscriptions.
+    :param topic: the topic's name; resolved against the node's namespace.
+    :param type_name: such as ``std_msgs/msg/Bool``.
+    :raises BtMissionError: when the type is not installed, or the topic has another one.
+    """
+
+    def __init__(self, node: Node, topic: str, type_name: str) -> None:
+        self._node = node
+        self._type_name = type_name
+        self._type = message_type(type_name)
+        self._listeners: list[Callable[[Any], None]] = []
+        self._latched: Any = None
+        self._hears_latched = False
+        self.name = node.resolve_topic_name(topic)
+        types = self._published_types()
+        if types and type_name not in types:
+            raise BtMissionError(f"{self.name} is published as {listed(types)}, not as {type_name}")
+        self.look_around()
+        node.create_subscription(self._type, topic, self._hand_on, ANY_PUBLISHER)
+
+    def listen(self, listener: Callable[[Any], None]) -> None:
+        """Hand messages to this listener from now on; the newest latched one at once."""
+        self._listeners.append(listener)
+        if self._latched is not None:
+            listener(self._latched)
+
+    def leave(self, listener: Callable[[Any], None]) -> None:
+        """Hand nothing more to this listener."""
+        if listener in self._listeners:
+            self._listeners.remove(listener)
+
+    def look_around(self) -> None:
+        """Subscribe to the history of a latched publisher, once one is in the graph."""
+        if self._hears_latched:
+            return
+        found = self._node.get_publishers_info_by_topic(self.name)
+        if any(
+            one.qos_profile.durability is DurabilityPolicy.TRANSIENT_LOCAL
+            and one.qos_profile.reliability is ReliabilityPolicy.RELIABLE
+            and one.topic_type == self._type_name
+            for one in found
+        ):
+            self._hears_latched = True
+            self._node.create_subscription(
+                self._type,
+                self.name,
+                self._keep,
+                LATCHED_PUBLISHER,
+                # Another publisher of the topic may not be latched, and need not.
+                event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False),
+            )
+
+    def why_silent(self) -> str:
+        """What the graph knows of the topic's publishers, for people."""
+        types = self._published_types()
+        if not types:
+            return "nobody publishes it"
+        if self._type_name not in types:
+            return f"it is published as {listed(types)}, not as {self._type_name}"
+        return "its publishers are silent"
+
+    def _published_types(self) -> list[str]:
+        found = self._node.get_publishers_info_by_topic(self.name)
+        return sorted({one.topic_type for one in found})
+
+    def _keep(self, message: Any) -> None:
+        self._latched = message
+        self._hand_on(message)
+
+    def _hand_on(self, message: Any) -> None:
+        for listener in tuple(self._listeners):
+            listener(message)

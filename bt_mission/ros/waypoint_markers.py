@@ -1,0 +1,69 @@
+"""The poses that a mission's goals name, as markers for RViz and Foxglove."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from visualization_msgs.msg import Marker, MarkerArray
+
+from bt_mission.goals.goal import Goal
+from bt_mission.goals.poses import Place, places_of
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
+
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+MOST = 200
+"""Places that are shown; more would cover the map."""
+
+_LENGTH, _TEXT = 0.25, 0.15
+"""m: an arrow, and how high its number is written."""
+
+
+class WaypointTopic:
+    """Publishes ``waypoints`` whenever a goal names a pose that none has named before.
+
+    :param node: that of the executive; what is latched tells of all poses so far.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._publisher = node.create_publisher(MarkerArray, "waypoints", LATCHED)
+        self._markers: dict[Place, list[Marker]] = {}
+
+    def on_goal(self, what: str, goal: Goal) -> None:
+        """Look at a goal that is sent (the executive calls this)."""
+        if what != "sent":
+            return
+        known = len(self._markers)
+        for place in places_of(goal.request):
+            if place not in self._markers and len(self._markers) < MOST:
+                self._markers[place] = _shown(place, len(self._markers) + 1)
+        if len(self._markers) > known:
+            every = [marker for both in self._markers.values() for marker in both]
+            self._publisher.publish(MarkerArray(markers=every))
+
+
+def _shown(place: Place, number: int) -> list[Marker]:
+    """An arrow, and its number above it."""
+    arrow = _marker(place, "waypoints", number, Marker.ARROW)
+    arrow.scale.x, arrow.scale.y, arrow.scale.z = _LENGTH, 0.04, 0.04
+    arrow.pose.orientation.z = math.sin(place.yaw / 2)
+    arrow.pose.orientation.w = math.cos(place.yaw / 2)
+    arrow.color.r, arrow.color.g, arrow.color.b, arrow.color.a = 0.1, 0.4, 0.9, 1.0
+    name = _marker(place, "waypoint numbers", number, Marker.TEXT_VIEW_FACING)
+    name.text = str(number)
+    name.pose.position.z = 2 * _TEXT
+    name.scale.z = _TEXT
+    name.color.r = name.color.g = name.color.b = name.color.a = 1.0
+    return [arrow, name]
+
+
+def _marker(place: Place, namespace: str, number: int, kind: int) -> Marker:
+    """A marker without a stamp: it stays with its frame."""
+    marker = Marker(ns=namespace, id=number, type=kind)
+    marker.header.frame_id = place.frame or "map"
+    marker.pose.position.x, marker.pose.position.y = place.x, place.y
+    return marker

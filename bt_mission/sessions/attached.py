@@ -1,0 +1,119 @@
+"""The executive alone, on the clock of the ROS graph it joins."""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Callable
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Self
+
+from bt_mission.ros.graph import JoinedGraph
+from bt_mission.ros.journal import keep_journal
+from bt_mission.ros.mission_node import MissionNode
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
+
+    from bt_mission.language.mission import Mission
+    from bt_mission.ros.graph import ProcessNode
+    from bt_mission.sessions.observers import Observer
+
+
+class Attached:
+    """Runs one mission against action servers in other processes.
+
+    :param mission: what to carry out.
+    :param namespace: of the robot whose servers to use.
+    :param wall_clock: keep to this machine's clock, without looking for ``/clock``.
+    :param journal: file in which to write down where the mission stands.
+    :param resume: go on with the mission of that journal.
+    :param say: where ``log`` nodes speak to; None is the ROS log.
+    :raises BtMissionError: when the mission cannot be set up, or the journal not be used.
+    """
+
+    image_folder: Path | None = None
+    collisions: int | None = None
+    distance_travelled_m: float | None = None
+
+    def __init__(
+        self,
+        mission: Mission,
+        *,
+        namespace: str | None = None,
+        wall_clock: bool = False,
+        journal: Path | None = None,
+        resume: bool = False,
+        say: Callable[[str], None] | None = None,
+    ) -> None:
+        self.mission = mission
+        self.facts: dict[str, str] = {}
+        self._observers: list[Observer] = []
+        with ExitStack() as made:
+            self._graph = JoinedGraph(wall_clock=wall_clock)
+            made.callback(self._graph.close)
+            self.node = MissionNode(
+                mission,
+                context=self._graph.context,
+                namespace=namespace,
+                use_sim_time=self._graph.has_clock,
+                say=say,
+                # A server remembers ids for a while: another run must not repeat them.
+                goal_seed=secrets.token_hex(8),
+            )
+            made.callback(self.node.destroy_node)
+            self._graph.host(self.node)
+            if journal is not None:
+                made.callback(keep_journal(journal, mission, self.node, resume=resume).close)
+            self._exit = made.pop_all()
+        self.executive = self.node.executive
+        self.trace = self.node.trace
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._exit.close()
+
+    @property
+    def is_done(self) -> bool:
+        """Has the mission ended, with every goal accounted for?"""
+        return self.executive.is_done
+
+    @property
+    def now_ns(self) -> int:
+        """ROS time, ns."""
+        return self.node.now_ns
+
+    @property
+    def start_ns(self) -> int:
+        """ROS time of the first tick, ns; before it, the present."""
+        return self.executive.started_ns or self.now_ns
+
+    def add_node(self, node: Node) -> None:
+        """Serve a node of somebody who looks on, too; its owner destroys it."""
+        self._graph.host(node)
+
+    def last_words(self) -> None:
+        """Serve what is on its way once the mission has ended."""
+        self._graph.last_words()
+
+    def step(self) -> None:
+        """Serve what comes next, for at most a tenth of a second."""
+        self._graph.step(self.executive, self.node)
+        for observer in self._observers:
+            observer.look()
+
+    def inside(self) -> tuple[ProcessNode, ...]:
+        """None: all of the graph is heard by subscriptions."""
+        return ()
+
+    def add_observer(self, observer: Observer) -> None:
+        """Serve an observer's node, too, and call it after each step."""
+        self._graph.host(observer.node)
+        self._observers.append(observer)
+
+    def remove_observer(self, observer: Observer) -> None:
+        """Call it no more, and destroy its node."""
+        self._observers.remove(observer)
+        self._graph.drop(observer.node)

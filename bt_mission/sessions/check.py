@@ -1,0 +1,171 @@
+"""What can be wrong with a loaded mission on this machine: worlds, robots, and the ROS types.
+
+Every goal is compared with the fields of its action's type, every condition with the feedback,
+every output with the result, and services and topics in the same way. Where ROS is not installed
+a warning says that this was not done.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from itertools import islice
+from pathlib import Path
+
+from bt_mission.core import files
+from bt_mission.core.diagnostics import (
+    MOST_FAULTS,
+    Fault,
+    InputError,
+    did_you_mean,
+    in_order,
+    listed,
+    quoted,
+)
+from bt_mission.core.errors import BtMissionError
+from bt_mission.core.robot.model import load_robot
+from bt_mission.core.yaml.document import Document, read_text
+from bt_mission.language.action_names import SHORT_NAMES
+from bt_mission.language.checks.python import python_faults
+from bt_mission.language.checks.types import type_faults
+from bt_mission.language.checks.warnings import warnings
+from bt_mission.language.expressions.expression import Plain
+from bt_mission.language.loader import Draft, draft
+from bt_mission.language.mission import Mission
+from bt_mission.language.nodes.steps import Action, Parallel, Step, Subtree
+from bt_mission.sessions.load import read_mission
+
+NEEDS_A_CAMERA = frozenset(short.type for short in SHORT_NAMES.values() if short.needs_camera)
+MOVES_THE_BASE = frozenset(short.type for short in SHORT_NAMES.values() if short.moves_base)
+
+
+def check(mission: Mission) -> tuple[Fault, ...]:
+    """Return every fault of a mission, errors and warnings, in the order of the file.
+
+    The warnings that loading gave (`mission.warnings`) are not repeated.
+    """
+    return in_order(_faults(mission))
+
+
+def examine(
+    path: str | Path,
+    set: Mapping[str, Plain] | None = None,  # noqa: A002 - the option is called --set
+    seed: int | None = None,
+    world: str | None = None,
+    robot: str | None = None,
+) -> tuple[Mission | None, tuple[Fault, ...]]:
+    """Load and check a mission file; return it with all warnings, or None with all faults.
+
+    What `load` refuses is checked as far as it goes, so that nothing hides behind something
+    else. Nothing is raised.
+    """
+    return _examined(lambda: draft(read_mission(path), set, seed, world, robot))
+
+
+def examine_text(
+    text: str,
+    file: str = "<text>",
+    set: Mapping[str, Plain] | None = None,  # noqa: A002 - as in examine
+    seed: int | None = None,
+    world: str | None = None,
+    robot: str | None = None,
+) -> tuple[Mission | None, tuple[Fault, ...]]:
+    """Load and check a mission in a text, as `examine` does a file."""
+    return _examined(lambda: draft(read_text(text, file), set, seed, world, robot))
+
+
+def _examined(read_draft: Callable[[], Draft]) -> tuple[Mission | None, tuple[Fault, ...]]:
+    try:
+        found = read_draft()
+    except InputError as error:
+        return None, error.faults
+    if found.mission is None:
+        return None, found.faults
+    faults = [*found.faults, *_faults(found.mission)]
+    if any(fault.severity == "error" for fault in faults):
+        return None, in_order(faults)
+    noted = tuple(warnings(found.mission))
+    return replace(found.mission, warnings=noted), in_order([*noted, *faults])
+
+
+def _faults(mission: Mission) -> list[Fault]:
+    document = mission.document
+    assert document is not None, "a mission to check comes from a file or a text"
+    faults = [*_place_faults(document, mission), *_base_faults(mission), *_camera_faults(mission)]
+    faults += islice(python_faults(mission), MOST_FAULTS)
+    try:
+        from bt_mission.ros import interface_types  # noqa: PLC0415 - the rest works without ROS
+    except ImportError as error:
+        message = f"ROS 2 is not there ({error}), so types and fields were not checked"
+        hint = "try 'bt-mission doctor'"
+        faults.append(Fault(message, mission.file, hint=hint, severity="warning"))
+    else:
+        found = type_faults(mission, interface_types.shapes)
+        faults += islice(found, MOST_FAULTS)
+    return faults
+
+
+def _place_faults(document: Document, mission: Mission) -> Iterator[Fault]:
+    """Yield a fault for a world or robot that is not there."""
+    places: tuple[tuple[files.Kind, str, str | None], ...] = (
+        ("worlds", "world", mission.world),
+        ("robots", "robot", mission.robot),
+    )
+    for kind, key, wanted in places:
+        if wanted is None or files.look_for(kind, wanted, mission.file) is not None:
+            continue
+        known = files.names(kind)
+        message = f"no {key} {quoted(wanted)} (known: {listed(known)})"
+        hint = did_you_mean(wanted, known)
+        written = document.data.get(key) == wanted
+        yield (
+            document.fault((key,), message, hint)
+            if written
+            else Fault(message, f"--{key}", hint=hint)
+        )
+
+
+def _base_faults(mission: Mission) -> Iterator[Fault]:
+    """Yield a warning for every parallel of which two children move the base."""
+    for tree in mission.all_trees:
+        for step in tree.body.walk():
+            if not isinstance(step, Parallel):
+                continue
+            movers = [child for child in step.children if _moves(child, mission)]
+            if len(movers) > 1:
+                what = "two branches of a parallel move the base"
+                message = f"{what}; the later goal ends the earlier"
+                yield tree.document.fault(movers[1].path, message, severity="warning")
+
+
+def _camera_faults(mission: Mission) -> Iterator[Fault]:
+    """Yield a fault for every goal that takes pictures with a robot that has no camera."""
+    found = [
+        (tree.document, step)
+        for tree in mission.all_trees
+        for step in tree.body.walk()
+        if isinstance(step, Action) and step.type in NEEDS_A_CAMERA
+    ]
+    if not found:
+        return
+    try:
+        robot = load_robot(mission.robot, near=mission.file)
+    except BtMissionError:
+        return  # said elsewhere, or when it is used
+    if robot.camera is None:
+        for document, step in found:
+            message = f"{step.action} needs a camera; a {robot.name} has none"
+            yield document.fault(step.path, message)
+
+
+def _moves(step: Step, mission: Mission) -> bool:
+    """Return whether anything below a step moves the base, also in the trees that it uses."""
+    waiting, seen = [step], set[str]()
+    while waiting:
+        for part in waiting.pop().walk():
+            if isinstance(part, Action) and part.type in MOVES_THE_BASE:
+                return True
+            if isinstance(part, Subtree) and part.tree not in seen and part.tree in mission.trees:
+                seen.add(part.tree)
+                waiting.append(mission.trees[part.tree].body)
+    return False

@@ -1,0 +1,347 @@
+"""The executive as a server: one mission at a time, each a goal of ``execute_mission``.
+
+A goal stays accepted, and not yet executing, while the mission before it is seen to its end. The
+goals of a mission that is cancelled, replaced or stopped end first; then the mission does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from bt_mission_interfaces.action import ExecuteMission
+from rcl_interfaces.msg import ParameterDescriptor
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.task import Future
+
+from bt_mission.behaviours.runtime import NS
+from bt_mission.core.diagnostics import InputError
+from bt_mission.core.errors import BtMissionError
+from bt_mission.core.files import find
+from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.executive.executive import MissionStatus
+from bt_mission.ros.control_services import Controls
+from bt_mission.ros.mission_node import MissionNode
+from bt_mission.ros.status_publisher import StatusFeed
+from bt_mission.ros.status_topics import StatusTopics
+from bt_mission.sessions.check import examine, examine_text
+from bt_mission.sessions.session import report_on
+
+if TYPE_CHECKING:
+    from rclpy.action.server import ServerGoalHandle
+    from rclpy.context import Context
+
+    from bt_mission.executive.executive import Executive
+    from bt_mission.language.mission import Mission
+
+RESULT_TIMEOUT_S = 10
+"""How long a result is kept for clients, s, as by rcl_action's C++ servers."""
+
+FEEDBACK_NS = NS
+"""Feedback comes at least this often while a mission runs."""
+
+ON_NEW_GOAL = ("replace", "refuse")
+REPLACED = "replaced by a newer mission"
+Result = ExecuteMission.Result
+
+
+@dataclass
+class _Run:
+    """The mission that runs."""
+
+    handle: ServerGoalHandle
+    mission: Mission
+    node: MissionNode
+    wall: Stopwatch = field(default_factory=Stopwatch)
+    told: tuple[str, str] = ("", "")
+    told_ns: int = 0
+
+
+class ServeNode(Node):
+    """Offers ``execute_mission``, and holds the missions that it runs.
+
+    :param context: the rclpy context.
+    :param host: has the executor serve a node; drop: no longer, and destroys it.
+    :param namespace: of the robot whose servers carry missions out.
+    :param use_sim_time: follow ``/clock``.
+    :param on_new_goal: what a mission does that comes while another runs: ``replace`` or
+        ``refuse``; the value of the parameter of that name.
+    :param say: told of what happens; None is the ROS log.
+    :param watch: given each mission that starts, with its executive.
+    :param lean: no parameter services, log topic or type description.
+    """
+
+    def __init__(  # noqa: PLR0913 - everything that a node is told once
+        self,
+        *,
+        context: Context,
+        host: Callable[[Node], Any],
+        drop: Callable[[Node], Any],
+        namespace: str | None = None,
+        use_sim_time: bool = False,
+        on_new_goal: str = "replace",
+        say: Callable[[str], None] | None = None,
+        watch: Callable[[Mission, Executive], None] | None = None,
+        lean: bool = False,
+    ) -> None:
+        overrides = [Parameter("use_sim_time", value=use_sim_time)]
+        overrides.append(Parameter("on_new_goal", value=on_new_goal))
+        if lean:
+            overrides.append(Parameter("start_type_description_service", value=False))
+        super().__init__(
+            "bt_mission",
+            context=context,
+            namespace=namespace,
+            enable_rosout=not lean,
+            start_parameter_services=not lean,
+            parameter_overrides=overrides,
+        )
+        self._host = host
+        self._drop = drop
+        self._lean = lean
+        self._use_sim_time = use_sim_time
+        self._say = say or self._log_line
+        self._watch = watch
+        self._declare_on_new_goal()
+        self._closed: str | None = None
+        self._run: _Run | None = None
+        self._waiting: ServerGoalHandle | None = None
+        self._ends: dict[bytes, Future] = {}
+        self._feed = StatusFeed(self.get_clock())
+        self._topics = StatusTopics(self, self._feed)
+        self._feed.rest()
+        self._controls = Controls(self, lambda: self.executive)
+        self._server = ActionServer(
+            self,
+            ExecuteMission,
+            "execute_mission",
+            execute_callback=self._execute,
+            goal_callback=self._check,
+            handle_accepted_callback=self._take,
+            cancel_callback=self._cancel,
+            result_timeout=RESULT_TIMEOUT_S,
+        )
+
+    @property
+    def executive(self) -> Executive | None:
+        """That of the mission that runs, or None."""
+        return self._run.node.executive if self._run else None
+
+    @property
+    def mission_node(self) -> Node:
+        """The node whose clock a running mission has; without one, this node."""
+        return self._run.node if self._run else self
+
+    @property
+    def is_busy(self) -> bool:
+        """Does a mission run or wait, or a result to be sent?"""
+        return self._run is not None or self._waiting is not None or bool(self._ends)
+
+    def close(self, reason: str) -> None:
+        """Refuse missions from now on, and end the one that runs."""
+        self._closed = reason
+        if self._waiting is not None:
+            self._give_up(reason)
+        if self._run is not None:
+            self._run.node.executive.interrupt(reason)
+
+    def abandon(self, reason: str) -> None:
+        """End the mission that runs at once; the goals left behind are named."""
+        if self._run is not None:
+            self._run.node.executive.interrupt(reason)
+            self._run.node.executive.abandon(reason)
+            self._say(self._run.node.executive.reason)
+
+    def look(self) -> None:
+        """Move on: start what waits, tell how it goes, end what has ended. Call after each step."""
+        run = self._run
+        if run is not None:
+            self._topics.flush()
+            if run.node.executive.is_done:
+                self._finish(run)
+            else:
+                self._tell(run)
+        if self._run is None and self._waiting is not None:
+            handle, self._waiting = self._waiting, None
+            self._start(handle)
+
+    def _log_line(self, text: str) -> None:
+        self.get_logger().info(text)  # type: ignore[no-untyped-call]
+
+    # ---- the action ----------------------------------------------------------------------
+
+    def _declare_on_new_goal(self) -> None:
+        what = "What a mission does that comes while another runs: replace it, which ends first and"
+        what += " is aborted, or be refused."
+        descriptor = ParameterDescriptor(
+            description=what, additional_constraints=" or ".join(ON_NEW_GOAL), read_only=True
+        )
+        chosen = self.declare_parameter("on_new_goal", ON_NEW_GOAL[0], descriptor).value
+        if chosen not in ON_NEW_GOAL:
+            raise BtMissionError(f"on_new_goal: expected {' or '.join(ON_NEW_GOAL)}, got {chosen}")
+        self._replaces = chosen == "replace"
+
+    def _check(self, _goal: Any) -> GoalResponse:
+        why = self._closed
+        if why is None and self.is_busy and not self._replaces:
+            why = "another mission runs (on_new_goal: refuse)"
+        if why is None:
+            return GoalResponse.ACCEPT
+        self._say(f"mission refused: {why}")
+        return GoalResponse.REJECT
+
+    def _take(self, handle: ServerGoalHandle) -> None:
+        self._ends[_key(handle)] = Future()
+        if self._run is not None and any(
+            goal.id == _key(handle) for goal in self._run.node.ledger.open_goals
+        ):
+            why = "a mission cannot wait for another one on the executive that runs it; "
+            why += "serve a second executive in a namespace of its own"
+            handle.execute()
+            self._end(handle, Result.UNSOUND, why)
+            return
+        if self._waiting is not None:
+            self._give_up(REPLACED)
+        if self._run is not None:
+            self._run.node.executive.interrupt(REPLACED)
+        self._waiting = handle
+
+    def _cancel(self, handle: ServerGoalHandle) -> CancelResponse:
+        if self._run is not None and handle == self._run.handle:
+            self._run.node.executive.interrupt("canceled")
+        elif self._waiting is not None and handle == self._waiting:
+            self._give_up("canceled")
+        return CancelResponse.ACCEPT
+
+    async def _execute(self, handle: ServerGoalHandle) -> Any:
+        code, result = await self._ends[_key(handle)]
+        del self._ends[_key(handle)]
+        if code == Result.NONE:
+            handle.succeed()
+        elif code == Result.STOPPED and handle.is_cancel_requested:
+            handle.canceled()
+        else:
+            handle.abort()
+        return result
+
+    # ---- one mission ---------------------------------------------------------------------
+
+    def _give_up(self, reason: str) -> None:
+        """End the goal that waits."""
+        handle, self._waiting = self._waiting, None
+        assert handle is not None
+        handle.execute()
+        self._end(handle, Result.STOPPED, reason)
+
+    def _start(self, handle: ServerGoalHandle) -> None:
+        handle.execute()
+        try:
+            mission = load_goal(handle.request)
+            node = MissionNode(
+                mission,
+                context=self.context,
+                namespace=self.get_namespace(),
+                name="bt_mission_run",
+                lean=self._lean,
+                has_controls=False,
+                use_sim_time=self._use_sim_time,
+                say=self._say,
+                goal_seed=bytes(handle.goal_id.uuid).hex(),
+            )
+        except BtMissionError as error:
+            self._say(f"mission is not sound:\n{error}")
+            self._end(handle, Result.UNSOUND, str(error))
+            return
+        except Exception as error:  # noqa: BLE001 - a user's behaviour may raise when it is made
+            why = f"the mission cannot be set up: {type(error).__name__}: {error}"
+            self._say(why)
+            self._end(handle, Result.UNKNOWN, why)
+            return
+        self._run = _Run(handle, mission, node)
+        self._host(node)
+        if self._watch is not None:
+            self._watch(mission, node.executive)
+        self._controls.begin(node.executive)
+        self._feed.begin(mission.name, node.executive)
+        self._topics.begin(node.run)
+
+    def _tell(self, run: _Run) -> None:
+        executive = run.node.executive
+        tip = executive.root.tip()
+        shown = (executive.state, tip.name if tip else "")
+        if shown == run.told and run.node.now_ns - run.told_ns < FEEDBACK_NS:
+            return
+        run.told, run.told_ns = shown, run.node.now_ns
+        leaves = executive.running_leaves
+        elapsed_ns = run.node.now_ns - executive.started_ns if executive.started_ns else 0
+        run.handle.publish_feedback(
+            ExecuteMission.Feedback(
+                status=shown[0],
+                tip=shown[1],
+                running=[leaf.name for leaf in leaves],
+                doing=[leaf.feedback_message for leaf in leaves],
+                elapsed=elapsed_ns / NS,
+            )
+        )
+
+    def _finish(self, run: _Run) -> None:
+        executive = run.node.executive
+        virtual_s = (run.node.now_ns - (executive.started_ns or run.node.now_ns)) / NS
+        report = report_on(run.mission, executive, run.node.trace, virtual_s, run.wall.elapsed_s)
+        self._say(report.as_text())
+        codes = {
+            MissionStatus.SUCCESS: Result.NONE,
+            MissionStatus.FAILURE: Result.FAILED,
+            MissionStatus.INTERRUPTED: Result.STOPPED,
+        }
+        self._end(
+            run.handle,
+            codes[executive.status],
+            executive.reason,
+            status=report.status,
+            summary=report.as_text(),
+            duration=virtual_s,
+            ticks=report.ticks,
+            goals_sent=report.goals_sent,
+            goals_left_behind=report.goals_left_behind,
+        )
+        self._run = None
+        self._drop(run.node)
+
+    def _end(self, handle: ServerGoalHandle, code: int, reason: str, **fields: Any) -> None:
+        result = Result(error_code=code, error_msg=reason, **fields)
+        self._ends[_key(handle)].set_result((code, result))
+
+
+def load_goal(goal: Any) -> Mission:
+    """The mission that a goal of ``execute_mission`` names or brings, checked.
+
+    :raises InputError: with every fault.
+    :raises BtMissionError: for a goal that says neither or both, or has no valid seed.
+    """
+    if bool(goal.path) == bool(goal.text):
+        raise BtMissionError("a goal gives a path or a text: one of them, not both")
+    if goal.seed < -1:
+        raise BtMissionError(f"seed: expected a whole number from 0, or -1, got {goal.seed}")
+    values = dict[str, str]()
+    for one in goal.inputs:
+        name, equals, value = one.partition("=")
+        if not name or not equals:
+            raise BtMissionError(f"inputs: expected NAME=VALUE, got '{one}'")
+        values[name] = value
+    seed = None if goal.seed < 0 else int(goal.seed)
+    if goal.text:
+        mission, faults = examine_text(goal.text, set=values, seed=seed)
+    else:
+        mission, faults = examine(find("missions", Path(goal.path)), set=values, seed=seed)
+    if mission is None:
+        raise InputError(faults)
+    return mission
+
+
+def _key(handle: ServerGoalHandle) -> bytes:
+    return bytes(handle.goal_id.uuid)

@@ -1,0 +1,236 @@
+"""One run of a mission from start to report, on the stage or attached."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Callable, Generator
+from contextlib import AbstractContextManager, ExitStack
+from dataclasses import replace
+from pathlib import Path
+from types import FrameType
+from typing import Protocol, Self
+
+from bt_mission.core.errors import BtMissionError
+from bt_mission.core.wall_clock import Pacer, Stopwatch, rest
+from bt_mission.executive.executive import Change, Executive
+from bt_mission.executive.leaf_statistics import LeafTally
+from bt_mission.executive.report import Report
+from bt_mission.executive.trace import Trace
+from bt_mission.language.mission import Mission
+
+Steps = Generator[float, None, Report]
+"""A session on its way: see :func:`driving`."""
+
+
+class Session(Protocol):
+    """A mission with what carries it out: :class:`bt_mission.sessions.stage.Stage`, for one."""
+
+    mission: Mission
+    executive: Executive
+    trace: Trace
+
+    def __enter__(self) -> Self: ...
+    def __exit__(self, *_: object) -> None: ...
+    def step(self) -> None:
+        """Move on a little."""
+
+    @property
+    def is_done(self) -> bool:
+        """Has the mission ended, with every goal accounted for?"""
+
+    @property
+    def start_ns(self) -> int:
+        """ROS time of the start, ns."""
+
+    @property
+    def now_ns(self) -> int:
+        """ROS time, ns."""
+
+    @property
+    def collisions(self) -> int | None:
+        """Contacts of the robot, where they are known."""
+
+    @property
+    def distance_travelled_m(self) -> float | None:
+        """True length of the robot's path, where it is known."""
+
+
+class View(AbstractContextManager["View"], Protocol):
+    """What people see while a mission runs."""
+
+    def open(self, session: Session, wall: Stopwatch, /) -> None:
+        """Begin to show a session."""
+
+    def on_change(self, change: Change) -> None:
+        """A node changed its status."""
+
+    def refresh(self) -> None:
+        """Called between steps."""
+
+    def say(self, text: str) -> None:
+        """The mission says something."""
+
+
+class Interrupts:
+    """Ctrl-C and SIGTERM as wishes that are looked at between steps."""
+
+    def __init__(self) -> None:
+        self.count = 0
+        self.name = ""
+        self._before: dict[signal.Signals, object] = {}
+
+    def __enter__(self) -> Self:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            self._before[number] = signal.signal(number, self._take)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for number, handler in self._before.items():
+            signal.signal(number, handler)  # type: ignore[arg-type]  # what signal() gave us
+
+    def note(self, name: str) -> None:
+        """Somebody wants the mission to end."""
+        self.count += 1
+        self.name = name
+
+    def _take(self, number: int, _: FrameType | None) -> None:
+        self.note("Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name)
+
+
+class Audience:
+    """A view that may lose its reader: a pipe that closes ends the mission in good order."""
+
+    def __init__(self, view: View) -> None:
+        self.has_left = False
+        self.fault: Exception | None = None
+        self._view = view
+
+    def on_change(self, change: Change) -> None:
+        """Show a change, while somebody looks."""
+        self._show(lambda: self._view.on_change(change))
+
+    def refresh(self) -> None:
+        """Draw again, while somebody looks."""
+        self._show(self._view.refresh)
+
+    @property
+    def why_left(self) -> str:
+        """What ended the view, for people."""
+        if isinstance(self.fault, BrokenPipeError):
+            return "nobody reads the output any more"
+        return f"the view failed: {type(self.fault).__name__}: {self.fault}"
+
+    def _show(self, show: Callable[[], None]) -> None:
+        if not self.has_left:
+            try:
+                show()
+            except Exception as error:  # noqa: BLE001 - what shows a mission must not break it
+                self.has_left = True
+                self.fault = error
+
+
+def drive(
+    session: Session, view: View, *, speed: float | None = None, trace_file: Path | None = None
+) -> Report:
+    """Step a session to its end, paced and shown; gives the report: see :func:`driving`."""
+    return finish(driving(session, view, Interrupts(), speed=speed, trace_file=trace_file))
+
+
+def finish(steps: Steps) -> Report:
+    """Take all steps that are left, each when it is due; gives the report."""
+    while True:
+        try:
+            rest(next(steps))
+        except StopIteration as end:
+            report: Report = end.value
+            return report
+
+
+def driving(
+    session: Session,
+    view: View,
+    interrupts: Interrupts,
+    *,
+    speed: float | None = None,
+    trace_file: Path | None = None,
+) -> Steps:
+    """Step a session to its end, paced and shown; gives the report.
+
+    Whoever drives takes one step after another. A step tells the wall time until the next is due,
+    s, for which to rest or to look after other things; when it comes too early, it changes nothing.
+
+    The first Ctrl-C or SIGTERM halts the tree and waits until every goal has ended; the second
+    leaves at once, and the report's reason names the goals left behind.
+
+    :raises BtMissionError: when ``trace_file`` cannot be written.
+    """
+    wall = Stopwatch()
+    with ExitStack() as stack:
+        if trace_file is not None:
+            stack.enter_context(session.trace.written_to(trace_file))
+        stack.enter_context(interrupts)
+        view.open(session, wall)
+        stack.enter_context(view)
+        audience = Audience(view)
+        session.executive.listeners.append(audience.on_change)
+        tally = LeafTally(lambda: session.distance_travelled_m)
+        session.executive.listeners.append(tally.on_change)
+        pacer = Pacer(speed, session.start_ns)
+        while not session.is_done:
+            if audience.has_left:
+                session.executive.interrupt(audience.why_left)
+            if interrupts.count == 1:
+                session.executive.interrupt(f"interrupted by {interrupts.name}")
+            elif interrupts.count > 1:
+                session.executive.interrupt(f"interrupted by {interrupts.name}")
+                session.executive.abandon(f"left at once after a second {interrupts.name}")
+                break
+            _step(session)
+            while (ahead_s := pacer.ahead_s(session.now_ns)) > 0:
+                if interrupts.count > 0 and not session.is_done:
+                    break
+                yield ahead_s
+            audience.refresh()
+            yield 0.0
+    return replace(summarise(session, wall.elapsed_s), leaves=tally.summaries())
+
+
+def _step(session: Session) -> None:
+    try:
+        session.step()
+    except BtMissionError as error:
+        session.executive.abandon(str(error))
+
+
+def summarise(session: Session, wall_s: float) -> Report:
+    """The report of a session that has ended."""
+    virtual_s = (session.now_ns - session.start_ns) / 1e9
+    distance = session.distance_travelled_m
+    return replace(
+        report_on(session.mission, session.executive, session.trace, virtual_s, wall_s),
+        collisions=session.collisions,
+        distance_travelled_m=None if distance is None else round(distance, 6),
+    )
+
+
+def report_on(
+    mission: Mission, executive: Executive, trace: Trace, virtual_s: float, wall_s: float
+) -> Report:
+    """The report of a mission that has ended, as far as its executive knows."""
+    return Report(
+        mission=mission.name,
+        status=str(executive.status),
+        reason=executive.reason,
+        world=mission.world,
+        robot=mission.robot,
+        seed=mission.seed,
+        virtual_s=round(virtual_s, 6),
+        wall_s=round(wall_s, 3),
+        real_time_factor=round(virtual_s / wall_s, 1) if wall_s > 0 else 0.0,
+        ticks=executive.ticks,
+        goals_sent=executive.goals_sent,
+        goals_left_behind=len(executive.goals_left_behind),
+        collisions=None,
+        distance_travelled_m=None,
+        trace_sha256=trace.sha256,
+    )

@@ -1,0 +1,59 @@
+"""The recording of a run, which is kept where its test fails."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from bt_mission.core.errors import BtMissionError
+from bt_mission.recording.writer import Recorder
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from bt_mission.sessions.stage import Stage
+
+
+class Keeping:
+    """Records a run from now on. Whatever goes wrong with that is no concern of its test.
+
+    :param path: where the recording is until somebody wants it.
+    """
+
+    def __init__(self, stage: Stage, path: Path) -> None:
+        self._path = path
+        self._recorder: Recorder | None = None
+        self._fault = ""
+        self._has_ended = False
+        try:
+            self._recorder = Recorder(stage, path)
+        except BtMissionError as error:
+            self._fault = str(error)
+
+    @property
+    def missing(self) -> str:
+        """What it lacks, in words; empty where it lacks nothing."""
+        return self._fault or (self._recorder.missing if self._recorder else "")
+
+    def finish(self, summary: Mapping[str, Any]) -> None:
+        """The run has ended."""
+        if self._recorder is not None:
+            self._has_ended = True
+            self._recorder.finish(summary)
+
+    def leave(self, path: Path) -> bool:
+        """Copy what is there by now; gives whether there is anything.
+
+        :raises OSError: where that cannot be written.
+        """
+        if self._recorder is None or not self._path.exists():
+            return False
+        if not self._has_ended:
+            self._recorder.file.flush()
+        shutil.copyfile(self._path, path)
+        return True
+
+    def discard(self) -> None:
+        """Nobody wants it."""
+        self._path.unlink(missing_ok=True)

@@ -1,0 +1,179 @@
+"""Missions of all kinds of nodes that drive, turn, wait and look, and end in bounded time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from bt_mission.testing.generators.draws import Draws, maybe, number, one_of
+
+DEEPEST = 3
+MOST_CHILDREN = 3
+MOST_PARTS = 8
+"""The mission goes on where one of them but the last fails."""
+LIMIT_S = 12.0
+"""On every goal."""
+
+Node = dict[str, Any]
+
+
+def drawn_mission(draws: Draws) -> dict[str, Any]:
+    """A mission, as data of a mission file; it is sound."""
+    parts = [_node(draws, DEEPEST) for _ in range(draws.whole(1, MOST_PARTS))]
+    return {
+        "mission": "drawn",
+        "inputs": {"speed": number(draws, 0.1, 0.25, 0.05)},
+        "tree": {
+            "sequence": [
+                {"set": {"n": 1}},
+                *({"force": "success", "do": part} for part in parts[:-1]),
+                parts[-1],
+            ]
+        },
+    }
+
+
+def _node(draws: Draws, depth: int) -> Node:
+    if depth == 0 or draws.whole(0, 2) == 0:
+        return one_of(draws, _LEAVES)(draws)
+    return one_of(draws, _BRANCHES)(draws, depth - 1)
+
+
+def _children(draws: Draws, depth: int) -> list[Node]:
+    return [_node(draws, depth) for _ in range(draws.whole(1, MOST_CHILDREN))]
+
+
+# ---- leaves ----------------------------------------------------------------------------------
+
+
+def _goal(kind: str, fields: Node, draws: Draws) -> Node:
+    return {kind: fields, "timeout": number(draws, 2, LIMIT_S, 1)}
+
+
+def _explore(draws: Draws) -> Node:
+    node = _goal(
+        "explore_forward",
+        {"fwd_velocity": "$speed", "stopping_distance": number(draws, 0.2, 0.6, 0.1)},
+        draws,
+    )
+    if maybe(draws, 2):
+        node["cancel_when"] = f"current_distance_travelled > {number(draws, 0.2, 1.0, 0.2)}"
+        node["on_cancel"] = "success"
+    return node
+
+
+def _turn(draws: Draws) -> Node:
+    angle: Any = number(draws, -180, 180, 15)
+    if maybe(draws, 3):
+        angle = "uniform(-90, 90)"
+    return _goal("turn", {"angle": angle}, draws)
+
+
+def _move(draws: Draws) -> Node:
+    fields = {
+        "secs": draws.whole(1, 3),
+        "linear_velocity": number(draws, -0.1, 0.2, 0.05),
+        "angular_velocity": number(draws, -0.5, 0.5, 0.25),
+    }
+    return _goal("move", fields, draws)
+
+
+def _spin(draws: Draws) -> Node:
+    return _goal("spin", {"target_yaw": number(draws, -3, 3, 0.5)}, draws)
+
+
+def _wait(draws: Draws) -> Node:
+    return {"wait": number(draws, 0, 2, 0.25)}
+
+
+def _say(_: Draws) -> Node:
+    return {"log": "n is $n"}
+
+
+def _count(_: Draws) -> Node:
+    return {"set": {"n": "n + 1"}}
+
+
+def _check(draws: Draws) -> Node:
+    return {"check": f"n > {draws.whole(0, 3)}"}
+
+
+_LEAVES: tuple[Callable[[Draws], Node], ...] = (
+    _wait,
+    _turn,
+    _explore,
+    _move,
+    _spin,
+    _say,
+    _count,
+    _check,
+)
+
+# ---- branches --------------------------------------------------------------------------------
+
+
+def _sequence(draws: Draws, depth: int) -> Node:
+    return {"sequence": _children(draws, depth)}
+
+
+def _fallback(draws: Draws, depth: int) -> Node:
+    return {"fallback": _children(draws, depth)}
+
+
+def _parallel(draws: Draws, depth: int) -> Node:
+    beside = [_wait(draws), _node(draws, depth)]
+    return {"parallel": beside, "succeed_when": one_of(draws, ("all", "any"))}
+
+
+def _repeat(draws: Draws, depth: int) -> Node:
+    return {"repeat": {"count": draws.whole(1, 2)}, "do": _node(draws, depth)}
+
+
+def _retry(draws: Draws, depth: int) -> Node:
+    pause = number(draws, 0, 1, 0.25)
+    return {"retry": {"attempts": draws.whole(1, 2), "pause": pause}, "do": _node(draws, depth)}
+
+
+def _timeout(draws: Draws, depth: int) -> Node:
+    return {"timeout": number(draws, 1, LIMIT_S, 1), "do": _node(draws, depth)}
+
+
+def _force(draws: Draws, depth: int) -> Node:
+    return {"force": one_of(draws, ("success", "failure")), "do": _node(draws, depth)}
+
+
+def _invert(draws: Draws, depth: int) -> Node:
+    return {"invert": _node(draws, depth)}
+
+
+def _choose(draws: Draws, depth: int) -> Node:
+    return {"choose": _children(draws, depth)}
+
+
+def _when(draws: Draws, depth: int) -> Node:
+    return {"when": f"n > {draws.whole(0, 2)}", "do": _node(draws, depth)}
+
+
+def _guard(draws: Draws, depth: int) -> Node:
+    return {"guard": f"n < {draws.whole(1, 4)}", "do": _node(draws, depth)}
+
+
+def _for_each(draws: Draws, depth: int) -> Node:
+    values = [draws.whole(0, 3) for _ in range(draws.whole(1, 2))]
+    return {"for_each": {f"one_{depth}": values}, "do": _node(draws, depth)}
+
+
+_BRANCHES: tuple[Callable[[Draws, int], Node], ...] = (
+    _sequence,
+    _fallback,
+    _parallel,
+    _repeat,
+    _retry,
+    _timeout,
+    _force,
+    _invert,
+    _choose,
+    _when,
+    _guard,
+    _for_each,
+)

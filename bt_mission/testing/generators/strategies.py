@@ -1,0 +1,63 @@
+"""Hypothesis strategies for worlds and missions; what fails is shrunk to the simplest.
+
+    @given(scenarios())
+    def test_it_never_touches_anything(stage, scenario):
+        run = scenario.on(stage)
+        run.until_done()
+        assert run.never(lambda s: s.collisions)
+
+Worlds and missions are texts of files; a scenario is shown as a test that repeats it. So whatever
+fails can be pasted as it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from hypothesis import strategies as st
+
+from bt_mission.testing.generators.missions import drawn_mission
+from bt_mission.testing.generators.scenarios import (
+    PlannedFault,
+    Scenario,
+    as_text,
+    drawn_faults,
+    drawn_scenario,
+)
+from bt_mission.testing.generators.worlds import drawn_world
+
+
+class Drawn:
+    """Draws by hypothesis."""
+
+    def __init__(self, draw: Callable[[st.SearchStrategy[int]], int]) -> None:
+        self._draw = draw
+
+    def whole(self, low: int, high: int) -> int:
+        """A number from ``low`` to ``high``, both included."""
+        return self._draw(st.integers(low, high))
+
+
+@st.composite
+def worlds(draw: Any) -> str:
+    """Texts of world files: walls around, and up to six obstacles, some of which move."""
+    return as_text(drawn_world(Drawn(draw)))
+
+
+@st.composite
+def missions(draw: Any) -> str:
+    """Texts of mission files that are sound, of all kinds of nodes; they end in bounded time."""
+    return as_text(drawn_mission(Drawn(draw)))
+
+
+@st.composite
+def fault_schedules(draw: Any) -> tuple[PlannedFault, ...]:
+    """Up to five faults of topics and action servers, each at its time and with its end."""
+    return drawn_faults(Drawn(draw))
+
+
+@st.composite
+def scenarios(draw: Any) -> Scenario:
+    """A world, a mission, a seed and faults."""
+    return drawn_scenario(Drawn(draw))

@@ -1,5 +1,0 @@
-"""A run as a film: the world from above, what the robot's camera sees, and what the mission does.
-
-What is drawn comes from the simulation's side (`sim.views`), through `film.Views`; here it becomes
-frames, and those a file.
-"""

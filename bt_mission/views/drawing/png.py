@@ -1,0 +1,83 @@
+"""A scene as PNG, through Pillow."""
+
+from __future__ import annotations
+
+import io
+from functools import cache
+from typing import Any
+
+from PIL import Image, ImageDraw, ImageFont
+
+from bt_mission.core.errors import BtMissionError
+from bt_mission.views.drawing import style
+from bt_mission.views.drawing.letters import width_px
+from bt_mission.views.drawing.scene import Line, Rectangle, Scene, Shape, Words
+
+SCALE = 2
+"""Pixels of the picture for one of the scene: sharp on today's screens."""
+
+SMOOTH = 2
+"""It is drawn larger by this factor and then made smaller, which smooths lines."""
+
+MOST_PIXELS = 60_000_000
+"""Of the drawing before it is made smaller: 180 MB."""
+
+FONTS = {False: ("DejaVuSans.ttf",), True: ("DejaVuSans-Bold.ttf",)}
+
+
+def png(scene: Scene) -> bytes:
+    """The whole file. Raises BtMissionError where it would be too large."""
+    factor = SCALE * SMOOTH
+    width, height = round(scene.width * factor), round(scene.height * factor)
+    if width * height > MOST_PIXELS:
+        raise BtMissionError(
+            f"the tree is too large for a PNG ({width // SMOOTH} x {height // SMOOTH} pixels); "
+            "draw it as SVG"
+        )
+    image = Image.new("RGB", (width, height), style.PAPER)
+    draw = ImageDraw.Draw(image)
+    for shape in scene.shapes:
+        _draw(draw, shape, factor)
+    image = image.resize((width // SMOOTH, height // SMOOTH), Image.Resampling.LANCZOS)
+    stream = io.BytesIO()
+    image.quantize(256).save(stream, "PNG", optimize=True)
+    return stream.getvalue()
+
+
+def _draw(draw: Any, shape: Shape, factor: int) -> None:
+    match shape:
+        case Rectangle():
+            corners = (shape.x, shape.y, shape.x + shape.width, shape.y + shape.height)
+            draw.rounded_rectangle(
+                [part * factor for part in corners],
+                radius=min(shape.radius, shape.height / 2) * factor,
+                fill=shape.fill,
+                outline=shape.stroke,
+                width=round(shape.thick * factor),
+            )
+        case Line():
+            points = [(x * factor, y * factor) for x, y in shape.points]
+            draw.line(points, fill=shape.stroke, width=round(shape.thick * factor), joint="curve")
+        case Words():
+            _write(draw, shape, factor)
+
+
+def _write(draw: Any, words: Words, factor: int) -> None:
+    face = font(round(words.size * factor), bold=words.bold)
+    text = "".join(one if one.isprintable() else " " for one in words.text)
+    room = width_px(words.text, words.size, bold=words.bold) * factor
+    if draw.textlength(text, font=face) > room * 1.05:
+        face = font(round(words.size * factor * 0.85), bold=words.bold)
+    anchor = "ms" if words.centred else "ls"
+    draw.text((words.x * factor, words.y * factor), text, fill=words.fill, font=face, anchor=anchor)
+
+
+@cache
+def font(size: int, *, bold: bool) -> Any:
+    """A font of this machine, or the one that comes with Pillow."""
+    for name in FONTS[bold]:
+        try:
+            return ImageFont.truetype(name, size)
+        except OSError:
+            continue
+    return ImageFont.load_default(size)

@@ -1,0 +1,67 @@
+"""A scene as SVG: one file, no fonts or scripts in it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from xml.sax.saxutils import escape, quoteattr
+
+from bt_mission.views.drawing import style
+from bt_mission.views.drawing.letters import width_px
+from bt_mission.views.drawing.scene import Line, Rectangle, Scene, Shape, Words
+
+
+def svg(scene: Scene) -> str:
+    """The whole file."""
+    return "\n".join(_lines(scene)) + "\n"
+
+
+def _lines(scene: Scene) -> Iterator[str]:
+    width, height = _px(scene.width), _px(scene.height)
+    yield (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" '
+        f'viewBox="0 0 {width} {height}" font-family={quoteattr(style.FONT)} role="img">'
+    )
+    yield f"<title>{_text(scene.title)}</title>"
+    yield f'<rect width="{width}" height="{height}" fill="{style.PAPER}"/>'
+    for shape in scene.shapes:
+        yield _element(shape)
+    yield "</svg>"
+
+
+def _element(shape: Shape) -> str:
+    match shape:
+        case Rectangle():
+            return (
+                f'<rect x="{_px(shape.x)}" y="{_px(shape.y)}" width="{_px(shape.width)}" '
+                f'height="{_px(shape.height)}" rx="{_px(shape.radius)}" fill="{shape.fill}" '
+                f'stroke="{shape.stroke}" stroke-width="{_px(shape.thick)}"/>'
+            )
+        case Line():
+            points = " ".join(f"{_px(x)},{_px(y)}" for x, y in shape.points)
+            return (
+                f'<polyline points="{points}" fill="none" stroke="{shape.stroke}" '
+                f'stroke-width="{_px(shape.thick)}"/>'
+            )
+        case Words():
+            return _words(shape)
+
+
+def _words(shape: Words) -> str:
+    weight = ' font-weight="bold"' if shape.bold else ""
+    anchor = ' text-anchor="middle"' if shape.centred else ""
+    # Another font than ours is pulled to the width that the box was made for.
+    room = width_px(shape.text, shape.size, bold=shape.bold)
+    fit = "" if shape.centred else f' textLength="{_px(room)}" lengthAdjust="spacingAndGlyphs"'
+    return (
+        f'<text x="{_px(shape.x)}" y="{_px(shape.y)}" font-size="{_px(shape.size)}" '
+        f'fill="{shape.fill}"{weight}{anchor}{fit}>{_text(shape.text)}</text>'
+    )
+
+
+def _text(text: str) -> str:
+    """Text without what XML cannot hold."""
+    return escape("".join(one if one.isprintable() else " " for one in text))
+
+
+def _px(value: float) -> str:
+    return f"{value:.1f}".removesuffix(".0")

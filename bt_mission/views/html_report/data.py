@@ -1,0 +1,79 @@
+"""What the page's script is told: where the robot was, and what it saw, at which time."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+
+from bt_mission.recording.model import Run
+from bt_mission.views.html_report.charts import charts_of, thinned
+from bt_mission.views.html_report.plan import points_on_map
+from bt_mission.views.html_report.timeline import duration_s, rows_of
+
+MOST_POSES = 3000
+MOST_SCANS = 400
+MOST_POINTS = 120
+"""Of one scan."""
+
+
+def script_data(run: Run) -> str:
+    """The data as JSON that can stand inside a script element."""
+    told = {
+        "duration": round(duration_s(run), 3),
+        "rows": [
+            {
+                "name": run.tree[row.node].name,
+                "bars": [
+                    [_s(run, span.start_ns), _s(run, span.end_ns), span.status, span.message]
+                    for span, _ in row.bars
+                ],
+            }
+            for row in rows_of(run)
+        ],
+        "poses": _poses(run),
+        "scans": _scans(run),
+        "charts": {
+            chart.name: {
+                "unit": chart.unit,
+                "t": [_s(run, time_ns) for time_ns in times.tolist()],
+                "v": np.round(values, 3).tolist(),
+            }
+            for chart in charts_of(run)
+            for times, values in [thinned(chart)]
+        },
+    }
+    return json.dumps(told, separators=(",", ":")).replace("<", "\\u003c")
+
+
+def _s(run: Run, time_ns: int) -> float:
+    return round((time_ns - run.start_ns) / 1e9, 3)
+
+
+def _poses(run: Run) -> dict[str, list[float]]:
+    track = run.track
+    chosen = _spread(len(track), MOST_POSES)
+    return {
+        "t": [_s(run, int(time_ns)) for time_ns in track.times[chosen]],
+        "x": np.round(track.x[chosen], 3).tolist(),
+        "y": np.round(track.y[chosen], 3).tolist(),
+        "yaw": np.round(np.degrees(track.yaw[chosen]), 1).tolist(),
+    }
+
+
+def _scans(run: Run) -> list[dict[str, Any]]:
+    """Points on the map, in centimetres, x and y in turn."""
+    told = []
+    for index in _spread(len(run.scans), MOST_SCANS):
+        scan = run.scans[index]
+        pose = run.track.at(scan.time_ns)
+        if pose is not None and len(scan.points):
+            points = points_on_map(scan, pose)[_spread(len(scan.points), MOST_POINTS)]
+            centimetres = np.round(points * 100).astype(int).ravel().tolist()
+            told.append({"t": _s(run, scan.time_ns), "p": centimetres})
+    return told
+
+
+def _spread(count: int, most: int) -> Any:
+    return np.unique(np.linspace(0, max(0, count - 1), min(count, most)).astype(int))

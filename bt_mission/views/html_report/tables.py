@@ -1,0 +1,279 @@
+"""What of a run is read rather than looked at: facts, goals, leaves, pictures, the log, files."""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from bt_mission.recording.model import Goal, LogLine, Run
+from bt_mission.views.html_report.figures import distance_m, leaves, way_to_failure
+from bt_mission.views.html_report.markup import element, escape, number, rows, seconds
+
+MOST_LINES = 1000
+MOST_GOALS = 500
+MOST_PICTURES = 24
+MOST_PICTURE_BYTES = 5_000_000
+MOST_FIELDS = 12
+PATH, TEXT = 48, 160
+"""Characters of a value that are shown."""
+LEVELS = {10: "debug", 20: "info", 30: "warning", 40: "error", 50: "fatal"}
+
+
+def facts(run: Run) -> str:
+    """What it was and came to, in a few figures."""
+    summary, known = run.summary, run.facts
+    length = (run.end_ns - run.start_ns) / 1e9
+    distance = distance_m(run)
+    pairs = [
+        ("duration", seconds(length)),
+        ("distance", None if distance is None else f"{number(distance, 2)} m"),
+        ("goals", _goal_count(run)),
+        ("collisions", summary.get("collisions", len(run.collisions) or None)),
+        ("world", known.get("world")),
+        ("robot", known.get("robot")),
+        ("seed", known.get("seed")),
+    ]
+    return element(
+        "dl",
+        rows(
+            element("div", element("dt", name) + element("dd", escape(str(value))))
+            for name, value in pairs
+            if value is not None
+        ),
+        class_="facts",
+    )
+
+
+def _goal_count(run: Run) -> str:
+    left = run.summary.get("goals_left_behind", 0)
+    return f"{len(run.goals)}" + (f", {left} left behind" if left else "")
+
+
+def why(run: Run) -> str:
+    """What failed: the way from the root to the leaf, and what that said."""
+    way = way_to_failure(run)
+    if len(way) < 2:
+        return ""
+    steps = " \N{RIGHTWARDS ARROW} ".join(escape(run.tree[node].name) for node in way)
+    span = run.spans[way[-1]][-1]
+    at_s = (span.end_ns - run.start_ns) / 1e9
+    said = "" if span.message in run.reason else f"<br><strong>{escape(span.message)}</strong>"
+    return element("p", f"{steps}, at {seconds(at_s)}{said}", class_="why")
+
+
+def warnings(run: Run) -> str:
+    """What the recording lacks."""
+    parts = [text for text in (run.why_cut, run.missing and f"it lacks {run.missing}") if text]
+    if not parts:
+        return ""
+    return element(
+        "p", escape("This recording is not whole: " + "; ".join(parts) + "."), class_="lacks"
+    )
+
+
+def goals(run: Run) -> str:
+    """Each goal with its life."""
+    if not run.goals:
+        return element("p", "No goal was sent.", class_="hint")
+    head = "".join(
+        element("th", name, scope="col")
+        for name in ("#", "action", "node", "sent", "took", "outcome", "goal", "result")
+    )
+    body = rows(_goal(run, index, goal) for index, goal in enumerate(run.goals[:MOST_GOALS]))
+    table = element("table", element("thead", element("tr", head)) + element("tbody", body))
+    rest = len(run.goals) - MOST_GOALS
+    more = (
+        element("p", f"{rest} more goals are in the recording.", class_="hint") if rest > 0 else ""
+    )
+    return element("div", table, class_="scroll goals") + more
+
+
+def _goal(run: Run, index: int, goal: Goal) -> str:
+    def since(time_ns: int | None, start_ns: int | None) -> str:
+        known = time_ns is not None and start_ns is not None
+        return seconds((time_ns - start_ns) / 1e9) if known else "?"  # type: ignore[operator]
+
+    end = goal.status or ("left behind" if goal.given_up_ns is not None else "no end is known")
+    more = []
+    if goal.cancel_ns is not None and goal.sent_ns is not None:
+        more.append(f"cancel after {since(goal.cancel_ns, goal.sent_ns)}")
+    if goal.feedback:
+        more.append(f"{len(goal.feedback)} x feedback")
+    cells = [
+        ("#", str(index + 1)),
+        ("action", escape(goal.action)),
+        ("node", escape(goal.owner)),
+        ("sent", since(goal.sent_ns, run.start_ns)),
+        ("took", since(goal.end_ns, goal.sent_ns)),
+        (
+            "outcome",
+            element("span", "", class_=f"dot {goal.status or 'unknown'}")
+            + escape(end)
+            + "".join(element("small", text) for text in more),
+        ),
+        ("goal", _values(goal.values)),
+        ("result", "" if goal.result is None else _values(goal.result)),
+    ]
+    return element(
+        "tr",
+        "".join(
+            element("td", content and element("div", content), data_label=name)
+            for name, content in cells
+        ),
+        id=f"goal-{index + 1}",
+    )
+
+
+def _values(values: Mapping[str, Any]) -> str:
+    """Fields of a message, one a line, without those that say nothing."""
+    lines = [
+        f"{escape(name)} <b>{escape(text)}</b>"
+        for name, value in _flat("", values)
+        if (text := _short(value)) and not (name == "error_code" and value == 0)
+    ]
+    return element("code", "<br>".join(lines[:MOST_FIELDS])) if lines else ""
+
+
+def _flat(prefix: str, values: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """All fields by their dotted names; of messages inside a message, those that are not 0."""
+    for name, value in values.items():
+        if isinstance(value, Mapping):
+            yield from _flat(f"{prefix}{name}.", value)
+        elif not prefix or (value if isinstance(value, str) else np.any(value)):
+            yield f"{prefix}{name}", value
+
+
+def _short(value: Any) -> str:
+    match value:
+        case bool():
+            return str(value).lower()
+        case float():
+            return number(value)
+        case str():
+            return _short_text(value)
+        case list() | np.ndarray():
+            parts = [_short(part) for part in value[:3]]
+            text = ", ".join(parts)
+            is_short = len(value) <= 3 and len(text) <= PATH
+            return text if is_short else f"{len(value)} of them"
+        case Mapping():
+            return ", ".join(f"{name} {_short(part)}" for name, part in _flat("", value))
+        case np.floating():
+            return number(float(value))
+    return str(value)
+
+
+def _short_text(value: str) -> str:
+    """The end of a path, which tells more, and the beginning of other texts."""
+    if value.startswith("/"):
+        return value if len(value) <= PATH else f"…{value[1 - PATH :]}"
+    return value if len(value) <= TEXT else f"{value[: TEXT - 1]}…"
+
+
+def leaf_table(run: Run) -> str:
+    """What came of each leaf."""
+    head = "".join(element("th", name, scope="col") for name in ("node", "runs", "ended", "in all"))
+    body = rows(
+        element(
+            "tr",
+            element("td", escape(run.tree[leaf.node].name))
+            + element("td", str(sum(leaf.ends.values())))
+            + element(
+                "td",
+                ", ".join(
+                    element("span", "", class_=f"dot {status}") + f"{count} {status}"
+                    for status, count in leaf.ends.items()
+                ),
+            )
+            + element("td", seconds(leaf.seconds)),
+        )
+        for leaf in leaves(run)[:MOST_LINES]
+    )
+    table = element("table", element("thead", element("tr", head)) + element("tbody", body))
+    return element("div", table, class_="scroll")
+
+
+def pictures(run: Run) -> str:
+    """The run's pictures, spread over it when there are many."""
+    if not run.pictures:
+        return ""
+    step = max(1, -(-len(run.pictures) // MOST_PICTURES))
+    chosen, room = [], MOST_PICTURE_BYTES
+    for picture in run.pictures[::step]:
+        room -= len(picture.data)
+        if room < 0:
+            break
+        chosen.append(picture)
+    figures = []
+    for picture in chosen:
+        at = seconds((picture.time_ns - run.start_ns) / 1e9)
+        data = base64.b64encode(picture.data).decode()
+        image = (
+            f'<img src="data:{escape(picture.media_type)};base64,{data}" '
+            f'alt="{escape(picture.name)}">'
+        )
+        caption = element("figcaption", f"{escape(picture.name.rpartition('/')[2])}, {at}")
+        figures.append(element("figure", image + caption))
+    rest = len(run.pictures) - len(chosen)
+    more = element("p", f"{rest} more are in the recording.", class_="hint") if rest else ""
+    return element("div", rows(figures), class_="pictures") + more
+
+
+def log(run: Run) -> str:
+    """What was said."""
+    if not run.log:
+        return element("p", "Nothing was said.", class_="hint")
+    lines = _chosen(run.log)
+    body = rows(
+        element(
+            "li",
+            element("time", f"{(line.time_ns - run.start_ns) / 1e9:.2f}")
+            + element("b", LEVELS.get(line.level, str(line.level)))
+            + element("span", escape(line.text)),
+            class_=LEVELS.get(line.level, "info"),
+        )
+        for line in lines
+    )
+    rest = len(run.log) - len(lines)
+    more = f"{rest} more lines are in the recording." if rest else ""
+    return element("ol", body, class_="log") + (element("p", more, class_="hint") if more else "")
+
+
+def _chosen(lines: Iterable[LogLine]) -> list[LogLine]:
+    """Lines that matter most, when there are too many."""
+    lines = list(lines)
+    for least in (0, 20, 30, 40):
+        chosen = [line for line in lines if line.level >= least]
+        if len(chosen) <= MOST_LINES:
+            return chosen or lines[-MOST_LINES:]
+    return chosen[-MOST_LINES:]
+
+
+def files(run: Run) -> str:
+    """The mission's file and those that it includes."""
+    return rows(
+        element("h3", escape(name)) + element("pre", escape(text))
+        for name, text in run.files.items()
+    )
+
+
+def versions(run: Run) -> str:
+    """What the run was made with."""
+    inputs = json.loads(run.facts.get("inputs", "{}"))
+    parts = [f"{name} {value}" for name, value in run.versions.items()]
+    lines = [element("p", escape(", ".join(parts)))]
+    if inputs:
+        given = ", ".join(f"{name} = {value}" for name, value in inputs.items())
+        lines.append(element("p", escape(f"Inputs: {given}")))
+    wall = run.summary.get("wall_s")
+    if wall is not None:
+        length = (run.end_ns - run.start_ns) / 1e9
+        lines.append(element("p", f"{seconds(length)} in {seconds(wall)} of wall time."))
+    trace = run.summary.get("trace_sha256")
+    if trace:
+        lines.append(element("p", f"Trace: <code>{escape(str(trace))}</code>"))
+    return rows(lines)

@@ -1,0 +1,191 @@
+"""The timeline: for each node a row, for each time that it ran a bar.
+
+Time runs along x in the drawing's own seconds, so whoever zooms only moves the drawing's window;
+rows have a fixed height.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from bt_mission.recording.model import Run, Span
+from bt_mission.views.html_report.markup import element, escape, number, rows, seconds, void
+
+ROW = 22
+"""Pixels."""
+HINT = (
+    "Point at the timeline. Wheel or two fingers zoom, dragging moves, a double click shows all; "
+    "with the keyboard: arrows, + and -, 0."
+)
+MOST_ROWS = 600
+MOST_SPANS = 1500
+"""Of one node; beyond it, neighbours of the same kind are drawn as one."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """A node that has run, and what is drawn of it: bars with the number of runs in each."""
+
+    node: int
+    bars: list[tuple[Span, int]]
+
+
+def rows_of(run: Run) -> list[Row]:
+    """The nodes that have run, in the order of the tree."""
+    least_ns = max(1, (run.end_ns - run.start_ns) // MOST_SPANS)
+    found = []
+    for node, spans in enumerate(run.spans):
+        if spans:
+            bars = [(span, 1) for span in spans]
+            found.append(Row(node, bars if len(spans) <= MOST_SPANS else _merged(spans, least_ns)))
+    return found[:MOST_ROWS]
+
+
+def _merged(spans: tuple[Span, ...], least_ns: int) -> list[tuple[Span, int]]:
+    merged: list[tuple[Span, int]] = []
+    for span in spans:
+        if merged:
+            last, count = merged[-1]
+            is_near = span.start_ns - last.end_ns < least_ns
+            if last.status == span.status and is_near:
+                joined = Span(last.start_ns, span.end_ns, span.status, span.message)
+                merged[-1] = (joined, count + 1)
+                continue
+        merged.append((span, 1))
+    return merged
+
+
+def timeline(run: Run) -> str:
+    """The whole section."""
+    shown = rows_of(run)
+    duration = duration_s(run)
+    height = ROW * len(shown)
+    silent = len(run.tree) - sum(1 for spans in run.spans if spans)
+    bars = rows(_bars(run, row, index) for index, row in enumerate(shown))
+    drawing = element(
+        "svg",
+        f"{_stripes(len(shown), duration)}{bars}"
+        + void("line", class_="cursor", x1=0, x2=0, y1=0, y2=height, visibility="hidden"),
+        class_="bars zoomed",
+        viewBox=f"0 0 {number(duration)} {height}",
+        preserveAspectRatio="none",
+        style=f"height:{height}px",
+        role="img",
+        aria_label="When each node ran",
+    )
+    names = rows(_name(run, row) for row in shown)
+    note = f"{silent} {'node' if silent == 1 else 'nodes'} never ran." if silent else ""
+    if len(shown) == MOST_ROWS:
+        note = f"Only the first {MOST_ROWS} nodes that ran are shown."
+    return rows(
+        [
+            '<div class="timeline" tabindex="0" aria-label="Timeline of all nodes">',
+            element("div", names, class_="names"),
+            element("div", drawing + axis(duration), class_="drawing"),
+            "</div>",
+            element("p", HINT, class_="reading script", aria_live="polite"),
+            _legend(),
+            element("p", note, class_="hint") if note else "",
+        ]
+    )
+
+
+def duration_s(run: Run) -> float:
+    """Length of the run, s; never nothing."""
+    return max((run.end_ns - run.start_ns) / 1e9, 0.05)
+
+
+def axis(duration: float) -> str:
+    """Times below a drawing; the script writes others when it is zoomed."""
+    step = tick_step(duration)
+    marks = []
+    at = 0.0
+    while at <= duration * 0.97:
+        style = f"left:{number(100 * at / duration, 2)}%"
+        marks.append(element("span", f"{number(at, 2)} s", style=style))
+        at += step
+    return element("div", rows(marks), class_="axis", aria_hidden="true")
+
+
+def tick_step(duration: float) -> float:
+    """Seconds between marks, so that there are about six."""
+    for step in (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 3600):
+        if duration / step <= 7:
+            return float(step)
+    return duration / 6
+
+
+def _bars(run: Run, row: Row, index: int) -> str:
+    node = run.tree[row.node]
+    kind = "leaf" if _is_leaf(run, row.node) else "inner"
+    return rows(_bar(run, span, count, node.name, kind, index) for span, count in row.bars)
+
+
+def _bar(run: Run, span: Span, count: int, name: str, kind: str, index: int) -> str:
+    start = (span.start_ns - run.start_ns) / 1e9
+    length = (span.end_ns - span.start_ns) / 1e9
+    what = f"{name}: {span.status} after {seconds(length)} at {seconds(start + length)}"
+    if count > 1:
+        what = f"{name}: {count} times {span.status} until {seconds(start + length)}"
+    title = element("title", escape(f"{what}\n{span.message}".strip()))
+    y = index * ROW + 4
+    if length == 0:
+        # Of no width, so it is a line, which keeps its width however the drawing is zoomed.
+        return element(
+            "line",
+            title,
+            class_=f"bar {kind} {span.status}",
+            x1=start,
+            x2=start,
+            y1=y,
+            y2=y + ROW - 8,
+        )
+    return element(
+        "rect",
+        title,
+        class_=f"bar {kind} {span.status}",
+        x=start,
+        y=y,
+        width=length,
+        height=ROW - 8,
+    )
+
+
+def _is_leaf(run: Run, number: int) -> bool:
+    return not any(node.parent == number for child, node in enumerate(run.tree) if child != number)
+
+
+def _stripes(count: int, duration: float) -> str:
+    return rows(
+        void("rect", class_="stripe", x=0, y=index * ROW, width=duration, height=ROW)
+        for index in range(0, count, 2)
+    )
+
+
+def _name(run: Run, row: Row) -> str:
+    node = run.tree[row.node]
+    last = row.bars[-1][0].status
+    return element(
+        "div",
+        element("span", "", class_=f"dot {last}", title=last) + escape(node.name),
+        class_="name",
+        style=f"padding-left:{min(node.depth, 8) * 10 + 4}px",
+        title=f"{node.name} ({node.kind}, {node.path})",
+    )
+
+
+def _legend() -> str:
+    words = {
+        "success": "success",
+        "failure": "failure",
+        "halted": "halted",
+        "running": "still running",
+    }
+    return element(
+        "p",
+        " ".join(
+            element("span", element("span", "", class_=f"dot {status}") + text)
+            for status, text in words.items()
+        ),
+        class_="legend",
+    )

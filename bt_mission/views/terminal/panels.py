@@ -1,0 +1,181 @@
+"""What the panels of a watcher's view say, in rows of spans."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from textwrap import wrap
+
+from py_trees.common import Status
+
+from bt_mission.events.log import Entry
+from bt_mission.events.messages import FINAL, OPEN, Goal
+from bt_mission.events.mission_state import WatchedMission
+from bt_mission.events.robot_state import WatchedRobot
+from bt_mission.views.terminal.marks import Marks, clean
+from bt_mission.views.terminal.tree_rows import STATUS_STYLES, time_in_state
+from bt_mission.views.terminal.words import Span, seconds
+
+Rows = list[list[Span]]
+
+SHORT = 8
+"""Characters of a number that is shown with all its digits."""
+
+GOAL_STATUSES = {
+    "succeeded": Status.SUCCESS,
+    "aborted": Status.FAILURE,
+    "rejected": Status.FAILURE,
+    "lost": Status.FAILURE,
+    "unknown": Status.FAILURE,
+    "canceled": Status.INVALID,
+}
+"""The sign of a goal's state; that of the others is running."""
+
+STATE_STATUSES = {
+    "running": Status.RUNNING,
+    "ending": Status.RUNNING,
+    "success": Status.SUCCESS,
+    "failure": Status.FAILURE,
+    "interrupted": Status.FAILURE,
+}
+
+
+def header(
+    mission: WatchedMission, robot: WatchedRobot, factor: float | None, marks: Marks
+) -> list[Span]:
+    """Name, state and reason, time, pace and battery of a mission, most telling first."""
+    tree, state = mission.tree, mission.state
+    spans: list[Span] = []
+    name = tree.mission if tree else state.mission if state else ""
+    spans.append((clean(name, marks) or "no mission", "title"))
+    if state is not None:
+        status = STATE_STATUSES.get(state.status, Status.INVALID)
+        style = "paused" if state.status == "paused" else STATUS_STYLES[status]
+        sign = "" if status is Status.INVALID else f"{marks.status[status]} "
+        spans += [("  ", ""), (f"{sign}{clean(state.status, marks)}", style)]
+    if tree is not None:
+        spans.append((f"  {seconds(mission.elapsed_ns)}", ""))
+    if factor is not None and mission.status not in FINAL:
+        spans.append((f"  {factor:.1f} x", ""))
+    if (charge := robot.charge) is not None:
+        spans.append((f"  battery {charge:.0f} %", "failure" if charge < 15 else ""))
+    if state is not None and state.reason:
+        spans.append((f"  {clean(state.reason, marks)}", "words"))
+    return spans
+
+
+def path(names: Sequence[str], width: int, marks: Marks) -> list[Span]:
+    """The way from the root to what runs; its end stays when it is too long."""
+    spans: list[Span] = []
+    shown = [clean(name, marks) for name in names]
+    cut: list[str] = []
+    while len(shown) > 1 and len(marks.then.join([*cut, *shown])) > width:
+        shown, cut = shown[1:], [marks.cut]
+    if len(marks.then.join([*cut, *shown])) <= width:
+        shown = [*cut, *shown]
+    for number, name in enumerate(shown):
+        if number:
+            spans.append((marks.then, "words"))
+        spans.append((name, "running" if number == len(shown) - 1 else ""))
+    return spans
+
+
+def log_rows(entries: Iterable[Entry], start_ns: int, marks: Marks) -> Rows:
+    """A row for each entry, with the time since the start."""
+    rows: Rows = []
+    for entry in entries:
+        style = "" if entry.status is None else STATUS_STYLES[entry.status]
+        sign = " " if entry.status is None else marks.status[entry.status]
+        time_s = (entry.time_ns - start_ns) / 1e9
+        row: list[Span] = [(f"{time_s:8.2f}  ", "time"), (f"{sign} ", style)]
+        if entry.name:
+            row.append((clean(entry.name, marks), style or "title"))
+        if entry.text:
+            text = clean(entry.text, marks)
+            row.append((f"  {text}" if entry.name else text, "words" if entry.name else ""))
+        rows.append(row)
+    return rows
+
+
+def goal_rows(mission: WatchedMission, marks: Marks) -> Rows:
+    """Every goal and its state: those that are open first, the newest on top."""
+    goals = list(mission.goals.values())[::-1]
+    rows: Rows = []
+    for goal in sorted(goals, key=lambda one: one.state not in OPEN):
+        style = STATUS_STYLES[GOAL_STATUSES.get(goal.state, Status.RUNNING)]
+        sign = marks.status[GOAL_STATUSES.get(goal.state, Status.RUNNING)]
+        rows.append(
+            [
+                (f"{sign} {goal.state:<9} ", style),
+                (f"{_duration(goal, mission):>7}  ", "time"),
+                (clean(goal.action, marks), ""),
+                (f"  {clean(goal.owner, marks)}  {goal.id[:8]}", "words"),
+            ]
+        )
+    return rows
+
+
+def goals_title(mission: WatchedMission) -> str:
+    """How many were sent, and how many of them are open."""
+    if mission.goals_sent is None:
+        return "goals"
+    are_open = sum(goal.state in OPEN for goal in mission.goals.values())
+    return f"goals: {mission.goals_sent} sent, {are_open} open"
+
+
+def variable_rows(mission: WatchedMission, marks: Marks) -> Rows:
+    """Name and value of each variable."""
+    width = min(max((len(name) for name in mission.variables), default=0), 24)
+    return [
+        [(f"{clean(name, marks):<{width}} ", "title"), (clean(_short(value), marks), "")]
+        for name, value in mission.variables.items()
+    ]
+
+
+def _short(value: str) -> str:
+    """A variable's value; of a number's digits the first six."""
+    try:
+        return value if len(value) <= SHORT else f"{float(value):.6g}"
+    except ValueError:
+        return value
+
+
+def node_rows(mission: WatchedMission, index: int, width: int, marks: Marks) -> Rows:
+    """Everything that is known of one node, its words in full."""
+    if mission.tree is None:
+        return []
+    node, status = mission.tree.nodes[index], mission.statuses[index]
+    word = "not run" if status is Status.INVALID else status.value.lower()
+    row: list[Span] = [(f"{marks.status[status]} {word}", STATUS_STYLES[status])]
+    if time := time_in_state(mission, index):
+        row.append((f" for {time}" if status is Status.RUNNING else f", ran {time}", "time"))
+    since_ns = mission.since_ns[index]
+    if since_ns is not None:
+        row.append((f", since {(since_ns - mission.tree.time_ns) / 1e9:.2f} s", "time"))
+    kind = [(f"{clean(node.kind, marks)}, path {node.path}", "words")]
+    rows: Rows = [[(clean(node.name, marks), "title")], row, kind]
+    words = clean(mission.messages[index], marks)
+    return rows + [[(line, "")] for line in wrap(words, max(width, 10))]
+
+
+def map_title(robot: WatchedRobot) -> str:
+    """Where the robot is."""
+    pose = robot.pose
+    if pose is None:
+        return "map"
+    frame = f" in {robot.frame}" if robot.frame not in ("", "map") else ""
+    return f"map: x {pose.x:.2f}  y {pose.y:.2f} m{frame}"
+
+
+def targets(mission: WatchedMission) -> tuple[tuple[float, float], ...]:
+    """The places of the newest goal that names any, as long as the mission runs."""
+    if mission.status in FINAL:
+        return ()
+    with_places = [goal for goal in mission.goals.values() if goal.targets]
+    are_open = [goal for goal in with_places if goal.state in OPEN]
+    chosen = are_open or with_places
+    return chosen[-1].targets if chosen else ()
+
+
+def _duration(goal: Goal, mission: WatchedMission) -> str:
+    end_ns = mission.now_ns if goal.state in OPEN else goal.changed_ns
+    return seconds(max(end_ns - goal.sent_ns, 0))

@@ -1,0 +1,171 @@
+"""The full-screen view of executives: who is watched, and what the user wants of them."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from textual import events
+from textual.binding import Binding, BindingType
+
+from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.events.attachment import Attachment
+from bt_mission.events.messages import FINAL
+from bt_mission.events.source import Command, Found, Graph, Source, Verb
+from bt_mission.views.terminal.marks import Marks
+from bt_mission.views.terminal.words import Span
+from bt_mission.views.tui.dialogs import Chooser
+from bt_mission.views.tui.keys import KEYS
+from bt_mission.views.tui.view_app import ViewApp
+from bt_mission.views.tui.watch_model import Outlook
+
+CHECK_S = 1.0
+"""Wall time between two looks at who is there, once somebody is watched."""
+
+
+class WatchApp(ViewApp):
+    """Shows an executive of a graph, and passes on what the user wants of it.
+
+    :param graph: where executives are found.
+    :param marks: the terminal's signs.
+    :param name: of the executive to watch; None takes the only one, or asks.
+    :param wait_s: wall time after which it leaves when nobody was there to watch; None keeps
+        looking. The return code is then 1.
+    """
+
+    keys = KEYS
+    leaving = "leave; the mission runs on"
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding(key.keys, key.action, show=False) for key in KEYS
+    ]
+
+    def __init__(
+        self, graph: Graph, marks: Marks, name: str | None = None, *, wait_s: float | None = None
+    ) -> None:
+        super().__init__(marks)
+        self.graph = graph
+        self.attachment = Attachment(graph, name)
+        self._wait_s = wait_s
+        self._since_check = Stopwatch()
+        self._may_stop = False
+
+    # ---- what comes ----------------------------------------------------------------------
+
+    def look(self) -> None:
+        """Take what has come, and show it."""
+        self.graph.serve()
+        self._look_round()
+        if self.source is not None:
+            needs = self.outlook.mission.needs_statuses
+            heard = self.source.take(needs_statuses=needs)
+            self.outlook.take(heard, self._wall.elapsed_s)
+            for answer in heard.answers:
+                self.tell(answer.text)
+        self.draw()
+
+    def draw(self) -> None:
+        """Show what is known."""
+        before: list[Span] = []
+        if self.source is None or not self.source.is_there:
+            known = self.outlook.mission.state is not None
+            before = [(" gone; looking " if known else " looking ", "paused"), (" ", "")]
+        self._main.show(self.outlook, self.foot(), before)
+
+    def attach(self, name: str) -> None:
+        """Watch this executive from now on."""
+        self.outlook = Outlook()
+        self.attachment.attach(name)
+
+    @property
+    def source(self) -> Source | None:
+        """Who is watched."""
+        return self.attachment.source
+
+    def _look_round(self) -> None:
+        """Look at who is there: always while nobody is watched, and now and then after that."""
+        if self.source is not None and self._since_check.elapsed_s < CHECK_S:
+            return
+        self._since_check = Stopwatch()
+        finding = self.attachment.look()
+        if finding.is_new:
+            self.outlook = Outlook()
+        elif finding.is_choice:
+            self.action_choose()
+        elif finding.text and self._wait_s is not None and self._wall.elapsed_s > self._wait_s:
+            self.exit(return_code=1)
+        if finding.text:
+            self.tell(finding.text)
+
+    def keys_now(self) -> list[str]:
+        """Those that its state allows."""
+        status = self.outlook.mission.status
+        if status == "paused":
+            keys = ["r resume", "s step", "x stop"]
+        elif status in FINAL or not status:
+            keys = []
+        else:
+            keys = ["p pause", "x stop"]
+        others = ["b break", "/ search", "f follow", f"Tab {self.next_panel}", "? help", "q leave"]
+        return [*keys, *others]
+
+    # ---- wishes --------------------------------------------------------------------------
+
+    def send_command(self, command: Command) -> None:
+        """Pass a wish on to the executive."""
+        if self.source is not None:
+            self.source.send(command)
+
+    def action_pause(self) -> None:
+        """Pause."""
+        self.send_command(Command(Verb.PAUSE))
+
+    def action_pause_keeping(self) -> None:
+        """Pause, while goals run on."""
+        self.send_command(Command(Verb.PAUSE_KEEPING_GOALS))
+
+    def action_resume(self) -> None:
+        """Go on."""
+        self.send_command(Command(Verb.RESUME))
+
+    def action_step(self) -> None:
+        """One tick."""
+        self.send_command(Command(Verb.STEP))
+
+    def action_stop(self) -> None:
+        """Stop, when asked twice in a row."""
+        if self._may_stop:
+            self._may_stop = False
+            self.send_command(Command(Verb.STOP))
+        else:
+            self._may_stop = True
+            self.tell("x again stops the mission; any other key does not")
+
+    def action_breakpoint(self) -> None:
+        """Set or remove the breakpoint at the selected node."""
+        if (command := self.outlook.breakpoint()) is not None:
+            self.send_command(command)
+
+    def on_event_key(self, key: str) -> None:
+        """Forget the wish to stop when another key is pressed."""
+        if key != "x" and self._may_stop:
+            self._may_stop = False
+            self._notice = ""
+
+    async def on_event(self, event: events.Event) -> None:
+        """See every key before it is acted upon."""
+        if isinstance(event, events.Key):
+            self.on_event_key(event.key)
+        await super().on_event(event)
+
+    def action_choose(self) -> None:
+        """Choose among the executives of the graph."""
+        if isinstance(self.screen, Chooser):
+            return
+
+        def chosen(name: str | None) -> None:
+            if name is not None:
+                self.attach(name)
+
+        self.push_screen(Chooser(self._marks, self._find, self.graph.where), chosen)
+
+    def _find(self) -> tuple[Found, ...]:
+        return self.graph.find()

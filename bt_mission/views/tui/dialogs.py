@@ -1,0 +1,134 @@
+"""Screens over the view: the help, and a list of executives to choose from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import ClassVar
+
+from textual import events
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.screen import ModalScreen
+
+from bt_mission.events.source import Found
+from bt_mission.views.terminal.marks import Marks, clean
+from bt_mission.views.terminal.words import Span
+from bt_mission.views.tui.keys import Key
+from bt_mission.views.tui.pane import Pane
+
+CSS = "ModalScreen { background: ansi_default; } ModalScreen > Pane { height: 100%; }"
+
+
+def help_rows(keys: Sequence[Key], leave: str) -> list[list[Span]]:
+    """A row for each key."""
+    rows: list[list[Span]] = []
+    for key in keys:
+        if key.help:
+            words = leave if key.action == "leave" else key.help
+            rows.append([(f"{key.shown:>11}", "key"), (f"  {words}", "")])
+    return rows
+
+
+class Help(ModalScreen[None]):
+    """All keys; any of them closes it, apart from those that scroll.
+
+    :param keys: of the view.
+    :param leave: what the key for leaving does.
+    """
+
+    DEFAULT_CSS = CSS
+
+    def __init__(self, marks: Marks, keys: Sequence[Key], leave: str) -> None:
+        super().__init__()
+        self._pane = Pane(marks)
+        self._rows = help_rows(keys, leave)
+        self._top = 0
+
+    def compose(self) -> ComposeResult:
+        """One pane."""
+        yield self._pane
+
+    def on_resize(self) -> None:
+        """Show what fits."""
+        self.call_after_refresh(self._show)
+
+    def on_key(self, event: events.Key) -> None:
+        """Scroll, or close."""
+        event.stop()
+        if event.key in ("down", "j", "pagedown", "up", "k", "pageup"):
+            step = 1 if event.key in ("down", "j", "pagedown") else -1
+            most = max(len(self._rows) - self._pane.room, 0)
+            self._top = min(max(self._top + step, 0), most)
+            self._show()
+        else:
+            self.dismiss()
+
+    def _show(self) -> None:
+        rows = self._rows[self._top :]
+        more = "down scrolls" if len(self._rows) > self._pane.room else "any key closes"
+        self._pane.show(rows, "keys", more)
+
+
+class Chooser(ModalScreen[str | None]):
+    """The executives of the graph; gives the name of the chosen one.
+
+    :param find: looks for them.
+    :param where: what is looked through.
+    """
+
+    DEFAULT_CSS = CSS
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("up,k", "move(-1)"),
+        Binding("down,j", "move(1)"),
+        Binding("enter,space", "choose"),
+        Binding("escape,q,c,ctrl+c", "cancel"),
+    ]
+
+    def __init__(self, marks: Marks, find: Callable[[], tuple[Found, ...]], where: str) -> None:
+        super().__init__()
+        self._marks = marks
+        self._pane = Pane(marks)
+        self._find = find
+        self._where = where
+        self._found: tuple[Found, ...] = ()
+        self._cursor = 0
+
+    def compose(self) -> ComposeResult:
+        """One pane."""
+        yield self._pane
+
+    def on_mount(self) -> None:
+        """Look for executives as long as the list is there."""
+        self.set_interval(0.25, self.look)
+        self.call_after_refresh(self.look)
+
+    def look(self) -> None:
+        """Show those that are there now."""
+        self._found = self._find()
+        self._cursor = min(self._cursor, max(len(self._found) - 1, 0))
+        rows: list[list[Span]] = [
+            [
+                (f"{self._marks.cursor if number == self._cursor else ' '} ", "key"),
+                (clean(one.name, self._marks), "chosen" if number == self._cursor else "title"),
+                (f"  {one.fault}" if one.fault else "", "notice"),
+            ]
+            for number, one in enumerate(self._found)
+        ]
+        if not rows:
+            rows = [[(f"no executive yet ({self._where}); looking", "")]]
+        rows += [[], [("Enter", "key"), (" watches it, ", ""), ("Esc", "key"), (" goes back", "")]]
+        self._pane.show(rows, "executives")
+
+    def action_move(self, rows: int) -> None:
+        """Select another one."""
+        self._cursor = min(max(self._cursor + rows, 0), max(len(self._found) - 1, 0))
+        self.look()
+
+    def action_choose(self) -> None:
+        """Take the selected one, unless it cannot be watched."""
+        if self._found and not self._found[self._cursor].is_foreign:
+            self.dismiss(self._found[self._cursor].name)
+
+    def action_cancel(self) -> None:
+        """Go back without a choice."""
+        self.dismiss(None)

@@ -1,0 +1,163 @@
+"""The panes of the view on the screen, and what each of them shows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from textual.app import ComposeResult
+from textual.screen import Screen
+from textual.widgets import Input
+
+from bt_mission.views.terminal.arrangement import PANELS, arranged
+from bt_mission.views.terminal.chart import Chart
+from bt_mission.views.terminal.marks import Marks
+from bt_mission.views.terminal.panels import (
+    Rows,
+    goal_rows,
+    goals_title,
+    header,
+    log_rows,
+    map_title,
+    node_rows,
+    path,
+    targets,
+    variable_rows,
+)
+from bt_mission.views.terminal.tree_rows import tree_row
+from bt_mission.views.terminal.words import Span
+from bt_mission.views.tui.pane import Pane
+from bt_mission.views.tui.watch_model import Outlook
+
+BARE = ("head", "path", "time", "foot")
+"""Panes without a title."""
+
+
+class MainScreen(Screen[None]):
+    """The tree, and panels around it or below it.
+
+    :param has_time: is there a line of time, as of a recording?
+    """
+
+    DEFAULT_CSS = """
+    MainScreen { background: ansi_default; color: ansi_default; }
+    MainScreen > Pane { position: absolute; display: none; }
+    #search {
+        position: absolute; display: none; height: 1; border: none; padding: 0;
+        background: ansi_default; color: ansi_default;
+    }
+    """
+    AUTO_FOCUS = ""
+
+    def __init__(self, marks: Marks, *, has_time: bool = False) -> None:
+        super().__init__()
+        self._has_time = has_time
+        self._marks = marks
+        self._chart = Chart(marks)
+        self.panes = {
+            name: Pane(marks, has_rule=name not in BARE, id=name)
+            for name in (*BARE, "tree", *PANELS)
+        }
+        self.search = Input(id="search", compact=True, select_on_focus=False)
+        self.search.cursor_blink = False
+        self.panel = "log"
+        self.is_large = False
+        self.scroll = 0
+        """Rows by which an enlarged panel is scrolled."""
+        self._chosen: int | None = None
+
+    def compose(self) -> ComposeResult:
+        """All panes; :meth:`place_panes` puts them in their places."""
+        yield from self.panes.values()
+        yield self.search
+
+    def place_panes(self) -> None:
+        """Give each pane its place on a screen of the present size."""
+        width, height = self.size
+        places = arranged(
+            width, height, self.panel, is_large=self.is_large, has_time=self._has_time
+        )
+        for name, pane in self.panes.items():
+            place = places.get(name)
+            pane.display = place is not None and place.height > 0 and place.width > 0
+            if place is not None:
+                pane.styles.offset = (place.x, place.y)
+                pane.styles.width, pane.styles.height = place.width, place.height
+        foot = places["foot"]
+        self.search.styles.offset = (0, foot.y)
+        self.search.styles.width = width
+
+    def is_shown(self, name: str) -> bool:
+        """Is a pane on the screen?"""
+        return bool(self.panes[name].display)
+
+    def show(self, outlook: Outlook, foot: list[Span], before: Sequence[Span] = ()) -> None:
+        """Show what is known now.
+
+        :param before: what stands before the mission's name.
+        """
+        mission, marks = outlook.mission, self._marks
+        width = self.size.width
+        head = header(mission, outlook.robot, outlook.pace.factor, marks)
+        self.panes["head"].show([[*before, *head]])
+        self.panes["path"].show([path(outlook.running_path, width, marks)])
+        self.panes["foot"].show([foot])
+        self._show_tree(outlook)
+        for name in PANELS:
+            if self.is_shown(name):
+                rows, title = self._panel(name, outlook)
+                self._show_panel(name, rows, title)
+
+    def _show_tree(self, outlook: Outlook) -> None:
+        pane = self.panes["tree"]
+        if not self.is_shown("tree"):
+            return
+        indices = outlook.rows_in_view(pane.room)
+        chosen = outlook.cursor_row - outlook.top if indices else None
+        rows: Rows = []
+        for number, index in enumerate(indices):
+            is_chosen = number == chosen
+            row = tree_row(
+                outlook.mission,
+                outlook.outline,
+                index,
+                pane.size.width - 1,
+                self._marks,
+                is_chosen=is_chosen,
+            )
+            rows.append([(self._marks.cursor if is_chosen else " ", "key"), *row])
+        count = len(outlook.outline.rows)
+        right = (
+            f"{outlook.top + 1} to {outlook.top + len(rows)} of {count}"
+            if len(rows) < count
+            else ""
+        )
+        title = "tree, following" if outlook.is_following else "tree"
+        pane.show(rows, title, right)
+
+    def _panel(self, name: str, outlook: Outlook) -> tuple[Rows, str]:
+        mission, marks, pane = outlook.mission, self._marks, self.panes[name]
+        match name:
+            case "goals":
+                return goal_rows(mission, marks), goals_title(mission)
+            case "variables":
+                return variable_rows(mission, marks), "variables"
+            case "map":
+                places, size = targets(mission), pane.size
+                rows = self._chart.draw(outlook.robot, places, size.width, pane.room)
+                return rows, map_title(outlook.robot)
+            case "node":
+                return node_rows(mission, outlook.cursor, pane.size.width, marks), "selected node"
+        start_ns = mission.tree.time_ns if mission.tree else 0
+        first = max(len(outlook.log) - pane.room - self.scroll, 0)
+        shown = [outlook.log[at] for at in range(first, min(first + pane.room, len(outlook.log)))]
+        return log_rows(shown, start_ns, marks), "log"
+
+    def _show_panel(self, name: str, rows: Rows, title: str) -> None:
+        pane = self.panes[name]
+        right = ""
+        if name != "log":  # which is cut already, at its beginning
+            self.scroll = min(self.scroll, max(len(rows) - pane.room, 0))
+            if len(rows) > pane.room:
+                right = f"{len(rows)} rows"
+                rows = rows[self.scroll : self.scroll + pane.room]
+        pane.show(rows, title, right)

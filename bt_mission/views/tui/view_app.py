@@ -1,0 +1,261 @@
+"""What all full-screen views have in common: the tree, panels, a search, a line to type."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+from textual import events
+from textual.app import App
+from textual.widgets import Input
+
+from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.views.terminal.arrangement import PANELS
+from bt_mission.views.terminal.marks import Marks
+from bt_mission.views.terminal.words import Span
+from bt_mission.views.tui.dialogs import Help
+from bt_mission.views.tui.keys import Key
+from bt_mission.views.tui.layout import MainScreen
+from bt_mission.views.tui.watch_model import Outlook
+
+FRAME_S = 0.1
+"""Wall time between two looks at what is new."""
+
+NOTICE_S = 5.0
+"""How long a notice stands in the place of the keys."""
+
+
+@dataclass(frozen=True)
+class Prompt:
+    """A line that the user types.
+
+    :param hint: stands there while nothing is typed.
+    :param take: called with the text at the end; ``follow`` with each text on the way there.
+    :param give_up: called when the user goes back.
+    """
+
+    hint: str
+    take: Callable[[str], None]
+    follow: Callable[[str], None] = lambda _: None
+    give_up: Callable[[], None] = lambda: None
+
+
+class ViewApp(App[None]):
+    """Shows a mission. What it shows, and which keys there are besides, is for those below.
+
+    :param marks: the terminal's signs.
+    """
+
+    ENABLE_COMMAND_PALETTE = False
+    keys: ClassVar[Sequence[Key]]
+    """All keys of the view."""
+    leaving: ClassVar[str]
+    """What the key for that does, for the help."""
+    has_time: ClassVar[bool] = False
+    """Is there a line of time?"""
+
+    def __init__(self, marks: Marks) -> None:
+        super().__init__(ansi_color=True)
+        self.outlook = Outlook()
+        self._marks = marks
+        self._wall = Stopwatch()
+        self._main = MainScreen(marks, has_time=self.has_time)
+        self._notice = ""
+        self._notice_until_s = 0.0
+        self._prompt: Prompt | None = None
+
+    def on_mount(self) -> None:
+        """Begin."""
+        self.push_screen(self._main)
+        self.set_interval(FRAME_S, self.look)
+        self.call_after_refresh(self.look)
+
+    def on_resize(self) -> None:
+        """Put the panes in their new places."""
+        self.call_after_refresh(self._rearrange)
+
+    def look(self) -> None:
+        """Take what is new, and show it."""
+        raise NotImplementedError
+
+    def draw(self) -> None:
+        """Show what is known."""
+        raise NotImplementedError
+
+    def keys_now(self) -> list[str]:
+        """The keys that make sense now: each a key, a blank, and what it does."""
+        raise NotImplementedError
+
+    def tell(self, text: str) -> None:
+        """Show a line in the place of the keys, for a while."""
+        self._notice = text
+        self._notice_until_s = self._wall.elapsed_s + NOTICE_S
+        self.draw()
+
+    def foot(self) -> list[Span]:
+        """The last line: a notice, else keys."""
+        if self._notice and self._wall.elapsed_s < self._notice_until_s:
+            return [(self._notice, "notice")]
+        spans: list[Span] = []
+        for key in self.keys_now():
+            name, _, what = key.partition(" ")
+            spans += [(name, "key"), (f" {what}  ", "words")]
+        return spans
+
+    @property
+    def next_panel(self) -> str:
+        """The name of the panel that is shown next."""
+        return PANELS[(PANELS.index(self._main.panel) + 1) % len(PANELS)]
+
+    def _rearrange(self) -> None:
+        self._main.place_panes()
+        self.call_after_refresh(self.draw)
+
+    # ---- the tree ------------------------------------------------------------------------
+
+    def action_move(self, rows: int) -> None:
+        """Select another node, or scroll the enlarged panel."""
+        if self._main.is_large:
+            up = rows if self._main.panel != "log" else -rows
+            self._main.scroll = max(self._main.scroll + up, 0)
+        else:
+            self.outlook.move(rows)
+        self.draw()
+
+    def action_page(self, pages: int) -> None:
+        """As :meth:`action_move`, by what is in view."""
+        name = self._main.panel if self._main.is_large else "tree"
+        self.action_move(pages * max(self._main.panes[name].room - 1, 1))
+
+    def action_fold(self) -> None:
+        """Fold."""
+        self.outlook.fold()
+        self.draw()
+
+    def action_unfold(self) -> None:
+        """Unfold."""
+        self.outlook.unfold()
+        self.draw()
+
+    def action_fold_or_unfold(self) -> None:
+        """Fold or unfold."""
+        self.outlook.toggle()
+        self.draw()
+
+    def action_fold_all(self) -> None:
+        """Fold or unfold everything."""
+        self.outlook.fold_all()
+        self.draw()
+
+    def action_follow(self) -> None:
+        """Go with what runs, or no longer."""
+        self.outlook.follow()
+        self.look()
+
+    def on_click(self, event: events.Click) -> None:
+        """Select the node that is clicked on; fold or unfold it with a second click."""
+        if event.widget is self._main.panes["tree"] and event.y > 0:
+            self.outlook.select_row(event.y - 1)
+            if event.chain > 1:
+                self.outlook.toggle()
+            self.draw()
+
+    def on_mouse_scroll_down(self) -> None:
+        """As the key."""
+        self.action_move(1)
+
+    def on_mouse_scroll_up(self) -> None:
+        """As the key."""
+        self.action_move(-1)
+
+    # ---- a line to be typed into ---------------------------------------------------------
+
+    def ask(self, prompt: Prompt) -> None:
+        """Have the user type a line in the place of the keys."""
+        self._prompt = prompt
+        search = self._main.search
+        search.value = ""
+        search.placeholder = prompt.hint
+        search.display = True
+        self._main.panes["foot"].display = False
+        # At once: what is typed next is no key.
+        self._main.set_focus(search, scroll_visible=False)
+
+    def on_input_changed(self, event: Input.Changed) -> None:
+        """Follow what is typed."""
+        if self._prompt is not None and event.value:
+            self._prompt.follow(event.value)
+
+    def on_input_submitted(self, event: Input.Submitted) -> None:
+        """Take what was typed."""
+        if (prompt := self._close_prompt()) is not None and event.value:
+            prompt.take(event.value)
+        self.draw()
+
+    def key_escape(self) -> None:
+        """Go back."""
+        if (prompt := self._close_prompt()) is not None:
+            prompt.give_up()
+            self.draw()
+
+    def _close_prompt(self) -> Prompt | None:
+        prompt, self._prompt = self._prompt, None
+        self._main.search.display = False
+        self._main.panes["foot"].display = True
+        self._main.set_focus(None)
+        return prompt
+
+    def action_search(self) -> None:
+        """Ask for a text, and select the first node that matches so far."""
+        before = self.outlook.cursor
+
+        def follow(text: str) -> None:
+            self.outlook.search(text, before - 1)
+            self.draw()
+
+        def take(text: str) -> None:
+            if not self.outlook.search(text, before - 1):
+                self.tell(f"'{text}' is nowhere in the tree")
+
+        def give_up() -> None:
+            self.outlook.cursor = before
+
+        self.ask(Prompt("search; Enter takes it, Esc goes back", take, follow, give_up))
+
+    def action_again(self, step: int) -> None:
+        """The next node with the text of the last search."""
+        if not self.outlook.search(self.outlook.sought, self.outlook.cursor, step=step):
+            self.tell("nothing was searched for yet: / does")
+        self.draw()
+
+    # ---- panels and screens --------------------------------------------------------------
+
+    def action_next_panel(self, step: int) -> None:
+        """Show another panel."""
+        main = self._main
+        main.panel = PANELS[(PANELS.index(main.panel) + step) % len(PANELS)]
+        main.scroll = 0
+        self._rearrange()
+
+    def action_focus_next(self) -> None:
+        """What Textual's own screens do on Tab."""
+        self.action_next_panel(1)
+
+    def action_focus_previous(self) -> None:
+        """What they do on Shift+Tab."""
+        self.action_next_panel(-1)
+
+    def action_enlarge(self) -> None:
+        """Give the panel the place of all others, or take it back."""
+        self._main.is_large = not self._main.is_large
+        self._main.scroll = 0
+        self._rearrange()
+
+    def action_help(self) -> None:
+        """Show the keys."""
+        self.push_screen(Help(self._marks, self.keys, self.leaving))
+
+    def action_leave(self) -> None:
+        """Leave."""
+        self.exit()

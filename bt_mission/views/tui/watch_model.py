@@ -1,0 +1,185 @@
+"""All that a view shows of one executive, and what its user has chosen; without a terminal."""
+
+from __future__ import annotations
+
+from collections import deque
+
+from bt_mission.events import messages
+from bt_mission.events.events import Began, Happening
+from bt_mission.events.log import LOG_ENTRIES, Entry, entry_of
+from bt_mission.events.mission_state import WatchedMission
+from bt_mission.events.real_time_factor import Pace
+from bt_mission.events.robot_state import WatchedRobot
+from bt_mission.events.source import Command, Heard, Verb
+from bt_mission.views.tui.outline import Outline
+from bt_mission.views.tui.viewport import scrolled_to
+
+
+class Outlook:
+    """A mission, its robot, the log, and the user's place in the tree."""
+
+    def __init__(self) -> None:
+        self.mission = WatchedMission()
+        self.robot = WatchedRobot()
+        self.outline = Outline(())
+        self.log: deque[Entry] = deque(maxlen=LOG_ENTRIES)
+        self.pace = Pace()
+        self.cursor = 0
+        """Index of the node that is selected."""
+        self.top = 0
+        """The first row of the tree in view."""
+        self.is_following = True
+        """Does the selection go with what runs?"""
+        self.sought = ""
+
+    def take(self, heard: Heard, wall_s: float) -> bool:
+        """Take in what has come; gives whether anything has.
+
+        :param wall_s: wall time at which it came, s.
+        """
+        for message in heard.messages:
+            self._note_pace(message, wall_s)
+            for one in self.mission.take(message):
+                self._note(one)
+        for reading in heard.robot:
+            self.robot.take(reading)
+        self._go_along()
+        return bool(heard.messages or heard.robot or heard.answers)
+
+    def show(self, mission: WatchedMission, robot: WatchedRobot, log: deque[Entry]) -> None:
+        """Show this from now on, with the user's place in the tree as long as that is the same."""
+        if mission.tree is not self.mission.tree:
+            self.outline = Outline(mission.tree.nodes if mission.tree else ())
+            self.cursor = self.top = 0
+        self.mission, self.robot, self.log = mission, robot, log
+        self._go_along()
+
+    def _go_along(self) -> None:
+        if self.is_following and self.mission.tip is not None:
+            self.cursor = self.mission.tip
+
+    def _note_pace(self, message: messages.Told, wall_s: float) -> None:
+        if isinstance(message, messages.Details | messages.Changes) and (
+            self.mission.tree is not None and message.run == self.mission.tree.run
+        ):
+            self.pace.note(message.time_ns, wall_s)
+
+    def _note(self, happening: Happening) -> None:
+        if isinstance(happening, Began):
+            self.outline = Outline(happening.tree.nodes)
+            self.cursor = self.top = 0
+            self.pace = Pace()
+            self.robot.forget_trail()
+        if (entry := entry_of(happening)) is not None:
+            self.log.append(entry)
+
+    # ---- the tree ------------------------------------------------------------------------
+
+    @property
+    def cursor_row(self) -> int:
+        """The row of the selected node, or of the folded one that hides it."""
+        return self.outline.row_of(self.cursor) if self.outline.rows else 0
+
+    def rows_in_view(self, height: int) -> list[int]:
+        """The nodes whose rows are in view: the selected one is, with what it runs below."""
+        outline = self.outline
+        if not outline.rows:
+            return []
+        row = self.cursor_row
+        above = [outline.row_of(one) for one in outline.path_to(outline.rows[row])[:-1]]
+        self.top = scrolled_to(row, above, self.top, height, len(outline.rows))
+        return outline.rows[self.top : self.top + height]
+
+    def move(self, rows: int) -> None:
+        """Select the node so many rows further down; from now on by hand."""
+        if self.outline.rows:
+            self.is_following = False
+            row = min(max(self.cursor_row + rows, 0), len(self.outline.rows) - 1)
+            self.cursor = self.outline.rows[row]
+
+    def select_row(self, row: int) -> None:
+        """Select the node of a row in view."""
+        self.move(self.top + row - self.cursor_row)
+
+    def fold(self) -> None:
+        """Hide what is below the selected node; of a leaf or a folded one, go to its parent."""
+        if not self.outline.rows:
+            return
+        shown = self.outline.rows[self.cursor_row]
+        self.is_following = False
+        if self.outline.has_children(shown) and shown not in self.outline.folded:
+            self.outline.fold(shown)
+            self.cursor = shown
+        else:
+            self.cursor = self.outline.path_to(shown)[-2:][0]
+
+    def unfold(self) -> None:
+        """Show what is below the selected node."""
+        if self.outline.rows:
+            self.cursor = self.outline.rows[self.cursor_row]
+            self.outline.unfold(self.cursor)
+
+    def toggle(self) -> None:
+        """Fold or unfold the selected node."""
+        if not self.outline.rows:
+            return
+        if self.outline.rows[self.cursor_row] in self.outline.folded:
+            self.unfold()
+        elif self.outline.has_children(self.cursor):
+            self.fold()
+
+    def fold_all(self) -> None:
+        """Hide all but the first two levels, or show everything where something is hidden."""
+        if self.outline.folded:
+            self.outline.unfold_all()
+        elif self.outline.rows:
+            self.outline.fold_all()
+
+    def follow(self) -> None:
+        """Go with what runs, or no longer."""
+        self.is_following = not self.is_following
+
+    def search(self, text: str, start: int, *, step: int = 1) -> bool:
+        """Select the next node with a text in its name, class or words; gives whether there is one.
+
+        :param start: index from which to look on.
+        :param step: 1 looks downwards, -1 upwards.
+        """
+        self.sought = text
+        wanted, tree = text.casefold(), self.mission.tree
+        if tree is None or not wanted:
+            return False
+
+        def matches(index: int) -> bool:
+            node = tree.nodes[index]
+            words = (node.name, node.kind, self.mission.messages[index])
+            return any(wanted in one.casefold() for one in words)
+
+        found = self.outline.find(matches, start, step=step)
+        if found is None:
+            return False
+        self.is_following = False
+        self.cursor = found
+        self.outline.reveal(found)
+        return True
+
+    @property
+    def running_path(self) -> list[str]:
+        """The names from the root to what runs."""
+        tip, tree = self.mission.tip, self.mission.tree
+        if tip is None or tree is None:
+            return []
+        return [tree.nodes[one].name for one in self.outline.path_to(tip)]
+
+    # ---- wishes --------------------------------------------------------------------------
+
+    def breakpoint(self) -> Command | None:
+        """The wish to set a breakpoint at the selected node, or to remove the one that is set."""
+        tree = self.mission.tree
+        if tree is None:
+            return None
+        node = tree.nodes[self.cursor]
+        for name in (node.path, node.name):
+            if name in self.mission.breakpoints:
+                return Command(Verb.UNBREAK, name)
+        return Command(Verb.BREAK, node.path)

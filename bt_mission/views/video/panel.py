@@ -1,0 +1,121 @@
+"""What is said beside the picture: the mission, its time, what it does, and what came of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from PIL import Image as Pillow
+from PIL import ImageDraw
+
+from bt_mission.behaviours.progress import Progress
+from bt_mission.views.drawing.letters import width_px, wrapped
+from bt_mission.views.drawing.png import font
+from bt_mission.views.video.mp4 import Picture
+
+GROUND, INK, FAINT, BAR, EMPTY = "#12171d", "#f2f4f6", "#9aa5b1", "#3d8bfd", "#2a333d"
+STATES = {
+    "running": "#1f6feb",
+    "paused": "#8a6d1d",
+    "ending": "#8a6d1d",
+    "success": "#1a7f37",
+    "failure": "#c5221f",
+    "interrupted": "#b35c00",
+}
+MARGIN = 24
+LEAVES = 4
+REASON_LINES = 3
+
+
+@dataclass(frozen=True)
+class Leaf:
+    """A leaf that runs, and how far it has come."""
+
+    name: str
+    progress: Progress | None = None
+
+
+@dataclass(frozen=True)
+class Captions:
+    """What is said at one instant.
+
+    :param seconds: virtual time since the start.
+    :param state: a word for where the mission stands; the last ones are outcomes.
+    :param leaves: those that run.
+    :param said: what the mission said last.
+    :param reason: why it ended so.
+    :param facts: what it came to so far, in a line.
+    """
+
+    mission: str
+    seconds: float
+    state: str
+    leaves: tuple[Leaf, ...] = ()
+    said: str = ""
+    reason: str = ""
+    facts: str = ""
+
+
+def panel(captions: Captions, width: int, height: int) -> Picture:
+    """Draw the captions: 8-bit RGB, `height` x `width` x 3."""
+    image = Pillow.new("RGB", (width, height), GROUND)
+    draw = ImageDraw.Draw(image)
+    right, room = width - MARGIN, width - 2 * MARGIN
+    minutes, seconds = divmod(captions.seconds, 60)
+    clock = f"{int(minutes)}:{seconds:04.1f}"
+    draw.text((right, 44), clock, fill=INK, font=font(26, bold=True), anchor="rs")
+    name = _fitting(captions.mission, 26, room - 120, bold=True)
+    draw.text((MARGIN, 44), name, fill=INK, font=font(26, bold=True), anchor="ls")
+    word = captions.state.upper()
+    colour = STATES.get(captions.state, EMPTY)
+    is_over = captions.state in ("success", "failure", "interrupted")
+    size = 24 if is_over else 15
+    wide = width_px(word, size, bold=True) + size * 1.4
+    draw.rounded_rectangle((MARGIN, 62, MARGIN + wide, 62 + size * 1.7), size * 0.5, fill=colour)
+    draw.text(
+        (MARGIN + wide / 2, 62 + size * 0.85),
+        word,
+        fill="white",
+        font=font(size, bold=True),
+        anchor="mm",
+    )
+    y = 62 + size * 1.7 + 34
+    for line in list(wrapped(captions.reason, 17, room))[:REASON_LINES]:
+        draw.text((MARGIN, y), line, fill=INK, font=font(17, bold=False), anchor="ls")
+        y += 25
+    for leaf in captions.leaves[:LEAVES]:
+        _draw_leaf(draw, leaf, y, room)
+        y += 42
+    if len(captions.leaves) > LEAVES:
+        more = f"and {len(captions.leaves) - LEAVES} more"
+        draw.text((MARGIN, y), more, fill=FAINT, font=font(15, bold=False), anchor="ls")
+    for words, low in ((captions.said, 46), (captions.facts, 20)):
+        line = _fitting(words, 15, room)
+        draw.text((MARGIN, height - low), line, fill=FAINT, font=font(15, bold=False), anchor="ls")
+    return np.asarray(image)
+
+
+def _draw_leaf(draw: ImageDraw.ImageDraw, leaf: Leaf, y: float, room: int) -> None:
+    name = _fitting(leaf.name, 18, room - (180 if leaf.progress else 0))
+    draw.text((MARGIN, y), name, fill=INK, font=font(18, bold=False), anchor="ls")
+    progress = leaf.progress
+    if progress is None:
+        return
+    unit = " s" if progress.label == "s" else ""
+    words = f"{progress.value:.3g} of {progress.limit:.3g}{unit}"
+    draw.text((MARGIN + room, y), words, fill=FAINT, font=font(16, bold=False), anchor="rs")
+    share = progress.value / progress.limit if progress.limit > 0 else 1.0
+    full = room * min(max(share, 0.0), 1.0)
+    draw.rounded_rectangle((MARGIN, y + 7, MARGIN + room, y + 13), 3, fill=EMPTY)
+    if full >= 6:
+        draw.rounded_rectangle((MARGIN, y + 7, MARGIN + full, y + 13), 3, fill=BAR)
+
+
+def _fitting(text: str, size: int, room: float, *, bold: bool = False) -> str:
+    """As much of a text as fits on one line."""
+    text = " ".join("".join(one if one.isprintable() else " " for one in text).split())
+    if width_px(text, size, bold=bold) <= room:
+        return text
+    while text and width_px(text + "...", size, bold=bold) > room:
+        text = text[:-1]
+    return text + "..."

@@ -1,0 +1,209 @@
+"""A run on its way into a film: a frame for each twentieth of a second of virtual time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any, Protocol, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from bt_mission.behaviours.progress import progress_of
+from bt_mission.core.errors import described
+from bt_mission.executive.executive import MissionStatus
+from bt_mission.goals.goal import Goal
+from bt_mission.goals.poses import places_of
+from bt_mission.sessions.session import Session
+from bt_mission.views.video.ground import Ground, Zone
+from bt_mission.views.video.mp4 import Mp4File, Picture
+from bt_mission.views.video.panel import Captions, Leaf, panel
+
+FPS = 20
+"""Frames a second of virtual time: one for each tick."""
+
+WIDTH, HEIGHT = 1280, 720
+ABOVE = (720, 720)
+AHEAD = (560, 420)
+"""Widths and heights of the two pictures; captions stand below the second."""
+
+AHEAD_EVERY = 2
+"""Frames for each new picture of the robot's camera, which takes 10 a second."""
+
+SEEN_EVERY = 4
+"""Frames for each new scan of the lidar, which takes 5 a second."""
+
+OUTCOME_S = 2.5
+"""How long the outcome stands at the end."""
+
+FRAMES = ("", "map")
+"""What goals call the frame that the picture is in."""
+
+
+class Patch(Protocol):
+    """Something that moves."""
+
+    def paint(self, onto: Picture, /) -> None:
+        """Put it into a whole picture."""
+
+
+class Views(Protocol):
+    """Where the pictures come from: `sim.views.views`."""
+
+    still: Picture
+
+    @property
+    def pose(self) -> tuple[float, float, float]:
+        """Where the robot is: m, m, rad."""
+
+    def pixel(self, x: Any, y: Any, /) -> tuple[Any, Any]:
+        """Where points of the map lie from above."""
+
+    def look(self) -> None:
+        """Have the next pictures be those of the present instant."""
+
+    def moving(self) -> Iterable[Patch]:
+        """What can move, from above."""
+
+    def ahead(self) -> Picture:
+        """What the robot's camera sees."""
+
+    def seen(self) -> npt.NDArray[np.float64]:
+        """Where the lidar's rays end: n x 2, m."""
+
+    def close(self) -> None:
+        """Give the renderers back."""
+
+
+class Film:
+    """Films a session from now on, until it is closed.
+
+    Use it as a context manager around the steps of the session, before the first one. It looks on
+    after each tick, and changes nothing: a fault ends the film, and the mission goes on.
+
+    :param session: a mission on the stage.
+    :param views: where the pictures come from; closed with the film.
+    :param file: where the frames go, :data:`WIDTH` x :data:`HEIGHT`, :data:`FPS`.
+    :param zones: named places of the world.
+    """
+
+    def __init__(
+        self,
+        session: Session,
+        views: Views,
+        file: Mp4File,
+        zones: Iterable[Zone] = (),
+    ) -> None:
+        self.file = file
+        self._session = session
+        self._views = views
+        self._ground = Ground(views.still, views.pixel)
+        self._ground.name_zones(zones)
+        self._frame: Picture = np.zeros((HEIGHT, WIDTH, 3), dtype=np.uint8)
+        self._seen = np.empty((0, 2))
+        self._said = ""
+        self._is_closed = False
+        session.executive.after_tick.append(self._look)
+        session.executive.goal_listeners.append(self._on_goal)
+        self._look()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    @property
+    def path(self) -> Path:
+        """The film's file."""
+        return self.file.path
+
+    @property
+    def missing(self) -> str:
+        """What the film lacks, in words; empty when it lacks nothing."""
+        if self.file.fault is None:
+            return ""
+        return f"everything after {self.file.frames / FPS:.1f} s ({self.file.fault})"
+
+    def hear(self, _: int, text: str) -> None:
+        """Show what the mission says."""
+        self._said = text
+
+    def finish(self) -> None:
+        """Show what came of the mission, and close the film."""
+        self._guarded(lambda: self._shoot(round(OUTCOME_S * FPS)))
+        self.close()
+
+    def close(self) -> None:
+        """Film no more; once is enough."""
+        if self._is_closed:
+            return
+        self._is_closed = True
+        self._session.executive.after_tick.remove(self._look)
+        self._session.executive.goal_listeners.remove(self._on_goal)
+        self._guarded(self._views.close)
+        self.file.close()
+
+    # ---- while it runs ---------------------------------------------------------------------
+
+    def _look(self) -> None:
+        self._guarded(self._look_now)
+
+    def _look_now(self) -> None:
+        """Take the frames that are due; where time has jumped, several of the same."""
+        elapsed_ns = self._session.now_ns - self._session.start_ns
+        due = elapsed_ns * FPS // 1_000_000_000 + 1 - self.file.frames
+        if due > 0:
+            self._shoot(due)
+
+    def _on_goal(self, what: str, goal: Goal) -> None:
+        if what == "sent":
+            self._guarded(lambda: self._mark(goal))
+
+    def _mark(self, goal: Goal) -> None:
+        for place in places_of(goal.request):
+            if place.frame in FRAMES:
+                self._ground.mark(place.x, place.y)
+
+    def _shoot(self, times: int) -> None:
+        if self.file.fault is not None:
+            return
+        views, frame = self._views, self._frame
+        views.look()
+        x, y, _ = views.pose
+        self._ground.go(x, y)
+        if self.file.frames % SEEN_EVERY == 0:
+            self._seen = views.seen()
+        above = self._ground.with_scan(self._seen)
+        for patch in views.moving():
+            patch.paint(above)
+        frame[:, : ABOVE[0]] = above
+        if self.file.frames % AHEAD_EVERY == 0:
+            frame[: AHEAD[1], ABOVE[0] :] = views.ahead()
+        frame[AHEAD[1] :, ABOVE[0] :] = panel(self._captions(), AHEAD[0], HEIGHT - AHEAD[1])
+        self.file.add(frame, times)
+
+    def _captions(self) -> Captions:
+        executive = self._session.executive
+        is_running = executive.status is MissionStatus.RUNNING
+        leaves = executive.running_leaves if is_running else []
+        return Captions(
+            mission=self._session.mission.name,
+            seconds=(self._session.now_ns - self._session.start_ns) / 1e9,
+            state=executive.state,
+            leaves=tuple(Leaf(leaf.name, progress_of(leaf)) for leaf in leaves),
+            said=self._said,
+            facts=self._facts(),
+            reason=executive.reason,
+        )
+
+    def _facts(self) -> str:
+        sent, hits = self._session.executive.goals_sent, self._session.collisions
+        driven = self._session.distance_travelled_m or 0.0
+        return f"{driven:.2f} m driven, goals sent: {sent}, collisions: {hits}"
+
+    def _guarded(self, call: Callable[[], None]) -> None:
+        try:
+            call()
+        except Exception as error:  # noqa: BLE001 - looking on must not change what happens
+            self.file.abandon(f"the film failed: {described(error)}")

@@ -1,0 +1,46 @@
+"""The virtual clock: real rclpy nodes, on a time that waits for them.
+
+- ``executor``: :class:`LockstepExecutor`, order and time
+- ``entities``: what a node can be woken by, and which of it is ready
+- ``serving``: one callback of each kind
+- ``tasks``: what was begun and has not ended
+- ``spinning``: rclpy's ways to spin
+- ``clocks``: the ROS clocks of the nodes, right or wrong
+- ``taps``: :class:`Taps`, which change what passes between nodes
+- ``matching``: are all endpoints of the process matched?
+- ``proof``: :func:`self_test`, the proof that "nothing ready" is the truth on this machine
+"""
+
+from bt_mission.virtual_time.discovery import DiscoveryError
+from bt_mission.virtual_time.errors import NestedStepError, NothingDueError, TimeStuckError
+from bt_mission.virtual_time.executor import LockstepExecutor, World
+from bt_mission.virtual_time.self_test import NotLockstepError, self_test
+from bt_mission.virtual_time.taps import (
+    ACTION_PARTS,
+    Answer,
+    Delivery,
+    Gate,
+    Passing,
+    Side,
+    Tap,
+    Taps,
+)
+
+__all__ = [
+    "ACTION_PARTS",
+    "Answer",
+    "Delivery",
+    "DiscoveryError",
+    "Gate",
+    "LockstepExecutor",
+    "NestedStepError",
+    "NotLockstepError",
+    "NothingDueError",
+    "Passing",
+    "Side",
+    "Tap",
+    "Taps",
+    "TimeStuckError",
+    "World",
+    "self_test",
+]

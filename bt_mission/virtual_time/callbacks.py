@@ -1,0 +1,224 @@
+"""One callback of each kind of entity: take what is ready, and call.
+
+Each function gives the callback's coroutine where it is one, and None otherwise. What was taken
+by somebody else, or destroyed since it was found ready, is nothing to serve.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Protocol
+
+from rclpy.action import ActionClient, ActionServer
+from rclpy.client import Client
+from rclpy.exceptions import InvalidHandle
+from rclpy.guard_condition import GuardCondition
+from rclpy.serialization import deserialize_message, serialize_message
+from rclpy.service import Service
+from rclpy.subscription import Subscription
+
+from bt_mission.core.errors import BtMissionError
+from bt_mission.virtual_time.taps import ACTION_PARTS, Side
+
+if TYPE_CHECKING:
+    from rclpy.timer import Timer
+    from rclpy.waitable import Waitable
+
+    from bt_mission.virtual_time.pending import PendingCallback
+    from bt_mission.virtual_time.taps import Passing, Taps
+
+
+class TapContext(Protocol):
+    """The executor that serves a callback, as far as taps and futures need to know it."""
+
+    taps: Taps
+
+    def passing(self, entity: Any, name: str, side: Side, message: Any) -> Passing:
+        """Describe something on its way to an entity."""
+
+    def actions_of(self, end: Any) -> tuple[str, ...]:
+        """Return the action of a client or server, then others that rclpy confuses with it."""
+
+
+def serve(entity: Any, executor: TapContext) -> PendingCallback:
+    """Serve an entity that was found ready."""
+    return _SERVERS.get(type(entity), _serve_waitable)(entity, executor)
+
+
+def serve_timer(timer: Timer) -> tuple[bool, PendingCallback]:
+    """Call a timer if it is due; gives whether it was."""
+    handle = timer.handle
+    try:
+        with handle:
+            if handle.is_timer_canceled() or not handle.is_timer_ready():
+                return False, None
+            handle.call_timer()
+    except InvalidHandle:
+        return False, None
+    return True, _rest(timer.callback, timer.callback())
+
+
+def _rest(callback: Any, outcome: Any) -> PendingCallback:
+    return outcome if _is_to_be_awaited(callback, outcome) else None
+
+
+def _is_to_be_awaited(callback: Any, outcome: Any) -> bool:
+    """As under rclpy, only what an ``async def`` gives is awaited, not any coroutine."""
+    return inspect.iscoroutine(outcome) and inspect.iscoroutinefunction(callback)
+
+
+def _serve_subscription(subscription: Subscription, executor: TapContext) -> PendingCallback:
+    handle = subscription.handle
+    try:
+        with handle:
+            taken = handle.take_message(subscription.msg_type, subscription.raw)
+    except InvalidHandle:
+        return None
+    if taken is None:
+        return None
+    message, *about = taken
+    if subscription._callback_type is Subscription.CallbackType.MessageOnly:
+        about = []
+    if executor.taps.is_open and _catch_message(subscription, message, about, executor):
+        return None
+    return _rest(subscription.callback, subscription.callback(message, *about))
+
+
+def _catch_message(
+    subscription: Subscription, message: Any, about: list[Any], executor: TapContext
+) -> bool:
+    """Pass a message through the taps of its topic; raw bytes are unpacked for them."""
+    name = subscription.topic_name
+    if not executor.taps.has(name, Side.MESSAGE):
+        return False
+    raw = subscription.raw
+    if raw:
+        message = deserialize_message(message, subscription.msg_type)
+
+    def deliver(changed: Any) -> PendingCallback:
+        changed = serialize_message(changed) if raw else changed
+        return _rest(subscription.callback, subscription.callback(changed, *about))
+
+    passing = executor.passing(subscription, name, Side.MESSAGE, message)
+    return executor.taps.catch(subscription, passing, deliver)
+
+
+def _serve_service(service: Service, executor: TapContext) -> PendingCallback:
+    handle = service.handle
+    try:
+        with handle:
+            request, header = handle.service_take_request(service.srv_type.Request)
+    except InvalidHandle:
+        return None
+    if header is None:
+        return None
+
+    def deliver(asked: Any) -> PendingCallback:
+        response = service.callback(asked, service.srv_type.Response())
+        if not _is_to_be_awaited(service.callback, response):
+            service.send_response(response, header)
+            return None
+        rest: Any = response
+
+        async def answer() -> None:
+            service.send_response(await rest, header)
+
+        return answer()
+
+    if executor.taps.is_open:
+        passing = executor.passing(service, service.service_name, Side.REQUEST, request)
+        caught = executor.taps.catch(
+            service, passing, deliver, lambda response: service.send_response(response, header)
+        )
+        if caught:
+            return None
+    return deliver(request)
+
+
+def _serve_client(client: Client, executor: TapContext) -> PendingCallback:
+    handle = client.handle
+    try:
+        with handle:
+            header, response = handle.take_response(client.srv_type.Response)
+    except InvalidHandle:
+        return None
+    if header is None:
+        return None
+
+    def deliver(answer: Any) -> None:
+        try:
+            future = client.get_pending_request(header.request_id.sequence_number)
+        except KeyError:
+            return  # the caller no longer wants the answer
+        future._set_executor(executor)
+        future.set_result(answer)
+
+    if executor.taps.is_open:
+        passing = executor.passing(client, client.service_name, Side.RESPONSE, response)
+        if executor.taps.catch(client, passing, deliver):
+            return None
+    deliver(response)
+    return None
+
+
+def _serve_guard(guard: GuardCondition, _: TapContext) -> PendingCallback:
+    return _rest(guard.callback, guard.callback())
+
+
+def _serve_waitable(waitable: Waitable, executor: TapContext) -> PendingCallback:
+    data = waitable.take_data()
+    for future in waitable._futures:
+        future._set_executor(executor)
+    if executor.taps.is_open and isinstance(waitable, ActionClient | ActionServer):
+        data = _sift(waitable, data, executor)
+    return waitable.execute(data)
+
+
+def _sift(end: Any, data: dict[str, Any], executor: TapContext) -> dict[str, Any]:
+    """Pass what one end of an action has taken through the taps; gives what none caught."""
+    action, *others = executor.actions_of(end)
+    if others and any(executor.taps.are_at(name) for name in (action, *others)):
+        raise BtMissionError(
+            f"{action} and {', '.join(others)} are of one type and offered by one node, where rclpy"
+            " does not tell them apart: offer them on nodes of their own to tap them"
+        )
+    return {
+        part: taken
+        for part, taken in data.items()
+        if part not in ACTION_PARTS or not _catch_part(end, action, part, taken, executor)
+    }
+
+
+def _catch_part(end: Any, action: str, part: str, taken: Any, executor: TapContext) -> bool:
+    name = f"{action}/_action/{ACTION_PARTS[part]}"
+    if part in ("feedback", "status"):
+        passing = executor.passing(end, name, Side.MESSAGE, taken)
+        return executor.taps.catch(end, passing, lambda m: end.execute({part: m}))
+    header, message = taken
+
+    def deliver(changed: Any) -> PendingCallback:
+        return end.execute({part: (header, changed)})
+
+    if isinstance(end, ActionClient):
+        passing = executor.passing(end, name, Side.RESPONSE, message)
+        return executor.taps.catch(end, passing, deliver)
+
+    def answer(response: Any) -> None:
+        getattr(end._handle, _SENDERS[part])(header, response)
+
+    passing = executor.passing(end, name, Side.REQUEST, message)
+    return executor.taps.catch(end, passing, deliver, answer)
+
+
+_SENDERS = {
+    "goal": "send_goal_response",
+    "cancel": "send_cancel_response",
+    "result": "send_result_response",
+}
+_SERVERS: dict[type, Callable[[Any, TapContext], PendingCallback]] = {
+    Subscription: _serve_subscription,
+    Service: _serve_service,
+    Client: _serve_client,
+    GuardCondition: _serve_guard,
+}

@@ -1,0 +1,272 @@
+"""What the nodes of an executor can be woken by, and which of it is ready."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from rclpy.action import ActionClient, ActionServer, get_action_server_names_and_types_by_node
+from rclpy.client import Client
+from rclpy.event_handler import EventHandler
+from rclpy.exceptions import InvalidHandle
+from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
+from rclpy.service import Service
+from rclpy.subscription import Subscription
+
+from bt_mission.core.errors import BtMissionError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from rclpy.context import Context
+    from rclpy.node import Node
+    from rclpy.timer import Timer
+    from rclpy.waitable import Waitable
+
+KINDS = ("subscriptions", "services", "clients", "guards", "waitables", "timers")
+COUNTS = (
+    "num_subscriptions",
+    "num_guard_conditions",
+    "num_timers",
+    "num_clients",
+    "num_services",
+    "num_events",
+)
+
+
+TELLING_AGAIN = (Subscription, Service, Client, ActionServer, ActionClient)
+
+
+class Entities:
+    """A snapshot of the entities of some nodes, with a wait set that is kept between waits.
+
+    :param nodes: in the order in which they are to be served.
+    :param context: the rclpy context of the nodes.
+    :raises BtMissionError: for a timer that is not on a ROS clock.
+    """
+
+    def __init__(self, nodes: Sequence[Node], context: Context) -> None:
+        self.subscriptions = [e for node in nodes for e in node.subscriptions]
+        self.services = [e for node in nodes for e in node.services]
+        self.clients = [e for node in nodes for e in node.clients]
+        self.guards = [e for node in nodes for e in node.guards]
+        # Events tell of discovery, which runs on its own thread: they have no virtual time.
+        self.waitables = [
+            e for node in nodes for e in node.waitables if not isinstance(e, EventHandler)
+        ]
+        # Looked at many times in each instant: what stays the same is looked up once.
+        self._handles = [
+            (kind, entities, [entity.handle for entity in entities])
+            for kind, entities in (
+                ("subscription", self.subscriptions),
+                ("service", self.services),
+                ("client", self.clients),
+                ("guard_condition", self.guards),
+            )
+        ]
+        self._ends = [(waitable, *_end_of_action(waitable)) for waitable in self.waitables]
+        self.timers: list[Timer] = [e for node in nodes for e in node.timers]
+        for node in nodes:
+            for timer in node.timers:
+                if timer.clock is not node.get_clock():
+                    raise BtMissionError(
+                        f"a timer of {node.get_name()} on a {timer.clock.clock_type.name} clock "
+                        "cannot run in virtual time; create it with the clock of its node"
+                    )
+        self._nodes = tuple(nodes)
+        self._context = context
+        self._owners = {
+            id(entity): node for node in nodes for kind in KINDS for entity in getattr(node, kind)
+        }
+
+    @cached_property
+    def _awake(self) -> Any:
+        # Always triggered, so that a wait never gives up the processor: even a wait of zero
+        # sleeps for the kernel's timer slack, which took nine tenths of its time.
+        with self._context.handle:
+            return _rclpy.GuardCondition(self._context.handle)
+
+    @cached_property
+    def _wait_set(self) -> Any:
+        sizes = self._sizes()
+        sizes[1] += 1
+        with self._context.handle:
+            return _rclpy.WaitSet(*sizes, self._context.handle)
+
+    def _sizes(self) -> list[int]:
+        sizes = [
+            len(self.subscriptions),
+            len(self.guards),
+            0,
+            len(self.clients),
+            len(self.services),
+            0,
+        ]
+        for waitable in self.waitables:
+            numbers = waitable.get_num_entities()
+            sizes = [
+                size + getattr(numbers, name) for size, name in zip(sizes, COUNTS, strict=True)
+            ]
+        return sizes
+
+    def node_of(self, entity: Any) -> Node | None:
+        """The node that an entity belongs to; None when it is gone, or its node is not served."""
+        return self._owners.get(id(entity))
+
+    @cached_property
+    def _names(self) -> dict[int, str]:
+        return {id(node): node.get_fully_qualified_name() for node in self._nodes}
+
+    def owner_of(self, entity: Any) -> str:
+        """The full name of the node that an entity belongs to; empty when it is gone."""
+        return self._names.get(id(self.node_of(entity)), "")
+
+    def actions_of(self, end: ActionClient | ActionServer) -> tuple[str, ...]:
+        """The full names of the actions that one end of an action can be of.
+
+        A server of rclpy does not keep its name: those of one type on one node are not told apart.
+        """
+        node = end._node
+        if isinstance(end, ActionClient):
+            return (node.resolve_topic_name(end._action_name),)
+        return self._offered[node.get_fully_qualified_name(), end._action_type]
+
+    @cached_property
+    def _offered(self) -> dict[tuple[str, Any], tuple[str, ...]]:
+        found: dict[tuple[str, Any], tuple[str, ...]] = {}
+        for node in self._nodes:
+            servers = [one for one in node.waitables if isinstance(one, ActionServer)]
+            if not servers:
+                continue
+            named = get_action_server_names_and_types_by_node(
+                node, node.get_name(), node.get_namespace()
+            )
+            for kind in {one._action_type for one in servers}:
+                names = tuple(name for name, types in named if _type_name(kind) in types)
+                found[node.get_fully_qualified_name(), kind] = names
+        return found
+
+    def ready(self, owed: Sequence[Any], *, any_held: bool) -> list[Any]:
+        """The entities that have something to serve now, in the order of their creation.
+
+        :param owed: what was ready earlier, was not served, and does not tell again.
+        :param any_held: may a callback group be held by a callback that awaits something?
+        """
+        wait_set = self._wait_set
+        wait_set.clear_entities()
+        wait_set.add_guard_condition(self._awake)
+        self._awake.trigger_guard_condition()
+        for kind, _, handles in self._handles:
+            add = getattr(wait_set, f"add_{kind}")
+            for handle in handles:
+                add(handle)
+        ends = self._askable(owed) if any_held or owed else self._ends
+        for waitable, end, _ in ends:
+            if end is None:
+                waitable.add_to_wait_set(wait_set)
+            else:
+                end.add_to_waitset(wait_set)
+        wait_set.wait(0)
+
+        found: list[Any] = []
+        for kind, entities, handles in self._handles:
+            if entities:
+                pointers = wait_set.get_ready_entities(kind)
+                if pointers:
+                    found += [
+                        entity
+                        for entity, handle in zip(entities, handles, strict=True)
+                        if handle.pointer in pointers
+                    ]
+        for waitable, end, work in ends:
+            # An end is asked first, its waitable if it says yes: most have nothing to serve.
+            if (end is None or True in end.is_ready(wait_set)[work]) and waitable.is_ready(
+                wait_set
+            ):
+                found.append(waitable)
+        found += [entity for entity in owed if entity not in found and self.node_of(entity)]
+        return found
+
+    def _askable(self, owed: Sequence[Any]) -> list[tuple[Any, Any, slice]]:
+        """Waitables but those that would tell that they are ready, and could not be served."""
+        return [
+            (waitable, end, work)
+            for waitable, end, work in self._ends
+            if end is not None
+            or (waitable not in owed and waitable.callback_group.can_execute(waitable))
+        ]
+
+    def ns_until_next_timer(
+        self, *, any_held: bool, stopped: frozenset[Node] = frozenset()
+    ) -> int | None:
+        """Nanoseconds until the next timer is due, or None when none is set.
+
+        A timer whose callback group is held by a suspended callback is not due before that
+        callback ends: time goes on without it.
+        """
+        timers = self.timers
+        if stopped:
+            timers = [timer for timer in timers if self.node_of(timer) not in stopped]
+        if any_held:
+            timers = [timer for timer in timers if timer.callback_group.can_execute(timer)]
+        waits = [wait for wait in map(_ns_until_due, timers) if wait is not None]
+        return min(waits, default=None)
+
+
+def _end_of_action(waitable: Waitable) -> tuple[Any, slice]:
+    """The handle of an action's server or client, and which of its flags mean work.
+
+    A server's last one tells of old results of goals to forget. Those stay due for a whole
+    instant, at which virtual time would then stand still; they go with the next request.
+    """
+    if isinstance(waitable, ActionServer):
+        return waitable._handle, slice(0, 3)
+    if isinstance(waitable, ActionClient):
+        return waitable._client_handle, slice(None)
+    return None, slice(None)
+
+
+def _type_name(action_type: Any) -> str:
+    """Such as ``bt_mission_interfaces/action/Turn``."""
+    return "/".join([*action_type.__module__.split(".")[:2], action_type.__name__])
+
+
+def _ns_until_due(timer: Timer) -> int | None:
+    handle = timer.handle
+    try:
+        with handle:
+            return None if handle.is_timer_canceled() else handle.time_until_next_call()
+    except InvalidHandle:
+        return None  # destroyed since the snapshot
+
+
+def tells_once(entity: Any) -> bool:
+    """Is an entity's being ready forgotten once it has been seen?
+
+    A message, a request or a response waits until it is taken; a guard condition, and what a
+    waitable of somebody else's is made of, does not.
+    """
+    return not isinstance(entity, TELLING_AGAIN)
+
+
+def exists(node: Node) -> bool:
+    """Has a node not been destroyed?"""
+    try:
+        with node.handle:
+            return True
+    except InvalidHandle:
+        return False
+
+
+def describe_timer(timer: Timer, node_name: str) -> str:
+    """A timer's owner and period, for people."""
+    return f"timer of {node_name}, every {timer.timer_period_ns / 1e9:g} s"
+
+
+def describe(entity: Any) -> str:
+    """An entity's kind and name, for people."""
+    for attribute in ("topic_name", "srv_name", "_action_name"):
+        name = getattr(entity, attribute, None)
+        if name:
+            return f"{type(entity).__name__} {name}"
+    return type(entity).__name__

@@ -1,0 +1,334 @@
+"""The virtual clock: an rclpy executor under which time moves only when nothing is in flight.
+
+A stock executor waits for whatever comes first, so what a callback sees depends on the wall
+clock and on the scheduler. :class:`LockstepExecutor` turns that round. It owns the ROS time of
+every node it serves and repeats one step:
+
+1. find the next instant at which anything is due: a timer, or the world (a simulator);
+2. let the world advance to it and publish what is due;
+3. set the ROS clock of every node to it, and call what was asked for at this instant;
+4. serve callbacks until none is ready ("quiet"), what passes between nodes through its taps;
+5. fire the timers that are due, one at a time, and become quiet again after each.
+
+Nodes, and the entities of a node, are served in the order of their creation, so the same inputs
+give the same sequence of callbacks in every process. Step 4 ends with the truth only if a
+message is in the reader's queue before ``publish`` returns. That holds for rmw_fastrtps_cpp
+within one process, and :func:`bt_mission.lockstep.self_test` proves it on the machine at hand.
+
+The executor runs on the caller's thread and starts none. Coroutine callbacks and tasks are
+resumed after every round of callbacks, as under rclpy's own executors.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Coroutine
+from operator import itemgetter
+from typing import TYPE_CHECKING, Any, Protocol
+
+from rclpy.task import Task
+
+from bt_mission.virtual_time.callbacks import serve, serve_timer
+from bt_mission.virtual_time.coroutines import Tasks
+from bt_mission.virtual_time.discovery import settle
+from bt_mission.virtual_time.entities import Entities, describe, describe_timer, exists, tells_once
+from bt_mission.virtual_time.errors import NestedStepError, NothingDueError, TimeStuckError
+from bt_mission.virtual_time.node_clocks import Clocks
+from bt_mission.virtual_time.pending import PendingCallback
+from bt_mission.virtual_time.spin import Spinning
+from bt_mission.virtual_time.taps import Passing, Side, Taps
+
+if TYPE_CHECKING:
+    from rclpy.context import Context
+    from rclpy.node import Node
+
+CALLBACKS_PER_INSTANT = 100_000
+"""Callbacks after which an instant of virtual time is taken for one that never ends."""
+
+STEPS_PER_INSTANT = 1_000
+"""Steps in a row that do not move time, after which it is taken for stuck."""
+
+
+class World(Protocol):
+    """What moves with time besides the timers, such as a simulator."""
+
+    @property
+    def next_due_ns(self) -> int:
+        """The next instant at which something will be published, ns."""
+
+    def advance_to(self, time_ns: int) -> None:
+        """Move on to ``time_ns`` and publish everything due at or before it."""
+
+
+class LockstepExecutor(Spinning):
+    """Serves nodes on one virtual clock.
+
+    :param start_ns: the first instant, ns; above zero, since ROS takes zero for "not set".
+    :param world: what moves with time besides the timers; may be set later.
+    :param context: the rclpy context of the nodes.
+    """
+
+    def __init__(
+        self,
+        *,
+        start_ns: int = 1_000_000_000,
+        world: World | None = None,
+        context: Context | None = None,
+    ) -> None:
+        self._structure_changed = True
+        super().__init__(context=context)
+        if start_ns <= 0:
+            raise ValueError(
+                f"start_ns must be above 0 (ROS takes 0 for 'not set'), got {start_ns}"
+            )
+        self.world = world
+        self.taps = Taps()
+        self.clocks = Clocks()
+        self._now_ns = start_ns
+        self._served = 0
+        self._steps_here = 0
+        self._is_serving = False
+        self._is_over = False
+        self._ordered_nodes: list[Node] = []
+        self._entities = Entities([], self._context)
+        self._alarms: list[tuple[int, Callable[[], Any]]] = []
+        self._begun = Tasks()
+        self._owed: list[Any] = []
+
+    # ---- nodes and time ------------------------------------------------------------------
+
+    @property
+    def now_ns(self) -> int:
+        """The present instant of virtual time, ns."""
+        return self._now_ns
+
+    @property
+    def callbacks_served(self) -> int:
+        """Callbacks, and turns of tasks, since the start."""
+        return self._served + self._begun.turns
+
+    def add_node(self, node: Node) -> bool:
+        """Serve ``node`` after all nodes added before it, on the virtual clock.
+
+        Its timers start anew: each is first due one period from now.
+        """
+        if node in self._ordered_nodes:
+            return False
+        self._ordered_nodes.append(node)
+        self._begun.node_comes(node)
+        node.executor = self
+        self.clocks.start(node, self._now_ns)
+        self._structure_changed = True
+        return True
+
+    def remove_node(self, node: Node) -> None:
+        """Stop serving ``node``; its clock stays where it is, and so do callbacks that await."""
+        if node in self._ordered_nodes:
+            self._ordered_nodes.remove(node)
+            self._begun.node_leaves(node)
+            self._structure_changed = True
+
+    def get_nodes(self) -> list[Node]:
+        """The nodes served, in order."""
+        return list(self._ordered_nodes)
+
+    def wake(self) -> None:
+        """Note that an entity was made or destroyed (rclpy calls this)."""
+        self._structure_changed = True
+
+    def shutdown(self, timeout_sec: float | None = None) -> bool:
+        """Serve nobody any more; it never has to wait."""
+        self._ordered_nodes.clear()
+        self._owed.clear()
+        self._entities = Entities([], self._context)
+        self._structure_changed = True
+        return super().shutdown(timeout_sec)
+
+    def call_at(self, time_ns: int, function: Callable[[], Any]) -> None:
+        """Call a function at an instant: after the world has moved there, before any callback.
+
+        :raises ValueError: when that instant is past.
+        """
+        if time_ns < self._now_ns:
+            raise ValueError(f"{time_ns} ns is past: it is {self._now_ns} ns")
+        self._alarms.append((time_ns, function))
+        self._alarms.sort(key=itemgetter(0))  # those of one instant stay in order
+
+    def create_task(
+        self, callback: Callable[..., Any] | Coroutine[Any, Any, Any], *args: Any, **kwargs: Any
+    ) -> Task:
+        """Run a function or coroutine within the present instant; gives its future."""
+        task = Task(callback, args, kwargs, executor=self)
+        self._begun.add(task)
+        return task
+
+    # ---- stepping ------------------------------------------------------------------------
+
+    def next_due_ns(self) -> int:
+        """The next instant at which a timer, the world or a delayed delivery is due, ns.
+
+        :raises NothingDueError: when there is neither.
+        """
+        self._refresh()
+        wait_ns = self._entities.ns_until_next_timer(
+            any_held=self._begun.hold_groups, stopped=self.clocks.stopped
+        )
+        due = [] if wait_ns is None else [self._now_ns + wait_ns]
+        if self.world is not None:
+            due.append(self.world.next_due_ns)
+        held_ns = self.taps.next_due_ns()
+        if held_ns is not None:
+            due.append(held_ns)
+        if self._alarms:
+            due.append(self._alarms[0][0])
+        if not due:
+            raise NothingDueError
+        return max(min(due), self._now_ns)
+
+    def step(self) -> int:
+        """Jump to the next due instant and serve it; gives that instant, ns.
+
+        :raises TimeStuckError: when callbacks do not end, or time does not move.
+        :raises NestedStepError: in a callback.
+        """
+        if self._is_serving:
+            raise NestedStepError
+        time_ns = self.next_due_ns()
+        self._steps_here = self._steps_here + 1 if time_ns == self._now_ns else 0
+        if self._steps_here > STEPS_PER_INSTANT:
+            raise self._stuck(f"due again and again: {self._names_of_due()}")
+        if self.world is not None:
+            self.world.advance_to(time_ns)
+        self._now_ns = time_ns
+        self.clocks.tell(self._ordered_nodes, time_ns)
+        self._ring()
+        self.run_until_quiet()
+        for timer in tuple(self._entities.timers):
+            self._fire(timer)
+        return self._now_ns
+
+    def run_until_quiet(self) -> None:
+        """Serve callbacks at the present instant until none is ready.
+
+        :raises TimeStuckError: when they do not end.
+        """
+        limit = self.callbacks_served + CALLBACKS_PER_INSTANT
+        was_serving, self._is_serving = self._is_serving, True
+        try:
+            while self._serve_round():
+                if self.callbacks_served > limit:
+                    self._report_stuck()
+        finally:
+            self._is_serving = was_serving
+
+    # ---- inside --------------------------------------------------------------------------
+
+    def passing(self, entity: Any, name: str, side: Side, message: Any) -> Passing:
+        """Something that an entity was sent and has taken, for its taps."""
+        return Passing(name, side, message, self._entities.owner_of(entity), self._now_ns)
+
+    def actions_of(self, end: Any) -> tuple[str, ...]:
+        """The full names of the actions that one end of an action can be of."""
+        return self._entities.actions_of(end)
+
+    def _refresh(self) -> None:
+        """Read the entities again if any was made or destroyed, and see them matched."""
+        while self._structure_changed:
+            self._structure_changed = False
+            self._is_over = self._is_shutdown or not self._context.ok()
+            # rclpy leaves destroyed nodes in their executor.
+            self._ordered_nodes = [node for node in self._ordered_nodes if exists(node)]
+            nodes = [] if self._is_over else self._ordered_nodes
+            try:
+                self._entities = Entities(nodes, self._context)
+                settle(nodes)
+            except BaseException:
+                self._structure_changed = True  # so that the next step sees it, too
+                raise
+
+    def _serve_round(self) -> list[Any]:
+        """Run tasks as far as they get, then serve each ready entity once; gives those."""
+        self._release()
+        self._run_tasks()
+        self._refresh()
+        if self._is_over:
+            return []
+        ready = self._entities.ready(self._owed, any_held=self._begun.hold_groups)
+        # What tells only once that it is ready is owed a call until it is served, or gone.
+        self._owed = [entity for entity in ready if tells_once(entity)]
+        if self._begun.hold_groups:
+            ready = [entity for entity in ready if entity.callback_group.can_execute(entity)]
+        for entity in ready:
+            if self._begun.hold_groups and not entity.callback_group.can_execute(entity):
+                continue
+            if entity in self._owed:
+                self._owed.remove(entity)
+            self._served += 1
+            self._begin(entity, serve(entity, self))
+            if self._structure_changed:
+                break  # what is ready may be gone; the next round looks again
+        return ready
+
+    def _release(self) -> None:
+        """Deliver what taps have held back until now."""
+        for entity, deliver in self.taps.take_due(self._now_ns):
+            self._refresh()
+            if self._entities.node_of(entity) is not None:  # it may have been destroyed since
+                self._served += 1
+                self._begin(entity, deliver())
+
+    def _begin(self, entity: Any, rest: PendingCallback) -> None:
+        if rest is not None:
+            self._begun.begin(rest, entity, self._entities.node_of)
+
+    def _run_tasks(self) -> None:
+        """Resume suspended callbacks and tasks until none of them gets any further."""
+        limit = self._begun.turns + CALLBACKS_PER_INSTANT
+        while self._begun.resume():
+            if self._begun.turns > limit:
+                raise self._stuck("tasks make tasks")
+
+    def _ring(self) -> None:
+        """Call what was asked for at this instant."""
+        for _ in range(CALLBACKS_PER_INSTANT):
+            if not self._alarms or self._alarms[0][0] > self._now_ns:
+                return
+            self._alarms.pop(0)[1]()
+        raise self._stuck("what was asked for at this instant asks for it again")
+
+    def _fire(self, timer: Any) -> None:
+        """Call a timer if it is due, and become quiet again."""
+        if self._entities.node_of(timer) is None:
+            return  # destroyed since the instant began, or its node has left
+        if self._begun.hold_groups and not timer.callback_group.can_execute(timer):
+            return
+        self._is_serving = True
+        try:
+            was_due, rest = serve_timer(timer)
+            if was_due:
+                self._served += 1
+                self._begin(timer, rest)
+        finally:
+            self._is_serving = False
+        if was_due:
+            self.run_until_quiet()
+
+    def _names_of_due(self) -> str:
+        names = [
+            describe_timer(timer, self._entities.owner_of(timer))
+            for timer in self._entities.timers
+            if not timer.is_canceled() and timer.time_until_next_call() <= 0
+        ]
+        if self.world is not None and self.world.next_due_ns <= self._now_ns:
+            names.append("the world")
+        return ", ".join(names)
+
+    def _report_stuck(self) -> None:
+        names: Counter[str] = Counter()
+        for _ in range(100):
+            names.update(describe(entity) for entity in self._serve_round())
+        busiest = ", ".join(name for name, _ in names.most_common(3)) or "tasks"
+        raise self._stuck(f"callbacks do not end; busiest: {busiest}")
+
+    def _stuck(self, why: str) -> TimeStuckError:
+        return TimeStuckError(f"virtual time is stuck at {self._now_ns / 1e9:.3f} s: {why}")

@@ -1,0 +1,83 @@
+"""Collisions: a robot coming into contact with anything but the floor."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from sim.physics.names import BASE, FLOOR, OBSTACLE_PREFIX
+
+RELEASE_NS = 250_000_000
+"""An obstacle not touched for this long, ns, is let go of; touched sooner, it is one collision."""
+
+
+@dataclass(frozen=True, slots=True)
+class Collision:
+    """One onset of contact: when, with what, where in the map (m), and its normal force (N)."""
+
+    time_ns: int
+    obstacle: str
+    point: tuple[float, float, float]
+    force: float
+
+
+class Contacts:
+    """Tells onsets from contacts that last, slide or bounce.
+
+    `names` are what geoms are reported as, and may change.
+    """
+
+    def __init__(self, model: mujoco.MjModel, names: Sequence[str], prefix: str = "") -> None:
+        self._model = model
+        self._names = names
+        robot = model.body(prefix + BASE).id
+        root = model.body_rootid[model.geom_bodyid]
+        self._is_robot = root == robot
+        self._is_obstacle = (root != robot) & (np.arange(model.ngeom) != model.geom(FLOOR).id)
+        self._last_touch_ns: dict[str, int] = {}
+        self._force = np.empty(6)
+
+    def look(self, data: mujoco.MjData, time_ns: int) -> list[Collision]:
+        """Return the collisions that begin now. To be called at every step with a contact."""
+        begun = []
+        for name, index in self.touched(data).items():
+            last = self._last_touch_ns.get(name)
+            self._last_touch_ns[name] = time_ns
+            if last is None or time_ns - last > RELEASE_NS:
+                begun.append(self._collision(data, index, name, time_ns))
+        return begun
+
+    def touched(self, data: mujoco.MjData) -> dict[str, int]:
+        """Return what is being touched, and the number of a contact with it."""
+        touched: dict[str, int] = {}
+        for index in range(data.ncon):
+            for geom, other in (data.contact.geom[index], data.contact.geom[index][::-1]):
+                if self._is_robot[geom] and self._is_obstacle[other]:
+                    touched.setdefault(self._names[other], index)
+        return touched
+
+    def forget(self) -> None:
+        """Begin anew: whatever is touched next is a new collision."""
+        self._last_touch_ns.clear()
+
+    def _collision(self, data: mujoco.MjData, index: int, name: str, time_ns: int) -> Collision:
+        mujoco.mj_contactForce(self._model, data, index, self._force)
+        x, y, z = data.contact.pos[index].tolist()
+        return Collision(time_ns, name, (x, y, z), float(self._force[0]))
+
+
+def geom_names(model: mujoco.MjModel) -> list[str]:
+    """Return what each geom is reported as. Spare ones are nameless until they are placed."""
+    return [_name(model, geom) for geom in range(model.ngeom)]
+
+
+def _name(model: mujoco.MjModel, geom: int) -> str:
+    """Return what a geom is reported as: the obstacle, or the robot that it is a part of."""
+    name = str(model.geom(geom).name)
+    if name.startswith(OBSTACLE_PREFIX):
+        return name.removeprefix(OBSTACLE_PREFIX)
+    root = int(model.body_rootid[model.geom_bodyid[geom]])
+    return str(model.body(root).name).removesuffix(f"/{BASE}")

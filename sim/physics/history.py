@@ -1,0 +1,108 @@
+"""Looking back at a run: poses, room and contacts at instants that were recorded.
+
+    states = []
+    ...                                       # while it runs, as often as wanted
+    states.append(simulation.record())
+    ...                                       # afterwards
+    review = simulation.review()
+    assert all(review.clearance(state).distance > 0.05 for state in states)
+
+A record costs a run little; all computing is left for later, and done on a model and a state of
+the reviewer's own.
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from sim.physics.clearance import Clearance, Point, robot_gauge
+from sim.physics.contacts import Contacts
+from sim.physics.names import BASE
+from sim.physics.prop_bodies import bodies_of
+from sim.world.shapes import Obstacle
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """Where everything was at one instant, and how fast.
+
+    `qpos` and `qvel` are MuJoCo's, as bytes, so that states can be compared; `props` is what each
+    spare body showed. Readable with the model that it was recorded from.
+    """
+
+    time_ns: int
+    qpos: bytes
+    qvel: bytes
+    props: tuple[Obstacle | None, ...]
+
+
+class Reviewer:
+    """Tells of one robot (`prefix`) what recorded states of its simulation were like.
+
+    States may come in any order, also while the simulation goes on.
+    """
+
+    def __init__(self, model: mujoco.MjModel, prefix: str = "") -> None:
+        self._model = copy.copy(model)
+        self._data = mujoco.MjData(self._model)
+        self._names, self._bodies = bodies_of(self._model)
+        self._gauge = robot_gauge(self._model, self._names, prefix)
+        self._contacts = Contacts(self._model, self._names, prefix)
+        joint = model.joint(prefix + BASE)
+        self._q, self._v = int(joint.qposadr[0]), int(joint.dofadr[0])
+        self._shown: State | None = None
+
+    def pose(self, state: State) -> tuple[float, float, float]:
+        """Return the true pose of `base_footprint` in the map: x m, y m, yaw rad."""
+        return pose_of(np.frombuffer(state.qpos)[self._q :])
+
+    def velocity(self, state: State) -> tuple[float, float]:
+        """Return the true velocity of the base: ahead m/s, left turn rad/s."""
+        return velocity_of(
+            np.frombuffer(state.qpos)[self._q :], np.frombuffer(state.qvel)[self._v :]
+        )
+
+    def clearance(self, state: State, within: float = math.inf) -> Clearance:
+        """Return how much room the robot had; what was `within` m or farther is not looked at."""
+        self._show(state)
+        return self._gauge.measure(self._data, within)
+
+    def contacts(self, state: State) -> dict[str, Point]:
+        """Return what the robot was touching, and a point of each contact in the map (m)."""
+        self._show(state)
+        mujoco.mj_comPos(self._model, self._data)
+        mujoco.mj_collision(self._model, self._data)
+        places = self._data.contact.pos
+        return {
+            name: (float(places[index, 0]), float(places[index, 1]), float(places[index, 2]))
+            for name, index in self._contacts.touched(self._data).items()
+        }
+
+    def _show(self, state: State) -> None:
+        if state is self._shown:
+            return
+        self._bodies.match(state.props)
+        self._data.qpos[:] = np.frombuffer(state.qpos)
+        mujoco.mj_kinematics(self._model, self._data)
+        self._shown = state
+
+
+def pose_of(qpos: npt.NDArray[np.float64]) -> tuple[float, float, float]:
+    """Return the pose of a robot whose coordinates these are: x m, y m, yaw rad."""
+    x, y, _, qw, qx, qy, qz = qpos[:7].tolist()
+    return x, y, math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz))
+
+
+def velocity_of(
+    qpos: npt.NDArray[np.float64], qvel: npt.NDArray[np.float64]
+) -> tuple[float, float]:
+    """Return the velocity of a robot whose coordinates these are: ahead m/s, left turn rad/s."""
+    vx, vy, *_, turn = qvel[:6].tolist()
+    _, _, yaw = pose_of(qpos)
+    return vx * math.cos(yaw) + vy * math.sin(yaw), turn

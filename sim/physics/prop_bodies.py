@@ -1,0 +1,175 @@
+"""Spare bodies in a model: what makes obstacles that come and go possible in MuJoCo.
+
+A compiled model keeps its bodies, so a number of them is compiled in, and lies below the floor
+where nothing touches or sees it. Showing one gives it the shape, size, direction and colour of an
+obstacle, and puts it on the floor. Like every obstacle that moves (`sim.physics.movers`) it
+slides on two joints and weighs a ton.
+
+A model with spare bodies moves its robots as one without, bit for bit, until one is shown: they
+come last, weigh nothing on each other, and what the solver and the renderer take from the model
+as a whole is taken from the model without them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import mujoco
+import numpy as np
+
+from sim.physics.body import add_touch
+from sim.physics.contacts import geom_names
+from sim.physics.names import NOWHERE, OBSTACLE_BIT, PROP_PREFIX, PROPS, SLIDE, SOLID
+from sim.physics.scenery import TON, yaw_quaternion
+from sim.world.shapes import Obstacle
+
+_SIZE = 0.01
+_BELOW = -1.0
+"""Metres: half an edge of a spare body, and where it lies."""
+
+
+def add_bodies(spec: mujoco.MjSpec, count: int, prefixes: Sequence[str]) -> None:
+    """Add spare bodies, and for each robot a sensor that tells whether it touches any."""
+    static = spec.worldbody.add_body(name=PROPS)
+    for index in range(count):
+        name = f"{PROP_PREFIX}{index}"
+        body = static.add_body(
+            name=name,
+            mass=TON,
+            inertia=[TON, TON, TON],
+            ipos=[0, 0, 0],
+            explicitinertial=True,
+        )
+        for axis, letter in enumerate("xy"):
+            body.add_joint(
+                name=f"{name}/{letter}",
+                type=mujoco.mjtJoint.mjJNT_SLIDE,
+                axis=[1 - axis, axis, 0],
+            )
+        body.add_geom(
+            name=name,
+            type=mujoco.mjtGeom.mjGEOM_BOX,
+            size=[_SIZE] * 3,
+            # What touches nothing when it is compiled has no bounds for rays.
+            contype=OBSTACLE_BIT,
+            conaffinity=0,
+            friction=SLIDE,
+            group=NOWHERE,
+        )
+    for prefix in prefixes:
+        add_touch(spec, prefix, PROPS, tree=True)
+
+
+def keep_figures(model: mujoco.MjModel, without: mujoco.MjModel) -> None:
+    """Give a model with spare bodies what the solver and the renderer know of one without.
+
+    The solver ends where what it could still gain, divided by the number of joints' axes and
+    their mean inertia, is small; the renderer's planes lie at shares of the world's extent.
+    """
+    figures, model_nv = without.stat, model.nv
+    for field in ("extent", "meanmass", "meansize"):
+        setattr(model.stat, field, getattr(figures, field))
+    model.stat.center[:] = figures.center
+    model.stat.meaninertia = _share(figures.meaninertia * without.nv, model_nv)
+    model.opt.jacobian = (
+        mujoco.mjtJacobian.mjJAC_SPARSE
+        if mujoco.mj_isSparse(without)
+        else mujoco.mjtJacobian.mjJAC_DENSE
+    )
+
+
+class PropBodies:
+    """The spare bodies of one model. Shows obstacles and hides them, and nothing else.
+
+    `names` is what geoms are reported as (`contacts.geom_names`); it follows.
+    """
+
+    def __init__(self, model: mujoco.MjModel, names: list[str]) -> None:
+        self._model = model
+        self._names = names
+        self.geoms = tuple(
+            geom for geom in range(model.ngeom) if model.geom(geom).name.startswith(PROP_PREFIX)
+        )
+        bodies = [int(model.geom_bodyid[geom]) for geom in self.geoms]
+        joints = [int(model.body_jntadr[body]) for body in bodies]
+        self._bodies = bodies
+        self.addresses = tuple(
+            (int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])) for joint in joints
+        )
+        """Where x is in qpos, and its rate in qvel, of each; y comes next."""
+        self.shown: list[Obstacle | None] = [None] * len(bodies)
+        for index in range(len(bodies)):
+            self.hide(index)
+
+    def show(self, index: int, obstacle: Obstacle) -> None:
+        """Make one look and collide like an obstacle. Its place on the floor is in qpos."""
+        length, width, height = (edge / 2 for edge in obstacle.size)
+        self._place(
+            index,
+            kind=mujoco.mjtGeom.mjGEOM_CYLINDER
+            if obstacle.kind == "cylinder"
+            else mujoco.mjtGeom.mjGEOM_BOX,
+            halves=(length, width, height),
+            yaw=obstacle.yaw,
+        )
+        geom, body = self.geoms[index], self._bodies[index]
+        self._model.geom_rgba[geom] = obstacle.rgba
+        self._model.geom_group[geom] = SOLID
+        self._model.geom_contype[geom] = self._model.body_contype[body] = OBSTACLE_BIT
+        self._model.body_pos[body, 2] = height
+        self._names[geom] = obstacle.name
+        self.shown[index] = obstacle
+
+    def hide(self, index: int) -> None:
+        """Put one away."""
+        self._place(index, kind=mujoco.mjtGeom.mjGEOM_BOX, halves=(_SIZE,) * 3, yaw=0.0)
+        geom, body = self.geoms[index], self._bodies[index]
+        self._model.geom_group[geom] = NOWHERE
+        self._model.geom_contype[geom] = self._model.body_contype[body] = 0
+        self._model.body_pos[body, 2] = _BELOW
+        self._names[geom] = ""
+        self.shown[index] = None
+
+    def match(self, shown: Sequence[Obstacle | None]) -> None:
+        """Show and hide what it takes."""
+        for index, obstacle in enumerate(shown):
+            if obstacle is not self.shown[index]:
+                if obstacle is None:
+                    self.hide(index)
+                else:
+                    self.show(index, obstacle)
+
+    def _place(
+        self, index: int, *, kind: mujoco.mjtGeom, halves: tuple[float, ...], yaw: float
+    ) -> None:
+        """Set all that MuJoCo keeps of a shape: for contacts, for rays and for pictures."""
+        model, geom, body = self._model, self.geoms[index], self._bodies[index]
+        length, width, height = halves
+        cylinder = kind == mujoco.mjtGeom.mjGEOM_CYLINDER
+        model.geom_type[geom] = kind
+        model.geom_size[geom] = (length, height, 0.0) if cylinder else halves
+        model.geom_rbound[geom] = math.hypot(length, 0.0 if cylinder else width, height)
+        model.geom_aabb[geom] = (0.0, 0.0, 0.0, *halves)
+        model.geom_quat[geom] = yaw_quaternion(yaw)
+        model.geom_sameframe[geom] = mujoco.mjtSameFrame.mjSAMEFRAME_NONE
+        cos, sin = abs(math.cos(yaw)), abs(math.sin(yaw))
+        model.bvh_aabb[model.body_bvhadr[body]] = (
+            *(0.0, 0.0, 0.0),
+            *(cos * length + sin * width, sin * length + cos * width, height),
+        )
+
+
+def bodies_of(model: mujoco.MjModel) -> tuple[list[str], PropBodies]:
+    """Return what the geoms of a model are reported as, and its spare bodies."""
+    names = geom_names(model)
+    return names, PropBodies(model, names)
+
+
+def _share(total: float, count: int) -> float:
+    """Return what `count` times is `total`, to the last bit where there is such a number."""
+    share = total / count
+    for candidate in (share, np.nextafter(share, 0.0), np.nextafter(share, math.inf)):
+        if candidate * count == total:
+            return float(candidate)
+    return share

@@ -1,0 +1,214 @@
+"""Props: obstacles that appear, move and vanish while the simulation runs.
+
+    box = simulation.props.place("box", 1.0, 0.0, size=(0.2, 0.2, 0.3))
+    box.move_to(1.0, 2.0, speed=0.5)
+    box.remove()
+
+They are on no map. The lidar and the camera see them at once, and whoever touches one has a
+collision with its name. What moves goes its way whatever stands in it: it pushes robots at its own
+speed (`sim.physics.movers`), and passes through walls and other obstacles.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Protocol
+
+import mujoco
+
+from bt_mission.core.diagnostics import listed
+from sim.physics.clearance import Gauge, touching
+from sim.physics.names import BASE
+from sim.physics.prop import Prop, PropError, shape
+from sim.physics.prop_bodies import PropBodies
+from sim.world.shapes import Obstacle
+from sim.world.world import World
+
+MOST = 64
+"""Props in one simulation."""
+
+_TOUCHING = 1e-6
+"""Metres by which two must be in each other; what stands side by side does not touch."""
+
+
+def check_count(count: int) -> None:
+    """Raise PropError for a number of props that cannot be."""
+    if not 0 <= count <= MOST:
+        raise PropError(f"expected 0 to {MOST} props in a simulation, got {count}")
+
+
+class PropPhysics(Protocol):
+    """The physics that props are part of, as far as they need it."""
+
+    model: mujoco.MjModel
+    data: mujoco.MjData
+    world: World
+    time_ns: int
+    names: list[str]
+    robot_names: tuple[str, ...]
+    prefixes: tuple[str, ...]
+    obstacle_geoms: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _Slot:
+    q: int
+    v: int
+    geom: int
+
+
+class Props:
+    """The props of one simulation: at most `count` at one time."""
+
+    def __init__(self, physics: PropPhysics, bodies: PropBodies) -> None:
+        self._physics = physics
+        self._bodies = bodies
+        self._slots = [
+            _Slot(*addresses, geom)
+            for addresses, geom in zip(bodies.addresses, bodies.geoms, strict=True)
+        ]
+        self._placed: dict[int, Prop] = {}
+        self.shown: tuple[Obstacle | None, ...] = tuple(bodies.shown)
+        """What every spare body shows now."""
+
+    def __len__(self) -> int:
+        return len(self._placed)
+
+    def __iter__(self) -> Iterator[Prop]:
+        """Those in the world, in the order in which they were placed."""
+        return iter(tuple(self._placed.values()))
+
+    def __getitem__(self, name: str) -> Prop:
+        """Return the prop of that name in the world. Raises KeyError."""
+        return {prop.name: prop for prop in self}[name]
+
+    @property
+    def count(self) -> int:
+        """How many there can be at one time."""
+        return len(self._slots)
+
+    @property
+    def time_ns(self) -> int:
+        """The present instant, ns."""
+        return self._physics.time_ns
+
+    def place(  # noqa: PLR0913 - keywords, and a box or a cylinder
+        self,
+        name: str,
+        x: float,
+        y: float,
+        yaw_deg: float = 0.0,
+        *,
+        size: tuple[float, float, float] | None = None,
+        radius: float | None = None,
+        height: float = 0.5,
+        colour: str = "orange",
+        even_into_the_robot: bool = False,
+    ) -> Prop:
+        """Put a box of this size (along its own x, y, z), or a cylinder, on the floor; metres.
+
+        Raises PropError where all props are in the world already, for a name that is taken, a
+        size, place or colour that cannot be, and where it would touch a robot or an obstacle;
+        robots do not count with `even_into_the_robot`, and are then pushed out of it.
+        """
+        slot = self._free(name)
+        self._check_name(name)
+        obstacle = shape(name, (x, y, yaw_deg), size, radius, height, colour)
+        self.check_floor(name, x, y)
+        self._bodies.show(slot, obstacle)
+        prop = self._placed[slot] = Prop(self, slot, obstacle)
+        self._changed()
+        touched = self._touched(slot, robots=not even_into_the_robot)
+        if touched is not None:
+            self.remove(slot)
+            is_robot = touched not in self._obstacles()
+            raise PropError(
+                f"prop '{name}' does not fit at ({x:g}, {y:g}, {yaw_deg:g} deg): it would be in"
+                f" {'the robot' if touched == BASE else f'{touched!r}'}; place it elsewhere"
+                + (", or say even_into_the_robot=True" if is_robot else "")
+            )
+        return prop
+
+    def clear(self) -> None:
+        """Remove all."""
+        for slot in tuple(self._placed):
+            self.remove(slot)
+
+    # ---- for the physics and for props ---------------------------------------------------
+
+    def move(self, data: mujoco.MjData, time_ns: int) -> None:
+        """Set positions and velocities to those at this time."""
+        qpos, qvel = data.qpos, data.qvel
+        for index, prop in self._placed.items():
+            slot = self._slots[index]
+            x, y, vx, vy = prop.course.at((time_ns - prop.since_ns) / 1e9)
+            qpos[slot.q], qpos[slot.q + 1] = x, y
+            qvel[slot.v], qvel[slot.v + 1] = vx, vy
+
+    def holds(self, prop: Prop, index: int) -> bool:
+        """Whether that prop is in the world."""
+        return self._placed.get(index) is prop
+
+    def remove(self, index: int) -> None:
+        """Put a spare body away."""
+        slot, data = self._slots[index], self._physics.data
+        self._bodies.hide(index)
+        del self._placed[index]
+        data.qpos[slot.q : slot.q + 2] = 0.0
+        data.qvel[slot.v : slot.v + 2] = 0.0
+        self._changed()
+
+    def check_floor(self, name: str, x: float, y: float) -> None:
+        """Raise PropError for a place that is not on the floor."""
+        length, width = self._physics.world.size
+        if not (abs(x) <= length / 2 and abs(y) <= width / 2):
+            raise PropError(
+                f"prop '{name}': ({x:g}, {y:g}) is not on the floor of {length:g} m x {width:g} m"
+                " around (0, 0)"
+            )
+
+    # ---- inside --------------------------------------------------------------------------
+
+    def _changed(self) -> None:
+        """Let everything that is read at this instant know of it."""
+        self.shown = tuple(self._bodies.shown)
+        data = self._physics.data
+        self.move(data, self.time_ns)
+        mujoco.mj_kinematics(self._physics.model, data)
+
+    def _free(self, name: str) -> int:
+        for index in range(self.count):
+            if index not in self._placed:
+                return index
+        there = listed([prop.name for prop in self]) if self else ""
+        raise PropError(
+            f"no prop is left for '{name}': this simulation has {self.count}"
+            + (f", all in the world: {there}; remove one, or" if there else ";")
+            + f" make it with props={self.count + 1} or more (up to {MOST})"
+        )
+
+    def _obstacles(self) -> list[str]:
+        return [
+            *(obstacle.name for obstacle in self._physics.world.obstacles),
+            *(prop.name for prop in self),
+        ]
+
+    def _check_name(self, name: str) -> None:
+        if not 1 <= len(name) <= 60:
+            raise PropError(f"expected a name of 1 to 60 letters for a prop, got {len(name)}")
+        if name in self._obstacles() or name in self._physics.robot_names:
+            raise PropError(
+                f"the name '{name}' is taken: collisions are reported by it; choose another"
+            )
+
+    def _touched(self, index: int, *, robots: bool) -> str | None:
+        """Return the name of what a prop is in, or None."""
+        physics, geom = self._physics, self._slots[index].geom
+        others = [other for other in physics.obstacle_geoms if other != geom]
+        if robots:
+            others += [
+                one for prefix in physics.prefixes for one in touching(physics.model, prefix)
+            ]
+        found = Gauge(physics.model, physics.names, [geom], others).measure(physics.data, 0.0)
+        return found.obstacle if found.distance < -_TOUCHING else None

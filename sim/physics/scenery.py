@@ -1,0 +1,152 @@
+"""What stands in a world and what it looks like, as MuJoCo geoms."""
+
+from __future__ import annotations
+
+import math
+
+import mujoco
+
+from sim.physics.names import (
+    FLOOR,
+    FLOOR_BIT,
+    MARKS,
+    MOVER_PREFIX,
+    OBSTACLE_BIT,
+    OBSTACLE_PREFIX,
+    OBSTACLES,
+    SLIDE,
+    SOLID,
+    SOLIMP,
+    SOLREF,
+)
+from sim.world.colours import rgba
+from sim.world.shapes import Obstacle
+from sim.world.world import Patch, World, Zone
+
+TON = 1000.0
+"""kg, and kg m^2."""
+
+
+def add_world(spec: mujoco.MjSpec, world: World) -> None:
+    """Add floor, obstacles and zones, sky and light."""
+    _add_sky_and_light(spec)
+    _add_floor(spec, world.size, grip=0.0 if world.slippery else 1.0)
+    _add_obstacles(spec, world.obstacles)
+    marks: tuple[Zone | Patch, ...] = (*world.slippery, *world.zones)
+    for mark in marks:
+        _add_mark(spec, mark)
+
+
+def yaw_quaternion(yaw: float) -> list[float]:
+    """Return a turn about z by `yaw` rad, as w, x, y, z."""
+    return [math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)]
+
+
+def _add_sky_and_light(spec: mujoco.MjSpec) -> None:
+    visual = spec.visual
+    visual.headlight.ambient = [0.5, 0.5, 0.5]
+    visual.headlight.diffuse = [0.15, 0.15, 0.15]
+    visual.headlight.specular = [0.0, 0.0, 0.0]
+    visual.quality.offsamples = 0  # smooth edges cost three times the rest of a picture
+    visual.quality.shadowsize = 0  # no map for the shadows that nothing casts: 64 MB
+    visual.map.znear = 0.002  # of the world's extent: a wall at the lens is still drawn
+    spec.add_texture(
+        name="sky",
+        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
+        rgb1=[0.72, 0.82, 0.92],
+        rgb2=[0.95, 0.97, 0.98],
+        width=128,
+        height=128,
+    )
+    spec.worldbody.add_light(
+        type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
+        pos=[0, 0, 4],
+        dir=[0.3, 0.45, -1],
+        diffuse=[0.4, 0.4, 0.4],
+        specular=[0, 0, 0],
+        castshadow=False,  # shadows cost ten times the rest of a picture
+    )
+
+
+def _add_floor(spec: mujoco.MjSpec, size: tuple[float, float], grip: float) -> None:
+    spec.add_texture(
+        name="tiles",
+        type=mujoco.mjtTexture.mjTEXTURE_2D,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_CHECKER,
+        rgb1=[0.52, 0.55, 0.58],
+        rgb2=[0.59, 0.62, 0.65],
+        width=128,
+        height=128,
+    )
+    tiles = spec.add_material(name="tiles", texrepeat=[1, 1], texuniform=True)
+    tiles.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "tiles"
+    length, width = size
+    spec.worldbody.add_geom(
+        name=FLOOR,
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        size=[length / 2, width / 2, 0.05],
+        material="tiles",
+        contype=FLOOR_BIT,
+        conaffinity=0,
+        group=SOLID,
+        # The larger of the two that touch counts: with none of its own, the wheels' is left.
+        friction=[grip, 0.005, 0.0001],
+        solref=SOLREF,
+        solimp=SOLIMP,
+    )
+
+
+def _add_obstacles(spec: mujoco.MjSpec, obstacles: tuple[Obstacle, ...]) -> None:
+    """One static body holds them all, so that one sensor tells whether any is touched.
+
+    Each that moves is a body of its own below it.
+    """
+    static = spec.worldbody.add_body(name=OBSTACLES)
+    for obstacle in obstacles:
+        length, width, height = obstacle.size
+        cylinder = obstacle.kind == "cylinder"
+        body = static if obstacle.motion is None else _mover(static, obstacle)
+        body.add_geom(
+            name=OBSTACLE_PREFIX + obstacle.name,
+            type=mujoco.mjtGeom.mjGEOM_CYLINDER if cylinder else mujoco.mjtGeom.mjGEOM_BOX,
+            size=[length / 2, height / 2, 0] if cylinder else [length / 2, width / 2, height / 2],
+            pos=[obstacle.x, obstacle.y, height / 2] if body is static else [0, 0, 0],
+            quat=yaw_quaternion(obstacle.yaw),
+            rgba=obstacle.rgba,
+            contype=OBSTACLE_BIT,
+            conaffinity=0,
+            friction=SLIDE,
+            group=SOLID,
+        )
+
+
+def _mover(static: mujoco.MjsBody, obstacle: Obstacle) -> mujoco.MjsBody:
+    body = static.add_body(
+        name=MOVER_PREFIX + obstacle.name,
+        pos=[obstacle.x, obstacle.y, obstacle.height / 2],
+        mass=TON,
+        inertia=[TON, TON, TON],
+        ipos=[0, 0, 0],
+        explicitinertial=True,
+    )
+    for axis, name in enumerate("xy"):
+        body.add_joint(
+            name=f"{MOVER_PREFIX}{obstacle.name}/{name}",
+            type=mujoco.mjtJoint.mjJNT_SLIDE,
+            axis=[1 - axis, axis, 0],
+        )
+    return body
+
+
+def _add_mark(spec: mujoco.MjSpec, zone: Zone | Patch) -> None:
+    """Add a zone or a slippery place, a millimetre thick."""
+    spec.worldbody.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+        size=[zone.radius, 0.0005, 0],
+        pos=[zone.x, zone.y, 0.0005],
+        rgba=rgba(zone.colour),
+        contype=0,
+        conaffinity=0,
+        group=MARKS,
+    )

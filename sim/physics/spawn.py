@@ -1,0 +1,80 @@
+"""Who takes part: the robots of one simulation, each with a name and a place to start."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from bt_mission.core.errors import BtMissionError
+from bt_mission.core.robot.model import RobotModel, load_robot
+from sim.world.world import Spawn
+
+MOST = 16
+"""Robots in one world: MuJoCo can switch off the motors of 31 groups of actuators."""
+
+_NAME = re.compile("[a-z][a-z0-9_]{0,39}")
+_PLACE = ("x", "y", "yaw")
+_NUMBER = r"([+-]?(?:\d+\.?\d*|\.\d+))"
+_WRITTEN = re.compile(rf"([^=@]+)=([^@]+)(?:@{_NUMBER},{_NUMBER}(?:,{_NUMBER})?)?")
+_EXPECTED = (
+    "expected a robot as NAME=MODEL@X,Y,YAW in metres and degrees, such as one=waffle@-1,0,90, "
+)
+
+
+class EntrantError(BtMissionError):
+    """Robots that cannot stand in one world as they are named."""
+
+
+@dataclass(frozen=True)
+class Entrant:
+    """A robot: its model, its name, and where it starts (None: at the world's spawn).
+
+    The name is also the namespace of its topics. A robot alone needs none.
+    """
+
+    robot: RobotModel
+    name: str = ""
+    spawn: Spawn | None = None
+
+    @property
+    def prefix(self) -> str:
+        """What stands before the names of its parts and topics."""
+        return f"{self.name}/" if self.name else ""
+
+
+def read(text: str) -> Entrant:
+    """Read a robot written as `NAME=MODEL@X,Y,YAW` (m, m, degrees), such as `one=waffle@-1,0,90`.
+
+    MODEL is a robot's name or file; the yaw, or the whole place, may be left out. Raises
+    EntrantError, and InputError for a model that cannot be used.
+    """
+    written = _WRITTEN.fullmatch(text)
+    if written is None:
+        raise EntrantError(_EXPECTED + f"got '{text}'")
+    name, model, *place = written.groups()
+    given = {field: float(number) for field, number in zip(_PLACE, place, strict=True) if number}
+    try:
+        spawn = Spawn(**given) if given else None
+    except ValueError as error:
+        raise EntrantError(_EXPECTED + f"within the world, got '{text}'") from error
+    return Entrant(load_robot(model), name, spawn)
+
+
+def check(entrants: Sequence[Entrant]) -> None:
+    """Raise EntrantError unless there are robots, and several have a name each of its own."""
+    if not 1 <= len(entrants) <= MOST:
+        raise EntrantError(f"expected 1 to {MOST} robots in a world, got {len(entrants)}")
+    seen: set[str] = set()
+    for entrant in entrants:
+        name = entrant.name
+        if len(entrants) == 1 and not name:
+            return
+        if not _NAME.fullmatch(name):
+            raise EntrantError(
+                f"expected a name of small letters, digits and '_', such as robot1, got '{name}':"
+                " a robot's name is the namespace of its topics"
+            )
+        if name in seen:
+            raise EntrantError(f"two robots are named '{name}'; give each a name of its own")
+        seen.add(name)

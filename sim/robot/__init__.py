@@ -1,0 +1,1 @@
+"""One simulated robot: body, sensors and drive put together."""

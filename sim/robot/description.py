@@ -1,0 +1,117 @@
+"""The robot as URDF, of boxes, cylinders and spheres: what RViz and Foxglove draw at its frames.
+
+Links are the frames of `sim.robot.frames`, below `base_footprint`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from xml.etree import ElementTree as ET
+
+from bt_mission.core.robot.model import RobotModel
+from sim.physics.looks import looks
+from sim.robot import frames
+from sim.robot.frames import Frame, Quaternion, Vector
+from sim.world.colours import rgba
+
+_CAMERA = (0.02, 0.06, 0.02)
+"""m: edges of what is shown for the camera."""
+
+
+def description(robot: RobotModel) -> str:
+    """Return the URDF of a robot; its links are all that `tf` and `tf_static` tell of it."""
+    root = ET.Element("robot", name=f"turtlebot3_{robot.name}")
+    links = {frames.BASE_FOOTPRINT: ET.SubElement(root, "link", name=frames.BASE_FOOTPRINT)}
+    for frame in frames.fixed_frames(robot):
+        links[frame.child] = ET.SubElement(root, "link", name=frame.child)
+        _add_joint(root, frame)
+    _dress_base(links[frames.BASE_LINK], robot)
+    for name, link in links.items():
+        if name.startswith("wheel_"):
+            _dress_wheel(link, robot)
+        elif name.startswith("caster_"):
+            for use in ("visual", "collision"):
+                ball = _shape(link, use, "sphere", colour="black")
+                ball.set("radius", _number(robot.caster_radius))
+        elif name == frames.CAMERA_LINK:
+            _shape(link, "visual", "box", colour="black").set("size", _numbers(_CAMERA))
+    ET.indent(root)
+    return '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
+
+
+def _add_joint(root: ET.Element, frame: Frame) -> None:
+    turns = frame.child.startswith("wheel_")
+    name = frame.child.removesuffix("_link") + "_joint"
+    joint = ET.SubElement(root, "joint", name=name, type="continuous" if turns else "fixed")
+    ET.SubElement(joint, "parent", link=frame.parent)
+    ET.SubElement(joint, "child", link=frame.child)
+    _origin(joint, frame.translation, _roll_pitch_yaw(frame.rotation))
+    if turns:
+        ET.SubElement(joint, "axis", xyz="0 0 1")
+
+
+def _dress_base(link: ET.Element, robot: RobotModel) -> None:
+    _add_mass(link, robot.base_mass, robot.base_inertia, robot.base_centre_of_mass)
+    for look in looks(robot):
+        shape = _shape(link, "visual", look.kind, look.at, look.colour)
+        first, second, third = look.half
+        if look.kind == "box":
+            shape.set("size", _numbers((2 * first, 2 * second, 2 * third)))
+        else:
+            shape.set("radius", _number(first))
+            shape.set("length", _number(2 * second))
+    _shape(link, "collision", "box", robot.body.centre).set("size", _numbers(robot.body.size))
+
+
+def _dress_wheel(link: ET.Element, robot: RobotModel) -> None:
+    """Dress a wheel, whose z axis lies along the axle."""
+    along_x, axle, along_z = robot.wheel_inertia
+    _add_mass(link, robot.wheel_mass, (along_x, along_z, axle), (0.0, 0.0, 0.0))
+    for use in ("visual", "collision"):
+        tyre = _shape(link, use, "cylinder", colour="black")
+        tyre.set("radius", _number(robot.wheel_radius))
+        tyre.set("length", _number(robot.wheel_width))
+
+
+def _add_mass(link: ET.Element, mass: float, moments: Sequence[float], at: Vector) -> None:
+    inertial = ET.SubElement(link, "inertial")
+    _origin(inertial, at)
+    ET.SubElement(inertial, "mass", value=_number(mass))
+    crossed = dict.fromkeys(("ixy", "ixz", "iyz"), "0")
+    straight = dict(zip(("ixx", "iyy", "izz"), map(_number, moments), strict=True))
+    ET.SubElement(inertial, "inertia", {**straight, **crossed})
+
+
+def _shape(
+    link: ET.Element, use: str, kind: str, at: Vector = (0.0, 0.0, 0.0), colour: str = ""
+) -> ET.Element:
+    """Add a shape to be seen or to be hit; gives the element that its size belongs into."""
+    part = ET.SubElement(link, use)
+    _origin(part, at)
+    shape = ET.SubElement(ET.SubElement(part, "geometry"), kind)
+    if use == "visual":
+        material = ET.SubElement(part, "material", name=colour)
+        ET.SubElement(material, "color", rgba=_numbers(rgba(colour)))
+    return shape
+
+
+def _origin(parent: ET.Element, at: Vector, turned: Vector = (0.0, 0.0, 0.0)) -> None:
+    ET.SubElement(parent, "origin", xyz=_numbers(at), rpy=_numbers(turned))
+
+
+def _roll_pitch_yaw(rotation: Quaternion) -> Vector:
+    x, y, z, w = rotation
+    return (
+        math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)),
+        math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x)))),
+        math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)),
+    )
+
+
+def _numbers(values: Sequence[float]) -> str:
+    return " ".join(map(_number, values))
+
+
+def _number(value: float) -> str:
+    return f"{value:.9g}"

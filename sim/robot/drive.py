@@ -1,0 +1,84 @@
+"""The base's own control: limits, acceleration ramp, and a stop when commands stop coming.
+
+Pure arithmetic. It stands for the firmware of the robot: a command is clipped to the limits of
+the model, reached at limited acceleration, and holds for `command_timeout` times `patience`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from bt_mission.core.robot.model import RobotModel
+
+
+@dataclass
+class Drive:
+    """Turns commands into wheel speeds, one physics step at a time."""
+
+    robot: RobotModel
+    step_s: float
+    linear: float = 0.0
+    """The velocity now asked of the wheels, m/s."""
+    angular: float = 0.0
+    """The turn rate now asked of the wheels, rad/s, left positive."""
+    patience: float = 1.0
+    """How many times the command timeout a command holds."""
+    _target_linear: float = field(default=0.0, init=False)
+    _target_angular: float = field(default=0.0, init=False)
+    _expires_ns: int = field(default=0, init=False)
+    _settled: bool = field(default=True, init=False)
+    _powered: bool = field(default=True, init=False)
+
+    def command(self, linear: float, angular: float, time_ns: int) -> None:
+        """Ask for a velocity (m/s, rad/s), held for the command timeout from `time_ns` on.
+
+        Raises ValueError where one of them is not finite; the last command then stays. Without
+        power a command is ignored.
+        """
+        if not (math.isfinite(linear) and math.isfinite(angular)):
+            raise ValueError(f"expected a finite velocity, got {linear} m/s and {angular} rad/s")
+        if not self._powered:
+            return
+        robot = self.robot
+        self._target_linear = _clip(linear, robot.max_linear_velocity)
+        self._target_angular = _clip(angular, robot.max_angular_velocity)
+        self._expires_ns = time_ns + round(robot.command_timeout * self.patience * 1e9)
+        self._settled = False
+
+    def switch(self, *, on: bool) -> None:
+        """Give or take the motors' power. Either way the last command is forgotten."""
+        self._powered = on
+        self.linear = self.angular = self._target_linear = self._target_angular = 0.0
+        self._expires_ns = 0
+        self._settled = True
+
+    def due(self, time_ns: int) -> bool:
+        """Whether the wheels must be told something new for the step that begins at `time_ns`."""
+        if time_ns >= self._expires_ns and (self._target_linear or self._target_angular):
+            self._target_linear = self._target_angular = 0.0
+            self._settled = False
+        return not self._settled
+
+    def step(self) -> tuple[float, float]:
+        """Move on by one step; gives the speeds of the left and the right wheel, rad/s."""
+        robot, step_s = self.robot, self.step_s
+        self.linear = _toward(
+            self.linear, self._target_linear, robot.max_linear_acceleration * step_s
+        )
+        self.angular = _toward(
+            self.angular, self._target_angular, robot.max_angular_acceleration * step_s
+        )
+        self._settled = self.linear == self._target_linear and self.angular == self._target_angular
+        across = self.angular * robot.wheel_separation / 2
+        return (self.linear - across) / robot.wheel_radius, (
+            self.linear + across
+        ) / robot.wheel_radius
+
+
+def _clip(value: float, limit: float) -> float:
+    return max(-limit, min(limit, value))
+
+
+def _toward(value: float, target: float, most: float) -> float:
+    return value + _clip(target - value, most) if abs(target - value) > most else target

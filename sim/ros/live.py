@@ -1,0 +1,136 @@
+"""The simulator in a process of its own: paced against the wall, ended by a signal."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack, closing
+from typing import Any
+
+import rclpy
+from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter
+from rclpy.signals import SignalHandlerOptions
+
+from bt_mission.core.robot.model import load_robot
+from sim.physics.spawn import read
+from sim.ros.node import SimNode
+from sim.ros.pacing import FASTEST, SLOWEST, Pacer, check_speed
+from sim.ros.topics import log
+from sim.views.window import Window, check_display
+from sim.world.loader import load_world
+
+CLOCK_HZ = 100.0
+_TICK_S = 0.01
+_FRAME_S = 0.03
+
+LOOK_S = 0.1
+"""How often at least a signal is looked for, s."""
+
+
+def main(
+    *,
+    world: str,
+    robot: str | Sequence[str],
+    seed: int = 0,
+    speed: float = 1.0,
+    namespace: str = "",
+    camera: bool = True,
+    view: bool = False,
+    ros_args: Sequence[str] = (),
+) -> int:
+    """Run the simulator until SIGINT or SIGTERM, `speed` times as fast as the wall clock.
+
+    `world` is a name or a path; `robot`, too, or several, each as `entrants.read` takes it.
+    `view` opens MuJoCo's own viewer. `ros_args` is what follows `--ros-args`. Returns the exit
+    code 0. Raises BtMissionError for a world, a robot or a speed that cannot be used, and where
+    there is no display to view it on.
+    """
+    check_speed(speed)
+    if view:
+        check_display()
+    scene = load_world(world)
+    who = load_robot(robot) if isinstance(robot, str) else [read(text) for text in robot]
+    # With handlers of our own: rclpy's would pull the context from under the callback that runs.
+    rclpy.init(args=["--ros-args", *ros_args], signal_handler_options=SignalHandlerOptions.NO)
+    received: list[int] = []
+    handlers = {
+        number: signal.signal(number, lambda number, _: received.append(number))
+        for number in (signal.SIGINT, signal.SIGTERM)
+    }
+    with ExitStack() as stack:
+        stack.callback(_leave, handlers)
+        node = SimNode(scene, who, seed=seed, namespace=namespace, camera=camera)
+        node.publish_clock_at(CLOCK_HZ)
+        _declare_parameters(node, seed)
+        _pace(node, speed)
+        if view:
+            window = stack.enter_context(closing(Window(node.physics)))
+            wall = Clock(clock_type=ClockType.STEADY_TIME)
+            node.create_timer(_FRAME_S, window.look, clock=wall)
+        log(node).info(f"{_names(node)} in {scene.name}, seed {seed}, speed {speed:g}")
+        executor = SingleThreadedExecutor()
+        executor.add_node(node)
+        while not received:
+            executor.spin_once(timeout_sec=LOOK_S)
+        node.destroy_node()
+    return 0
+
+
+def _leave(handlers: Mapping[signal.Signals, Any]) -> None:
+    rclpy.shutdown()
+    for number, handler in handlers.items():
+        signal.signal(number, handler)
+
+
+def _names(node: SimNode) -> str:
+    return ", ".join(
+        f"{one.name} ({one.robot.name})" if one.name else one.robot.name for one in node.robots
+    )
+
+
+def _declare_parameters(node: SimNode, seed: int) -> None:
+    """Show what cannot be changed while it runs."""
+    for name, value, description in (
+        ("world", node.physics.world.name, "Name of the world."),
+        ("robot", _names(node), "Model of the robot, or names and models of several."),
+        ("seed", seed, "Seed of all sensor noise."),
+    ):
+        descriptor = ParameterDescriptor(description=description, read_only=True)
+        node.declare_parameter(name, value, descriptor, ignore_override=True)
+
+
+def _pace(node: SimNode, speed: float) -> None:
+    """Move the node from a timer on the wall clock; its parameter `speed` may be set any time."""
+    wall = Clock(clock_type=ClockType.STEADY_TIME)
+    allowed = FloatingPointRange(from_value=SLOWEST, to_value=FASTEST)
+    description = "How many times faster than the wall clock virtual time runs."
+    descriptor = ParameterDescriptor(description=description, floating_point_range=[allowed])
+    speed = node.declare_parameter("speed", speed, descriptor).value
+    pacer = Pacer(speed, wall.now().nanoseconds, node.next_due_ns)
+    _be_patient(node, speed)
+
+    def tick() -> None:
+        now_ns = wall.now().nanoseconds
+        node.advance_to(pacer.target(now_ns, node.physics.time_ns))
+        reached = pacer.shortfall(now_ns)
+        if reached is not None:
+            log(node).warning(f"too slow for speed {pacer.speed:g}: reached {reached:.2g}")
+
+    def on_parameters(parameters: list[Parameter]) -> None:
+        for parameter in parameters:
+            if parameter.name == "speed":
+                pacer.set_speed(parameter.value, wall.now().nanoseconds, node.physics.time_ns)
+                _be_patient(node, parameter.value)
+
+    node.add_post_set_parameters_callback(on_parameters)
+    node.create_timer(_TICK_S, tick, clock=wall)
+
+
+def _be_patient(node: SimNode, speed: float) -> None:
+    """Let commands hold as long on the wall as at real time: they do not come any sooner."""
+    for robot in node.robots:
+        robot.be_patient(max(1.0, speed))

@@ -1,0 +1,165 @@
+"""The simulated TurtleBot3 as a ROS node: commands in, sensors out, on a virtual clock.
+
+`SimNode` is moved from outside, by `advance_to`; `sim.ros.live` does that in a process of its own.
+Topics, types, QoS and frames are those of a TurtleBot3 on Jazzy; names are relative, so that a
+namespace applies.
+"""
+
+from __future__ import annotations
+
+import array
+from collections.abc import Sequence
+from typing import Any
+
+from nav_msgs.msg import OccupancyGrid
+from rclpy.context import Context
+from rclpy.logging import LoggingSeverity
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rosgraph_msgs.msg import Clock
+from std_srvs.srv import Trigger
+from visualization_msgs.msg import MarkerArray
+
+from bt_mission.core.robot.model import RobotModel
+from sim.physics.names import STEP_NS
+from sim.robot import frames
+from sim.robot.robot import SimRobot
+from sim.ros import message_fields, zone_markers
+from sim.ros.pictures import CameraTopics
+from sim.ros.schedule import Schedule
+from sim.ros.topics import LATCHED, RELIABLE, RobotTopics, log, wanted
+from sim.simulation import Entrant, Fleet, Simulation
+from sim.world.checks import unseen
+from sim.world.occupancy import OccupancyMap, rasterise
+from sim.world.world import World
+
+NODE_NAME = "bt_mission_sim"
+
+
+class SimNode(Node):
+    """One robot in one world, or several. Messages are sent only where somebody subscribes.
+
+    `robot` is the model of a robot alone: its topics are the node's own (`scan`), and
+    `simulation` is it. Or it is a sequence of entrants, each with a name: their topics begin with
+    it (`robot1/scan`), each has a `robot1/map`, `robot1/tf` with the same frames as a robot alone,
+    and so on; `fleet["robot1"]` is one of them, and there is one `/clock`.
+
+    `lean` leaves out parameter services, /rosout and all log lines below warnings, `camera=False`
+    the cameras, `with_map=False` the map of the world. `props` is how many obstacles can be placed
+    later (`sim.physics.props`). Raises SpawnError, EntrantError, RateError and PropError.
+    """
+
+    def __init__(  # noqa: PLR0913 - keywords, each with a default that is almost always right
+        self,
+        world: World,
+        robot: RobotModel | Sequence[Entrant],
+        *,
+        seed: int,
+        start_ns: int = 1_000_000_000,
+        lean: bool = False,
+        context: Context | None = None,
+        namespace: str | None = None,
+        camera: bool = True,
+        with_map: bool = True,
+        props: int = 0,
+    ) -> None:
+        if isinstance(robot, RobotModel):
+            self.simulation = Simulation(world, robot, seed=seed, start_ns=start_ns, props=props)
+            self.robots: tuple[SimRobot, ...] = (self.simulation,)
+        else:
+            self.fleet = Fleet(world, robot, seed=seed, start_ns=start_ns, props=props)
+            self.robots = self.fleet.robots
+        self.physics = self.robots[0].physics
+        super().__init__(
+            NODE_NAME,
+            context=context,
+            namespace=namespace,
+            start_parameter_services=not lean,
+            enable_rosout=not lean,
+            parameter_overrides=[Parameter("start_type_description_service", value=not lean)],
+        )
+        if lean:
+            log(self).set_level(LoggingSeverity.WARN)
+        self._schedule = Schedule(start_ns)
+        self._time = Clock()
+        self._stamp = self._time.clock  # shared by all messages
+        self._time_out = self.create_publisher(Clock, "/clock", RELIABLE)
+        drawn = rasterise(world) if with_map else None
+        self._topics: list[RobotTopics] = []
+        self._cameras: list[CameraTopics] = []
+        for one in self.robots:
+            if drawn is not None:
+                self._make_map(drawn, one.prefix)
+            if world.zones:
+                self._make_zones(world, one.prefix)
+            self._topics.append(RobotTopics(self, self._schedule, self._stamp, one))
+            if camera and one.robot.camera is not None:
+                made = CameraTopics(self, self._schedule, self._stamp, one, one.robot.camera)
+                self._cameras.append(made)
+            for warning in unseen(world, one.robot):
+                log(self).warning(warning)
+        self.create_service(Trigger, "reset_simulation", self._on_reset)
+
+    # ---- time ----------------------------------------------------------------------------
+
+    @property
+    def next_due_ns(self) -> int:
+        """The next instant at which something is published, ns."""
+        return self._schedule.next_due_ns
+
+    def advance_to(self, time_ns: int) -> None:
+        """Step the physics up to `time_ns`, and publish what is due at or before it.
+
+        Physics moves in whole steps of 5 ms, so it stops at the last one that is not after
+        `time_ns`. Raises ValueError where that time is past.
+        """
+        physics, schedule = self.physics, self._schedule
+        while schedule.next_due_ns <= time_ns:
+            physics.advance_to(schedule.next_due_ns)
+            message_fields.time(self._stamp, physics.time_ns)
+            if wanted(self._time_out):
+                self._time_out.publish(self._time)
+            schedule.run(physics.time_ns)
+        physics.advance_to(time_ns - (time_ns - physics.time_ns) % STEP_NS)
+
+    def publish_clock_at(self, rate_hz: float) -> None:
+        """Publish /clock at this rate, too, and not only when a sensor is due."""
+        self._schedule.every(rate_hz, "clock", lambda _: None)
+
+    def reset(self) -> None:
+        """Put everything back to its state at the start, random streams too. Time goes on.
+
+        All sensors are due at once, so what follows repeats what followed the start.
+        """
+        self.physics.reset()
+        self._schedule.restart(self.physics.time_ns)
+        for topics in self._topics:
+            topics.restart()
+
+    def _on_reset(self, _: Any, response: Any) -> Any:
+        self.reset()
+        response.success, response.message = True, "everything is as it was at the start"
+        return response
+
+    # ---- map, once -----------------------------------------------------------------------
+
+    def _make_map(self, drawn: OccupancyMap, prefix: str) -> None:
+        grid = OccupancyGrid()
+        message_fields.header(grid, self._stamp, frames.MAP)
+        grid.info.map_load_time = self._stamp
+        grid.info.resolution = drawn.resolution
+        grid.info.height, grid.info.width = drawn.cells.shape
+        grid.info.origin.position.x, grid.info.origin.position.y = drawn.origin
+        grid.data = array.array("b", drawn.cells.tobytes())
+        maps = self.create_publisher(OccupancyGrid, f"{prefix}map", LATCHED)
+        self._schedule.once(lambda _: maps.publish(grid))
+
+    def _make_zones(self, world: World, prefix: str) -> None:
+        publisher = self.create_publisher(MarkerArray, f"{prefix}zones", LATCHED)
+        self._schedule.once(lambda _: publisher.publish(zone_markers.markers(world, self._stamp)))
+
+    def destroy_node(self) -> None:
+        """Give back the renderers with the node."""
+        for camera in self._cameras:
+            camera.close()
+        Node.destroy_node(self)

@@ -1,0 +1,250 @@
+"""What one simulated robot says and hears: the topics and services of a TurtleBot3 on Jazzy.
+
+Each sensor makes its message once, and puts new numbers into it when it is due. Nothing is
+published that nobody subscribes to. All names begin with the robot's prefix.
+"""
+
+from __future__ import annotations
+
+import array
+from typing import Any
+
+from bt_mission_interfaces.msg import Collision as CollisionMessage
+from geometry_msgs.msg import TransformStamped, TwistStamped
+from nav_msgs.msg import Odometry as OdometryMessage
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.serialization import serialize_message
+from sensor_msgs.msg import BatteryState, Imu, JointState, LaserScan
+from std_msgs.msg import Bool, String
+from std_srvs.srv import SetBool, Trigger
+from tf2_msgs.msg import TFMessage
+
+from bt_mission.core.cdr import reader
+from bt_mission.core.cdr.writer import Packed
+from sim.robot import frames
+from sim.robot.description import description
+from sim.robot.robot import SimRobot
+from sim.ros import message_fields
+from sim.ros.schedule import Schedule
+
+RELIABLE = QoSProfile(depth=10)
+SENSOR_DATA = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+TRANSFORMS = QoSProfile(depth=100)  # what tf2's listeners and broadcasters use
+
+# The numbers that change from one message to the next.
+PLANAR = ("position.x", "position.y", "orientation.z", "orientation.w")
+PLANAR_MOTION = (
+    *(f"pose.pose.{name}" for name in PLANAR),
+    "twist.twist.linear.x",
+    "twist.twist.angular.z",
+)
+PLANAR_TRANSFORM = tuple(
+    f"transform.{name}" for name in ("translation.x", "translation.y", "rotation.z", "rotation.w")
+)
+INERTIAL = (
+    *(f"orientation.{axis}" for axis in "xyzw"),
+    *(f"angular_velocity.{axis}" for axis in "xyz"),
+    *(f"linear_acceleration.{axis}" for axis in "xyz"),
+)
+CHARGE = ("voltage", "current", "charge", "percentage")
+
+BATTERY_RATE = 20.0
+"""Hz [turtlebot3_node]."""
+
+
+class RobotTopics:
+    """The topics and services of one robot, apart from its camera. `stamp` is shared by all."""
+
+    def __init__(self, node: Node, schedule: Schedule, stamp: Any, robot: SimRobot) -> None:
+        self._node = node
+        self._schedule = schedule
+        self._stamp = stamp
+        self._robot = robot
+        self._make_tree()
+        self._make_collisions()
+        self._make_base()
+        self._make_imu()
+        self._make_lidar()
+        self._make_battery()
+        self._make_motors()
+        node.create_subscription(
+            TwistStamped, self._name("cmd_vel"), self._on_command, RELIABLE, raw=True
+        )
+        node.create_service(Trigger, self._name("reset_odometry"), self._on_reset_odometry)
+
+    def restart(self) -> None:
+        """Say what is said only when it changes, after the robot was put back to its start."""
+        self._tell_motors()
+
+    def _name(self, topic: str) -> str:
+        return self._robot.prefix + topic
+
+    def _publisher(self, kind: Any, topic: str, qos: QoSProfile = RELIABLE) -> Publisher:
+        return self._node.create_publisher(kind, self._name(topic), qos)
+
+    def _packed(self, message: Any, *parts: tuple[Any, tuple[str, ...]], unused: int = 0) -> Packed:
+        return Packed(message, self._stamp, parts, serialize_message, unused)
+
+    # ---- commands and services -----------------------------------------------------------
+
+    def _on_command(self, data: bytes) -> None:
+        try:
+            twist = reader.twist_stamped(data).twist
+            self._robot.command(twist.linear.x, twist.angular.z)
+        except ValueError as error:
+            log(self._node).warning(f"cmd_vel refused: {error}", throttle_duration_sec=5.0)
+
+    def _on_motor_power(self, request: Any, response: Any) -> Any:
+        response.success = self._robot.power_motors(on=request.data)
+        state = "on" if self._robot.motors_on else "off"
+        response.message = f"motors are {state}" + ("" if response.success else ": no charge left")
+        self._tell_motors()
+        return response
+
+    def _on_reset_odometry(self, _: Any, response: Any) -> Any:
+        self._robot.reset_odometry()
+        response.success, response.message = True, "odometry is (0, 0, 0) here"
+        return response
+
+    # ---- sensors -------------------------------------------------------------------------
+
+    def _make_tree(self) -> None:
+        tree = TFMessage()
+        tree.transforms = [
+            message_fields.transform(TransformStamped(), frame, self._stamp)
+            for frame in frames.fixed_frames(self._robot.robot)
+        ]
+        publisher = self._publisher(TFMessage, "tf_static", LATCHED)
+        self._schedule.once(lambda _: publisher.publish(tree))
+        drawn = self._publisher(String, "robot_description", LATCHED)
+        self._schedule.once(lambda _: drawn.publish(String(data=description(self._robot.robot))))
+
+    def _make_collisions(self) -> None:
+        publisher = self._publisher(CollisionMessage, "collisions")
+        who = f"{self._robot.name}: " if self._robot.name else ""
+
+        def publish(_: int) -> None:
+            for collision in self._robot.take_collisions():
+                log(self._node).info(f"{who}collision with {collision.obstacle}")
+                publisher.publish(message_fields.collision(CollisionMessage(), collision))
+
+        self._schedule.every(self._robot.robot.odometry_rate, "odometry_rate", publish)
+
+    def _make_base(self) -> None:
+        """Wheels, odometry, moving frames and true pose, all of one instant."""
+        turned = message_fields.header(JointState(name=list(frames.WHEEL_JOINTS)), self._stamp, "")
+        turned.position, turned.velocity = array.array("d", (0, 0)), array.array("d", (0, 0))
+        reckoned = message_fields.header(
+            OdometryMessage(), self._stamp, frames.ODOM, frames.BASE_FOOTPRINT
+        )
+        true = message_fields.header(
+            OdometryMessage(), self._stamp, frames.MAP, frames.BASE_FOOTPRINT
+        )
+        base = message_fields.header(
+            TransformStamped(), self._stamp, frames.ODOM, frames.BASE_FOOTPRINT
+        )
+        odom = message_fields.header(TransformStamped(), self._stamp, frames.MAP, frames.ODOM)
+        moving = self._packed(
+            TFMessage(transforms=[odom, base]), (odom, PLANAR_TRANSFORM), (base, PLANAR_TRANSFORM)
+        )
+        to_odom, to_base = moving.numbers
+        wheels = self._packed(turned, (turned, ("position", "velocity")), unused=4)  # no effort
+        odometry = self._packed(reckoned, (reckoned, PLANAR_MOTION))
+        truth = self._packed(true, (true, PLANAR_MOTION))
+        wheels_out = self._publisher(JointState, "joint_states")
+        odometry_out = self._publisher(OdometryMessage, "odom")
+        moving_out = self._publisher(TFMessage, "tf", TRANSFORMS)
+        truth_out = self._publisher(OdometryMessage, "ground_truth/odom")
+        robot = self._robot
+
+        def publish(_: int) -> None:
+            reading = robot.read_odometry()
+            faults = robot.faults
+            if wanted(wheels_out) and not faults.joints.dead:
+                message_fields.joints(wheels.numbers[0], *robot.wheels)
+                wheels_out.publish(wheels.packed())
+            if wanted(odometry_out) and not faults.odometry.dead:
+                message_fields.odometry(odometry.numbers[0], reading)
+                odometry_out.publish(odometry.packed())
+            if wanted(moving_out) and not faults.odometry.dead:
+                here = (reading.x, reading.y, reading.yaw)
+                message_fields.planar_transform(to_base, *here)
+                message_fields.planar_transform(to_odom, *frames.map_to_odom(robot.pose, here))
+                moving_out.publish(moving.packed())
+            if wanted(truth_out):
+                message_fields.truth(truth.numbers[0], robot.pose, robot.velocity)
+                truth_out.publish(truth.packed())
+
+        self._schedule.every(robot.robot.odometry_rate, "odometry_rate", publish)
+
+    def _make_imu(self) -> None:
+        spec = self._robot.robot.imu
+        message = message_fields.header(Imu(), self._stamp, frames.IMU_LINK)
+        message_fields.inertial_limits(message, spec)
+        packed = self._packed(message, (message, INERTIAL))
+        publisher = self._publisher(Imu, "imu")
+
+        def publish(index: int) -> None:
+            if wanted(publisher) and not self._robot.faults.imu.dead:
+                message_fields.inertial(packed.numbers[0], self._robot.inertial(index))
+                publisher.publish(packed.packed())
+
+        self._schedule.every(spec.rate, "imu.rate", publish)
+
+    def _make_lidar(self) -> None:
+        spec = self._robot.robot.lidar
+        message = message_fields.header(LaserScan(), self._stamp, frames.SCAN_FRAME)
+        ranges = message_fields.scan_limits(message, spec)
+        varies = spec.model == "LDS-02"
+        publisher = self._publisher(LaserScan, "scan", SENSOR_DATA)
+
+        def publish(index: int) -> None:
+            if wanted(publisher) and not self._robot.faults.lidar.dead:
+                if varies:
+                    message_fields.scan_of(message, self._robot.scan(index))
+                else:
+                    self._robot.scan(index, ranges)
+                publisher.publish(message)
+
+        self._schedule.every(spec.rate, "lidar.rate", publish)
+
+    def _make_battery(self) -> None:
+        message = message_fields.header(BatteryState(), self._stamp, "")
+        message_fields.battery_limits(message, self._robot.robot.battery)
+        packed = self._packed(message, (message, CHARGE))
+        publisher = self._publisher(BatteryState, "battery_state")
+
+        def publish(_: int) -> None:
+            if wanted(publisher):
+                message_fields.battery(packed.numbers[0], self._robot.battery)
+                publisher.publish(packed.packed())
+
+        self._schedule.every(BATTERY_RATE, "battery", publish)
+
+    def _make_motors(self) -> None:
+        """Whether they have power: latched, so said at the start and at every change."""
+        publisher = self._publisher(Bool, "motors_on", LATCHED)
+        said: list[bool] = []
+
+        def tell() -> None:
+            if said != [self._robot.motors_on]:
+                said[:] = [self._robot.motors_on]
+                publisher.publish(Bool(data=said[0]))
+
+        self._tell_motors = tell
+        # Told with the odometry, since an empty battery switches them off, too.
+        self._schedule.every(self._robot.robot.odometry_rate, "odometry_rate", lambda _: tell())
+        self._node.create_service(SetBool, self._name("motor_power"), self._on_motor_power)
+
+
+def wanted(publisher: Publisher) -> bool:
+    """Whether anybody subscribes to it."""
+    return publisher.get_subscription_count() > 0
+
+
+def log(node: Node) -> Any:
+    """Return the node's logger."""
+    return node.get_logger()

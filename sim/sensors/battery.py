@@ -1,0 +1,51 @@
+"""The battery: drained by time and by turning wheels, and told as the real robot tells it."""
+
+from __future__ import annotations
+
+from bt_mission.core.robot.model import Battery as BatterySpec
+from sim.faults import FaultError
+
+
+class Battery:
+    """Charge as a share of the full one, 0 to 1. Voltage falls in a straight line with it."""
+
+    def __init__(self, spec: BatterySpec) -> None:
+        self.spec = spec
+        self.charge = spec.start_charge
+        self.current = 0.0
+        """What is drawn, A, as a mean since the reading before; never negative."""
+        self._time_ns: int | None = None
+
+    def use(self, time_ns: int, turned_rad: float) -> None:
+        """Account for the time since the last call, in which both wheels turned so far."""
+        spec = self.spec
+        if self._time_ns is not None and time_ns > self._time_ns:
+            elapsed_s = (time_ns - self._time_ns) / 1e9
+            joules = spec.idle_power * elapsed_s + spec.drive_energy * turned_rad
+            self.current = joules / elapsed_s / spec.nominal_voltage
+            full = spec.capacity * 3600 * spec.nominal_voltage
+            self.charge = max(0.0, self.charge - joules / full)
+        self._time_ns = time_ns
+
+    def charge_to(self, share: float) -> None:
+        """Set the charge, 0 to 1. Raises FaultError for one that cannot be."""
+        if not 0 <= share <= 1:
+            raise FaultError(f"expected a charge from 0 to 1, got {share:g}")
+        self.charge = share
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing is left."""
+        return self.charge <= 0.0
+
+    @property
+    def voltage(self) -> float:
+        """V, between those of an empty and of a full battery."""
+        return self.spec.empty_voltage + self.charge * (
+            self.spec.full_voltage - self.spec.empty_voltage
+        )
+
+    @property
+    def percentage(self) -> float:
+        """0 to 100, as a TurtleBot3 tells it: the place of the voltage between empty and full."""
+        return 100 * self.charge

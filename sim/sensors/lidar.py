@@ -1,0 +1,140 @@
+"""The lidar: distances to what stands around, one ray per direction, all at one instant."""
+
+from __future__ import annotations
+
+import math
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from bt_mission.core.robot.model import RobotModel
+from sim.faults import NO_LIDAR_FAULTS, LidarFaults
+from sim.physics.names import BASE, MARKS, SCREENS, SOLID
+from sim.sensors.noise import Noise
+from sim.sensors.sensor_faults import LidarDistortion
+
+_TURN_JITTER = 0.005
+"""1 sigma of the time an LDS-02 takes for a turn, relative: a few rays more or less."""
+
+_GAPS = 0.01
+"""Share of an LDS-02's directions that come without a reading, in passing."""
+
+_NEAR, _MIDDLE = 0.3, 6.0
+_NEAR_SIGMA, _MIDDLE_SHARE, _FAR_SHARE = 0.010 / 3, 0.03 / 3, 0.05 / 3
+"""Noise of an LDS-02: its data sheet's 10 mm below 0.3 m, 3 % below 6 m and 5 % beyond, taken for
+three sigma."""
+
+
+class Lidar:
+    """A planar lidar on the base. Ray 0 looks ahead, the others follow counter-clockwise.
+
+    An LDS-01 measures the same number of rays at each turn; farther than `max_range` reads inf,
+    as in Gazebo, nearer than `min_range` reads 0.0, as from its driver. An LDS-02 samples at a
+    steady pace while its turns vary, so that the number of rays does, too, and whatever it has no
+    reading for is NaN, as from its driver.
+    """
+
+    def __init__(
+        self, model: mujoco.MjModel, robot: RobotModel, seed: int, prefix: str = ""
+    ) -> None:
+        spec = robot.lidar
+        self._spec = spec
+        self._model = model
+        self._base = model.body(prefix + BASE).id
+        self._offset = np.array([spec.x, spec.y, spec.z])
+        self._varies = spec.model == "LDS-02"
+        self._noisy = robot.sensors.lidar.noise
+        self.most_rays = (
+            math.ceil(spec.rays * (1 + 6 * _TURN_JITTER)) if self._varies else spec.rays
+        )
+        self._directions = np.zeros((self.most_rays, 3))
+        self._vectors = np.empty_like(self._directions)
+        self._distances = np.empty(self.most_rays)
+        self._hit = np.empty(self.most_rays, dtype=np.int32)
+        self._groups = np.zeros(mujoco.mjNGROUP, dtype=np.uint8)
+        self._groups[[SOLID, MARKS, SCREENS]] = 1
+        self._noise = Noise(seed, f"{prefix}lidar", self.most_rays)
+        self._turns = Noise(seed, f"{prefix}lidar turns", 1)
+        self._gaps = Noise(seed, f"{prefix}lidar gaps", self.most_rays)
+        self._distortion = LidarDistortion(seed, prefix, self.most_rays)
+        self._rays = 0
+        self._aim(spec.rays)
+
+    def measure(
+        self,
+        data: mujoco.MjData,
+        index: int,
+        out: npt.NDArray[np.float32] | None = None,
+        faults: LidarFaults = NO_LIDAR_FAULTS,
+    ) -> npt.NDArray[np.float32]:
+        """Return the ranges in metres of measurement `index`; positions in `data` must be current.
+
+        `out` is filled and returned where it is given; it must have room for the rays, whose
+        number an LDS-02 varies.
+        """
+        if self._varies:
+            self._aim(self._rays_of(index))
+        rays = self._rays
+        vectors, seen, hit = self._vectors[:rays], self._distances[:rays], self._hit[:rays]
+        rotation = data.xmat[self._base].reshape(3, 3)
+        np.matmul(self._directions[:rays], rotation.T, out=vectors)
+        mujoco.mj_multiRay(
+            self._model,
+            data,
+            data.xpos[self._base] + rotation @ self._offset,
+            vectors.reshape(-1),
+            self._groups,
+            1,  # static geoms too
+            self._base,  # not the screen it carries; its other geoms are in groups left out
+            hit,
+            seen,
+            None,
+            rays,
+            mujoco.mjMAXVAL,
+        )
+        missed = hit < 0
+        if faults is not NO_LIDAR_FAULTS:
+            self._distortion.apply(faults, seen, missed, index)
+        (self._finish_02 if self._varies else self._finish_01)(seen, missed, index)
+        if out is None:
+            return seen.astype(np.float32)
+        out[:] = seen
+        return out
+
+    def _finish_01(
+        self, seen: npt.NDArray[np.float64], missed: npt.NDArray[np.bool], index: int
+    ) -> None:
+        spec = self._spec
+        if self._noisy:
+            seen += spec.noise_std * self._noise.at(index)
+        near = seen < spec.min_range
+        missed |= seen > spec.max_range
+        seen[near] = 0.0
+        seen[missed] = np.inf
+
+    def _finish_02(
+        self, seen: npt.NDArray[np.float64], missed: npt.NDArray[np.bool], index: int
+    ) -> None:
+        spec, rays = self._spec, self._rays
+        if self._noisy:
+            share = np.where(seen < _MIDDLE, _MIDDLE_SHARE, _FAR_SHARE)
+            sigma = np.where(seen < _NEAR, _NEAR_SIGMA, share * seen)
+            seen += sigma * self._noise.at(index)[:rays]
+            # A normal number beyond 2.576 comes once in a hundred times.
+            missed |= np.abs(self._gaps.at(index)[:rays]) > 2.576
+        missed |= (seen < spec.min_range) | (seen > spec.max_range)
+        seen[missed] = np.nan
+
+    def _rays_of(self, index: int) -> int:
+        if not self._noisy:
+            return self._spec.rays
+        turn = 1 + _TURN_JITTER * float(self._turns.at(index)[0])
+        return max(1, min(round(self._spec.rays * turn), self.most_rays))
+
+    def _aim(self, rays: int) -> None:
+        """Spread that many rays over a turn."""
+        if rays != self._rays:
+            self._rays = rays
+            angles = np.arange(rays) * (math.tau / rays)
+            self._directions[:rays, 0], self._directions[:rays, 1] = np.cos(angles), np.sin(angles)

@@ -1,0 +1,1 @@
+"""The simulated world as pictures, and in a window."""

@@ -1,0 +1,1 @@
+"""Worlds: their files, shapes and moving obstacles."""

@@ -1,0 +1,281 @@
+"""Worlds: floor, walls, boxes, cylinders, zones and spawn, as a person writes them in YAML.
+
+Metres and degrees (as in missions), x to the right and y up on the map, heights from the floor.
+`World.obstacles` is the same as plain shapes.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+from typing import Annotated, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from sim.world.colours import Colour
+from sim.world.motion import Circling, Motion, Patrolling
+from sim.world.shapes import Obstacle
+
+FASTEST = 2.0
+"""m/s that an obstacle may move at: 1 cm in a step of the physics."""
+
+FARTHEST = 100.0
+"""Metres. A map of 100 m x 100 m has four million cells of 0.05 m."""
+
+SHORTEST = 0.001
+"""Metres. Anything thinner or shorter is taken for a slip of the pen."""
+
+Coordinate = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST, allow_inf_nan=False)]
+Extent = Annotated[float, Field(ge=SHORTEST, le=FARTHEST, allow_inf_nan=False)]
+Degrees = Annotated[float, Field(ge=-360, le=360, allow_inf_nan=False)]
+Name = Annotated[str, Field(min_length=1, max_length=60)]
+Point = tuple[Coordinate, Coordinate]
+
+_STRICT = ConfigDict(frozen=True, extra="forbid")
+
+
+class Wall(BaseModel):
+    """A straight wall: between two points, or a centre with a length and a direction."""
+
+    model_config = _STRICT
+
+    name: Name | None = None
+    start: Point | None = Field(default=None, alias="from")
+    to: Point | None = None
+    centre: Point | None = None
+    length: Extent | None = None
+    yaw: Degrees = 0.0
+    thickness: Extent = 0.1
+    height: Extent = 0.5
+    colour: Colour = "white"
+
+    @model_validator(mode="after")
+    def _one_way_of_writing(self) -> Wall:
+        ends = self.start is not None and self.to is not None
+        middle = self.centre is not None and self.length is not None
+        mixed = {"start", "to"} & self.model_fields_set and {
+            "centre",
+            "length",
+            "yaw",
+        } & self.model_fields_set
+        if mixed or not (ends or middle):
+            raise ValueError(
+                "a wall is written with 'from' and 'to', or with 'centre', 'length'"
+                " and 'yaw' (degrees); not with a part or a mixture of these"
+            )
+        if ends and math.dist(self.start or (), self.to or ()) < SHORTEST:
+            raise ValueError(f"a wall from {_words(self.start)} to {_words(self.to)} has no length")
+        return self
+
+    def obstacle(self, name: str) -> Obstacle:
+        """Return the wall as a shape. Its length lies along its direction."""
+        if self.start is not None and self.to is not None:
+            (x0, y0), (x1, y1) = self.start, self.to
+            x, y, yaw = (x0 + x1) / 2, (y0 + y1) / 2, math.atan2(y1 - y0, x1 - x0)
+            length = math.dist(self.start, self.to)
+        else:
+            assert self.centre is not None
+            assert self.length is not None
+            (x, y), yaw, length = self.centre, math.radians(self.yaw), self.length
+        return Obstacle.box(
+            name, x, y, yaw=yaw, size=(length, self.thickness, self.height), colour=self.colour
+        )
+
+
+class Moving(BaseModel):
+    """How an obstacle moves: round a point with a period, or through points at a speed.
+
+    `around` and `period` (s, below 0: clockwise), or `through` and `speed` (m/s): from its place
+    through the points and straight back to its place, again and again.
+    """
+
+    model_config = _STRICT
+
+    around: Point | None = None
+    period: Annotated[float, Field(ge=-1e5, le=1e5, allow_inf_nan=False)] | None = None
+    through: Annotated[tuple[Point, ...], Field(min_length=1, max_length=200)] | None = None
+    speed: Annotated[float, Field(gt=0, le=FASTEST, allow_inf_nan=False)] | None = None
+
+    @model_validator(mode="after")
+    def _one_way_of_moving(self) -> Moving:
+        given = {field for field in type(self).model_fields if getattr(self, field) is not None}
+        if given not in ({"around", "period"}, {"through", "speed"}):
+            raise ValueError(
+                "a motion is written with 'around' and 'period' (s), or with 'through' and"
+                " 'speed' (m/s); not with a part or a mixture of these"
+            )
+        if self.period is not None and abs(self.period) < 1:
+            raise ValueError(f"expected a period of 1 s or longer, got {self.period:g} s")
+        return self
+
+    def of(self, start: Point) -> Motion:
+        """Return the motion of what starts there."""
+        if self.around is not None and self.period is not None:
+            return Circling(start, self.around, self.period)
+        assert self.through is not None
+        assert self.speed is not None
+        return Patrolling((start, *self.through), self.speed)
+
+    def problem(self, start: Point) -> str | None:
+        """Return why nothing can move so from there, or None."""
+        points = (start, *(self.through or ()))
+        stops = any(math.dist(a, b) < SHORTEST for a, b in pairwise((*points, start)))
+        if self.through is not None and stops:
+            return "a motion goes through points that differ, its own place among them"
+        if self.around is not None and self.period is not None:
+            speed = math.tau * math.dist(start, self.around) / abs(self.period)
+            if speed > FASTEST:
+                return f"a motion is at most {FASTEST:g} m/s fast, this one {speed:.3g} m/s"
+        return None
+
+
+class Box(BaseModel):
+    """A box on the floor: centre, edges along its own x, y and z, and direction."""
+
+    model_config = _STRICT
+
+    name: Name | None = None
+    x: Coordinate
+    y: Coordinate
+    size: tuple[Extent, Extent, Extent]
+    yaw: Degrees = 0.0
+    colour: Colour = "brown"
+    motion: Moving | None = None
+
+    def obstacle(self, name: str) -> Obstacle:
+        """Return the box as a shape."""
+        yaw = math.radians(self.yaw)
+        box = Obstacle.box(name, self.x, self.y, yaw=yaw, size=self.size, colour=self.colour)
+        return box if self.motion is None else replace(box, motion=self.motion.of((box.x, box.y)))
+
+    @model_validator(mode="after")
+    def _can_move(self) -> Box:
+        return _movable(self)
+
+
+class Cylinder(BaseModel):
+    """An upright cylinder on the floor."""
+
+    model_config = _STRICT
+
+    name: Name | None = None
+    x: Coordinate
+    y: Coordinate
+    radius: Extent
+    height: Extent = 0.5
+    colour: Colour = "grey"
+    motion: Moving | None = None
+
+    def obstacle(self, name: str) -> Obstacle:
+        """Return the cylinder as a shape."""
+        pillar = Obstacle.cylinder(
+            name, self.x, self.y, radius=self.radius, height=self.height, colour=self.colour
+        )
+        start = (self.x, self.y)
+        return pillar if self.motion is None else replace(pillar, motion=self.motion.of(start))
+
+    @model_validator(mode="after")
+    def _can_move(self) -> Cylinder:
+        return _movable(self)
+
+
+class Zone(BaseModel):
+    """A round mark on the floor: seen by the camera and by people, in nobody's way."""
+
+    model_config = _STRICT
+
+    name: Name
+    x: Coordinate
+    y: Coordinate
+    radius: Extent = 0.4
+    colour: Colour = "yellow"
+
+
+class Patch(BaseModel):
+    """A round slippery place on the floor: wheels grip there with this coefficient of friction.
+
+    On the rest of the floor it is 1. The robot's lidar does not see it, its camera does.
+    """
+
+    model_config = _STRICT
+
+    name: Name
+    x: Coordinate
+    y: Coordinate
+    radius: Extent
+    friction: Annotated[float, Field(ge=0, lt=1, allow_inf_nan=False)] = 0.05
+    colour: Colour = "white"
+
+
+class Spawn(BaseModel):
+    """Where `base_footprint` starts; `yaw` in degrees, counter-clockwise from x."""
+
+    model_config = _STRICT
+
+    x: Coordinate = 0.0
+    y: Coordinate = 0.0
+    yaw: Degrees = 0.0
+
+
+class World(BaseModel):
+    """A floor around the origin, what stands on it, and where the robot starts."""
+
+    model_config = _STRICT
+
+    name: Name
+    description: str = ""
+    size: tuple[Extent, Extent]
+    spawn: Spawn = Spawn()
+    walls: Annotated[tuple[Wall, ...], Field(max_length=2000)] = ()
+    boxes: Annotated[tuple[Box, ...], Field(max_length=2000)] = ()
+    cylinders: Annotated[tuple[Cylinder, ...], Field(max_length=2000)] = ()
+    zones: Annotated[tuple[Zone, ...], Field(max_length=200)] = ()
+    slippery: Annotated[tuple[Patch, ...], Field(max_length=200)] = ()
+
+    @cached_property
+    def obstacles(self) -> tuple[Obstacle, ...]:
+        """Everything that a robot can run into, in the order of the file, each with its name."""
+        return tuple(placed.obstacle for placed in self.placed)
+
+    @cached_property
+    def moving(self) -> tuple[Obstacle, ...]:
+        """The obstacles that move."""
+        return tuple(obstacle for obstacle in self.obstacles if obstacle.motion is not None)
+
+    @cached_property
+    def placed(self) -> tuple[Placed, ...]:
+        """The obstacles with their places in the file."""
+        sections: tuple[tuple[str, str, tuple[Wall | Box | Cylinder, ...]], ...] = (
+            ("walls", "wall", self.walls),
+            ("boxes", "box", self.boxes),
+            ("cylinders", "cylinder", self.cylinders),
+        )
+        return tuple(
+            Placed((section, index), thing.obstacle(thing.name or f"{one} {index + 1}"))
+            for section, one, things in sections
+            for index, thing in enumerate(things)
+        )
+
+
+@dataclass(frozen=True)
+class Placed:
+    """An obstacle, and the path of what was written for it: `("walls", 3)`."""
+
+    path: tuple[str, int]
+    obstacle: Obstacle
+
+
+_Movable = TypeVar("_Movable", Box, Cylinder)
+
+
+def _movable(thing: _Movable) -> _Movable:
+    problem = thing.motion and thing.motion.problem((thing.x, thing.y))
+    if problem:
+        raise ValueError(problem)
+    return thing
+
+
+def _words(point: Point | None) -> str:
+    return "nowhere" if point is None else f"[{point[0]:g}, {point[1]:g}]"

@@ -1,0 +1,80 @@
+"""Facts about who may drive."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from action_servers.arbiter.arbiter import SOURCES, Arbiter
+from action_servers.core.maneuver import ZERO, Twist2D
+
+STOP, JOY, MISSION = (source.topic for source in SOURCES)
+SLOW, FAST = Twist2D(0.1, 0.0), Twist2D(0.2, 0.5)
+MS = 1_000_000
+
+
+@pytest.fixture
+def arbiter() -> Arbiter:
+    """The arbiter with its usual sources."""
+    return Arbiter()
+
+
+def test_stop_stands_over_the_joystick_and_the_joystick_over_missions():
+    """In this order, from the highest rank."""
+    assert (STOP, JOY, MISSION) == ("cmd_vel_stop", "cmd_vel_joy", "cmd_vel_mission")
+
+
+def test_a_source_that_is_alone_drives_at_once(arbiter):
+    """Its command is passed on as it is."""
+    assert arbiter.take(MISSION, FAST, 0) == FAST
+    assert arbiter.leader(0) == MISSION
+    assert arbiter.step(20 * MS) is None
+
+
+def test_a_lower_source_is_not_heard_while_a_higher_one_speaks(arbiter):
+    """And a higher one takes over with its first command."""
+    arbiter.take(MISSION, FAST, 0)
+    assert arbiter.take(JOY, SLOW, 10 * MS) == SLOW
+    assert arbiter.take(MISSION, FAST, 50 * MS) is None
+    assert arbiter.leader(50 * MS) == JOY
+
+
+def test_the_joystick_gives_way_exactly_half_a_second_after_its_last_word(arbiter):
+    """Not a nanosecond earlier."""
+    arbiter.take(JOY, SLOW, 0)
+    assert arbiter.take(MISSION, FAST, 500 * MS - 1) is None
+    assert arbiter.take(MISSION, FAST, 500 * MS) == FAST
+
+
+def test_a_base_is_told_to_stand_when_everybody_is_silent(arbiter):
+    """A mission counts for 0.15 s, and then zero is commanded until somebody speaks."""
+    assert arbiter.step(0) == ZERO
+    arbiter.take(MISSION, FAST, 0)
+    assert arbiter.step(150 * MS - 1) is None
+    assert arbiter.step(150 * MS) == ZERO
+    assert arbiter.step(170 * MS) == ZERO
+
+
+def test_whatever_stop_says_means_zero(arbiter):
+    """A stop that names a speed by mistake still stops."""
+    arbiter.take(JOY, FAST, 0)
+    assert arbiter.take(STOP, FAST, 1) == ZERO
+    assert arbiter.take(JOY, FAST, 2) is None
+    assert arbiter.take(MISSION, FAST, 3) is None
+
+
+@pytest.mark.parametrize("twist", [Twist2D(math.nan, 0.0), Twist2D(0.0, math.inf)])
+def test_a_command_that_is_no_number_counts_as_silence(arbiter, twist):
+    """The source falls silent with it, and a base that it drove is told to stand."""
+    arbiter.take(MISSION, FAST, 0)
+    with pytest.raises(ValueError, match="cmd_vel_mission commanded"):
+        arbiter.take(MISSION, twist, 100 * MS)
+    assert arbiter.step(150 * MS) == ZERO
+
+
+def test_a_clock_that_is_set_back_ends_what_was_heard_before(arbiter):
+    """As when a simulation begins anew."""
+    arbiter.take(JOY, SLOW, 10_000 * MS)
+    assert arbiter.step(0) == ZERO
+    assert arbiter.take(MISSION, FAST, 0) == FAST

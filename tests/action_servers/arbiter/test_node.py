@@ -1,0 +1,167 @@
+"""Facts about the arbiter over real rclpy, on the virtual clock."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+import rclpy
+from geometry_msgs.msg import Twist, TwistStamped
+from rclpy.context import Context
+from rclpy.node import Node
+
+from action_servers.arbiter.node import ArbiterNode
+from bt_mission.virtual_time import LockstepExecutor
+
+START_NS = 10_000_000_000
+MS = 1_000_000
+
+
+class Desk:
+    """The arbiter between three sources and a base, all played by the test."""
+
+    def __init__(self, **options: Any) -> None:
+        self.context = Context()
+        rclpy.init(context=self.context)
+        lean: Any = {"enable_rosout": False, "start_parameter_services": False}
+        self.people = Node("people", context=self.context, **lean)
+        self.arbiter = ArbiterNode(lean=True, context=self.context, **options)
+        self.sent: list[tuple[int, float]] = []
+        self.clock = LockstepExecutor(start_ns=START_NS, context=self.context)
+        self.people.create_subscription(TwistStamped, "cmd_vel", self._hear, 10)
+        self.sources = {
+            name: self.people.create_publisher(TwistStamped, f"cmd_vel_{name}", 10)
+            for name in ("stop", "joy", "mission")
+        }
+        for node in (self.people, self.arbiter):
+            self.clock.add_node(node)
+
+    def _hear(self, message: Any) -> None:
+        self.sent.append((self.clock.now_ns - START_NS, message.twist.linear.x))
+
+    def say(self, source: str, speed: float) -> None:
+        """Command a speed, heard now."""
+        message = TwistStamped()
+        message.twist.linear.x = speed
+        self.sources[source].publish(message)
+        self.clock.run_until_quiet()
+
+    def wait_until(self, ms: int) -> None:
+        """Let time pass until so many milliseconds after the start."""
+        while self.clock.next_due_ns() <= START_NS + ms * MS:
+            self.clock.step()
+
+    @property
+    def moving(self) -> list[tuple[int, float]]:
+        """Times and speeds of the commands that move."""
+        return [(time // MS, speed) for time, speed in self.sent if speed]
+
+    def first_zero_after(self, ms: int) -> int:
+        """The time of the first command to stand after so many milliseconds."""
+        return next(time for time, speed in self.sent if not speed and time > ms * MS) // MS
+
+    def close(self) -> None:
+        for node in (self.arbiter, self.people):
+            node.destroy_node()
+        self.clock.shutdown()
+        self.context.shutdown()
+
+
+@pytest.fixture
+def desk() -> Iterator[Desk]:
+    """An arbiter with its usual settings."""
+    made = Desk()
+    yield made
+    made.close()
+
+
+def test_commands_pass_at_once(desk):
+    """Within the instant in which they come."""
+    desk.wait_until(100)
+    desk.say("mission", 0.2)
+    assert desk.moving == [(100, 0.2)]
+
+
+def test_the_base_is_told_to_stand_when_a_mission_falls_silent(desk):
+    """At the first look 0.15 s after its last word: the servers have died."""
+    desk.wait_until(100)
+    desk.say("mission", 0.2)
+    desk.wait_until(1000)
+    assert desk.moving == [(100, 0.2)]
+    assert desk.first_zero_after(100) == 260
+
+
+def test_the_joystick_takes_over_and_hands_back(desk):
+    """It drives until half a second after its last word, whatever the mission says meanwhile."""
+    for ms in range(0, 1200, 100):
+        desk.wait_until(ms)
+        desk.say("mission", 0.2)
+        if 200 <= ms <= 300:
+            desk.say("joy", -0.1)
+    reverse = [time for time, speed in desk.moving if speed < 0]
+    forward = [time for time, speed in desk.moving if speed > 0]
+    assert reverse == [200, 300]
+    assert [time for time in forward if 200 < time < 800] == []
+    assert forward[-3:] == [900, 1000, 1100]
+
+
+def test_stop_holds_the_base_against_all_others(desk):
+    """Also against a stop that names a speed."""
+    desk.say("mission", 0.2)
+    desk.wait_until(40)
+    desk.say("stop", 0.3)
+    desk.say("joy", 0.1)
+    desk.say("mission", 0.2)
+    desk.wait_until(400)
+    assert desk.moving == [(0, 0.2)]
+    assert desk.first_zero_after(0) == 40
+
+
+def test_timeouts_are_parameters():
+    """Within their range."""
+    desk = Desk(parameters={"timeouts.mission": 1.0})
+    desk.say("mission", 0.2)
+    desk.wait_until(1500)
+    assert desk.first_zero_after(0) == 1000
+    desk.close()
+
+
+def test_sources_are_listened_to_only_while_the_base_would_hear():
+    """So servers that send to the arbiter can tell that nobody drives the wheels."""
+    desk = Desk(command_type="auto")
+    assert list(desk.arbiter.subscriptions) == []
+    desk.wait_until(520)
+    names = [subscription.topic_name for subscription in desk.arbiter.subscriptions]
+    assert "/cmd_vel_mission" in names
+    for subscription in tuple(desk.people.subscriptions):
+        desk.people.destroy_subscription(subscription)
+    desk.wait_until(1020)
+    names = [subscription.topic_name for subscription in desk.arbiter.subscriptions]
+    assert "/cmd_vel_mission" not in names
+    desk.people.create_subscription(TwistStamped, "cmd_vel", desk._hear, 10)
+    desk.wait_until(1520)
+    desk.say("mission", 0.2)
+    assert [speed for _, speed in desk.moving] == [0.2]
+    desk.close()
+
+
+def test_a_robot_that_takes_plain_commands_gets_them():
+    """The sources stay stamped."""
+    context = Context()
+    rclpy.init(context=context)
+    robot = rclpy.create_node("robot", context=context, enable_rosout=False)
+    heard: list[Any] = []
+    robot.create_subscription(Twist, "cmd_vel", heard.append, 10)
+    arbiter = ArbiterNode(lean=True, context=context, command_type="auto")
+    clock = LockstepExecutor(start_ns=START_NS, context=context)
+    for node in (robot, arbiter):
+        clock.add_node(node)
+    while not heard:
+        clock.step()
+    assert clock.now_ns - START_NS == 500 * MS
+    assert heard == [Twist()]
+    for node in (arbiter, robot):
+        node.destroy_node()
+    clock.shutdown()
+    context.shutdown()

@@ -1,0 +1,36 @@
+import pytest
+
+from action_servers.core.drive_limits import Limits, Ramp, limits
+from action_servers.core.maneuver import ZERO, Twist2D
+
+LIMITS = Limits(linear=0.26, angular=1.0, acceleration=1.0, angular_acceleration=4.0)
+
+
+def test_limits_are_the_robots_own(waffle):
+    """Linear velocity and accelerations as they are; it turns at 60 % of what it can."""
+    found = limits(waffle)
+    assert found.linear == waffle.max_linear_velocity
+    assert found.acceleration == waffle.max_linear_acceleration
+    assert found.angular == pytest.approx(0.6 * waffle.max_angular_velocity)
+
+
+def test_the_approach_speed_stops_within_the_distance():
+    """At 40 % of the deceleration that the robot has."""
+    assert LIMITS.approach(0.02) ** 2 / (2 * 0.4) == pytest.approx(0.02)
+    assert LIMITS.approach(5.0) == 0.26
+    assert LIMITS.approach(-0.1) == 0.0
+
+
+def test_a_spin_has_the_sign_of_its_angle_and_fades_out():
+    """Far away at full rate, close by in proportion to the angle."""
+    assert LIMITS.spin(-3.0) == -1.0
+    assert LIMITS.spin(0.02) == pytest.approx(0.08)
+
+
+def test_a_ramp_changes_a_twist_no_faster_than_the_robot_can():
+    """1.0 m/s² over 0.05 s is 0.05 m/s, 4.0 rad/s² is 0.2 rad/s."""
+    ramp = Ramp(LIMITS)
+    assert ramp.toward(Twist2D(0.26, -1.0), 0.05) == Twist2D(0.05, -0.2)
+    assert ramp.toward(Twist2D(0.08, -0.3), 0.05) == Twist2D(0.08, -0.3)
+    assert ramp.stop() == ZERO
+    assert ramp.twist == ZERO

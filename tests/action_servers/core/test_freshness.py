@@ -1,0 +1,49 @@
+"""Facts about when an observation is good enough to drive by."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from action_servers.core.freshness import stale
+from action_servers.core.maneuver import ErrorCode, Finished, Observation, Pose2D
+
+
+def seen(make_scan: Any, *, odometry_s: float, scan_s: float) -> Observation:
+    """An observation at 10 s with sensors of some age."""
+    return Observation(
+        10.0,
+        odom=Pose2D(0.0, 0.0, 0.0),
+        odom_stamp_s=odometry_s,
+        scan=make_scan([1.0], stamp_s=scan_s),
+    )
+
+
+@pytest.mark.parametrize("stamp", [9.0, 10.0, 10.9])
+def test_a_second_is_fresh(make_scan, stamp):
+    """Either way: clocks of two machines differ a little."""
+    assert stale(seen(make_scan, odometry_s=stamp, scan_s=stamp)) is None
+
+
+def test_odometry_is_told_first(make_scan):
+    """One reason at a time."""
+    assert stale(seen(make_scan, odometry_s=8.9, scan_s=8.9)) == Finished(
+        "aborted", ErrorCode.NO_ODOMETRY, "no odometry for 1 s: the last is 1.10 s old"
+    )
+
+
+def test_a_scan_has_a_code_of_its_own(make_scan):
+    """902."""
+    assert stale(seen(make_scan, odometry_s=10.0, scan_s=8.9)) == Finished(
+        "aborted", ErrorCode.NO_SCAN, "no scan for 1 s: the last is 1.10 s old"
+    )
+
+
+def test_nothing_at_all_is_told_as_that():
+    """A robot that is not running is the usual case."""
+    assert stale(Observation(10.0)) == Finished(
+        "aborted",
+        ErrorCode.NO_ODOMETRY,
+        "no odometry has arrived yet; is the robot running?",
+    )

@@ -1,0 +1,159 @@
+"""Facts about turning on the spot."""
+
+from __future__ import annotations
+
+import math
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from action_servers.core.maneuver import SUCCEEDED, ErrorCode, Refusal, Twist2D
+from action_servers.driving.turn import Turn, plan
+
+
+@pytest.mark.parametrize("angle", [1, -2, 5, 90, -90, 179, 180, -180, 181, 360, -720, 1000])
+@pytest.mark.parametrize("speed", [0.1, 1.0, 1.82])
+def test_turns_by_the_angle(fake, waffle, angle, speed):
+    """Within half a degree, left for positive angles, without wrapping at half a turn."""
+    base = fake(waffle)
+    turn: Any = Turn(math.radians(angle), speed, waffle)
+    assert base.run(turn, limit_s=300.0) == SUCCEEDED
+    assert math.degrees(base.yaw) == pytest.approx(angle, abs=0.5)
+    assert turn.result()["angle_turned"] == pytest.approx(math.degrees(base.yaw), abs=1e-6)
+    assert abs(base.angular) < 0.02
+
+
+def test_turns_no_faster_than_told(fake, waffle):
+    """The goal's speed is the fastest command, and the robot stays where it is."""
+    base = fake(waffle)
+    base.run(Turn(math.pi, 0.7, waffle))
+    assert max(twist.angular for twist in base.twists) == 0.7
+    assert {twist.linear for twist in base.twists} == {0.0}
+
+
+def test_slows_down_near_the_end(fake, waffle):
+    """The last commands fall step by step."""
+    base = fake(waffle)
+    base.run(Turn(math.radians(90), 1.0, waffle))
+    speeds = [twist.angular for twist in base.twists]
+    falling = speeds[speeds.index(1.0) :]
+    assert falling == sorted(falling, reverse=True)
+    assert len({round(speed, 3) for speed in falling}) >= 5
+
+
+def test_an_angle_of_zero_succeeds_without_moving(fake, waffle):
+    """A computed angle may be 0; the robot is there already."""
+    base = fake(waffle)
+    assert base.run(Turn(0.0, 1.0, waffle)) == SUCCEEDED
+    assert base.yaw == 0.0
+
+
+def test_turns_back_what_it_slid_too_far(fake, waffle):
+    """A base that slides on after the stop is brought back within a degree."""
+    base = fake(waffle)
+    turn: Any = Turn(math.radians(30), 1.0, waffle)
+    slid = False
+    for _ in range(200):
+        answer = turn.step(base.observe())
+        if answer == SUCCEEDED:
+            break
+        if answer == Twist2D() and not slid:
+            slid = True
+            base.yaw += math.radians(4)
+        base.move(answer)
+    assert slid
+    assert math.degrees(base.yaw) == pytest.approx(30.0, abs=1.0)
+
+
+def test_feedback_tells_angle_and_rest(fake, waffle):
+    """They add up to the goal, and are given only when they change."""
+    base = fake(waffle)
+    turn: Any = Turn(math.radians(-90), 1.0, waffle)
+    base.run_for(turn, 1.0)
+    told = turn.feedback()
+    assert told["current_angle"] == pytest.approx(-50.0, abs=8.0)
+    assert told["current_angle"] + told["remaining_angle"] == pytest.approx(-90.0)
+    assert turn.feedback() is None
+
+
+def test_blocked_robot_gives_up(fake, waffle):
+    """A base that does not turn ends the goal after two seconds."""
+    base = fake(waffle)
+    base.stuck = True
+    finished = base.run(Turn(1.0, 1.0, waffle))
+    assert finished.error_code == ErrorCode.BLOCKED
+    assert finished.reason == "blocked: commanded 1.00 rad/s, no progress for 2 s"
+    assert base.time_s == pytest.approx(12.0)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_ends_before_the_corner_behind_meets_a_wall(fake, waffle, sign):
+    """The rear swings wider than the front: it stops before contact, and says why."""
+    base = fake(waffle, [(0.0, -sign * 0.205, 0.0, -sign * 0.5)])
+    finished = base.run(Turn(sign * math.pi, 1.0, waffle))
+    assert finished.error_code == ErrorCode.BLOCKED
+    side = "left" if sign > 0 else "right"
+    assert finished.reason.startswith(f"no room to turn {side}: an obstacle stands within")
+    base.move(Twist2D(), 0.5)
+    # The corner behind on that side would meet the wall after 49 degrees.
+    assert 30.0 < sign * math.degrees(base.yaw) < 45.0
+    body_x = -sign * 0.205 * math.sin(base.yaw)
+    body_y = -sign * 0.205 * math.cos(base.yaw)
+    assert body_x < -0.197 or abs(body_y) > 0.133
+
+
+def test_a_wall_outside_the_circle_is_no_hindrance(fake, waffle):
+    """Two centimetres beyond the circle that the body sweeps, it turns freely."""
+    side = waffle.turning_radius + 0.02
+    base = fake(waffle, [(-2.0, side, 2.0, side), (-2.0, -side, 2.0, -side)])
+    assert base.run(Turn(math.pi, 1.0, waffle)) == SUCCEEDED
+
+
+def goal(**changes: Any) -> Any:
+    """A sound goal, with changes."""
+    return SimpleNamespace(**({"angle": 90.0, "angular_velocity": 0.0} | changes))
+
+
+@pytest.mark.parametrize("angle", [0.0, -3600.0, 3600.0, 720.0])
+def test_plans_any_angle_up_to_ten_turns(fake, waffle, angle):
+    """More than one turn is a valid goal."""
+    assert isinstance(plan(goal(angle=angle), fake(waffle).observe(), waffle), Turn)
+
+
+@pytest.mark.parametrize("angle", [3601.0, -1e30, math.inf, -math.inf, math.nan])
+def test_refuses_an_angle_out_of_reach(fake, waffle, angle):
+    """The reason names the field, the limits and the value."""
+    refusal = plan(goal(angle=angle), fake(waffle).observe(), waffle)
+    assert refusal == Refusal(f"angle must be from -3600 to 3600 deg, got {angle:g}")
+
+
+@pytest.mark.parametrize("speed", [-0.5, 0.01, 1.9, 1e30, math.inf, -math.inf, math.nan])
+def test_refuses_a_speed_outside_the_robot(fake, waffle, speed):
+    """The sign of the angle gives the direction, so a negative speed is a mistake."""
+    refusal = plan(goal(angular_velocity=speed), fake(waffle).observe(), waffle)
+    assert refusal == Refusal(f"angular_velocity must be from 0.05 to 1.82 rad/s, got {speed:g}")
+
+
+def test_the_limit_of_the_robot_is_allowed_as_float32(fake, waffle):
+    """1.82 arrives as 1.8200000525."""
+    fastest = float(np.float32(1.82))
+    assert fastest > 1.82
+    assert isinstance(plan(goal(angular_velocity=fastest), fake(waffle).observe(), waffle), Turn)
+
+
+def test_speed_zero_takes_the_default(fake, waffle):
+    """1 rad/s."""
+    base = fake(waffle)
+    base.run(plan(goal(), base.observe(), waffle))
+    assert max(twist.angular for twist in base.twists) == 1.0
+
+
+def test_refuses_to_turn_blind(fake, waffle):
+    """The room to turn comes from the scan."""
+    base = fake(waffle)
+    base.changes = {"scan": None}
+    assert plan(goal(), base.observe(), waffle) == Refusal(
+        "no scan has arrived yet; is the robot running?"
+    )

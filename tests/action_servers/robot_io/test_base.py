@@ -1,0 +1,198 @@
+"""Facts about servers on a robot that listens for one type of command, for both, or not at all."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+import rclpy
+from bt_mission_interfaces.action import CameraSweep, Turn
+from geometry_msgs.msg import Twist, TwistStamped
+from nav_msgs.msg import Odometry
+from rclpy.action import ActionClient
+from rclpy.context import Context
+from rclpy.exceptions import ParameterException
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import LaserScan
+
+from action_servers.core.maneuver import ErrorCode
+from action_servers.robot_io.command_types import COMMAND_TYPES
+from action_servers.server.node import ServersNode
+from bt_mission.core.dds.liveliness import RECORDER
+from bt_mission.core.robot.model import load_robot
+from bt_mission.virtual_time import LockstepExecutor
+
+START_NS = 10_000_000_000
+PERIOD_NS = 50_000_000
+BEST_EFFORT = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
+LEAN: Any = {"enable_rosout": False, "start_parameter_services": False}
+
+
+class Driver:
+    """What a robot's bringup puts on the topics: it stands still, whatever it hears.
+
+    The scan is an LDS-02's: a varying number of rays, limits of 0 and 100 m, NaN where there is
+    nothing.
+    """
+
+    def __init__(self, context: Context, *types: type) -> None:
+        self.node = Node("turtlebot3", context=context, **LEAN)
+        self.heard: list[Any] = []
+        self.listen(*types)
+        self._scan = self.node.create_publisher(LaserScan, "scan", BEST_EFFORT)
+        self._odom = self.node.create_publisher(Odometry, "odom", 10)
+        self._count = 0
+        self.node.create_timer(0.05, self._tick)
+
+    def listen(self, *types: type) -> None:
+        for subscription in tuple(self.node.subscriptions):
+            self.node.destroy_subscription(subscription)
+        for message_type in types:
+            self.node.create_subscription(message_type, "cmd_vel", self.heard.append, 10)
+
+    def _tick(self) -> None:
+        self._count += 1
+        stamp = self.node.get_clock().now().to_msg()
+        rays = 230 + self._count % 7
+        scan = LaserScan(angle_increment=math.tau / rays, range_min=0.0, range_max=100.0)
+        scan.header.stamp = stamp
+        scan.ranges = [(2.0, math.nan, 0.0, math.inf, 99.0)[ray % 5] for ray in range(rays)]
+        self._scan.publish(scan)
+        odometry = Odometry()
+        odometry.header.stamp = stamp
+        odometry.header.frame_id = "odom"
+        odometry.pose.pose.orientation.w = 1.0
+        self._odom.publish(odometry)
+
+
+class Bench:
+    """Servers as `--real` starts them, a robot, and a client."""
+
+    def __init__(self, images: Path, *types: type, **options: Any) -> None:
+        self.context = Context()
+        rclpy.init(context=self.context)
+        self.robot = Driver(self.context, *types)
+        self.client = Node("client", context=self.context, **LEAN)
+        self.turns = ActionClient(self.client, Turn, "turn")
+        self.sweeps = ActionClient(self.client, CameraSweep, "camera_sweep")
+        self.servers = ServersNode(
+            load_robot("waffle"),
+            image_folder=images,
+            lean=True,
+            context=self.context,
+            command_type="auto",
+            **options,
+        )
+        self.clock = LockstepExecutor(start_ns=START_NS, context=self.context)
+        for node in (self.robot.node, self.client, self.servers):
+            self.clock.add_node(node)
+        self.steps(12)
+
+    def steps(self, count: int) -> None:
+        end_ns = self.clock.now_ns + count * PERIOD_NS
+        while self.clock.now_ns < end_ns:
+            self.clock.step()
+
+    def send(self, client: ActionClient, goal: Any) -> Any:
+        """Send a goal; gives the client's handle."""
+        future = client.send_goal_async(goal)
+        self.steps(2)
+        return future.result()
+
+    def close(self) -> None:
+        for node in (self.servers, self.client, self.robot.node):
+            node.destroy_node()
+        self.clock.shutdown()
+        self.context.shutdown()
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> Iterator[Any]:
+    """Make a bench: `bench(Twist)`."""
+    made: list[Bench] = []
+
+    def make(*types: type, **options: Any) -> Bench:
+        made.append(Bench(tmp_path, *types, **options))
+        return made[-1]
+
+    yield make
+    for one in made:
+        one.close()
+
+
+@pytest.mark.parametrize("message_type", [Twist, TwistStamped])
+def test_commands_are_of_the_type_that_the_robot_takes(bench, message_type):
+    """Beside an LDS-02 and without a camera or a map."""
+    on = bench(message_type)
+    handle = on.send(on.turns, Turn.Goal(angle=90.0))
+    assert handle.accepted
+    assert {type(message) for message in on.robot.heard} == {message_type}
+    last = on.robot.heard[-1]
+    assert getattr(last, "twist", last).angular.z > 0.0
+
+
+def test_nobody_listens(bench, capfd):
+    """The goal is refused with the reason, which is logged as an error, once."""
+    on = bench()
+    assert not on.send(on.turns, Turn.Goal(angle=90.0)).accepted
+    on.steps(40)
+    said = capfd.readouterr().err
+    assert "goal rejected: nobody listens on /cmd_vel" in said
+    assert said.count("[ERROR]") == 1
+
+
+def test_a_recorder_is_nobody(bench, monkeypatch):
+    """It hears the commands, but does not drive."""
+    on = bench()
+    infos = [SimpleNamespace(topic_type=COMMAND_TYPES[0], node_name=RECORDER)]
+    monkeypatch.setattr(on.servers, "get_subscriptions_info_by_topic", lambda _: infos)
+    assert not on.send(on.turns, Turn.Goal(angle=90.0)).accepted
+
+
+def test_two_types_at_once_are_refused(bench, capfd, monkeypatch):
+    """Whichever were sent, one of the two would not hear. One process cannot play that."""
+    on = bench(Twist)
+    infos = [SimpleNamespace(topic_type=name, node_name="robot") for name in COMMAND_TYPES]
+    monkeypatch.setattr(on.servers, "get_subscriptions_info_by_topic", lambda _: infos)
+    assert not on.send(on.turns, Turn.Goal(angle=90.0)).accepted
+    assert "goal rejected: both TwistStamped and Twist are listened for" in capfd.readouterr().err
+
+
+def test_a_robot_that_leaves_ends_the_goal(bench):
+    """Aborted within half a second with the reason; the servers live on for its return."""
+    on = bench(TwistStamped)
+    result = on.send(on.turns, Turn.Goal(angle=90.0)).get_result_async()
+    on.robot.listen()
+    on.steps(11)
+    assert result.done()
+    assert result.result().result.error_code == ErrorCode.STOPPED
+    assert result.result().result.error_msg.startswith("nobody listens on /cmd_vel")
+    on.robot.listen(TwistStamped)
+    on.steps(2)
+    assert on.send(on.turns, Turn.Goal(angle=90.0)).accepted
+
+
+def test_without_a_camera_only_camera_actions_are_refused(bench, capfd):
+    """With the name of the topic that nobody publishes."""
+    on = bench(TwistStamped)
+    goal = CameraSweep.Goal(sweep_angle=90.0, image_count=2)
+    assert not on.send(on.sweeps, goal).accepted
+    assert "nobody publishes /camera/image_raw" in capfd.readouterr().err
+    assert on.send(on.turns, Turn.Goal(angle=90.0)).accepted
+
+
+def test_topics_and_limits_are_parameters(bench):
+    """A slower robot on another topic."""
+    on = bench(
+        TwistStamped,
+        parameters={"topics.scan": "/lidar/scan", "max_angular_velocity": 0.5},
+    )
+    names = {subscription.topic_name for subscription in on.servers.subscriptions}
+    assert "/lidar/scan" in names
+    with pytest.raises(ParameterException, match="range"):
+        bench(TwistStamped, parameters={"max_angular_velocity": 1.9})

@@ -1,0 +1,246 @@
+"""Facts about translating ROS messages."""
+
+from __future__ import annotations
+
+import array
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from bt_mission_interfaces.action import CameraSweep, ExploreForward, TakePictures, Turn
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Quaternion, Transform
+from nav2_msgs.action import FollowWaypoints, NavigateToPose
+from nav_msgs.msg import OccupancyGrid, Odometry
+from sensor_msgs.msg import Image, LaserScan
+
+from action_servers.core.maneuver import ErrorCode, Pose2D, Twist2D
+from action_servers.robot_io.messages import (
+    fill,
+    grid_of,
+    image_of,
+    odometry_of,
+    scan_of,
+    seconds,
+    stamp_of,
+    transform_of,
+)
+
+NOW = Time(sec=12, nanosec=350_000_000)
+
+
+def quaternion(yaw: float, scale: float = 1.0) -> Quaternion:
+    """A turn about the vertical."""
+    return Quaternion(z=scale * math.sin(yaw / 2.0), w=scale * math.cos(yaw / 2.0))
+
+
+def test_equal_times_are_equal_floats():
+    """A picture stamped now is not older than now."""
+    message = Odometry()
+    for nanosec in range(0, 1_000_000_000, 50_000_000):
+        message.header.stamp = Time(sec=1_732_112_345, nanosec=nanosec)
+        assert stamp_of(message.header) == seconds(1_732_112_345 * 1_000_000_000 + nanosec)
+
+
+def test_scan():
+    """Rays are taken over as they are, without a copy."""
+    message = LaserScan(angle_min=0.5, angle_increment=0.1, range_min=0.12, range_max=3.5)
+    message.header.stamp = NOW
+    message.ranges = array.array("f", [1.0, math.inf, math.nan, 0.0])
+    scan: Any = scan_of(message)
+    assert scan.stamp_s == 12.35
+    assert (scan.angle_min, scan.angle_increment) == (0.5, 0.1)
+    assert scan.ranges.dtype == np.float32
+    np.testing.assert_array_equal(scan.ranges, np.array([1.0, np.inf, np.nan, 0.0]))
+    assert np.shares_memory(scan.ranges, np.asarray(message.ranges))
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"ranges": []}, {"angle_min": math.nan}, {"angle_increment": math.inf}],
+)
+def test_a_scan_that_says_nothing_is_none(wrong):
+    """No rays, or directions that are no numbers."""
+    fields = {"angle_increment": 0.1, "ranges": array.array("f", [1.0])} | wrong
+    assert scan_of(LaserScan(**fields)) is None
+
+
+@pytest.mark.parametrize("yaw", [0.0, 1.0, -1.0, 3.1, -3.1])
+@pytest.mark.parametrize("scale", [1.0, 0.999, 2.0])
+def test_odometry(yaw, scale):
+    """Pose and velocity; the quaternion need not be of unit length."""
+    message = Odometry()
+    message.header.stamp, message.header.frame_id = NOW, "odom"
+    message.pose.pose.position.x, message.pose.pose.position.y = 1.0, -2.0
+    message.pose.pose.orientation = quaternion(yaw, scale)
+    message.twist.twist.linear.x, message.twist.twist.angular.z = 0.2, -0.5
+    odometry: Any = odometry_of(message)
+    assert (odometry.stamp_s, odometry.frame) == (12.35, "odom")
+    assert (odometry.pose.x, odometry.pose.y) == (1.0, -2.0)
+    assert odometry.pose.yaw == pytest.approx(yaw)
+    assert odometry.velocity == Twist2D(0.2, -0.5)
+
+
+@pytest.mark.parametrize("field", ["position.x", "position.y", "orientation.z", "orientation.w"])
+def test_odometry_that_is_no_number_is_none(field):
+    """As good as not arrived."""
+    message = Odometry()
+    outer, inner = field.split(".")
+    setattr(getattr(message.pose.pose, outer), inner, math.nan)
+    assert odometry_of(message) is None
+
+
+def test_transform():
+    """A transform is a pose."""
+    message: Any = Transform(rotation=quaternion(0.5))
+    message.translation.x = 3.0
+    pose: Any = transform_of(message)
+    assert (pose.x, pose.y) == (3.0, 0.0)
+    assert pose.yaw == pytest.approx(0.5)
+
+
+def test_grid():
+    """Rows run along y."""
+    message = OccupancyGrid()
+    message.info.resolution, message.info.width, message.info.height = 0.05, 3, 2
+    message.info.origin.position.x, message.info.origin.position.y = -1.0, -2.0
+    message.data = array.array("b", [0, 100, -1, 1, 2, 3])
+    grid: Any = grid_of(message)
+    assert grid.cells.tolist() == [[0, 100, -1], [1, 2, 3]]
+    assert (grid.resolution, grid.origin_x, grid.origin_y) == (pytest.approx(0.05), -1.0, -2.0)
+
+
+@pytest.mark.parametrize(("width", "resolution"), [(2, 0.05), (3, 0.0), (3, math.nan), (0, 0.05)])
+def test_a_grid_that_does_not_fit_is_none(width, resolution):
+    """Size and cells must agree, and a cell must have a size."""
+    message = OccupancyGrid()
+    message.info.resolution, message.info.width, message.info.height = resolution, width, 2
+    message.data = array.array("b", bytes(2 * 3 if width else 0))
+    assert grid_of(message) is None
+
+
+@pytest.mark.parametrize(
+    ("encoding", "pixel", "rgb"),
+    [
+        ("rgb8", [1, 2, 3], [1, 2, 3]),
+        ("bgr8", [1, 2, 3], [3, 2, 1]),
+        ("rgba8", [1, 2, 3, 9], [1, 2, 3]),
+        ("bgra8", [1, 2, 3, 9], [3, 2, 1]),
+        ("mono8", [7], [7, 7, 7]),
+    ],
+)
+def test_image_encodings(encoding, pixel, rgb):
+    """Every common one becomes red, green, blue; bytes that fill a row up are left out."""
+    row = [*pixel, *pixel, 0, 0]
+    message = Image(height=2, width=2, step=len(row), encoding=encoding, data=bytes(row * 2))
+    image = image_of(message)
+    assert (image.height, image.width) == (2, 2)
+    assert image.rgb.tolist() == [[rgb, rgb]] * 2
+
+
+def test_an_encoding_that_is_not_known_is_told_with_those_that_are():
+    """A depth camera on the topic of a colour camera."""
+    with pytest.raises(ValueError, match=r"one of rgb8, bgr8, rgba8, bgra8, mono8, got '16UC1'"):
+        image_of(Image(height=1, width=1, step=2, encoding="16UC1", data=bytes(2)))
+
+
+@pytest.mark.parametrize(("height", "step", "count"), [(2, 3, 6), (2, 6, 11), (0, 6, 0)])
+def test_an_image_whose_size_does_not_fit_is_told(height, step, count):
+    """Instead of a picture that is torn."""
+    message = Image(height=height, width=2, step=step, encoding="rgb8", data=bytes(count))
+    with pytest.raises(ValueError, match=r"an image of 2 x \d pixels, rgb8"):
+        image_of(message)
+
+
+def test_numbers_and_texts_fill_fields():
+    """Of any kind of number: an IntEnum or a numpy scalar will do."""
+    result = fill(
+        ExploreForward.Result(),
+        {
+            "total_distance_travelled": np.float64(1.5),
+            "closest_obstacle": math.inf,
+            "closest_obstacle_angle": 3,
+            "error_code": ErrorCode.BLOCKED,
+            "error_msg": "why",
+        },
+        lambda: NOW,
+    )
+    assert result.total_distance_travelled == 1.5
+    assert result.closest_obstacle == math.inf
+    assert result.closest_obstacle_angle == 3.0
+    assert (result.error_code, result.error_msg) == (906, "why")
+
+
+def test_a_sequence_of_texts():
+    """Any sequence will do."""
+    result = fill(CameraSweep.Result(), {"image_paths": ("a", "b")}, lambda: NOW)
+    assert result.image_paths == ["a", "b"]
+
+
+def test_a_pose_fills_a_stamped_pose_on_the_map():
+    """And seconds a duration."""
+    feedback = fill(
+        NavigateToPose.Feedback(),
+        {"current_pose": Pose2D(1.0, 2.0, math.pi / 2), "navigation_time": 3.25},
+        lambda: NOW,
+    )
+    assert feedback.current_pose.header.frame_id == "map"
+    assert feedback.current_pose.header.stamp == NOW
+    assert feedback.current_pose.pose.position.y == 2.0
+    assert feedback.current_pose.pose.orientation.z == pytest.approx(math.sqrt(0.5))
+    assert (feedback.navigation_time.sec, feedback.navigation_time.nanosec) == (3, 250_000_000)
+
+
+def test_mappings_fill_nested_messages():
+    """In sequences too."""
+    missed: dict[str, Any] = {"index": 2, "goal": Pose2D(1.0, 0.0, 0.0), "error_code": 208}
+    result = fill(FollowWaypoints.Result(), {"missed_waypoints": [missed]}, lambda: NOW)
+    (waypoint,) = result.missed_waypoints
+    assert (waypoint.index, waypoint.error_code) == (2, 208)
+    assert waypoint.goal.pose.position.x == 1.0
+
+
+def test_bytes_fill_data_and_seconds_a_stamp():
+    """A picture goes through in one piece."""
+    picture: dict[str, Any] = {
+        "header": {"stamp": 12.5, "frame_id": "eye"},
+        "format": "jpeg",
+        "data": bytes(range(256)),
+    }
+    result = fill(TakePictures.Result(), {"all_pictures": (picture, picture)}, lambda: NOW)
+    assert len(result.all_pictures) == 2
+    header = result.all_pictures[1].header
+    assert (header.stamp.sec, header.stamp.nanosec, header.frame_id) == (12, 500_000_000, "eye")
+    assert bytes(result.all_pictures[1].data) == bytes(range(256))
+
+
+@pytest.mark.parametrize("ranges", [[], [math.nan] * 3, [0.0, 0.0], [math.nan, 0.0]])
+def test_a_scan_that_measures_nothing_is_none(ranges):
+    """Neither NaN nor 0 says that the way is free."""
+    assert scan_of(LaserScan(angle_increment=0.1, range_max=3.5, ranges=ranges)) is None
+
+
+def test_a_scan_that_measures_that_nothing_is_there_is_one():
+    """Inf is a measurement."""
+    message = LaserScan(angle_increment=0.1, range_max=3.5, ranges=[math.inf, math.nan])
+    assert scan_of(message) is not None
+
+
+def test_a_field_that_is_not_there_is_told_with_those_that_are():
+    """The name of the message, too."""
+    with pytest.raises(
+        AttributeError,
+        match="Turn_Result has no field 'angel', only angle_turned, error_code, error_msg",
+    ):
+        fill(Turn.Result(), {"angel": 1.0}, lambda: NOW)
+
+
+@pytest.mark.parametrize("action", [ExploreForward, Turn, CameraSweep])
+def test_error_codes_are_those_of_the_interfaces(action):
+    """The same name and number, wherever an interface names one."""
+    named = {code.name: int(code) for code in ErrorCode}
+    for name in ("NONE", "UNKNOWN", "STOPPED", "NO_ODOMETRY", "BLOCKED"):
+        assert getattr(action.Result, name) == named[name]
+    for name, number in named.items():
+        assert getattr(action.Result, name, number) == number

@@ -1,0 +1,99 @@
+"""Facts about a node that is made with the values of a parameter file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import rclpy
+from rclpy.context import Context
+
+from action_servers.mapping import node as mapper
+from action_servers.robot_io.node_parameters import made_with
+from action_servers.robot_io.parameter_file import read_parameters
+from action_servers.server.node import NODE_NAME, ServersNode
+from bt_mission.core.diagnostics import InputError
+from bt_mission.core.robot.model import load_robot
+
+
+@pytest.fixture
+def context() -> Iterator[Context]:
+    """A context of its own."""
+    made = Context()
+    rclpy.init(context=made)
+    yield made
+    made.shutdown()
+
+
+def servers(context: Context, folder: Path, text: str) -> ServersNode:
+    """The servers of a Waffle, with a parameter file."""
+    path = folder / "waffle.yaml"
+    path.write_text(f"/**:\n  ros__parameters:\n    {text}\n", encoding="utf-8")
+    return made_with(
+        read_parameters(path, NODE_NAME),
+        lambda values: ServersNode(
+            load_robot("waffle"),
+            image_folder=folder,
+            lean=True,
+            context=context,
+            parameters=values,
+        ),
+    )
+
+
+def test_the_mapper_has_a_section_of_its_own(context, tmp_path):
+    """Topics, the frame of the map, and how often it goes out."""
+    path = tmp_path / "mapper.yaml"
+    path.write_text(
+        "bt_mission_mapper:\n  ros__parameters:\n"
+        "    topics: {scan: laser, map: slam/map}\n    updates_per_map: 2\n",
+        encoding="utf-8",
+    )
+    node = made_with(
+        read_parameters(path, mapper.NODE_NAME),
+        lambda values: mapper.MapperNode(
+            load_robot("waffle"), lean=True, context=context, parameters=values
+        ),
+    )
+    assert node.count_subscribers("laser") == 1
+    assert node.count_publishers("slam/map") == 1
+    assert node.get_parameter("updates_per_map").value == 2
+    node.destroy_node()
+
+
+def test_values_of_the_file_hold(context, tmp_path):
+    """Also those of the maneuvers."""
+    node = servers(context, tmp_path, "control_rate: 10.0")
+    assert node.get_parameter("control_rate").value == 10.0
+    assert node.get_parameter("topics.scan").value == "scan"
+    node.destroy_node()
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "message"),
+    [
+        ("contol_rate: 10.0", "3:5", "did you mean 'control_rate'?"),
+        ("control_rate: 10", "3:19", "write 10.0"),
+        ("control_rate: 1000.0", "3:19", "range"),
+        ("max_linear_velocity: 0.5", "3:26", "range"),
+        ("cmd_vel_type: Twist", "3:19", "must be one of auto, stamped, plain, got 'Twist'"),
+        ("topics: {scan: 7}", "3:20", "STRING"),
+    ],
+)
+def test_a_value_that_does_not_suit_is_refused(context, tmp_path, text, place, message):
+    """With its place in the file."""
+    with pytest.raises(InputError) as caught:
+        servers(context, tmp_path, text)
+    assert f"waffle.yaml:{place}: error:" in str(caught.value)
+    assert message in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["topics.scan", "control_rate", "frames.map", "cmd_vel_type"])
+def test_each_parameter_says_what_it_is(context, tmp_path, name):
+    """For whoever lists them."""
+    node = servers(context, tmp_path, "control_rate: 10.0")
+    descriptor = node.describe_parameter(name)
+    assert descriptor.description.endswith(".")
+    assert descriptor.read_only
+    node.destroy_node()

@@ -1,0 +1,146 @@
+"""Facts about what the servers hear of the robot."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+import pytest
+import rclpy
+from geometry_msgs.msg import TransformStamped
+from rclpy.serialization import deserialize_message, serialize_message
+from sensor_msgs.msg import Image, LaserScan
+from tf2_msgs.msg import TFMessage
+
+from action_servers.core.maneuver import Pose2D
+from action_servers.robot_io.messages import image_of, scan_of
+from action_servers.robot_io.sensors import Latest
+from action_servers.server.node import ServersNode
+from bt_mission.core.cdr import reader
+
+
+def transform(parent: str, child: str, x: float) -> TransformStamped:
+    """A shift along x."""
+    message = TransformStamped()
+    message.header.frame_id, message.child_frame_id = parent, child
+    message.transform.translation.x = x
+    message.transform.rotation.w = 1.0
+    return message
+
+
+def sensors(bench: Any) -> Any:
+    """The sensors of the servers."""
+    return bench.servers._sensors
+
+
+def test_nothing_is_known_of_a_silent_robot(silent_bench):
+    """All fields are None, apart from the time."""
+    now = sensors(silent_bench).observe(on_map=True)
+    assert now.time_s == pytest.approx(10.1)
+    known = (now.odom, now.velocity, now.scan, now.map_pose, now.image)
+    assert known == (None,) * 5
+
+
+def test_the_newest_of_each_topic_is_known(bench):
+    """Stamped with the instant at which it was sent."""
+    now = sensors(bench).observe(on_map=True)
+    assert now.time_s == now.odom_stamp_s
+    assert now.odom == Pose2D(0.0, 0.0, 0.0)
+    assert now.scan is not None
+    assert now.map_pose == Pose2D(0.0, 0.0, 0.0)
+    assert now.grid is not None
+    assert now.grid.cells.shape == (120, 120)
+
+
+def test_the_same_object_until_there_is_a_newer_message(bench):
+    """So that a maneuver can tell whether a scan is new."""
+    first = sensors(bench).observe(on_map=True)
+    again = sensors(bench).observe(on_map=True)
+    assert first.scan is again.scan
+    assert first.grid is again.grid
+    bench.steps(1)
+    assert sensors(bench).observe().scan is not first.scan
+
+
+def test_the_map_is_left_out_unless_it_is_wanted(bench):
+    """Transforms cost as much as odometry, and only navigation needs them."""
+    now = sensors(bench).observe()
+    assert (now.map_pose, now.grid) == (None, None)
+    with sensors(bench).localization():
+        assert sensors(bench).observe().map_pose is not None
+    assert sensors(bench).observe().map_pose is None
+
+
+def test_the_pose_on_the_map_is_that_of_odometry_moved(bench):
+    """The newest transform from the map to the odometry frame counts, in whatever message."""
+    take = sensors(bench)._take_transforms
+    for transforms in (
+        [transform("map", "odom", 1.0)],
+        [transform("odom", "base_footprint", 9.0), transform("map", "odom", 2.0)],
+        [transform("odom", "base_footprint", 9.0)],
+        [transform("world", "odom", 8.0), transform("map", "somewhere", 7.0)],
+    ):
+        take(serialize_message(TFMessage(transforms=transforms)))
+    assert sensors(bench).observe(on_map=True).map_pose == Pose2D(2.0, 0.0, 0.0)
+    # It stays known when only others come.
+    take(serialize_message(TFMessage(transforms=[transform("odom", "base_footprint", 9.0)])))
+    assert sensors(bench).observe(on_map=True).map_pose == Pose2D(2.0, 0.0, 0.0)
+
+
+def test_the_camera_is_listened_to_only_while_it_is_on(bench):
+    """A simulator renders only then; what was seen before is forgotten."""
+    camera = sensors(bench).camera.user()
+    images = bench.robot.camera
+    assert images.get_subscription_count() == 0
+    camera.on()
+    camera.on()
+    bench.steps(2)
+    assert images.get_subscription_count() == 1
+    assert sensors(bench).observe().image is not None
+    camera.off()
+    camera.off()
+    bench.steps(1)
+    assert images.get_subscription_count() == 0
+    assert sensors(bench).observe().image is None
+
+
+def test_a_message_is_translated_when_it_is_looked_at():
+    """And only once."""
+    translated = []
+
+    def translate(message):
+        translated.append(message)
+        return scan_of(message)
+
+    latest = Latest(reader.scan, translate)
+    assert latest.value() is None
+    for ray in (1.0, 2.0, 3.0):
+        latest.take(serialize_message(LaserScan(angle_increment=1.0, ranges=[ray])))
+    assert translated == []
+    value: Any = latest.value()
+    assert value.ranges.tolist() == [3.0]
+    assert latest.value() is value
+    assert len(translated) == 1
+
+
+def test_a_message_that_cannot_be_translated_raises_once():
+    """Afterwards nothing is known, until the next one."""
+    latest = Latest(partial(deserialize_message, message_type=Image), image_of)
+    latest.take(serialize_message(Image(encoding="jpeg")))
+    with pytest.raises(ValueError, match="image encoding"):
+        latest.value()
+    assert latest.value() is None
+
+
+def test_a_robot_in_a_namespace(fake, tmp_path, waffle):
+    """All names are relative."""
+    context = rclpy.Context()
+    rclpy.init(context=context)
+    node = ServersNode(
+        waffle, image_folder=tmp_path, lean=True, context=context, namespace="robot_7"
+    )
+    topics = {subscription.topic_name for subscription in node.subscriptions}
+    assert topics == {f"/robot_7/{name}" for name in ("scan", "odom", "tf", "map", "motors_on")}
+    assert node.count_publishers("/robot_7/cmd_vel") == 1
+    node.destroy_node()
+    context.shutdown()

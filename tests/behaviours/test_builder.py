@@ -1,0 +1,310 @@
+"""Each kind of the mission language becomes a behaviour with these statuses, tick by tick.
+
+Letters are statuses from the root down: R running, S success, F failure, I not ticked (invalid).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from bt_mission_interfaces.action import Turn
+
+from bt_mission.ros.interface_types import fill
+
+
+def result(angle: float = 0.0) -> Any:
+    """What /turn gives back."""
+    return Turn.Result(angle_turned=angle)
+
+
+def feedback(current: float, remaining: float = 0.0) -> Any:
+    """What /turn says on the way."""
+    return Turn.Feedback(current_angle=current, remaining_angle=remaining)
+
+
+def test_sequence_ticks_the_next_child_in_the_same_tick(play: Any) -> None:
+    """Children that end at once do not cost a tick each."""
+    story = play("  sequence: [{log: one}, {log: two}, {wait: 0.1}]")
+    assert story.tick() == "RSSR"
+    assert story.said == ["one", "two"]
+    assert story.tick(2) == "SSSS"
+    assert story.status == "success"
+
+
+def test_sequence_with_memory_does_not_ask_done_children_again(play: Any) -> None:
+    """The default: what has succeeded is not run again while a later child runs."""
+    story = play("  sequence: [{log: once}, {wait: 0.2}]")
+    story.tick(3)
+    assert story.said == ["once"]
+
+
+def test_sequence_without_memory_starts_over_each_tick(play: Any) -> None:
+    """``memory: false`` is the reactive sequence."""
+    story = play("  sequence: [{log: each tick}, {wait: 0.2}]\n  memory: false")
+    story.tick(3)
+    assert story.said == ["each tick"] * 3
+
+
+def test_fallback_goes_on_after_a_failure(play: Any) -> None:
+    """The second child gets its turn when the first has failed."""
+    story = play("  fallback: [{turn: {angle: 90}, timeout: 9}, {log: plan B}]")
+    assert story.tick() == "RRI"
+    story.turn.reject()
+    assert story.tick() == "SFS"
+    assert story.said == ["plan B"]
+
+
+def test_wait_ends_at_its_exact_time(play: Any) -> None:
+    """A wait entered at a tick runs for its seconds of ROS time."""
+    story = play("  wait: 1.0")
+    assert story.tick() == "R"
+    assert story.tick(19) == "R"
+    assert story.tick() == "S"
+
+
+def test_repeat_runs_its_child_count_times(play: Any) -> None:
+    """One round a tick; the count is read when the repeat starts."""
+    story = play("  repeat: {count: $n}\n  do: {log: again}", "mission: t\ninputs: {n: 3}")
+    assert story.tick() == "RS"
+    assert story.tick() == "RS"
+    assert story.tick() == "SS"
+    assert story.said == ["again"] * 3
+
+
+def test_repeat_reads_a_random_count_once(play: Any) -> None:
+    """The count that was drawn at the start is the one that holds."""
+    tree = "  repeat: {count: 'round(uniform(2, 9))'}\n  do: {log: again}"
+    story = play(tree)
+    story.tick(20)
+    assert f"{len(story.said)} of {len(story.said)}" == story.root.feedback_message
+
+
+def test_repeat_fails_with_its_child(play: Any) -> None:
+    """The first failure ends the repeat."""
+    story = play("  repeat: {count: 3}\n  do: {turn: {angle: 90}, timeout: 9}")
+    story.tick()
+    story.turn.reject()
+    assert story.tick() == "FF"
+
+
+def test_retry_pauses_between_attempts(play: Any) -> None:
+    """A failed attempt is followed by a pause of ROS time, then by the next."""
+    story = play("  retry: {attempts: 2, pause: 0.2}\n  do: {turn: {angle: 90}, timeout: 9}")
+    story.tick()
+    story.turn.reject()
+    assert story.tick() == "RF"
+    assert len(story.turn.goals) == 1
+    story.tick(3)
+    assert len(story.turn.goals) == 1
+    assert story.tick() == "RR"
+    assert len(story.turn.goals) == 2
+    story.turn.reject()
+    assert story.tick() == "FF"
+
+
+def test_parallel_of_all_waits_for_the_last(play: Any) -> None:
+    """Children that have succeeded are not ticked again while others run."""
+    story = play("  parallel: [{log: once}, {wait: 0.1}]")
+    assert story.tick() == "RSR"
+    assert story.tick(2) == "SSS"
+    assert story.said == ["once"]
+
+
+def test_parallel_of_any_halts_the_rest(play: Any) -> None:
+    """The first success ends it; the goal of a child still running is cancelled in that tick."""
+    story = play("  parallel: [{turn: {angle: 90}, timeout: 9}, {wait: 0.1}]\n  succeed_when: any")
+    story.tick()
+    story.turn.accept()
+    story.tick()
+    assert story.turn.cancels == []
+    assert story.tick() == "SIS"
+    assert story.turn.cancels == [story.turn.goal]
+    assert story.status == "ending"
+    story.turn.cancel(result())
+    story.tick()
+    assert story.status == "success"
+    assert story.executive.goals_left_behind == ()
+
+
+def test_parallel_fails_with_the_first_failure(play: Any) -> None:
+    """One failing child halts its siblings."""
+    story = play("  parallel: [{turn: {angle: 90}, timeout: 9}, {wait: 5}]")
+    story.tick()
+    story.turn.reject()
+    assert story.tick() == "FFI"
+
+
+def test_log_fills_in_variables(play: Any) -> None:
+    """``$name`` and ``${expression}`` are read when the node is reached."""
+    story = play("  log: 'at $speed m/s, ${speed * 2}'", "mission: t\ninputs: {speed: 0.5}")
+    story.tick()
+    assert story.said == ["at 0.5 m/s, 1"]
+
+
+def test_an_action_sends_its_resolved_goal(play: Any) -> None:
+    """Expressions of the goal are evaluated when the leaf starts."""
+    story = play("  turn: {angle: '$a * 2'}\n  timeout: 9", "mission: t\ninputs: {a: 45}")
+    story.tick()
+    (request,) = story.turn.requests
+    assert fill(Turn.Goal(), request).angle == 90
+
+
+def test_outputs_are_written_from_the_result(play: Any) -> None:
+    """A later node reads them."""
+    story = play(
+        "  sequence:\n"
+        "    - {turn: {angle: 90}, timeout: 9, outputs: {angle_turned: turned}}\n"
+        "    - log: turned $turned deg"
+    )
+    story.tick()
+    story.turn.accept()
+    story.turn.succeed(result(89.5))
+    story.tick()
+    assert story.said == ["turned 89.5 deg"]
+
+
+def test_outputs_of_a_goal_cancelled_by_its_condition_are_written_too(play: Any) -> None:
+    """A server returns a result when it is cancelled; ``on_cancel: success`` goes on with it."""
+    story = play(
+        "  sequence:\n"
+        "    - turn: {angle: 90}\n"
+        "      timeout: 9\n"
+        "      cancel_when: current_angle > 45\n"
+        "      on_cancel: success\n"
+        "      outputs: {angle_turned: turned}\n"
+        "    - log: turned $turned deg"
+    )
+    story.tick()
+    story.turn.accept()
+    story.turn.feed(feedback(44.0))
+    story.tick()
+    assert story.turn.cancels == []
+    story.turn.feed(feedback(46.0))
+    story.tick()
+    assert story.turn.cancels == [story.turn.goal]
+    story.turn.cancel(result(46.5))
+    assert story.tick() == "SSS"
+    assert story.said == ["turned 46.5 deg"]
+
+
+def test_a_cancelled_goal_is_a_failure_unless_said_otherwise(play: Any) -> None:
+    """``on_cancel`` is failure by default; the reason names the condition and the values."""
+    story = play("  turn: {angle: 90}\n  timeout: 9\n  cancel_when: current_angle > 45")
+    story.tick()
+    story.turn.accept()
+    story.turn.feed(feedback(50.0))
+    story.tick()
+    story.turn.cancel(result())
+    assert story.tick() == "F"
+    assert story.executive.reason == (
+        "'turn' canceled by condition: current_angle > 45 (current_angle = 50)"
+    )
+
+
+def test_timeout_of_a_goal(play: Any) -> None:
+    """The limit of the mission file is the attempt's."""
+    story = play("  turn: {angle: 90}\n  timeout: 1")
+    story.tick()
+    story.turn.accept()
+    story.tick(20)
+    assert story.turn.cancels == []
+    story.tick()
+    assert story.turn.cancels == [story.turn.goal]
+
+
+def test_progress_is_measured_towards_the_conditions_bound(play: Any) -> None:
+    """The live view draws feedback against the bound, or time against the timeout."""
+    story = play("  turn: {angle: 90}\n  timeout: 10\n  cancel_when: current_angle >= 45")
+    story.tick()
+    story.turn.accept()
+    story.tick()
+    assert story.root.progress.label == "s"
+    assert story.root.progress.limit == 10
+    story.turn.feed(feedback(15.0))
+    story.tick()
+    assert (story.root.progress.label, story.root.progress.value, story.root.progress.limit) == (
+        "current_angle",
+        15.0,
+        45.0,
+    )
+
+
+def after_turning(play: Any, angle: float, *node: str) -> Any:
+    """Play a node that comes after a turn, whose result it reads as ``$n``."""
+    lines = "\n".join(f"{'    - ' if i == 0 else '      '}{line}" for i, line in enumerate(node))
+    first = "    - {turn: {angle: 9}, timeout: 9, outputs: {angle_turned: n}}"
+    story = play(f"  sequence:\n{first}\n{lines}")
+    story.tick()
+    story.turn.accept()
+    story.turn.succeed(result(angle))
+    return story
+
+
+@pytest.mark.parametrize(
+    ("node", "value", "words"),
+    [
+        (["wait: $n"], -1, "<text>:5:7: 'wait' cannot start: expected seconds, 0 or more, got -1"),
+        (["wait: 1 / $n"], 0, "'wait' cannot start: division by zero"),
+        (["wait: $n"], float("inf"), "expected seconds, 0 or more, got inf"),
+        (["wait: $n"], float("nan"), "expected seconds, 0 or more, got nan"),
+        (
+            ["repeat: {count: $n}", "do: {log: x}"],
+            1.5,
+            "expected a whole number of at least 1, got 1.5",
+        ),
+        (
+            ["repeat: {count: $n}", "do: {log: x}"],
+            -1,
+            "expected a whole number of at least 1, got -1",
+        ),
+        (
+            ["retry: {attempts: $n}", "do: {log: x}"],
+            0,
+            "expected a whole number of at least 1, got 0",
+        ),
+        (["turn: {angle: 9}", "timeout: $n"], 0, "expected seconds above 0, got 0"),
+    ],
+)
+def test_a_value_that_is_wrong_only_at_run_time_fails_the_mission_with_its_place(
+    play: Any, node: list[str], value: float, words: str
+) -> None:
+    """No traceback: the mission fails and says which node could not start, and why."""
+    story = after_turning(play, value, *node)
+    story.tick(2)
+    assert story.status == "failure"
+    assert words in story.executive.reason
+
+
+def test_a_missing_output_fails_the_mission_with_its_name(play: Any) -> None:
+    """A goal that ended without a result wrote nothing; whoever reads it says so."""
+    story = play(
+        "  sequence:\n"
+        "    - fallback:\n"
+        "        - {turn: {angle: 90}, timeout: 9, outputs: {angle_turned: turned}}\n"
+        "        - {log: rejected}\n"
+        "    - log: turned $turned deg"
+    )
+    story.tick()
+    story.turn.reject()
+    story.tick(2)
+    assert story.status == "failure"
+    assert "'$turned' has no value" in story.executive.reason
+
+
+def test_random_draws_repeat_with_the_seed_and_differ_between_nodes(play: Any) -> None:
+    """Each node has a generator of its own, so a node added elsewhere does not shift its draws."""
+    tree = "  sequence: [{log: '${uniform(0, 1)}'}, {log: '${uniform(0, 1)}'}]"
+    said = []
+    for seed in (1, 1, 2):
+        story = play(tree, f"mission: t\nseed: {seed}")
+        story.tick()
+        said.append(tuple(story.said))
+    assert said[0] == said[1] != said[2]
+    assert said[0][0] != said[0][1]
+
+
+def test_trees_are_built_without_a_runtime(play: Any) -> None:
+    """Names come from the file, or from the kind or the action; the root has the mission's."""
+    story = play("  sequence:\n    - {wait: 1, name: rest}\n    - {turn: {angle: 9}, timeout: 1}")
+    assert [node.name for node in story.root.iterate()] == ["rest", "turn", "test"]

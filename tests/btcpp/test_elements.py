@@ -1,0 +1,94 @@
+"""XML is read with places, and what is no XML, or dangerous, is refused at its place."""
+
+import pytest
+
+from bt_mission.btcpp.elements import MAX_DEPTH, parse
+from bt_mission.core.diagnostics import InputError
+
+
+def fault_of(text):
+    """Return the one fault of a text: line, column, message, hint."""
+    with pytest.raises(InputError) as caught:
+        parse(text, "m.xml")
+    (fault,) = caught.value.faults
+    return fault.line, fault.column, fault.message, fault.hint
+
+
+def test_names_and_values_know_their_places():
+    """Lines and columns count characters, from 1; a value stands where its quote does."""
+    text = (
+        "\ufeff<root>\n  <!-- é -->\r\n  é <a one = 'é'\n     two=\"&lt;x>\"/></root>".removeprefix(
+            "\ufeff"
+        )
+    )
+    root = parse(text, "m.xml").root
+    (child,) = root.children
+    assert (root.tag, root.line, root.column, root.text) == ("root", 1, 2, "é")
+    assert (child.tag, child.line, child.column) == ("a", 3, 6)
+    one, two = child.attributes.values()
+    assert (one.value, one.line, one.column, one.value_line, one.value_column) == ("é", 3, 8, 3, 14)
+    assert (two.value, two.line, two.column, two.value_line, two.value_column) == (
+        "<x>",
+        4,
+        6,
+        4,
+        10,
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("", (1, 1, "the text ends before the first element", None)),
+        ("<a>", (1, 4, "<a> of line 1 is not closed here", "expected '</a>'")),
+        ("<a>\n <b></a>", (2, 7, "<b> of line 2 is not closed here", "expected '</b>'")),
+        ("<a/><b/>", (1, 5, "more behind the end of the root element", None)),
+        ("<a b='1' b='2'/>", (1, 10, "this is no valid XML: duplicate attribute", None)),
+        ("<a>&nbsp;</a>", (1, 4, "an entity that XML does not have", None)),
+        (
+            "<a b='é' c='<'/>",
+            (
+                1,
+                13,
+                "this is no valid XML",
+                "within texts write '&amp;' for '&' and '&lt;' for '<'",
+            ),
+        ),
+        (
+            "<?xml version='1.0' encoding='latin-1'?><a/>",
+            (
+                1,
+                1,
+                "expected text in UTF-8, got the encoding 'latin-1'",
+                "save the file as UTF-8",
+            ),
+        ),
+    ],
+)
+def test_what_is_no_xml_is_refused_at_its_place(text, expected):
+    """In words that say what to do."""
+    assert fault_of(text) == expected
+
+
+def test_a_document_type_is_refused_before_any_entity_is_read():
+    """So no entity can explode, and none can read a file."""
+    bomb = "<!DOCTYPE a [<!ENTITY x 'ha'><!ENTITY y '&x;&x;&x;'>]>\n<a>&y;</a>"
+    _, _, message, hint = fault_of(bomb)
+    assert message == "a document type ('a'); entities and types are not used here"
+    assert hint == "leave out '<!DOCTYPE ...>'"
+
+
+def test_depth_and_size_have_limits():
+    """Deep nesting is refused at the first element too many, a large file unread."""
+    deep = "<a>" * (MAX_DEPTH + 1) + "</a>" * (MAX_DEPTH + 1)
+    assert fault_of(deep)[:3] == (1, 302, "nested too deeply; at most 100 levels are read")
+    parse("<a>" * MAX_DEPTH + "</a>" * MAX_DEPTH, "m.xml")
+    large = "<a>" + " " * 1_000_000 + "</a>"
+    message = "the file is too large: 1,000,007 bytes, at most 1,000,000 are read"
+    assert fault_of(large) == (0, 0, message, None)
+
+
+def test_a_long_line_of_many_elements_is_read_in_linear_time():
+    """Places in a line that is not ASCII are counted on from the last one."""
+    text = "<é>" + "<a b=''/>" * 80_000 + "</é>"
+    assert parse(text, "m.xml").root.children[-1].column == 5 + 9 * 79_999

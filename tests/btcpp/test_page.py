@@ -1,0 +1,69 @@
+"""docs/xml.md: its two examples are one mission, and it leaves no element out."""
+
+import re
+
+import py_trees
+
+from bt_mission.btcpp.built_in import BUILT_IN
+from bt_mission.btcpp.document import METADATA, document_of
+from bt_mission.btcpp.leaves import LEAVES
+from bt_mission.btcpp.mission_writing import mission_xml
+from bt_mission.btcpp.ports import LABELS
+from bt_mission.cli import main
+from bt_mission.core.yaml.document import read_text
+from bt_mission.language.loader import draft, load_text
+from bt_mission.ros.interface_types import shapes
+from bt_mission.sessions.check import check
+from tests.support.missions import meaning
+from tests.support.project import ROOT
+
+PAGE = ROOT / "docs" / "xml.md"
+TEXT = PAGE.read_text(encoding="utf-8")
+((YAML,), (XML,)) = (
+    re.findall(rf"```{kind}\n(.*?)```", TEXT, re.DOTALL) for kind in ("yaml", "xml")
+)
+
+
+FILES = re.findall(r"```\w+ (\S+)\n(.*?)```", TEXT, re.DOTALL)
+
+
+def test_the_examples_are_one_mission():
+    """Sound, without warnings, and converted into each other."""
+    here = load_text(YAML)
+    document = document_of(XML, "m.xml")
+    there = draft(document).mission
+    assert there is not None
+    assert (here.warnings, check(here)) == ((), ())
+    assert meaning(there) == meaning(here)
+    converted = draft(document_of(mission_xml(read_text(YAML), shapes))).mission
+    assert converted is not None
+    assert meaning(converted) == meaning(here)
+
+
+def test_every_element_and_attribute_is_described():
+    """In a table or an example."""
+    code = "".join(re.findall(r"`[^`]*`|```.*?```", TEXT, re.DOTALL))
+    words = set(re.findall(r"[A-Za-z_0-9:]+", code))
+    attributes = {name for names, _ in BUILT_IN.values() for name in names}
+    attributes |= {name for leaf in LEAVES.values() for name in leaf.settings}
+    attributes |= {leaf.whole for leaf in LEAVES.values() if leaf.whole}
+    ours = {kind for kind, leaf in LEAVES.items() if not leaf.is_short}
+    assert {*BUILT_IN, *attributes, *ours, *METADATA, *LABELS.values()} <= words
+
+
+def test_a_tree_that_py_trees_has_loaded_runs_in_a_mission(tmp_path, capsys):
+    """The files of the page, run on the stage; every goal is seen to its end."""
+    assert [name for name, _ in FILES] == ["two_turns.xml", "two_turns.py", "two_turns.yaml"]
+    for name, text in FILES:
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    try:
+        assert main(["run", str(tmp_path / "two_turns.yaml")]) == 0
+    finally:
+        py_trees.blackboard.Blackboard.clear()
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[2:5] for line in lines if "▶" in line] == [
+        ["▶", "two", "turns.there"],
+        ["▶", "two", "turns.as"],
+    ]
+    assert "two_turns: success" in lines
+    assert lines[-1] == "  2 goals sent, 0 left behind, 0.00 m driven, 0 collisions"

@@ -1,0 +1,236 @@
+"""From YAML to XML and back: the mission is the same, whatever it holds."""
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from bt_mission.btcpp.document import document_of
+from bt_mission.btcpp.mission_writing import mission_xml
+from bt_mission.btcpp.yaml_text import yaml_text
+from bt_mission.core.yaml.document import read, read_text
+from bt_mission.language.loader import draft, load_text
+from bt_mission.ros.interface_types import shapes
+from bt_mission.sessions.check import check
+from tests.support.missions import meaning
+from tests.support.project import ROOT
+
+SHIPPED = sorted(path.relative_to(ROOT) for path in (ROOT / "missions").rglob("*.yaml"))
+
+
+def back(xml):
+    """Return the mission of an XML text, by way of YAML."""
+    return load_text(yaml_text(document_of(xml, "m.xml").data))
+
+
+@pytest.mark.parametrize("path", SHIPPED, ids=str)
+def test_a_shipped_mission_comes_back_as_it_was(path):
+    """All of them can be said in XML; what comes back passes the same check."""
+    xml = mission_xml(read(ROOT / path), shapes)
+    there = draft(document_of(xml, "m.xml")).mission
+    here = draft(read(ROOT / path)).mission
+    assert there is not None
+    assert here is not None
+    assert meaning(there) == meaning(here)
+    assert meaning(back(xml)) == meaning(here)
+    assert [fault.message for fault in check(back(xml))] == [fault.message for fault in check(here)]
+
+
+# ---- generated trees ---------------------------------------------------------------------
+
+NAMES = ("n", "x", "flag", "words", "places", "seen")
+HEAD = {
+    "mission": "generated",
+    "inputs": {"n": 3, "x": 0.5, "flag": True, "words": "a 'b' <c>", "places": [[1, 2.0], "z"]},
+}
+TREES = {
+    "visit": {
+        "description": 'One & other\n"place"',
+        "needs": {"place": "list", "who": "text"},
+        "inputs": {"times": 2, "speed": 1.0, "quiet": False},
+        "outputs": {"seen": "number"},
+        "do": {"set": {"seen": "speed * times"}},
+    }
+}
+TEXTS = st.text(st.characters(exclude_categories=["Cs"], exclude_characters="$"), max_size=12)
+LINES = TEXTS.filter(lambda text: text and text.isprintable())
+NUMBERS = st.one_of(
+    st.integers(-(2**40), 2**40), st.floats(allow_nan=False, allow_infinity=False, width=32)
+)
+SECONDS = st.one_of(
+    st.integers(1, 10**6),
+    st.integers(1, 10**7).map(lambda ms: ms / 1000),
+    st.sampled_from(["$x", "$n / 1000", "x * 2", "uniform(1, 2)"]),
+)
+LIMITS = st.one_of(st.integers(1, 900), st.sampled_from([0.25, "$x", "60 / x", "n"]))
+FLAGS = st.sampled_from(
+    [
+        "flag",
+        "not flag",
+        "not  flag",
+        "x > 1 and not (n < 2)",
+        "x > 1 or n == 2 and flag",
+        "$flag",
+        "words == 'a' or x != 2.5e3",
+        "true",
+        "-x <= - n",
+        "x ** 2 > 1",
+        "0 < x < 1",
+        "len(places) > 0",
+        'words == "a"',
+        True,
+        False,
+    ]
+)
+VALUES = st.one_of(
+    NUMBERS,
+    st.booleans(),
+    st.sampled_from(["$x", "x + 1", "'it'", "0", "true", "-1", "x*2", "words", "places"]),
+    st.lists(st.one_of(NUMBERS, TEXTS), max_size=3),
+)
+PLAIN = st.recursive(
+    st.one_of(
+        NUMBERS, st.booleans(), TEXTS, st.sampled_from(["$x", "$", "{x}", '"q"', "[1", "$x 1"])
+    ),
+    lambda inner: st.one_of(
+        st.lists(inner, max_size=3),
+        st.dictionaries(st.sampled_from(["a", "b_c", "name", "x2"]), inner, min_size=1, max_size=3),
+    ),
+    max_leaves=4,
+)
+FIELDS = st.dictionaries(
+    st.sampled_from(["angle", "timeout", "name", "goal", "out_a", "target", "type"]),
+    PLAIN,
+    max_size=3,
+)
+OUTPUTS = st.dictionaries(
+    st.sampled_from(["angle", "pose.position.x", "a_b"]),
+    st.sampled_from(["seen", "other"]),
+    max_size=2,
+)
+
+
+def with_name(fields):
+    """Return a node of these fields, with a name or without."""
+    return st.fixed_dictionaries(fields, optional={"name": LINES})
+
+
+GOAL = {
+    "timeout": LIMITS,
+    "cancel_when": st.sampled_from(["angle > 1", "$flag", "{x}", "a.b < $x and true"]).filter(
+        lambda text: "{" not in text
+    ),
+    "on_cancel": st.sampled_from(["success", "failure"]),
+    "outputs": OUTPUTS,
+    "server_timeout": st.integers(1, 9),
+    "silence_timeout": LIMITS,
+    "name": LINES,
+}
+LEAVES = st.one_of(
+    st.fixed_dictionaries({"turn": FIELDS}, optional=GOAL),
+    st.fixed_dictionaries(
+        {
+            "action": st.fixed_dictionaries(
+                {"name": st.just("/a/b"), "type": st.just("p/action/T")}, optional={"goal": FIELDS}
+            )
+        },
+        optional=GOAL,
+    ),
+    st.fixed_dictionaries(
+        {
+            "service": st.fixed_dictionaries(
+                {"name": st.just("s"), "type": st.just("p/srv/T")}, optional={"request": FIELDS}
+            )
+        },
+        optional={"timeout": LIMITS, "outputs": OUTPUTS},
+    ),
+    with_name(
+        {
+            "publish": st.fixed_dictionaries(
+                {"topic": st.just("~/t"), "type": st.just("p/msg/T")}, optional={"message": FIELDS}
+            )
+        }
+    ),
+    st.fixed_dictionaries(
+        {
+            "wait_for": st.fixed_dictionaries(
+                {"topic": st.just("t"), "type": st.just("p/msg/T"), "until": st.just("$x < data")}
+            )
+        },
+        optional={"timeout": LIMITS, "outputs": OUTPUTS},
+    ),
+    with_name({"log": TEXTS | st.sampled_from(["$x", "at ${x + 1} m", "$$", "{x}", "90"])}),
+    with_name({"wait": SECONDS}),
+    with_name({"check": FLAGS}),
+    with_name({"set": st.dictionaries(st.sampled_from(["seen", "a", "name"]), VALUES, min_size=1)}),
+    with_name(
+        {
+            "tree": st.fixed_dictionaries(
+                {
+                    "name": st.just("visit"),
+                    "inputs": st.fixed_dictionaries(
+                        {
+                            "place": st.lists(NUMBERS, max_size=2) | st.just("$places"),
+                            "who": st.sampled_from(["$words", "'Ann'", '"it\'s"', "'[1]'"]),
+                        },
+                        optional={
+                            "times": st.integers(0, 9) | st.just("$n"),
+                            "speed": st.floats(-9, 9) | st.just("$x"),
+                            "quiet": st.booleans() | st.just("$flag"),
+                        },
+                    ),
+                }
+            )
+        }
+    ),
+    st.fixed_dictionaries(
+        {"python": st.just("m:C")},
+        optional={"inputs": st.dictionaries(st.sampled_from(["a__b", "x"]), VALUES)},
+    ),
+)
+
+
+def above(nodes):
+    """Return nodes above others."""
+    many = st.lists(nodes, min_size=1, max_size=3)
+    times = st.integers(1, 99) | st.just("$n")
+    memory = {"memory": st.booleans(), "name": LINES}
+    policies = st.sampled_from(
+        [
+            {},
+            {"succeed_when": "any"},
+            {"succeed_when": "any", "fail_when": "impossible"},
+            {"succeed_when": "all", "fail_when": "impossible"},
+            {"succeed_when": "any", "fail_when": "impossible", "rest": "finish"},
+            {"rest": "finish"},
+        ]
+    )
+    return st.one_of(
+        st.fixed_dictionaries({"sequence": many}, optional=memory),
+        st.fixed_dictionaries({"fallback": many}, optional=memory),
+        st.tuples(many, policies).map(lambda both: {"parallel": both[0], **both[1]}),
+        with_name({"repeat": st.fixed_dictionaries({"count": times}), "do": nodes}),
+        with_name({"retry": st.fixed_dictionaries({"attempts": times}), "do": nodes}),
+        with_name({"timeout": st.integers(1, 10**6).map(lambda ms: ms / 1000), "do": nodes}),
+        with_name({"invert": nodes}),
+        with_name({"force": st.sampled_from(["success", "failure"]), "do": nodes}),
+        with_name({"guard": FLAGS, "do": nodes}),
+        st.fixed_dictionaries(
+            {"when": FLAGS, "do": nodes}, optional={"else": nodes, "name": LINES}
+        ),
+    )
+
+
+NODES = st.recursive(LEAVES, above, max_leaves=8)
+
+
+@settings(max_examples=600)
+@given(NODES)
+def test_a_generated_mission_comes_back_as_it_was(node):
+    """Its YAML says what its data are, and its XML says the same."""
+    data = {**HEAD, "trees": TREES, "tree": {"sequence": [{"set": {"seen": 0, "other": 0}}, node]}}
+    document = read_text(yaml_text(data), "m.yaml")
+    assert document.data == data
+    xml = mission_xml(document)
+    here = draft(document).mission
+    assert here is not None
+    assert meaning(back(xml)) == meaning(here)

@@ -1,0 +1,108 @@
+"""Serialized messages, read by their definitions."""
+
+from __future__ import annotations
+
+import struct
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from nav_msgs.msg import Odometry
+from rclpy.serialization import serialize_message
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from sensor_msgs.msg import JointState, LaserScan
+from std_msgs.msg import Empty, String
+from tf2_msgs.msg import TFMessage
+
+from bt_mission.core.cdr.decoder import Decoder, DecodingError
+from bt_mission.core.cdr.definitions import Definitions, share_folders
+
+DEFINITIONS = Definitions(share_folders())
+ODOMETRY = "nav_msgs/msg/Odometry"
+THEIRS = get_typestore(Stores.EMPTY)
+THEIRS.register(get_types_from_msg(DEFINITIONS.of(ODOMETRY), ODOMETRY))
+MIXED = (
+    "uint8 small\nfloat64 wide\nstring<=9 word 'x'\nint16 X=3\nbool[2] pair\nInner[] inner\n"
+    "int64 last\n" + "=" * 80 + "\nMSG: a/Inner\nfloat32 x\nstring s\n"
+)
+
+
+def decoder(type_name: str) -> Decoder:
+    """That of an installed type."""
+    return Decoder(type_name, DEFINITIONS.of(type_name))
+
+
+def test_values_lie_where_their_size_wants_them() -> None:
+    """Aligned from the end of the head on; constants and defaults take no room."""
+    data = b"\0\1\0\0" + struct.pack("<B7xdI", 7, 0.5, 3) + b"hi\0" + b"\1\0" + b"\0\0\0"
+    data += struct.pack("<I", 2) + struct.pack("<fI", 1.5, 2) + b"a\0\0\0"
+    data += struct.pack("<fI", 2.5, 1) + b"\0" + b"\0" * 3
+    data += b"\0" * (-(len(data) - 4) % 8) + struct.pack("<q", -1)
+    value = Decoder("a/msg/Mixed", MIXED).decode(data)
+    assert value["inner"] == [{"x": 1.5, "s": "a"}, {"x": 2.5, "s": ""}]
+    assert (value["small"], value["wide"], value["word"], value["last"]) == (7, 0.5, "hi", -1)
+    assert list(value["pair"]) == [True, False]
+
+
+def test_bytes_may_come_in_the_other_order() -> None:
+    """The head says which."""
+    data = b"\0\0\0\0" + struct.pack(">I", 5) + struct.pack(">I", 2) + b"a\0"
+    assert Decoder("a/msg/B", "uint32 n\nstring s\n").decode(data) == {"n": 5, "s": "a"}
+
+
+def test_messages_that_ros_has_written() -> None:
+    """Arrays of numbers, nested messages, no fields at all."""
+    scan = LaserScan(ranges=[1.0, 2.0, float("inf")], angle_min=0.5)
+    scan.header.frame_id = "base_scan"
+    value = decoder("sensor_msgs/msg/LaserScan").decode(serialize_message(scan))
+    assert value["header"]["frame_id"] == "base_scan"
+    np.testing.assert_array_equal(value["ranges"], [1.0, 2.0, np.inf])
+    assert value["intensities"].size == 0
+    joints = JointState(name=["left", "right"], position=[1.0, 2.0])
+    value = decoder("sensor_msgs/msg/JointState").decode(serialize_message(joints))
+    assert (value["name"], list(value["position"])) == (["left", "right"], [1.0, 2.0])
+    assert decoder("std_msgs/msg/Empty").decode(serialize_message(Empty())) == {}
+    assert decoder("tf2_msgs/msg/TFMessage").decode(serialize_message(TFMessage())) == {
+        "transforms": []
+    }
+
+
+@given(x=st.floats(allow_nan=False), frame=st.text(alphabet=st.characters(codec="utf-8")))
+def test_it_agrees_with_a_reader_of_others(x: float, frame: str) -> None:
+    """Field by field, on a message with everything in it."""
+    frame = frame.replace("\0", "")
+    message = Odometry(child_frame_id=frame)
+    message.pose.pose.position.x = x
+    message.twist.covariance[35] = x
+    data = serialize_message(message)
+    theirs: Any = THEIRS.deserialize_cdr(data, ODOMETRY)
+    ours = Decoder(ODOMETRY, DEFINITIONS.of(ODOMETRY)).decode(data)
+    assert ours["child_frame_id"] == theirs.child_frame_id == frame
+    assert ours["pose"]["pose"]["position"]["x"] == theirs.pose.pose.position.x == x
+    np.testing.assert_array_equal(ours["twist"]["covariance"], theirs.twist.covariance)
+
+
+@given(st.binary(max_size=80))
+def test_any_bytes_give_values_or_an_error(data: bytes) -> None:
+    """Never a traceback of another kind, and never more memory than the message has bytes."""
+    for name, text in (("a/msg/Mixed", MIXED), ("a/msg/S", "string[] s\n")):
+        try:
+            Decoder(name, text).decode(data)
+        except DecodingError as error:
+            assert name in str(error)  # noqa: PT017 - both ways are right
+
+
+@pytest.mark.parametrize("cut", range(12))
+def test_a_message_that_ends_too_early_is_an_error(cut: int) -> None:
+    """Wherever it ends."""
+    data = serialize_message(String(data="hello"))[:cut]
+    with pytest.raises(DecodingError, match="std_msgs/msg/String cannot be read"):
+        decoder("std_msgs/msg/String").decode(data)
+
+
+def test_a_definition_that_lacks_a_part_is_an_error() -> None:
+    """Named."""
+    with pytest.raises(DecodingError, match="no definition of a/Gone"):
+        Decoder("a/msg/Top", "Gone gone\n").decode(b"\0\1\0\0")

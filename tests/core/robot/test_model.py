@@ -1,0 +1,150 @@
+"""Robot models: the shipped numbers, and what a wrong file is told."""
+
+import math
+
+import pytest
+from pydantic import ValidationError
+
+from bt_mission.core.diagnostics import InputError
+from bt_mission.core.files import find, names
+from bt_mission.core.robot.model import RobotModel, Sensors, load_robot
+
+
+def test_waffle_and_burger_are_shipped():
+    """Two models come with the package, named after their files."""
+    assert names("robots") == ["burger", "waffle"]
+    assert [load_robot(name).name for name in names("robots")] == ["burger", "waffle"]
+
+
+@pytest.mark.parametrize(
+    ("name", "linear", "angular", "separation", "scan_rate", "turning_radius"),
+    [("waffle", 0.26, 1.82, 0.287, 10.0, 0.238), ("burger", 0.22, 2.84, 0.160, 5.0, 0.124)],
+)
+def test_models_have_the_published_figures(
+    name, linear, angular, separation, scan_rate, turning_radius
+):
+    """Limits, wheel separation, scan rate and turning circle are those that ROBOTIS publishes."""
+    robot = load_robot(name)
+    assert robot.max_linear_velocity == linear
+    assert robot.max_angular_velocity == angular
+    assert robot.wheel_separation == separation
+    assert robot.lidar.rate == scan_rate
+    assert robot.turning_radius == pytest.approx(turning_radius, abs=5e-4)
+
+
+def test_waffle_hull_is_measured_from_the_axle():
+    """Front 0.069 m, rear 0.197 m behind, half width 0.153 m with the wheels."""
+    hull = load_robot("waffle").hull
+    assert (hull.front, hull.rear, hull.half_width) == (0.069, -0.197, 0.153)
+
+
+def test_angular_acceleration_follows_from_the_linear_one():
+    """A wheel's rim speeds up no faster when turning than when driving straight."""
+    for name in names("robots"):
+        robot = load_robot(name)
+        rim = robot.max_angular_acceleration * robot.wheel_separation / 2
+        assert rim == pytest.approx(robot.max_linear_acceleration, rel=1e-3)
+
+
+def test_axle_and_casters_stand_on_the_floor():
+    """Wheels and casters of a level robot touch the floor."""
+    for name in names("robots"):
+        robot = load_robot(name)
+        for _, _, z in robot.casters:
+            assert z - robot.caster_radius + robot.base_height == pytest.approx(0.0)
+
+
+def test_burger_has_no_camera():
+    """The Burger carries none, the Waffle one that sees 59 degrees."""
+    assert load_robot("burger").camera is None
+    camera = load_robot("waffle").camera
+    assert camera is not None
+    assert math.degrees(camera.hfov) == pytest.approx(59.0, abs=0.01)
+
+
+def test_unknown_robot_lists_the_known_ones():
+    """The message names the models there are, and the nearest."""
+    with pytest.raises(InputError, match=r"no such robot \(known: burger, waffle\); did you mean"):
+        load_robot("wafle")
+
+
+def test_wrong_file_is_told_every_fault_with_its_place(tmp_path):
+    """A key nobody knows, a text for a number and a negative rate are told at once."""
+    good = text_of("waffle").replace("rays: 360", "rays: many")
+    bad = good.replace("wheel_radius: 0.033", "wheel_radius: -0.033").replace(
+        "name: waffle", "name: waffle\ncolour: red"
+    )
+    path = tmp_path / "odd.yaml"
+    path.write_text(bad, encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        load_robot(path)
+    told = str(caught.value)
+    assert len(caught.value.faults) == 3
+    assert "unknown key 'colour'" in told
+    assert "expected more than 0.0, got the number -0.033" in told
+    assert "expected a whole number, got text 'many'" in told
+    assert f"{path}:6:1" in told
+
+
+def test_hull_must_enclose_body_and_wheels():
+    """A hull that is smaller than the wheels reach is refused with the right number."""
+    fields = load_robot("waffle").model_dump()
+    fields["hull"]["half_width"] = 0.14
+    with pytest.raises(ValidationError, match=r"hull\.half_width must be 0\.153 m"):
+        RobotModel.model_validate(fields)
+
+
+def test_lidar_ranges_must_be_in_order():
+    """The shortest range lies below the longest."""
+    fields = load_robot("waffle").model_dump()
+    fields["lidar"]["min_range"] = 4.0
+    with pytest.raises(ValidationError, match=r"min_range 4\.0 m must be below max_range 3\.5 m"):
+        RobotModel.model_validate(fields)
+
+
+def test_sensors_are_set_apart_from_the_figures():
+    """LDS-02: ranges and rays of its data sheet at the robot's rate; None keeps the figures."""
+    waffle = load_robot("waffle")
+    options = Sensors.model_validate({"lidar": {"model": "LDS-02"}})
+    lidar = waffle.with_sensors(options).lidar
+    assert (lidar.min_range, lidar.max_range, lidar.rays, lidar.rate) == (0.16, 8.0, 230, 10.0)
+    assert waffle.with_sensors(Sensors()).lidar == waffle.lidar
+    back = waffle.with_sensors(options).with_sensors(
+        Sensors.model_validate({"lidar": {"model": "LDS-01"}})
+    )
+    assert back.lidar == waffle.lidar
+
+
+def test_the_section_sensors_of_a_file_is_carried_out(tmp_path):
+    """A Burger's LDS-02 turns at 5 Hz, so it has 460 rays."""
+    path = tmp_path / "mine.yaml"
+    text = text_of("burger").replace("# model: LDS-02", "model: LDS-02")
+    path.write_text(text.replace("slip: 0.0", "slip: 0.02"), encoding="utf-8")
+    robot = load_robot(path)
+    assert (robot.lidar.model, robot.lidar.rays) == ("LDS-02", 460)
+    assert robot.sensors.odometry.slip == 0.02
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("# model: LDS-02", "model: LDS-03", "LDS-01"),
+        ("slip: 0.0", "slip: 0.9", "expected at most 0.5"),
+        ("start_charge: 1.0", "start_charge: 100", "expected at most 1"),
+        ("full_voltage: 12.3", "full_voltage: 9", "empty_voltage 10.5 V must be below"),
+        ("imu: {noise: true}", "imu: {nois: true}", "did you mean 'noise'?"),
+    ],
+)
+def test_a_wrong_option_is_told_with_its_place(tmp_path, old, new, message):
+    """As any other fault of a robot's file."""
+    path = tmp_path / "odd.yaml"
+    path.write_text(text_of("waffle").replace(old, new), encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        load_robot(path)
+    assert message in str(caught.value)
+    assert f"{path}:" in str(caught.value)
+
+
+def text_of(name: str) -> str:
+    """The file of a shipped robot."""
+    return find("robots", name).read_text(encoding="utf-8")

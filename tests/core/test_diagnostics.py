@@ -1,0 +1,125 @@
+"""Faults as a person reads them."""
+
+import pytest
+
+from bt_mission.core.diagnostics import (
+    LIKENED_NAMES,
+    SHOWN_FAULTS,
+    SHOWN_WIDTH,
+    Fault,
+    InputError,
+    describe,
+    did_you_mean,
+    in_order,
+    listed,
+    quoted,
+)
+from bt_mission.core.errors import BtMissionError
+
+
+def test_a_fault_shows_place_words_hint_line_and_caret():
+    """The first line can be clicked in an editor; the caret stands under the column."""
+    source = "    turn: {angel: 90}"
+    fault = Fault("no field 'angel' in turn", "a.yaml", 7, 12, source, "did you mean 'angle'?")
+    assert str(fault).splitlines() == [
+        "a.yaml:7:12: error: no field 'angel' in turn; did you mean 'angle'?",
+        "        turn: {angel: 90}",
+        "               ^",
+    ]
+
+
+def test_a_warning_says_so():
+    """Severity stands where compilers put it."""
+    fault = Fault("never read", "a.yaml", 1, 1, "x: 1", severity="warning")
+    assert str(fault).startswith("a.yaml:1:1: warning: never read")
+
+
+def test_a_fault_of_a_whole_file_has_no_place():
+    """A missing file has no line to show."""
+    assert str(Fault("no such file", "a.yaml")) == "a.yaml: error: no such file"
+
+
+@pytest.mark.parametrize("column", [1, 400, 1000])
+def test_a_long_line_is_cut_around_the_caret(column):
+    """What is shown is the part that the fault is about, and the caret stays under it."""
+    source = "".join(str(i % 10) for i in range(1000))
+    _, shown, caret = str(Fault("wrong", "a.yaml", 1, column, source)).splitlines()
+    assert len(shown) <= SHOWN_WIDTH + len("    ...  ...")
+    assert shown[caret.index("^")] == source[column - 1]
+
+
+def test_wide_and_control_characters_keep_the_caret_in_place():
+    """A CJK character takes two cells; a tab is shown as one blank."""
+    _, shown, caret = str(Fault("wrong", "a.yaml", 1, 4, "\t前x: 1")).splitlines()
+    assert shown == "     前x: 1"
+    assert caret.index("^") == len("     ") + len("前x") + 1
+
+
+def test_an_input_error_joins_its_faults_and_counts_what_it_leaves_out():
+    """A file with a thousand faults does not fill a thousand screens."""
+    faults = [Fault(f"fault {i}", "a.yaml") for i in range(SHOWN_FAULTS + 7)]
+    error = InputError(faults)
+    assert isinstance(error, BtMissionError)
+    assert error.faults == tuple(faults)
+    lines = str(error).splitlines()
+    assert lines[0] == "a.yaml: error: fault 0"
+    assert lines[-1] == "... and 7 more"
+    assert len(lines) == SHOWN_FAULTS + 1
+
+
+def test_faults_are_put_in_the_order_of_the_file_each_once():
+    """What two passes find is said once."""
+    late, early = Fault("late", "a", 2, 1), Fault("early", "a", 1, 9)
+    assert in_order([late, early, late]) == (early, late)
+
+
+def test_the_nearest_name_is_offered_only_when_it_is_near():
+    """A wild guess would mislead."""
+    assert did_you_mean("trun", ["turn", "wait"]) == "did you mean 'turn'?"
+    assert did_you_mean("xyz", ["turn", "wait"]) is None
+
+
+def test_long_lists_of_names_are_cut():
+    """The reader gets the first forty, and how many there are beside."""
+    assert listed([]) == "none"
+    assert listed(["a", "b"]) == "a, b"
+    assert listed((str(i) for i in range(45)), most=3) == "0, 1, 2, and 42 more"
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        (None, "nothing"),
+        (True, "true"),
+        (3, "the number 3"),
+        (0.5, "the number 0.5"),
+        ("fast", "text 'fast'"),
+        ([], "an empty list"),
+        ([1, 2], "a list of 2"),
+        ({}, "an empty mapping"),
+        ({"a": 1, "b": 2}, "a mapping with a, b"),
+        (object(), "a value of type object"),
+    ],
+)
+def test_values_are_described_in_words(value, words):
+    """Messages speak of texts and mappings, not of str and dict."""
+    assert describe(value) == words
+
+
+def test_quoted_text_stays_on_one_short_line():
+    """Line breaks and length of what a user wrote do not break a message."""
+    assert quoted("a\nb") == "'a b'"
+    assert quoted("x" * 100) == "'" + "x" * 57 + "...'"
+
+
+def test_a_name_is_compared_with_some_hundreds_only():
+    """Twenty thousand comparisons for each of two hundred faults would take a minute."""
+    names = [f"other{i}" for i in range(LIKENED_NAMES)]
+    assert did_you_mean("turn", [*names, "turm"]) is None
+    assert did_you_mean("turn", ["turm", *names]) == "did you mean 'turm'?"
+
+
+def test_names_with_line_breaks_are_told_on_one_line() -> None:
+    """In lists and in suggestions, too."""
+    assert listed(["a\nb", "c"]) == "a b, c"
+    assert did_you_mean("turn", ["tu\nrn"]) == "did you mean 'tu rn'?"

@@ -1,0 +1,156 @@
+"""What of YAML is taken, and what is refused where."""
+
+import pytest
+
+from bt_mission.core.diagnostics import InputError
+from bt_mission.core.yaml.composer import MAX_DEPTH, MAX_VALUES, compose
+
+
+def at(place, *path):
+    """Return line and column of a part, or None where there is none."""
+    for key in path:
+        place = place.child(key)
+    return place and (place.line, place.column)
+
+
+def refused(text):
+    """Return (line, column, message) of every fault in a text."""
+    with pytest.raises(InputError) as caught:
+        compose(text, "a.yaml")
+    return [(fault.line, fault.column, fault.message) for fault in caught.value.faults]
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("x: 1", 1),
+        ("x: -12", -12),
+        ("x: 0x1f", 31),
+        ("x: 0o17", 15),
+        ("x: 1.5", 1.5),
+        ("x: .5e3", 500.0),
+        ("x: 3.", 3.0),
+        ("x: true", True),
+        ("x: False", False),
+        ("x: ~", None),
+        ("x:", None),
+        ("x: 'true'", "true"),
+        ('x: "1"', "1"),
+        ("x: yes", "yes"),
+        ("x: off", "off"),
+        ("x: 1:30", "1:30"),
+        ("x: 1_000", "1_000"),
+        ("x: 2026-01-01", "2026-01-01"),
+        ("x: -a", "-a"),
+        ("x: $speed", "$speed"),
+        ("x: |\n  two\n  lines\n", "two\nlines\n"),
+        ("\ufeffx: 1", 1),
+    ],
+)
+def test_plain_scalars_mean_what_the_core_schema_says(text, value):
+    """YAML 1.2: yes and off are texts, and no number hides in a time or a date."""
+    data, _ = compose(text, "a.yaml")
+    assert data["x"] == value
+    assert type(data["x"]) is type(value)
+
+
+def test_every_part_has_its_place():
+    """Lines and columns count from 1; keys and values have places of their own."""
+    data, place = compose("a: 1\nb:\n  - x\n  - {c: d}\n", "a.yaml")
+    assert data == {"a": 1, "b": ["x", {"c": "d"}]}
+    assert place.keys == {"a": (1, 1), "b": (2, 1)}
+    assert at(place, "b", 1) == (4, 5)
+    assert at(place, "b", 1, "c") == (4, 9)
+    assert at(place, "b", 1, "d") is None
+    assert at(place, "b", 2) is None
+    assert at(place, "a", 0) is None
+
+
+def test_an_anchored_value_stands_after_its_anchor():
+    """The caret points at the value, not at '&name'."""
+    _, place = compose("a: &here  {b: 1}", "a.yaml")
+    assert at(place, "a") == (1, 11)
+
+
+def test_aliases_are_followed():
+    """An alias is the value that its anchor names, with that value's place."""
+    data, place = compose("a: &x [1, 2]\nb: *x\nc: &y 3\nd: *y\n", "a.yaml")
+    assert data == {"a": [1, 2], "b": [1, 2], "c": 3, "d": 3}
+    assert at(place, "b") == (1, 7)
+
+
+@pytest.mark.parametrize(
+    ("text", "fault"),
+    [
+        ("", (1, 1, "the file is empty")),
+        ("# nothing\n", (1, 1, "the file is empty")),
+        ("null", (1, 1, "the file is empty")),
+        ("a:\n\t- b", (2, 1, "a tab; YAML is indented with spaces")),
+        ("a: [1,\n  \t2]", (2, 3, "a tab; YAML is indented with spaces")),
+        ("a: \t@", (1, 5, "a value cannot start with '@'; put it in quotes")),
+        ("a: 1\n\x00", (2, 1, "a control character (U+0000); this is no YAML text")),
+        ("a: 1\n---\nb: 2", (2, 1, "a second document; a file holds one")),
+        ("a: !!int 3", (1, 4, "the tag 'tag:yaml.org,2002:int'; tags are not used here")),
+        ("a: 1\na: 2", (2, 1, "the key 'a' stands twice (first in line 1)")),
+        ("1: 2", (1, 1, "expected a name as key, got 1")),
+        ("~: 2", (1, 1, "expected a name as key, got ~")),
+        ("? \n: 2", (1, 2, "expected a name as key, got nothing")),
+        ("? [a]\n: 2", (1, 3, "expected a name as key, got a list or a mapping")),
+        ("a: &x 1\n*x : 2", (2, 1, "expected a name as key, got an alias")),
+        ("a: .nan", (1, 4, "expected a finite number, got .nan")),
+        ("a: -.inf", (1, 4, "expected a finite number, got -.inf")),
+        ("a: 1e999", (1, 4, "the number '1e999' is too large")),
+        ("a: 18446744073709551617", (1, 4, "the number '18446744073709551617' is too large")),
+        ("- *x", (1, 3, "no anchor '&x' before this alias")),
+        ("&a [*a]", (1, 5, "the alias '*a' contains itself")),
+    ],
+)
+def test_what_has_no_business_in_our_files_is_refused(text, fault):
+    """Each fault stands at the character it is about."""
+    assert refused(text) == [fault]
+
+
+def test_a_number_of_a_million_digits_is_refused_unread():
+    """Python would take minutes to read it."""
+    ((_, _, message),) = refused("a: " + "9" * 900_000)
+    assert message == f"the number '{'9' * 57}...' is too large"
+
+
+def test_several_faults_are_told_at_once():
+    """The reader goes on after what it can pass over."""
+    assert [line for line, _, _ in refused("a: .nan\na: 1\n3: !t x\n")] == [1, 2, 3, 3]
+
+
+def test_nesting_is_bounded():
+    """Deep nesting is refused at the level that is too deep, aliases followed."""
+    assert refused("[" * 10_000) == [
+        (1, MAX_DEPTH + 1, f"nested too deeply; at most {MAX_DEPTH} levels are read")
+    ]
+    half = MAX_DEPTH // 2 + 1
+    text = f"a: &x {'[' * half}{']' * half}\nb: {'[' * half}*x{']' * half}\n"
+    assert refused(text)[0][0] == 2
+
+
+def test_an_alias_bomb_is_refused_before_it_grows():
+    """Ten levels of nine aliases would be 3.5 billion values; sharing them is no excuse."""
+    lines = ["a0: &a0 [1, 1, 1, 1, 1, 1, 1, 1, 1]"]
+    lines += [f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 9)}]" for i in range(1, 10)]
+    ((line, _, message),) = refused("\n".join(lines))
+    assert line == 6
+    assert message.startswith(f"aliases blow the file up: more than {MAX_VALUES:,} values")
+
+
+def test_a_text_that_aliases_repeat_counts_by_its_length():
+    """Ten characters are a value; once, a text is one value of any length."""
+    text = f"a: &a {'x' * 50_000}\nb:\n" + "  - *a\n" * 40
+    ((line, _, message),) = refused(text)
+    assert line == 22
+    assert message.startswith(f"aliases blow the file up: more than {MAX_VALUES:,} values")
+    data, _ = compose(f"a: {'x' * 900_000}\n", "a.yaml")
+    assert len(data["a"]) == 900_000
+
+
+def test_too_many_values_are_refused_without_aliases_too():
+    """A megabyte can hold half a million numbers."""
+    ((_, _, message),) = refused("[" + "1," * MAX_VALUES + "1]")
+    assert message.startswith(f"more than {MAX_VALUES:,} values")

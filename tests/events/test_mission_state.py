@@ -1,0 +1,172 @@
+"""A mission as its executive tells of it: late, out of order, with gaps, and again."""
+
+from __future__ import annotations
+
+from py_trees.common import Status
+
+from bt_mission.events.events import Assigned, Began, Changed, GoalMoved, Happening, Stood
+from bt_mission.events.messages import Goal, Standing, Statuses
+from bt_mission.events.mission_state import WatchedMission
+from tests.support.watched import S, ScriptedExecutive
+
+
+def take_all(mission: WatchedMission, executive: ScriptedExecutive) -> list[Happening]:
+    """Hand over what waits, with the service for latecomers."""
+    happened: list[Happening] = []
+    for _ in range(2):
+        for message in executive.take(needs_statuses=mission.needs_statuses).messages:
+            happened += mission.take(message)
+    return happened
+
+
+def named(mission: WatchedMission) -> dict[str, str]:
+    """Each node's status."""
+    assert mission.tree is not None
+    statuses = zip(mission.tree.nodes, mission.statuses, strict=True)
+    return {node.name: status.value.lower() for node, status in statuses}
+
+
+def test_changes_from_the_first_on_need_no_question():
+    """Nothing has happened before number 1."""
+    executive, mission = ScriptedExecutive(), WatchedMission()
+    executive.begin()
+    executive.change(explore="running", look_around="running")
+    executive.change(2.5, look_around="success: canceled by condition")
+    happened = [
+        one
+        for message in executive.take(needs_statuses=False).messages
+        for one in mission.take(message)
+    ]
+    assert [type(one) for one in happened] == [Began, Stood, Changed, Changed, Changed]
+    assert named(mission)["look around"] == "success"
+    assert mission.messages[1] == "canceled by condition"
+    assert (mission.ran_ns[1], mission.elapsed_ns) == (round(2.5 * S), round(2.5 * S))
+    assert not mission.needs_statuses
+
+
+def test_who_comes_late_asks_once_and_goes_on_from_there():
+    """What the answer has taken into account is not applied a second time."""
+    executive, mission = ScriptedExecutive(), WatchedMission()
+    found = executive.begin()
+    executive.change(explore="running", look_around="running")
+    executive.forget()
+    mission.take(found)
+    assert mission.sequence is None
+    before = executive.statuses
+    late = executive.change(1.0, look_around="success")
+    later = executive.change(1.0, repeat="running")
+    assert mission.take(later) == []
+    mission.take(before)
+    assert mission.sequence is None, "one change is missing"
+    mission.take(executive.statuses)
+    assert named(mission) == {
+        "explore": "running",
+        "look around": "success",
+        "repeat": "running",
+        "drive": "invalid",
+        "turn away": "invalid",
+    }
+    assert mission.take(late) == []
+    assert mission.since_ns[1] is None, "nobody saw when"
+
+
+def test_a_gap_is_noticed_and_closed():
+    """Lost messages cost a question, not the truth."""
+    executive, mission = ScriptedExecutive(), WatchedMission()
+    executive.begin()
+    executive.change(explore="running")
+    take_all(mission, executive)
+    executive.change(look_around="running")
+    executive.forget()
+    executive.change(1.0, look_around="failure: aborted")
+    happened = take_all(mission, executive)
+    assert executive.asked == 1
+    assert [one.status for one in happened if isinstance(one, Changed)] == [Status.FAILURE]
+    assert mission.messages[1] == "aborted"
+
+
+def test_the_tree_may_come_after_its_first_changes():
+    """Topics have no order among each other."""
+    executive, mission = ScriptedExecutive(), WatchedMission()
+    found = executive.begin()
+    change = executive.change(explore="running")
+    assert mission.take(change) == []
+    mission.take(found)
+    assert named(mission)["explore"] == "running"
+
+
+def test_another_run_begins_anew():
+    """Nothing of the mission before is left, and what is late of it changes nothing."""
+    executive, mission = ScriptedExecutive(), WatchedMission()
+    executive.begin("one")
+    executive.change(explore="running", drive="running")
+    executive.detail(variables=(("legs", "6"),))
+    take_all(mission, executive)
+    stale = executive.change(drive="success")
+    stale_details = executive.detail(variables=(("legs", "7"),))
+    executive.forget()
+    executive.begin("two")
+    take_all(mission, executive)
+    assert mission.take(stale) == mission.take(stale_details) == []
+    assert (mission.variables, mission.running) == ({}, {})
+    assert set(named(mission).values()) == {"invalid"}
+    assert mission.take(Statuses("one", 9, (Standing(0, Status.RUNNING, ""),))) == []
+
+
+def test_the_tip_is_the_newest_running_node_without_running_children():
+    """A tick tells of children before their parents; where they stand in the tree counts."""
+    executive, mission = ScriptedExecutive(), WatchedMission()
+    executive.begin()
+    executive.change(drive="running", repeat="running", explore="running")
+    take_all(mission, executive)
+    assert mission.tip == 3
+    executive.change(drive="success")
+    take_all(mission, executive)
+    assert mission.tip == 2, "the repeat itself, in a pause of its own"
+    executive.change(repeat="success", explore="success")
+    take_all(mission, executive)
+    assert mission.tip is None
+
+
+def test_progress_counts_for_nodes_that_run():
+    """Details and changes overtake each other: those of a node that has ended are not shown."""
+    executive, mission = ScriptedExecutive(), WatchedMission()
+    executive.begin()
+    executive.change(drive="running")
+    early = executive.detail(running=(executive.progress("drive", 1.0, 2.0, "1.00 m"),))
+    executive.forget()
+    executive.change(3.0, drive="running")
+    executive.forget()
+    mission.take(executive.begin("run"))
+    mission.take(early)
+    executive.change(drive="running")
+    take_all(mission, executive)
+    assert (mission.messages[3], mission.progress[3].value) == ("1.00 m", 1.0)
+    executive.change(1.0, drive="success: done")
+    take_all(mission, executive)
+    assert (mission.messages[3], mission.progress) == ("done", {})
+    mission.take(early)
+    assert mission.messages[3] == "done"
+
+
+def test_goals_and_variables_happen_when_they_change():
+    """Complete details, which come for latecomers, are no news."""
+    executive, mission = ScriptedExecutive(), WatchedMission()
+    executive.begin()
+    goal = Goal("ab", "/turn", "turn away", S, S, "sent")
+    executive.detail(goals=(goal,), variables=(("legs", "6"),), goals_sent=1)
+    executive.detail(goals=(goal,), variables=(("legs", "6"),), goals_sent=1)
+    happened = take_all(mission, executive)
+    assert [one for one in happened if isinstance(one, GoalMoved | Assigned)] == [
+        GoalMoved(goal),
+        Assigned(S, "legs", "6"),
+    ]
+    assert (mission.goals_sent, mission.goals["ab"].state) == (1, "sent")
+
+
+def test_an_index_beyond_the_tree_is_ignored():
+    """A message of a broken executive ends nobody's view."""
+    executive, mission = ScriptedExecutive(), WatchedMission()
+    executive.begin()
+    take_all(mission, executive)
+    assert mission.take(Statuses("run", 1, (Standing(99, Status.RUNNING, ""),))) == []

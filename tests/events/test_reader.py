@@ -1,0 +1,92 @@
+"""Messages as plain data; anything with their fields will do."""
+
+from __future__ import annotations
+
+import math
+
+from bt_mission_interfaces.msg import (
+    GoalRecord,
+    MissionDetails,
+    NodeProgress,
+    NodeStatus,
+    StatusChanges,
+    Tree,
+    TreeNode,
+    Variable,
+)
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Point, TransformStamped
+from nav_msgs.msg import OccupancyGrid
+from py_trees.common import Status
+from sensor_msgs.msg import LaserScan
+from tf2_msgs.msg import TFMessage
+
+from bt_mission.events import messages, reader
+
+
+def test_a_parent_that_comes_later_is_taken_for_the_root():
+    """Whatever an executive sends, no walk to the root goes round in circles."""
+    nodes = [TreeNode(name="a", parent=0), TreeNode(name="b", parent=2), TreeNode(name="c")]
+    assert [one.parent for one in reader.tree(Tree(nodes=nodes)).nodes] == [0, 0, 0]
+
+
+def test_the_codes_of_statuses_are_those_of_the_interface():
+    """A code that is none counts as not run."""
+    codes = [NodeStatus.INVALID, NodeStatus.RUNNING, NodeStatus.SUCCESS, NodeStatus.FAILURE, 77]
+    message = StatusChanges(changes=[NodeStatus(node=i, status=c) for i, c in enumerate(codes)])
+    assert [one.status for one in reader.changes(message).changes] == [
+        Status.INVALID,
+        Status.RUNNING,
+        Status.SUCCESS,
+        Status.FAILURE,
+        Status.INVALID,
+    ]
+
+
+def test_details_keep_times_and_places():
+    """Every field has its counterpart."""
+    message = MissionDetails(
+        stamp=Time(sec=3, nanosec=5),
+        run="r",
+        ticks=7,
+        goals_sent=2,
+        running=[NodeProgress(node=1, since=Time(sec=1), label="s", value=2.0, limit=30.0)],
+        goals=[GoalRecord(goal_id="ab", state="active", targets=[Point(x=1.0, y=-2.0)])],
+        variables=[Variable(name="legs", value="6")],
+        breakpoints=["0.1"],
+    )
+    assert reader.details(message) == messages.Details(
+        3_000_000_005,
+        "r",
+        7,
+        2,
+        (messages.Progress(1, 1_000_000_000, "", "s", 2.0, 30.0),),
+        (messages.Goal("ab", "", "", 0, 0, "active", ((1.0, -2.0),)),),
+        (("legs", "6"),),
+        ("0.1",),
+    )
+
+
+def test_frames_are_seen_from_above():
+    """A quarter turn about the vertical axis; leading slashes of old names go."""
+    one = TransformStamped()
+    one.header.frame_id, one.child_frame_id = "/odom", "base_footprint"
+    one.transform.translation.x = 1.5
+    one.transform.rotation.z = one.transform.rotation.w = math.sqrt(0.5)
+    (found,) = reader.transforms(TFMessage(transforms=[one]))
+    assert (found.parent, found.child, found.x, found.y) == ("odom", "base_footprint", 1.5, 0.0)
+    assert math.isclose(found.yaw, math.pi / 2)
+
+
+def test_cells_of_a_map_are_signed_bytes():
+    """-1 is unknown."""
+    message = OccupancyGrid(data=[0, 100, -1])
+    message.info.width, message.info.height, message.info.resolution = 3, 1, 0.5
+    grid = reader.grid(message)
+    assert (grid.cells, grid.width, grid.resolution) == (bytes([0, 100, 255]), 3, 0.5)
+
+
+def test_a_scan_keeps_its_rays():
+    """As they are, infinite ones too."""
+    scan = reader.scan(LaserScan(ranges=[1.0, math.inf], angle_min=0.5, range_max=3.5))
+    assert (scan.ranges, scan.angle_min, scan.range_max) == ((1.0, math.inf), 0.5, 3.5)

@@ -1,0 +1,287 @@
+"""A mission whose process dies after any tick ends as one that was never interrupted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bt_mission.core.errors import BtMissionError
+from bt_mission.executive.journal.file import JournalFile
+from bt_mission.executive.journal.recorder import Recorder
+from bt_mission.executive.journal.recovery import Resumption
+from bt_mission.executive.journal.state import Story, head_of, told
+from bt_mission.goals.goal import Event, Goal, Phase
+from bt_mission.language.loader import load_text
+from tests.conftest import ScriptedServer
+from tests.support.play import TICK_NS, Play
+
+S = 1_000_000_000
+
+
+class Life:
+    """One process of a mission, and the disk that outlives it."""
+
+    def __init__(self, text: str, path: Path, world: World) -> None:
+        mission = load_text(text)
+        head = head_of(mission, "/")
+        world.lives += 1
+        self.play = Play(text, lambda name: Server(name, world), goal_seed=str(world.lives))
+        self.play.now_ns = world.now_ns
+        self.world = world
+        self._file = JournalFile(path)
+        if path.stat().st_size:
+            story = told(self._file.read(), head, path)
+            self.play.executive.go_on_from(Resumption(story, self.play, lambda data: data))
+        else:
+            story = Story(head)
+            self._file.rewrite([head])
+        Recorder(self._file, story, self.play.executive, self.play, lambda _: None)
+
+    def tick(self) -> None:
+        """One tick; a goal ends when it has run for three."""
+        self.world.now_ns += TICK_NS
+        self.play.now_ns = self.world.now_ns
+        self.world.serve()
+        self.play.executive.tick()
+
+    def die(self) -> None:
+        """As by ``kill -9``: nothing is written any more."""
+        self._file.close()
+        self.world.lose_the_executive()
+
+
+class World:
+    """Servers live on when an executive dies; each goal takes three ticks."""
+
+    def __init__(self, fate: str) -> None:
+        self.now_ns = S
+        self.fate = fate
+        self.ages: dict[bytes, int] = {}
+        self.goals: dict[bytes, Goal] = {}
+        self.ended: dict[bytes, int] = {}
+        self.driven = 0
+        self.lives = 0
+        self.lasted = 0
+
+    def serve(self) -> None:
+        """One tick of every server."""
+        for goal_id, goal in tuple(self.goals.items()):
+            if goal.phase is Phase.SENT:
+                goal.on(Event.ACCEPTED)
+            self.ages[goal_id] += 1
+            if self.ages[goal_id] >= 3:
+                self.driven += 1
+                self.end(goal, 4)
+
+    def end(self, goal: Goal, status: int) -> None:
+        """A goal ends."""
+        del self.goals[goal.id]
+        self.ended[goal.id] = status
+        goal.on_result(status, None)
+
+    def lose_the_executive(self) -> None:
+        """What becomes of the goals then."""
+        for goal_id in self.goals:
+            if self.fate == "finishes":
+                self.driven += 1
+                self.ended[goal_id] = 4
+            else:
+                self.ended[goal_id] = 6 if self.fate == "cut short" else 0
+        self.goals.clear()
+
+
+class Server(ScriptedServer):
+    """A server of that world."""
+
+    def __init__(self, name: str, world: World) -> None:
+        super().__init__(name)
+        self._world = world
+
+    def send(self, goal: Goal, request: Any) -> None:
+        self._world.goals[goal.id] = goal
+        self._world.ages[goal.id] = 0
+
+    def find_again(self, goal: Goal) -> None:
+        pass
+
+    def ask_result(self, goal: Goal) -> None:
+        if goal.id in self._world.ended:
+            goal.on_result(self._world.ended[goal.id], None)
+
+    def send_cancel(self, goal: Goal) -> None:
+        if goal.id in self._world.goals:
+            self._world.end(goal, 5)
+
+
+TREES = {
+    "sequence": "sequence: [{log: a}, {turn: {angle: 9}}, {log: b}, {turn: {angle: 8}}, {log: c}]",
+    "fallback": "fallback: [{check: false}, {turn: {angle: 9}}, {log: b}]",
+    "parallel": "parallel: [{turn: {angle: 9}}, {sequence: [{wait: 0.3}, {log: a}]}, {log: b}]",
+    "finish": "parallel: [{log: a}, {sequence: [{wait: 0.4}, {log: b}]}]\n"
+    "  succeed_when: any\n  rest: finish",
+    "repeat": "repeat: {count: 3}\n  do: {sequence: [{turn: {angle: 9}}, {log: a}]}",
+    "retry": "force: success\n  do:\n    retry: {attempts: 3, pause: 0.2}\n"
+    "    do: {sequence: [{log: a}, {turn: {angle: 3}}, {check: false}]}",
+    "for_each": "for_each: {x: [1, 2, 3]}\n  do: {sequence: [{log: $x}, {turn: {angle: $x}}]}",
+    "timeout": "timeout: 9\n  do: {sequence: [{turn: {angle: 9}}, {log: a}]}",
+    "choose": "repeat: {count: 4}\n  do:\n    choose:\n"
+    "      - sequence: [{turn: {angle: 9}}, {log: a}]\n"
+    "      - sequence: [{log: b}, {wait: 0.1}]\n      - log: c",
+    "random": "repeat: {count: 4}\n  do:\n    sequence:\n      - set: {x: 'uniform(0, 1)'}\n"
+    "      - log: $x\n      - turn: {angle: 'uniform(1, 2)'}\n      - log: '${x + 1}'",
+    "tree": "sequence: [{tree: {name: leg, inputs: {n: 4}}, outputs: {m: got}}, {log: $got}]\n"
+    "trees:\n  leg:\n    inputs: {n: 1}\n    outputs: {m: number}\n"
+    "    do: {sequence: [{set: {m: 'n + uniform(0, 1)'}}, {turn: {angle: $n}}, {log: $m}]}",
+    "fails": "sequence: [{turn: {angle: 9}}, {log: a}, {check: false}]",
+    "guard": "sequence:\n    - set: {ok: true}\n    - guard: ok\n"
+    "      do: {sequence: [{turn: {angle: 9}}, {wait: 0.2}, {log: a}]}",
+    "when": "when: true\n  do: {sequence: [{turn: {angle: 9}}, {log: a}]}\n  else: {log: b}",
+}
+
+
+def run(text: str, path: Path, world: World, deaths: list[int]) -> tuple[str, list[str], int]:
+    """Live until the end, dying after these ticks; gives status, all that was said, goals done."""
+    life = Life(text, path, world)
+    said: list[str] = []
+    for tick in range(1, 400):
+        if life.play.executive.is_done:
+            break
+        life.tick()
+        if tick in deaths and not life.play.executive.is_done:
+            life.die()
+            said += life.play.said
+            life = Life(text, path, world)
+    assert life.play.executive.goals_left_behind == ()
+    assert world.goals == {}
+    life.die()
+    world.lasted = tick
+    status = str(life.play.executive.status)
+    return f"{status} {life.play.executive.reason}", said + life.play.said, world.driven
+
+
+@pytest.mark.parametrize("fate", ["cut short", "finishes", "restarted"])
+@pytest.mark.parametrize("tree", TREES)
+def test_death_after_any_tick(tmp_path: Path, tree: str, fate: str) -> None:
+    """Nothing is said twice or never; no goal that has ended well is sent again."""
+    text = f"mission: m\nseed: 3\ntree:\n  {TREES[tree]}\n"
+    quiet = World(fate)
+    alone = run(text, tmp_path / "j", quiet, [])
+    assert quiet.lasted > 4
+    for tick in range(1, quiet.lasted):
+        again = run(text, tmp_path / f"j{tick}", World(fate), [tick])
+        assert again == alone, f"died after tick {tick}"
+
+
+def test_dying_again_and_again(tmp_path: Path) -> None:
+    """Each life does at least one thing."""
+    text = f"mission: m\nseed: 3\ntree:\n  {TREES['random']}\n"
+    alone = run(text, tmp_path / "a", World("finishes"), [])
+    assert run(text, tmp_path / "b", World("finishes"), list(range(4, 400, 7))) == alone
+
+
+@pytest.fixture
+def begun(tmp_path: Path) -> Callable[[str], tuple[Life, Path]]:
+    """A mission that has run for some ticks and died."""
+
+    def begin(tree: str, ticks: int = 3) -> tuple[Life, Path]:
+        life = Life(f"mission: m\ntree:\n  {tree}\n", tmp_path / "j", World("finishes"))
+        for _ in range(ticks):
+            life.tick()
+        life.die()
+        return life, tmp_path / "j"
+
+    return begin
+
+
+def test_the_time_of_the_pause_does_not_count(begun: Any) -> None:
+    """A wait of 10 s that has run for 4.5 s has 5.5 s to go, a second of inaccuracy apart."""
+    life, path = begun("wait: 10", ticks=90)
+    life.world.now_ns += 1000 * S
+    again = Life("mission: m\ntree:\n  wait: 10\n", path, life.world)
+    ticks = 0
+    while not again.play.executive.is_done:
+        again.tick()
+        ticks += 1
+    assert 5.5 <= ticks / 20 <= 6.6
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("mission: n\ntree:\n  wait: 10\n", "the journal of another mission, 'm'"),
+        ("mission: m\ntree:\n  wait: 11\n", "the mission file has changed"),
+    ],
+)
+def test_a_foreign_journal_is_refused(begun: Any, text: str, words: str) -> None:
+    """With what is different."""
+    life, path = begun("wait: 10")
+    with pytest.raises(BtMissionError, match=words):
+        Life(text, path, life.world)
+
+
+def test_other_inputs_and_seeds_are_told(begun: Any) -> None:
+    """With the option that gives them."""
+    _, path = begun("wait: 10")
+    text = "mission: m\ntree:\n  wait: 10\n"
+    file = JournalFile(path)
+    records = file.read()
+    with pytest.raises(BtMissionError, match=r"other seed: 0, not 4 \(--seed\)"):
+        told(records, head_of(load_text(text, seed=4), "/"), path)
+    with pytest.raises(BtMissionError, match=r"other namespace: '/', not '/r' \(--namespace\)"):
+        told(records, head_of(load_text(text), "/r"), path)
+    file.close()
+
+
+def test_a_mission_that_has_ended_is_not_resumed(begun: Any) -> None:
+    """It says how it ended."""
+    life, path = begun("check: false")
+    with pytest.raises(
+        BtMissionError, match="this mission has ended: failure: 'check false' never holds"
+    ):
+        Life("mission: m\ntree:\n  check: false\n", path, life.world)
+
+
+def test_without_the_server_of_a_goal_in_flight_nothing_goes_on(begun: Any) -> None:
+    """Nobody knows what the robot does; the journal stays as it is, to be resumed later."""
+    life, path = begun("turn: {angle: 9}", ticks=2)
+    before = path.read_bytes()
+    again = Life("mission: m\ntree:\n  turn: {angle: 9}\n", path, life.world)
+    again.play.courier("turn", "").ready = False
+    for _ in range(300):
+        again.tick()
+    again.die()
+    assert again.play.status == "failure"
+    assert again.play.executive.reason == (
+        "cannot be resumed: 'turn' had a goal at /turn when its process died, and no server is "
+        "there now; start it, then resume again"
+    )
+    assert path.read_bytes() == before
+
+
+def test_a_value_that_no_journal_keeps(begun: Any, tmp_path: Path) -> None:
+    """The variable is named; the mission does not go on with a wrong value."""
+    text = "mission: m\ntree:\n  wait: 10\n"
+    life = Life(text, tmp_path / "k", World("finishes"))
+    life.play.scope.values["odd"] = object()
+    life.tick()
+    life.die()
+    again = Life(text, tmp_path / "k", life.world)
+    again.tick()
+    again.die()
+    assert again.play.executive.reason == (
+        "cannot be resumed: the variable 'odd' was a object, which no journal keeps"
+    )
+
+
+def test_a_journal_that_cannot_be_written_ends_the_mission(begun: Any, tmp_path: Path) -> None:
+    """Whoever asks for one relies on it."""
+    life = Life("mission: m\ntree:\n  wait: 10\n", tmp_path / "k", World("finishes"))
+    life.tick()
+    life.die()  # its file is closed
+    for _ in range(40):
+        life.tick()
+    assert life.play.status == "failure"
+    assert "cannot write the journal: Bad file descriptor" in life.play.executive.reason

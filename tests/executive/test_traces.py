@@ -1,0 +1,184 @@
+"""Traces are read back, told in words, and compared; what is no trace is refused with its line."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bt_mission.cli import main
+from bt_mission.events.trace_lines import told
+from bt_mission.executive.stored_trace import TraceError, read_trace
+from bt_mission.executive.trace import Trace
+from bt_mission.executive.trace_diff import first_difference
+
+S = 1_000_000_000
+
+
+def write(path: Path, *, seed: int = 1, x: float = 0.5, goal: str = "aa" * 16) -> Trace:
+    """A short run, written as a run writes it."""
+    trace = Trace()
+    with trace.written_to(path):
+        trace.record(S, "start", mission="m", world="w", robot="waffle", seed=seed)
+        trace.record(
+            2 * S, "goal sent", goal=goal, action="/turn", owner="t", phase="sent", status=None
+        )
+        trace.record(2 * S, "status", node="t", path="0", status="RUNNING", message="waiting")
+        trace.record(3 * S, "pose", x=x, y=0.0, yaw=1.5, collisions=0)
+        trace.record(4 * S, "status", node="t", path="0", status="SUCCESS", message="90 deg")
+        trace.record(4 * S, "mission", status="success", reason="")
+    return trace
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    """A trace in a file."""
+    write(tmp_path / "a.jsonl")
+    return tmp_path / "a.jsonl"
+
+
+def test_a_trace_reads_back(path: Path) -> None:
+    """With the hash that the run had."""
+    trace = read_trace(path)
+    assert trace.sha256 == write(path).sha256
+    assert [trace.seconds(event) for event in trace.events] == [0, 1, 1, 2, 3, 3]
+    assert (trace.start["seed"], trace.is_cut) == (1, False)
+
+
+def test_a_trace_that_was_cut_is_read_up_to_there(path: Path) -> None:
+    """Wherever the process was killed."""
+    whole = path.read_bytes()
+    for length in range(whole.index(b"\n") + 1, len(whole)):
+        path.write_bytes(whole[:length])
+        trace = read_trace(path)
+        assert trace.is_cut == (whole[length - 1 : length] != b"\n")
+        assert len(trace.events) == whole[:length].count(b"\n") - 1
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "no trace: an empty file"),
+        ("x", "no trace: a torn line"),
+        ("x\n", ":1: no line of a trace: expected a JSON object"),
+        ("[1]\n", ":1: no line of a trace: expected a JSON object"),
+        ("{}\n", ":1: no trace: the first line does not name its version"),
+        ('{"trace_version": 99}\n', ":1: a trace of version 99; this bt-mission reads 1"),
+        ('{"trace_version": 1}\n{"t": "x"}\n', ":2: no event: expected 't' in ns and 'event'"),
+        ('{"trace_version": 1}\n\xff\n', ":2: no line of a trace: expected a JSON object"),
+        ("[" * 100_000 + "\n", ":1: no line of a trace: expected a JSON object"),
+    ],
+)
+def test_what_is_no_trace_is_refused(tmp_path: Path, text: str, message: str) -> None:
+    """With the line that is none."""
+    file = tmp_path / "x"
+    file.write_bytes(text.encode("latin-1"))
+    with pytest.raises(TraceError) as caught:
+        read_trace(file)
+    assert str(caught.value) in (f"{file}{message}", f"{file}: {message}")
+
+
+@pytest.mark.parametrize("name", ["absent", "."])
+def test_what_cannot_be_read_is_refused(tmp_path: Path, name: str) -> None:
+    """A file that is not there, a folder."""
+    with pytest.raises(TraceError, match="cannot read the trace"):
+        read_trace(tmp_path / name)
+
+
+def test_events_in_words(path: Path) -> None:
+    """One line each; an event of a kind that is not known is told by its fields."""
+    assert [told(event) for event in read_trace(path).events] == [
+        "mission m in w, robot waffle, seed 1",
+        "  goal aaaaaaaa at /turn sent (t)",
+        "▶ t",
+        "  robot at (0.500, 0.000) m, 85.9 deg, 0 collisions",
+        "✓ t  90 deg",
+        "mission ended: success",
+    ]
+    assert told({"t": 1, "event": "fault", "name": "drop"}) == "  fault: name drop"
+    fault = {"t": 1, "event": "fault", "number": 2, "what": "drop"}
+    given = {"state": "begins", "with": {"topic": "scan", "share": 0.3}}
+    assert told(fault | given) == "  fault 2 begins: drop(topic='scan', share=0.3)"
+    assert told(fault | {"state": "ends"}) == "  fault 2 ends: drop"
+    clock = {"t": 1, "event": "clock"}
+    assert told(clock | {"jump": -9.5}) == "  the clock was set back by 9.5 s"
+    assert told(clock | {"jump": 100.0}) == "  the clock skipped 100 s"
+    assert told({"t": 1, "event": "status", "node": 3}) == "  status: node 3"
+    assert told({"t": 1, "event": "quiet"}) == "  quiet"
+
+
+def test_the_same_runs_do_not_differ(path: Path, tmp_path: Path) -> None:
+    """Nothing is told."""
+    write(tmp_path / "b.jsonl")
+    assert first_difference(read_trace(path), read_trace(tmp_path / "b.jsonl")) is None
+
+
+def test_the_first_difference_is_told(path: Path, tmp_path: Path) -> None:
+    """What led up to it, what happened in each, and by how much numbers differ."""
+    write(tmp_path / "b.jsonl", x=0.5000001)
+    assert str(
+        first_difference(read_trace(path), read_trace(tmp_path / "b.jsonl"))
+    ).splitlines() == [
+        "the first 3 events are the same; they part at 2.00 s",
+        "      0.00 s  mission m in w, robot waffle, seed 1",
+        "      1.00 s    goal aaaaaaaa at /turn sent (t)",
+        "      1.00 s  ▶ t",
+        "<     2.00 s    robot at (0.500, 0.000) m, 85.9 deg, 0 collisions",
+        ">     2.00 s    robot at (0.500, 0.000) m, 85.9 deg, 0 collisions",
+        "    x: 0.5 in the first, 0.5000001 in the second (+1e-07)",
+    ]
+
+
+def test_a_trace_that_ends_earlier_differs_there(path: Path, tmp_path: Path) -> None:
+    """Its end is told as one."""
+    short = tmp_path / "b.jsonl"
+    short.write_text("".join(path.read_text().splitlines(keepends=True)[:-1]))
+    found = first_difference(read_trace(path), read_trace(short))
+    assert found is not None
+    assert (found.number, found.second) == (5, None)
+    assert found.first == "    3.00 s  mission ended: success"
+    assert "> " + " " * 10 + "(the end)" in str(found)
+
+
+def test_runs_of_two_seeds_are_compared_in_what_followed(path: Path, tmp_path: Path) -> None:
+    """Goal ids are made from the seed, and do not count."""
+    other = tmp_path / "b.jsonl"
+    write(other, seed=2, goal="bb" * 16)
+    assert str(first_difference(read_trace(path), read_trace(other))) == (
+        "set up differently: seed: 1 in the first, 2 in the second\nall other 5 events are the same"
+    )
+    write(other, seed=2, goal="bb" * 16, x=9.0)
+    found = first_difference(read_trace(path), read_trace(other))
+    assert found is not None
+    assert (found.number, found.time_s) == (2, 2.0)
+
+
+def test_diff_on_the_command_line(path: Path, tmp_path: Path, capsys: Any) -> None:
+    """Exit codes as those of diff; an object for programs."""
+    other = tmp_path / "b.jsonl"
+    write(other, x=0.25)
+    assert main(["diff", str(path), str(path)]) == 0
+    assert capsys.readouterr().out.startswith("the same 6 events at the same times (sha256 ")
+    assert main(["diff", str(path), str(other)]) == 1
+    assert capsys.readouterr().out.splitlines()[:2] == [f"< {path}", f"> {other}"]
+    assert main(["diff", str(path), str(other), "--json"]) == 1
+    assert json.loads(capsys.readouterr().out)["number"] == 3
+    assert main(["diff", str(path), str(path), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) is None
+    assert main(["diff", str(path), str(tmp_path / "absent")]) == 2
+    other.write_bytes(path.read_bytes()[:-3])
+    assert main(["diff", str(path), str(other)]) == 1
+    assert "its last line is torn, and left out" in capsys.readouterr().out
+
+
+def test_replay_on_the_command_line(path: Path, capsys: Any) -> None:
+    """From a time on; poses when they are asked for."""
+    assert main(["replay", str(path), "--start", "1.5"]) == 0
+    assert capsys.readouterr().out.splitlines() == [
+        "    3.00 s  ✓ t  90 deg",
+        "    3.00 s  mission ended: success",
+    ]
+    assert main(["replay", str(path), "--poses", "--speed", "1000"]) == 0
+    assert len(capsys.readouterr().out.splitlines()) == 6

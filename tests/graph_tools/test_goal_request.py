@@ -1,0 +1,197 @@
+"""The life of one goal sent by hand, against a server that answers when the test says so."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from bt_mission.graph_tools.goal_request import How, OneGoal
+
+S = 1_000_000_000
+
+
+class Record:
+    """An audience that keeps what it is told."""
+
+    def __init__(self) -> None:
+        self.told: list[str] = []
+
+    def waiting(self, action: str) -> None:
+        self.told.append(f"waiting {action}")
+
+    def accepted(self, goal: Any) -> None:
+        self.told.append("accepted")
+
+    def feedback(self, message: Any, since_s: float) -> None:
+        self.told.append(f"{message} {since_s:g}")
+
+    def canceling(self, why: str) -> None:
+        self.told.append(f"canceling {why}")
+
+    def refused(self) -> None:
+        self.told.append("refused")
+
+    def ended(self, end: Any, since_s: float) -> None:
+        self.told.append(f"{end.how} {since_s:g}")
+
+
+@pytest.fixture
+def record() -> Record:
+    """An audience."""
+    return Record()
+
+
+def opened(server: Any, record: Record, **options: Any) -> OneGoal:
+    """A goal that is not sent yet."""
+    return OneGoal(server, {"angle": 9}, record, "seed", 0, server_s=5.0, **options)
+
+
+def test_a_server_that_comes_late_is_waited_for(server: Any, record: Record) -> None:
+    """People are told after a second; the goal is sent as soon as the server is there."""
+    server.ready = False
+    goal = opened(server, record)
+    for now_s in (0.0, 0.9, 1.0, 1.1):
+        assert goal.poll(round(now_s * S)) is None
+    assert record.told == ["waiting /turn"]
+    server.ready = True
+    goal.poll(2 * S)
+    assert server.requests == [{"angle": 9}]
+
+
+def test_feedback_that_overtakes_the_acceptance_is_told_after_it(
+    server: Any, record: Record
+) -> None:
+    """In the order in which it came, each once."""
+    goal = opened(server, record)
+    goal.poll(0)
+    server.feed("a")
+    goal.poll(S)
+    server.accept()
+    server.feed("b")
+    goal.poll(2 * S)
+    goal.poll(3 * S)
+    assert record.told == ["accepted", "a 0", "b 0"]
+
+
+def test_a_result_that_comes_with_feedback_ends_after_it(server: Any, record: Record) -> None:
+    """Nothing that was said is lost."""
+    goal = opened(server, record)
+    goal.poll(0)
+    server.accept()
+    goal.poll(S)
+    server.feed("last")
+    server.goal.on_result(4, "result")
+    end = goal.poll(3 * S)
+    assert end is not None
+    assert (end.how, end.result) == (How.SUCCEEDED, "result")
+    assert record.told == ["accepted", "last 2", "succeeded 2"]
+    assert goal.poll(4 * S) is end
+
+
+def test_a_refused_cancel_is_asked_again_each_second_until_the_grace_is_over(
+    server: Any, record: Record
+) -> None:
+    """People are told once; in the end the goal is named."""
+    goal = opened(server, record)
+    goal.poll(0)
+    server.accept()
+    goal.poll(0)
+    goal.cancel("because", S)
+    goal.cancel("twice", S)
+    end = None
+    for tenth in range(10, 120):
+        server.refuse_cancel()
+        end = goal.poll(tenth * S // 10)
+        if end:
+            break
+    assert end is not None
+    assert end.how is How.UNCONFIRMED
+    assert end.reason.startswith("/turn refused to cancel within 10 s; left behind: /turn goal ")
+    assert record.told == ["accepted", "canceling because", "refused", "unconfirmed 11"]
+    assert len(server.cancels) == 10
+
+
+def test_a_cancel_that_nobody_confirms_ends_after_the_grace(server: Any, record: Record) -> None:
+    """The goal is named."""
+    goal = opened(server, record)
+    goal.poll(0)
+    server.accept()
+    goal.poll(0)
+    goal.cancel("because", S)
+    assert goal.poll(10 * S) is None
+    end = goal.poll(11 * S)
+    assert end is not None
+    assert end.how is How.UNCONFIRMED
+    assert "did not confirm the cancel within 10 s" in end.reason
+
+
+def test_a_server_that_never_answers(server: Any, record: Record) -> None:
+    """After 5 s it is cancelled; should it be accepted yet, it is cancelled again."""
+    goal = opened(server, record)
+    goal.poll(0)
+    goal.poll(5 * S)
+    assert record.told == ["canceling no answer within 5 s"]
+    end = goal.poll(15 * S)
+    assert end is not None
+    assert end.how is How.NO_ANSWER
+    assert end.reason.startswith("/turn did not answer; left behind: /turn goal ")
+    assert server.cancels == [server.goal]
+    server.accept()
+    assert server.cancels == [server.goal] * 2
+
+
+def test_a_cancel_before_anything_was_sent_sends_nothing(server: Any, record: Record) -> None:
+    """Ctrl-C while it waits for a server."""
+    server.ready = False
+    goal = opened(server, record)
+    goal.poll(0)
+    goal.cancel("interrupted", S)
+    assert goal.end is not None
+    assert (goal.end.how, goal.end.reason) == (How.NOT_SENT, "interrupted; nothing was sent")
+    server.ready = True
+    goal.poll(2 * S)
+    assert server.requests == []
+
+
+def test_a_server_without_memory_has_lost_the_goal(server: Any, record: Record) -> None:
+    """Its result has a status that is none."""
+    goal = opened(server, record)
+    goal.poll(0)
+    server.accept()
+    server.goal.on_result(0, None)
+    end = goal.poll(S)
+    assert end is not None
+    assert (end.how, end.reason) == (
+        How.LOST,
+        "/turn no longer knows the goal (restarted?)",
+    )
+
+
+def test_the_words_of_a_rejection_are_waited_for_a_second(server: Any, record: Record) -> None:
+    """They come another way than the answer."""
+    words: list[str] = []
+    goal = opened(server, record, why_rejected=lambda: "".join(words))
+    goal.poll(0)
+    server.reject()
+    assert goal.poll(S // 2) is None
+    words.append("too fast")
+    end = goal.poll(S)
+    assert end is not None
+    assert (end.how, end.reason) == (
+        How.REJECTED,
+        "/turn rejected the goal; its log says: too fast",
+    )
+
+
+def test_a_muted_goal_tells_nobody(server: Any, record: Record) -> None:
+    """As when the reader of our output has left."""
+    goal = opened(server, record)
+    goal.poll(0)
+    server.accept()
+    goal.mute()
+    server.feed("unheard")
+    goal.cancel("nobody reads", S)
+    server.goal.on_result(5, None)
+    assert goal.poll(2 * S) is not None
+    assert record.told == []

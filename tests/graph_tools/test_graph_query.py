@@ -1,0 +1,132 @@
+"""``list`` and ``info``: what there is in a graph."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+from std_msgs.msg import String
+from std_srvs.srv import SetBool
+
+from bt_mission.graph_tools import graph_query
+from bt_mission.testing.scripted_server import ScriptedServer
+
+
+@pytest.fixture
+def graph(ros: Any) -> Any:
+    """An action with a server and a client, a topic, a service."""
+    ros.server("turn")
+    ScriptedServer(ros.node("spinner"), "nav2_msgs/action/Spin", "robot1/spin")
+    ros.client.create_publisher(String, "speech", 1)
+    ros.client.create_service(SetBool, "switch", lambda _, answer: answer)
+    return ros
+
+
+def test_actions_are_listed_with_type_and_server(graph: Any, type_in: Any) -> None:
+    """In the order of their names; for programs with their clients."""
+    done = type_in("actions", "list")
+    assert done.lines == [
+        "/robot1/spin  nav2_msgs/action/Spin              /spinner",
+        "/turn         bt_mission_interfaces/action/Turn  /turn_server",
+    ]
+    objects = json.loads(type_in("actions", "list", "--json").out)
+    assert objects[1] == {
+        "name": "/turn",
+        "types": ["bt_mission_interfaces/action/Turn"],
+        "servers": ["/turn_server"],
+        "clients": [],
+    }
+
+
+@pytest.mark.parametrize(("kind", "name"), [("topics", "/speech"), ("services", "/switch")])
+def test_hidden_names_are_left_out_unless_asked_for(
+    graph: Any, type_in: Any, kind: str, name: str
+) -> None:
+    """An action's topics and services are its own affair."""
+    shown = type_in(kind, "list")
+    assert name in shown.out
+    assert "_action" not in shown.out
+    everything = type_in(kind, "list", "--all")
+    part = "feedback" if kind == "topics" else "send_goal"
+    assert f"/turn/_action/{part}" in everything.out
+    names = [one["name"] for one in json.loads(type_in(kind, "list", "--json").out)]
+    assert name in names
+    assert not any("_action" in one for one in names)
+
+
+def test_an_empty_graph_is_said_to_be_empty(ros: Any, type_in: Any) -> None:
+    """With the time that was looked for; programs get an empty list."""
+    done = type_in("actions", "list", "--wait", "2")
+    assert (done.code, done.out) == (0, "")
+    assert done.err == "no actions in the graph (looked for 2 s)\n"
+    assert json.loads(type_in("actions", "list", "--json", "--wait", "2").out) == []
+
+
+def test_what_only_we_take_part_in_is_no_topic(ros: Any, type_in: Any) -> None:
+    """Every node has some of its own, ours too."""
+    ros.drop(ros.client)
+    ros.node("beat").create_timer(0.1, lambda: None)
+    names = [one["name"] for one in json.loads(type_in("topics", "list", "--json").out)]
+    assert names == ["/parameter_events"], "of the node 'beat'"
+
+
+def test_a_graph_is_known_when_nothing_new_has_come_for_a_second(ros: Any, hand: Any) -> None:
+    """What comes up meanwhile begins the second anew."""
+    hand.at(0.5, lambda: ros.server("turn"))
+    graph_query.look_around(hand)
+    assert 1.5 <= ros.now_s <= 1.6
+
+
+def test_ctrl_c_ends_looking(ros: Any, hand: Any, type_in: Any) -> None:
+    """With the code of an interruption."""
+    hand.at(0.5, hand.press_ctrl_c)
+    assert type_in("actions", "info", "/turn").code == 130
+
+
+def test_info_tells_of_fields_and_nodes(graph: Any, type_in: Any) -> None:
+    """Types, units, defaults and comments, as the author of the action wrote them."""
+    done = type_in("actions", "info", "/turn")
+    assert done.lines[:4] == [
+        "/turn  bt_mission_interfaces/action/Turn",
+        "  Turn on the spot by an angle.",
+        "served by  /turn_server",
+        "used by    nobody",
+    ]
+    assert (
+        "  angular_velocity  float32  rad/s  = 0  magnitude of the turning speed; 0 takes the "
+        "server's default" in done.lines
+    )
+    assert "  current_angle    float32  deg    angle turned so far; left positive" in done.lines
+    assert "    BLOCKED      906  uint16  an obstacle, or something unseen, is in the way" in (
+        done.lines
+    )
+    found = json.loads(type_in("actions", "info", "/turn", "--json").out)
+    assert found["goal"][0] == {
+        "name": "angle",
+        "type": "float32",
+        "unit": "deg",
+        "default": 0.0,
+        "text": "how far to turn; left (anticlockwise) is positive, no wrapping",
+    }
+    assert found["constants"]["result"]["BLOCKED"] == "906"
+
+
+def test_info_unfolds_messages_within_messages(ros: Any, type_in: Any) -> None:
+    """Indented; a point's coordinates have its unit."""
+    ros.server("back", "nav2_msgs/action/BackUp")
+    done = type_in("actions", "info", "/back")
+    cells = [line.split() for line in done.lines]
+    assert ["target", "geometry_msgs/Point", "m", "x:"] in [row[:4] for row in cells]
+    assert cells.count(["x", "float64", "m", "=", "0"]) == 1
+
+
+def test_several_types_under_one_name_ask_for_one(
+    type_in: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Rather than take the first; DDS lets two processes have them."""
+    types = ["std_msgs/msg/Bool", "std_msgs/msg/String"]
+    monkeypatch.setitem(graph_query._LOOK_UP, "topic", lambda _: [("/mixed", types)])
+    done = type_in("topics", "echo", "/mixed", "--once")
+    assert done.code == 2
+    assert "/mixed has several types (std_msgs/msg/Bool, std_msgs/msg/String): say" in done.err

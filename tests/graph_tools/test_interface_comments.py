@@ -1,0 +1,89 @@
+"""Comments of interface files, told apart into headings, units and words."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from bt_mission.graph_tools.interface_comments import NamedValue, Remark, read_interface, remark_of
+from tests.support.project import ROOT
+
+
+@pytest.mark.parametrize(
+    ("comment", "unit", "text"),
+    [
+        ("deg, how far to turn", "deg", "how far to turn"),
+        ("m/s, forward speed; above zero", "m/s", "forward speed; above zero"),
+        ("start angle of the scan [rad]", "rad", "start angle of the scan"),
+        ("minimum range value [m]", "m", "minimum range value"),
+        ("time between scans [seconds]", "s", "time between scans"),
+        ("Voltage in Volts (Mandatory)", "V", "Voltage in Volts (Mandatory)"),
+        ("The speed in meters per second", "m/s", "The speed in meters per second"),
+        ("the distance (in meters)", "m", "the distance"),
+        ("m and quaternion, where to go", "", "m and quaternion, where to go"),
+        ("s and ns, after which it gives up", "", "s and ns, after which it gives up"),
+        ("number of images", "", "number of images"),
+        ("a name", "", "a name"),
+        ("", "", ""),
+    ],
+)
+def test_units_are_found_where_authors_write_them(comment: str, unit: str, text: str) -> None:
+    """First with a comma, in brackets, or in words."""
+    assert remark_of(comment) == Remark(unit, text)
+
+
+def test_headings_do_not_belong_to_the_first_field() -> None:
+    """A comment behind a field is about it; else the one above, and indented ones below."""
+    found = read_interface(
+        "# Turn on the spot,\n# by an angle.\n\n# Goal\nfloat32 angle  # deg, how far\n"
+        "# which way\nint8 way 3\n"
+        "float32 speed      # how fast,\n                   # at most\n"
+        "---\n# about nothing\n\nstring said\nstring mark='#'  # a sign\n"
+    )
+    assert found.text == "Turn on the spot, by an angle."
+    goal, result = found.sections
+    assert goal.remarks == {
+        "angle": Remark("deg", "how far"),
+        "way": Remark("", "which way"),
+        "speed": Remark("", "how fast, at most"),
+    }
+    assert result.remarks == {"said": Remark()}
+    assert result.constants == [NamedValue("string", "mark", "'#'", "a sign")]
+    assert found.section(7).remarks == {}
+
+
+def test_a_code_is_named_where_only_one_constant_can_be_meant() -> None:
+    """Of the field's own type and value, and only for fields that hold codes."""
+    (section,) = read_interface(
+        "uint16 NONE=0\nuint16 BLOCKED = 906 # in the way\nuint8 SMALL=0\n"
+        "uint16 error_code\nuint16 ticks\nuint8 error_code_8\n"
+    ).sections
+    assert section.name_of("error_code", 906) == "BLOCKED"
+    assert section.name_of("error_code", 0) == "NONE"
+    assert section.name_of("error_code", 5) == ""
+    assert section.name_of("ticks", 0) == ""
+
+
+@pytest.mark.parametrize("path", sorted(ROOT.glob("interfaces/*/action/*.action")))
+def test_every_field_of_our_actions_has_a_remark(path: Path) -> None:
+    """What is not read, nobody is shown."""
+    found = read_interface(path.read_text(encoding="utf-8"))
+    assert found.text
+    assert len(found.sections) == 3
+    for section in found.sections:
+        assert section.remarks.keys() == section.types.keys()
+        assert all(remark.text for remark in section.remarks.values())
+
+
+@pytest.mark.parametrize("text", ["", "---", "\x00\x1b[31m#", "garbage", "int8", "int8 a b c\n# x"])
+def test_no_text_is_too_odd(text: str) -> None:
+    """What cannot be read is left out."""
+    read_interface(text)
+
+
+def test_a_title_says_nothing() -> None:
+    """Many files begin with one."""
+    found = read_interface("#goal definition\nint32 order\n---\n#result definition\nint32 x\n")
+    assert found.text == ""
+    assert found.sections[0].remarks == {"order": Remark()}

@@ -1,0 +1,116 @@
+"""``bt-mission topics echo`` and ``hz``."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+import yaml  # type: ignore[import-untyped]
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import LaserScan
+from std_msgs.msg import String
+
+from bt_mission.graph_tools.listening import fitting
+
+BEST_EFFORT = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+def talking(ros: Any, topic: str, message: Any, period_s: float, qos: Any = 10) -> None:
+    """Say something again and again."""
+    node = ros.node(f"talker_{topic}")
+    publisher = node.create_publisher(type(message), topic, qos)
+    node.create_timer(period_s, lambda: publisher.publish(message))
+
+
+@pytest.mark.parametrize("qos", [10, BEST_EFFORT])
+def test_messages_are_printed_as_yaml(ros: Any, type_in: Any, qos: Any) -> None:
+    """Whether they are sent reliably or not; so many as are wanted."""
+    talking(ros, "scan", LaserScan(range_max=3.5, ranges=[1.0] * 360), 0.1, qos)
+    done = type_in("topics", "echo", "/scan", "--count", "2")
+    first, second, rest = done.out.split("---\n")
+    assert (done.code, rest) == (0, "")
+    assert yaml.safe_load(first) == yaml.safe_load(second)
+    assert yaml.safe_load(first)["range_max"] == 3.5
+    assert "  # 344 more\n" in first
+
+
+def test_one_field_can_be_picked(ros: Any, type_in: Any) -> None:
+    """By its dotted name; a wrong one is an error with what there is."""
+    talking(ros, "scan", LaserScan(), 0.1)
+    done = type_in("topics", "echo", "/scan", "--once", "--field", "header.stamp.sec")
+    assert done.out == "0\n---\n"
+    wrong = type_in("topics", "echo", "/scan", "--once", "--field", "header.stam")
+    assert wrong.code == 2
+    assert "--field: no field 'stam' in std_msgs/Header" in wrong.err
+    assert "did you mean 'stamp'?" in wrong.err
+
+
+def test_programs_get_whole_messages_a_line_each(ros: Any, type_in: Any) -> None:
+    """Lists are not cut."""
+    talking(ros, "scan", LaserScan(ranges=[float("inf")] * 360), 0.1)
+    done = type_in("topics", "echo", "/scan", "--once", "--json")
+    assert json.loads(done.out)["ranges"] == ["Infinity"] * 360
+
+
+def test_what_was_said_before_of_a_latched_topic_is_asked_for(ros: Any) -> None:
+    """Only if every publisher is latched: a volatile one would not match such a subscription."""
+    ros.node("one").create_publisher(String, "map", LATCHED)
+    assert fitting(ros.client, "/map").durability is DurabilityPolicy.TRANSIENT_LOCAL
+    ros.node("two").create_publisher(String, "map", BEST_EFFORT)
+    qos = fitting(ros.client, "/map")
+    assert qos.durability is DurabilityPolicy.VOLATILE
+    assert qos.reliability is ReliabilityPolicy.BEST_EFFORT
+    assert fitting(ros.client, "/nobody").reliability is ReliabilityPolicy.BEST_EFFORT
+
+
+def test_a_publisher_that_comes_back_with_another_offer_is_heard(
+    ros: Any, hand: Any, type_in: Any
+) -> None:
+    """A reliable one left, and one that is not has come."""
+    first = ros.node("first")
+    reliable = first.create_publisher(String, "speech", 10)
+    hand.at(0.1, lambda: reliable.publish(String(data="one")))
+    hand.at(0.2, lambda: ros.drop(first))
+    hand.at(0.3, lambda: talking(ros, "speech", String(data="two"), 0.1, BEST_EFFORT))
+    done = type_in("topics", "echo", "/speech", "--count", "2")
+    assert done.out == "data: one\n---\ndata: two\n---\n"
+
+
+def test_what_is_said_cannot_command_the_terminal(ros: Any, type_in: Any) -> None:
+    """Escapes are shown, not obeyed."""
+    talking(ros, "speech", String(data="\x1b]0;owned\x07"), 0.1)
+    done = type_in("topics", "echo", "/speech", "--once")
+    assert "\x1b" not in done.out
+    assert "\x07" not in done.out
+    assert "owned" in done.out
+
+
+def test_the_rate_is_told_each_second(ros: Any, hand: Any, type_in: Any) -> None:
+    """By the times of receipt."""
+    talking(ros, "speech", String(data="x"), 0.05)
+    done = type_in("topics", "hz", "/speech", "--count", "2")
+    assert done.code == 0
+    assert done.lines[1].startswith("   20.00 Hz   every 0.0500 s (0.0500 to 0.0500, deviation 0.0")
+    assert len(done.lines) == 2
+
+
+def test_silence_is_told_too(ros: Any, hand: Any, type_in: Any) -> None:
+    """And Ctrl-C ends it."""
+    publisher = ros.client.create_publisher(String, "speech", 10)
+    hand.at(0.5, lambda: publisher.publish(String()))
+    hand.at(2.5, hand.press_ctrl_c)
+    done = type_in("topics", "hz", "/speech")
+    assert done.code == 130
+    assert done.lines == ["1 message so far", "silent for a second; 1 messages so far"]
+
+
+def test_rates_for_programs(ros: Any, type_in: Any) -> None:
+    """An object a line, in ROS time if wanted."""
+    talking(ros, "speech", String(data="x"), 0.1)
+    done = type_in("topics", "hz", "/speech", "--count", "1", "--json", "--sim-time")
+    found = json.loads(done.out)
+    assert found["topic"] == "/speech"
+    assert found["hz"] == pytest.approx(10.0)
+    assert found["silent"] is False

@@ -1,0 +1,136 @@
+"""Names: who knows what where, and of what type."""
+
+from typing import Any
+
+import pytest
+
+from bt_mission.core.diagnostics import InputError
+from bt_mission.language.checks.scope import names_read, walk
+from bt_mission.language.loader import load_text
+
+EXPLORE = "explore_forward: {}\n      outputs: {closest_obstacle_angle: obstacle}"
+
+
+def faults(*nodes, inputs="{n: 2, word: hello}"):
+    """Return (line, column, message) of the faults in a sequence of nodes."""
+    text = f"mission: m\ninputs: {inputs}\ntree:\n  sequence:\n"
+    text += "".join(f"    - {node}\n" for node in nodes)
+    try:
+        load_text(text)
+    except InputError as error:
+        return [(fault.line, fault.column, fault.message) for fault in error.faults]
+    return []
+
+
+def test_an_output_is_known_after_its_node():
+    """In the order of the file."""
+    assert faults(EXPLORE, "log: $obstacle") == []
+    ((line, column, message),) = faults("log: to $obstacle", EXPLORE)
+    assert (line, column) == (5, 15)
+    assert message == "'$obstacle' is only written later, in line 6"
+
+
+def test_an_output_is_not_known_in_its_own_node():
+    """The result comes after the goal."""
+    ((_, _, message),) = faults("turn: {angle: $turned}\n      outputs: {angle_turned: turned}")
+    assert message == "'$turned' is only written later, in line 5"
+
+
+def test_a_loop_in_a_loop_of_the_same_name_is_refused():
+    """And the outer one keeps its variable behind the inner one."""
+    loop = (
+        "for_each: {p: [1]}\n      do: {sequence: [{for_each: {p: [2]}, do: {wait: 1}}, {log: $p}]}"
+    )
+    assert faults(loop) == [(6, 35, "'p' is a variable already; choose another name")]
+
+
+def test_a_body_that_repeats_reads_what_stands_before():
+    """Not what only the next round would know."""
+    before = (
+        "repeat: {count: 2}\n      do:\n        sequence:\n          - explore_forward: {}\n"
+        "            outputs: {closest_obstacle: gap}\n          - log: $gap"
+    )
+    assert faults(before) == []
+    after = (
+        "repeat: {count: 2}\n      do:\n        sequence:\n          - log: $gap\n"
+        "          - explore_forward: {}\n            outputs: {closest_obstacle: gap}"
+    )
+    assert faults(after) == [(8, 18, "'$gap' is only written later, in line 9")]
+
+
+def test_a_loose_word_is_measured_by_what_stands_there():
+    """It is more likely a mistake than a variable."""
+    ((line, column, message),) = faults("wait: long")
+    assert (line, column) == (5, 13)
+    assert message.startswith("expected seconds, 0 or more, got 'long', which is written by ")
+
+
+@pytest.mark.parametrize(
+    ("node", "message"),
+    [
+        ("wait: n - 3", "expected seconds, 0 or more, got the number -1"),
+        ("wait: word", "expected seconds, 0 or more, got text 'hello'"),
+        ("wait: n > 1", "expected seconds, 0 or more, got true"),
+        ("wait: 1 / (n - 2)", "division by zero"),
+        ("wait: uniform(0, word)", "expected a number, got a text"),
+        ("wait: uniform(0, 1) > 2", "expected a number, got true or false"),
+        ("log: ${word + 1}", "expected a number, got a text"),
+    ],
+)
+def test_what_inputs_decide_is_decided_at_once(node, message):
+    """Inputs never change, so their expressions are computed when the mission is loaded."""
+    assert [found for _, _, found in faults(node)] == [message]
+
+
+def test_bare_names_of_conditions_and_goals_wait_for_the_types():
+    """They may be feedback fields, or words of a text field."""
+    assert faults("turn: {angle: what}\n      cancel_when: what > 3") == []
+    found = faults("turn: {angle: $what}\n      cancel_when: x > $what")
+    assert [(line, column) for line, column, _ in found] == [(5, 21), (6, 24)]
+
+
+def test_types_of_outputs_come_from_the_one_who_knows_them():
+    """A variable that two nodes write differently has no type."""
+    mission = load_text(
+        "mission: m\ninputs: {n: 2}\ntree:\n  sequence:\n"
+        "    - turn: {}\n      outputs: {a: x, b: y}\n"
+        "    - turn: {}\n      outputs: {b: x, a: z}\n"
+        "    - log: end\n"
+    )
+    kinds: dict[str, Any] = {"a": "number", "b": "text"}
+    *_, (_, variables) = walk(mission.main, lambda _, field: kinds[field])
+    assert variables.types == {"n": "integer", "x": None, "y": "text", "z": "number"}
+
+
+def test_names_read_are_those_of_every_part():
+    """Goal, limits, condition, message, counts."""
+    mission = load_text(
+        "mission: m\ninputs: {a: 1, b: 2, c: 3, d: 4, e: 5}\ntree:\n"
+        "  retry: {attempts: $e, pause: 0.0}\n  do:\n    turn: {angle: $a}\n    timeout: $b\n"
+        "    silence_timeout: $c\n    cancel_when: x > $d"
+    )
+    read = frozenset().union(*(names_read(step) for step in mission.tree.walk()))
+    assert read == {"a", "b", "c", "d", "e", "x"}
+
+
+def test_services_and_topics_read_and_write_too():
+    """Requests, conditions and limits; fields of the response and of the message."""
+    ask = "service: {name: a, type: a/srv/B, request: {b: $%s}}\n      outputs: {c: said}"
+    wait = (
+        "wait_for: {topic: a, type: a/msg/B, until: x > $%s}\n"
+        "      timeout: n\n      outputs: {y: seen}"
+    )
+    assert faults(ask % "n", wait % "said", "log: $seen $said") == []
+    found = faults(ask % "seen", wait % "what", "log: $seen", inputs="{n: 2, said: 1}")
+    assert [(line, message.partition(" (")[0]) for line, _, message in found] == [
+        (5, "'$seen' is only written later, in line 7"),
+        (6, "'said' is an input, and inputs never change; choose another name"),
+        (7, "'$what' is written by nothing"),
+    ]
+    mission = load_text(
+        "mission: m\ninputs: {a: 1, b: 2, c: 3}\ntree:\n  sequence:\n"
+        "    - {service: {name: s, type: a/srv/B, request: {x: $a}}, timeout: $b}\n"
+        "    - {wait_for: {topic: t, type: a/msg/B, until: y > $c}, timeout: 1}\n"
+    )
+    read = frozenset().union(*(names_read(step) for step in mission.tree.walk()))
+    assert read == {"a", "b", "c", "y"}

@@ -1,0 +1,110 @@
+"""Leaves and actions of other packages, found by their entry points."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from bt_mission.language.plugins import PythonError, find_class
+
+MODULE = """
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+from bt_mission.language.action_names import ShortName
+
+DOCK = ShortName("dock", "bt_mission_interfaces/action/Turn")
+WRONG = "no short name"
+
+class Blink(Behaviour):
+    times: int = 1
+    def update(self):
+        return Status.SUCCESS
+"""
+
+ENTRIES = """
+[bt_mission.leaves]
+blink = my_robot:Blink
+gone = my_robot:Gone
+
+[bt_mission.actions]
+dock = my_robot:DOCK
+wrong = my_robot:WRONG
+missing = my_robots:DOCK
+turn = my_robot:DOCK
+"""
+
+MISSION = """
+mission: t
+tree:
+  sequence:
+    - dock: {angle: 90}
+      timeout: 9
+    - python: blink
+      inputs: {times: 2}
+    - python: gone
+    - python: blonk
+    - wrong: {}
+    - missing: {}
+    - turn: {angle: 9}
+      timeout: 9
+"""
+
+
+@pytest.fixture
+def installed(tmp_path: Path) -> Path:
+    """A folder with a package in it, as pip leaves one."""
+    (tmp_path / "my_robot.py").write_text(MODULE, encoding="utf-8")
+    about = tmp_path / "my_robot-1.0.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: my-robot\nVersion: 1.0\n")
+    (about / "entry_points.txt").write_text(ENTRIES, encoding="utf-8")
+    (tmp_path / "mission.yaml").write_text(MISSION, encoding="utf-8")
+    return tmp_path
+
+
+def test_a_package_brings_leaves_and_actions(installed: Path) -> None:
+    """What works is used; what does not is said where it is wanted, and nothing else suffers."""
+    code = (
+        "from bt_mission.sessions.check import examine\n"
+        "_, faults = examine('mission.yaml')\n"
+        "print(*(str(one).splitlines()[0] for one in faults), sep='\\n')\n"
+        "from bt_mission.language.action_names import SHORT_NAMES\n"
+        "print(SHORT_NAMES['turn'].action, SHORT_NAMES['dock'].action)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", f"import sys; sys.path.insert(0, '.')\n{code}"],
+        cwd=installed,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stdout.splitlines() == [
+        (
+            "mission.yaml:9:15: error: the plug-in 'gone' (my_robot:Gone) cannot be imported: "
+            "AttributeError: module 'my_robot' has no attribute 'Gone'"
+        ),
+        (
+            "mission.yaml:10:15: error: no plug-in is called 'blonk' (known: blink, gone); "
+            "did you mean 'blink'?"
+        ),
+        (
+            "mission.yaml:11:7: error: the plug-in 'wrong' does not work: my_robot:WRONG is no "
+            "ShortName, but str"
+        ),
+        (
+            "mission.yaml:12:7: error: the plug-in 'missing' does not work: my_robots:DOCK cannot "
+            "be imported: ModuleNotFoundError: No module named 'my_robots'"
+        ),
+        "turn dock",
+    ]
+
+
+def test_a_module_that_ends_python_ends_only_itself(tmp_path: Path) -> None:
+    """A script that calls `sys.exit` is no module with behaviours; its user is told so."""
+    (tmp_path / "script.py").write_text("import sys\nsys.exit('bye')\n", encoding="utf-8")
+    with pytest.raises(PythonError) as caught:
+        find_class("script.py:Blink", str(tmp_path / "mission.yaml"))
+    assert str(caught.value) == "script.py cannot be imported: SystemExit: bye"

@@ -1,0 +1,201 @@
+"""Named trees and included files, as they are gathered."""
+
+from pathlib import Path
+
+import pytest
+
+from bt_mission.behaviours.builder import build_tree
+from bt_mission.behaviours.runtime import Scope
+from bt_mission.core.diagnostics import InputError
+from bt_mission.core.files import folders
+from bt_mission.language.loader import load_text
+from bt_mission.language.trees import MOST_FILES, used
+from bt_mission.sessions.check import check
+from bt_mission.sessions.load import load
+
+LIBRARY = "trees:\n  rest: {inputs: {seconds: 1}, do: {wait: $seconds}}\n"
+
+
+def write(folder: Path, **files: str) -> Path:
+    """Write YAML files into a folder, `a__b` as `a/b`; gives the mission's path."""
+    for name, text in files.items():
+        path = folder / f"{name.replace('__', '/')}.yaml"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    return folder / "mission.yaml"
+
+
+def mission(include: str, tree: str = "{tree: rest}") -> str:
+    """A mission that includes files."""
+    return f"mission: m\ninclude: [{include}]\ntree: {tree}\n"
+
+
+def refusal(path: Path) -> str:
+    """The first line of what is said of a mission."""
+    with pytest.raises(InputError) as caught:
+        load(path)
+    return str(caught.value).splitlines()[0].replace(f"{path.parent}/", "")
+
+
+def test_trees_come_from_files_beside_and_below(tmp_path):
+    """And from the files that those include, each relative to its own place."""
+    path = write(
+        tmp_path,
+        mission=mission("parts/one.yaml"),
+        parts__one="include: [two.yaml]\n",
+        parts__two=LIBRARY,
+    )
+    loaded = load(path)
+    assert list(loaded.trees) == ["rest"]
+    assert Path(loaded.trees["rest"].document.file) == tmp_path / "parts" / "two.yaml"
+    assert list(used(loaded)) == ["rest"]
+    assert (loaded.warnings, check(loaded)) == ((), ())
+
+
+def test_a_file_is_read_once_however_often_it_is_included(tmp_path):
+    """Two that include the same are no ring."""
+    path = write(
+        tmp_path,
+        mission=mission("a.yaml, b.yaml, c.yaml"),
+        a="include: [c.yaml]\n",
+        b="include: [c.yaml]\n",
+        c=LIBRARY,
+    )
+    assert list(load(path).trees) == ["rest"]
+
+
+def test_a_file_that_includes_itself_is_refused(tmp_path):
+    """With the ring of names."""
+    path = write(tmp_path, mission=mission("a.yaml"), a="include: [a.yaml]\n" + LIBRARY)
+    assert refusal(path) == "a.yaml:1:11: error: the files include each other: a.yaml -> a.yaml"
+
+
+def test_the_mission_itself_cannot_be_included(tmp_path):
+    """It would include itself."""
+    path = write(tmp_path, mission=mission("mission.yaml"))
+    assert "mission.yaml -> mission.yaml" in refusal(path)
+
+
+def test_a_link_is_followed_before_its_place_is_judged(tmp_path):
+    """Out of the folder is out of the folder; within it, a link is as good as the file."""
+    outside = write(tmp_path / "elsewhere", secret=LIBRARY).parent / "secret.yaml"
+    here = tmp_path / "here"
+    path = write(here, mission=mission("link.yaml"), lib=LIBRARY)
+    (here / "link.yaml").symlink_to(outside)
+    assert refusal(path).endswith("outside of the folder of the file that includes it")
+    (here / "link.yaml").unlink()
+    (here / "link.yaml").symlink_to(here / "lib.yaml")
+    assert list(load(path).trees) == ["rest"]
+
+
+def test_links_in_a_circle_are_no_file(tmp_path):
+    """The system would follow them for ever."""
+    path = write(tmp_path, mission=mission("a.yaml"))
+    (tmp_path / "a.yaml").symlink_to(tmp_path / "b.yaml")
+    (tmp_path / "b.yaml").symlink_to(tmp_path / "a.yaml")
+    assert refusal(path) == "mission.yaml:2:11: error: the links of 'a.yaml' lead to no file"
+
+
+@pytest.mark.parametrize("entry", ["..", "/etc/passwd", "../mission.yaml", "a\\0b", "x" * 190])
+def test_what_is_no_file_in_the_folder_is_refused(tmp_path, entry):
+    """With its place, and no traceback."""
+    path = write(tmp_path / "sub", mission=mission(f'"{entry}"'))
+    write(tmp_path, mission=LIBRARY)
+    assert refusal(path).startswith("mission.yaml:2:11: error: ")
+
+
+def test_a_text_includes_shipped_missions_only(tmp_path, monkeypatch):
+    """It has no folder of its own."""
+    monkeypatch.chdir(tmp_path)
+    write(tmp_path, lib=LIBRARY)
+    write(tmp_path / "missions", shared=LIBRARY)
+    with pytest.raises(InputError, match=r"no such file 'lib\.yaml'"):
+        load_text(mission("lib.yaml"))
+    assert list(load_text(mission("shared.yaml")).trees) == ["rest"]
+    assert folders("missions")[0] == Path("missions")
+
+
+def test_files_are_counted(tmp_path):
+    """A chain of files without end is refused."""
+    files = {f"f{n}": f"include: [f{n + 1}.yaml]\n" for n in range(MOST_FILES + 1)}
+    path = write(tmp_path, mission=mission("f0.yaml", "{wait: 1}"), **files)
+    assert refusal(path) == (
+        f"f{MOST_FILES - 1}.yaml:1:11: error: more than {MOST_FILES} files are included"
+    )
+
+
+def chained(count: int, depth: int = 1) -> str:
+    """A mission whose trees each use the next, within so many nodes."""
+    use = "{{invert: " * (depth - 1) + "{{tree: t{0}}}" + "}}" * (depth - 1)
+    trees = "".join(f"  t{i}: {{do: {use.format(i + 1)}}}\n" for i in range(count))
+    return f"mission: m\ntrees:\n{trees}  t{count}: {{do: {{wait: 1}}}}\ntree: {{tree: t0}}\n"
+
+
+def test_levels_are_counted_through_trees():
+    """A tick goes down them in Python's own calls, of which there are a thousand."""
+    loaded = load_text(chained(198))
+    assert len(list(build_tree(loaded, Scope({}, 0)).iterate())) == 200
+    with pytest.raises(InputError) as caught:
+        load_text(chained(2_000, depth=3))
+    assert str(caught.value).splitlines()[0] == (
+        "<text>:2004:1: error: the mission has 6,002 levels of nodes, those of the trees it uses "
+        "counted; at most 200 are built"
+    )
+
+
+def test_a_ring_of_thousands_is_found():
+    """In one pass: what a tree uses is looked at once."""
+    with pytest.raises(InputError) as caught:
+        load_text(chained(3_000).replace("{do: {wait: 1}}", "{do: {tree: t17}}"))
+    (fault,) = caught.value.faults
+    way = " -> ".join(f"t{number}" for number in range(100, 120))
+    assert fault.message == f"a tree cannot use itself: {way} -> ... -> t100"
+
+
+def test_a_tree_that_nobody_uses_is_warned_of_in_the_mission_alone(tmp_path):
+    """A library may hold more than one mission needs; what it holds is checked all the same."""
+    extra = "  more: {do: {log: x}}\n  empty: {do: {log: $y}}\n"
+    path = write(
+        tmp_path,
+        mission=mission("lib.yaml") + "trees:\n  idle: {do: {wait: 1}}\n",
+        lib=LIBRARY + "  more: {do: {turn: {}}}\n",
+    )
+    loaded = load(path)
+    assert [str(one).splitlines()[0].partition("warning: ")[2] for one in loaded.warnings] == [
+        "the tree 'idle' is never used"
+    ]
+    write(tmp_path, lib=LIBRARY + extra)
+    assert "'$y' is written by nothing" in refusal(path)
+
+
+def test_outputs_tell_their_types_to_the_caller():
+    """As those of an action do."""
+    head = (
+        "mission: m\ntrees:\n  say:\n    outputs: {word: text}\n    do: {set: {word: \"'hi'\"}}\n"
+    )
+    tree = "tree:\n  sequence:\n    - {tree: say, outputs: {word: w}}\n    - wait: $w\n"
+    with pytest.raises(InputError, match="expected a number, got a text"):
+        load_text(head + tree)
+
+
+def test_a_written_output_must_have_its_type():
+    """A promise is kept."""
+    text = (
+        "mission: m\ntrees:\n  say:\n    outputs: {word: text}\n    do: {set: {word: 3}}\n"
+        "tree: {tree: say}\n"
+    )
+    with pytest.raises(InputError) as caught:
+        load_text(text)
+    assert str(caught.value).splitlines()[0] == (
+        "<text>:4:15: error: 'word' is written as a whole number, not as a text"
+    )
+
+
+def test_two_branches_that_move_the_base_are_seen_through_trees():
+    """The warning of a parallel."""
+    text = (
+        "mission: m\ntrees:\n  go: {do: {turn: {angle: 9}, timeout: 9}}\n"
+        "tree:\n  parallel: [{tree: go}, {sequence: [{tree: go}]}]\n"
+    )
+    (found,) = check(load_text(text))
+    assert found.message.startswith("two branches of a parallel move the base")

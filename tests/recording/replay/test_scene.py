@@ -1,0 +1,173 @@
+"""An instant of a recording is the same from wherever one comes."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from bt_mission.events import messages
+from bt_mission.events.log import Entry
+from bt_mission.recording.replay import scene
+from bt_mission.recording.replay.scene import Projector, Scene, entries_of
+from bt_mission.recording.replay.timeline import Film, Sight, read_film
+from tests.support.recordings import recording
+
+
+@pytest.fixture(scope="module")
+def film() -> Film:
+    """A short mission."""
+    return read_film(recording())
+
+
+@pytest.fixture(autouse=True)
+def _many_scenes_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(scene, "SPACING", 37)
+
+
+def all_of(shown: Scene) -> dict[str, Any]:
+    """Everything that is known in a scene, and in which order."""
+    found: dict[str, Any] = {"log": list(shown.log)}
+    for part in (shown.mission, shown.robot):
+        for name, value in vars(part).items():
+            if isinstance(value, dict):
+                found[name] = list(value.items())
+            else:
+                found[name] = list(value) if isinstance(value, deque | list) else value
+    return found
+
+
+def told_one_by_one(film: Film, time_ns: int) -> Scene:
+    """As somebody would know it who has looked on all the time."""
+    known = Scene()
+    for at_ns, frame in zip(film.times_ns, film.frames, strict=True):
+        if at_ns > time_ns:
+            break
+        seen = frame.decode() if isinstance(frame, Sight) else frame
+        assert seen is not None
+        known.take(seen)
+    known.mission.now_ns = time_ns
+    return known
+
+
+@settings(max_examples=40)
+@given(shares=st.lists(st.floats(0, 1), min_size=1, max_size=6))
+def test_a_seek_gives_what_looking_on_would_have_given(shares: list[float]) -> None:
+    """After any other seeks, forwards and backwards."""
+    film = read_film_once()
+    projector = Projector(film)
+    for share in shares:
+        time_ns = film.start_ns + round(share * (film.end_ns - film.start_ns))
+        assert all_of(projector.show(time_ns)) == all_of(told_one_by_one(film, time_ns))
+
+
+def read_film_once(kept: list[Film] = []) -> Film:  # noqa: B006 - kept on purpose
+    """Hypothesis and fixtures of a module do not go together."""
+    if not kept:
+        kept.append(read_film(recording()))
+    return kept[0]
+
+
+def test_backwards_is_forwards_the_other_way_round(film: Film) -> None:
+    """Every half second of it."""
+    projector = Projector(film)
+    times = range(film.start_ns, film.end_ns, 500_000_000)
+    forwards = [all_of(projector.show(time_ns)) for time_ns in times]
+    backwards = [all_of(projector.show(time_ns)) for time_ns in reversed(times)]
+    assert backwards[::-1] == forwards
+
+
+def test_to_go_back_little_is_played_again(film: Film, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No more than lies between two scenes that are kept."""
+    projector = Projector(film)
+    projector.show(film.end_ns)
+    played = 0
+    take = Scene.take
+
+    def counted(self: Scene, frame: Any) -> None:
+        nonlocal played
+        played += 1
+        take(self, frame)
+
+    monkeypatch.setattr(Scene, "take", counted)
+    for share in range(10):
+        played = 0
+        projector.show(film.start_ns + share * (film.end_ns - film.start_ns) // 10)
+        assert played <= 37
+
+
+@pytest.mark.parametrize(("limit", "value"), [("MOST_KEPT", 4), ("MOST_NODES", 24)])
+def test_a_long_film_keeps_no_more_scenes_than_it_may(
+    film: Film, monkeypatch: pytest.MonkeyPatch, limit: str, value: int
+) -> None:
+    """They are farther apart then, as they are where the tree is large."""
+    monkeypatch.setattr(scene, limit, value)
+    projector = Projector(film)
+    projector.show(film.end_ns)
+    assert len(projector._kept) <= 5
+    middle_ns = (film.start_ns + film.end_ns) // 2
+    assert all_of(projector.show(middle_ns)) == all_of(told_one_by_one(film, middle_ns))
+
+
+def test_the_end_is_known(film: Film) -> None:
+    """Tree, goals, variables, battery, map, scan, trail, log."""
+    shown = Projector(film).show(film.end_ns)
+    mission, robot = shown.mission, shown.robot
+    assert mission.status == "success"
+    assert mission.goals_sent == 4
+    assert [goal.state for goal in mission.goals.values()] == [
+        "canceled",
+        "succeeded",
+        "canceled",
+        "succeeded",
+    ]
+    assert mission.variables["reach"] == "0.4"
+    assert float(mission.variables["room"]) > 0.3
+    assert robot.charge is not None
+    assert 99 < robot.charge < 100
+    assert robot.map is not None
+    assert robot.frame == "map"
+    assert len(robot.trail) > 10
+    assert len(robot.scan_points()) > 100
+    assert [entry.text for entry in shown.log if not entry.name] == ["off we go"]
+
+
+def test_a_running_leaf_gets_on(film: Film) -> None:
+    """Half a second after it began at the latest."""
+    projector = Projector(film)
+    start_ns = film.starts_ns[projector.show(film.end_ns).mission.tree.run, 4][0]  # type: ignore[union-attr]
+    values = []
+    for tenths in (6, 11, 16):
+        mission = projector.show(start_ns + tenths * 100_000_000).mission
+        progress = mission.progress[4]
+        assert (progress.label, progress.limit) == ("current_distance_travelled", 0.4)
+        values.append(progress.value)
+    assert values == sorted(set(values))
+
+
+def test_the_log_without_its_limit(film: Film) -> None:
+    """For those who print it."""
+    shown = Projector(film).show(film.end_ns)
+    assert list(entries_of(film)) == list(shown.log)
+    assert Entry(film.start_ns, None, "there and back", "begins") == shown.log[0]
+
+
+def test_a_sight_that_cannot_be_read_is_passed_over(film: Film) -> None:
+    """What was seen before stays."""
+    sight = Sight("scan", lambda: None)
+    frames = (*film.frames, sight)
+    damaged = Film(
+        film.path,
+        film.start_ns,
+        film.end_ns + 1,
+        (*film.times_ns, film.end_ns + 1),
+        frames,
+        (),
+        "",
+        film.changes_ns,
+        film.starts_ns,
+    )
+    assert isinstance(Projector(damaged).show(film.end_ns).robot.scan, messages.Scan)

@@ -1,0 +1,240 @@
+"""Runs on the stage, recorded, and read by somebody else."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from mcap.reader import make_reader
+
+from bt_mission.core.cdr.definitions import Definitions, NoDefinitionError
+from bt_mission.core.files import names
+from bt_mission.language.loader import load_text
+from bt_mission.recording.file import McapFile
+from bt_mission.sessions.stage import Stage
+from tests.recording.test_file import FullDisk
+from tests.support.recorded_runs import TWO_TURNS, heard_by_others
+
+S = 1_000_000_000
+
+
+def bare_trace(text: str, folder: Path) -> str:
+    """The trace of a run that nobody records."""
+    with Stage(load_text(text), image_folder=folder, say=lambda _: None) as stage:
+        while not stage.is_done:
+            stage.step()
+        return stage.trace.sha256
+
+
+@pytest.mark.parametrize("name", names("missions"))
+def test_others_read_every_message_of_each_mission(record: Callable[..., Any], name: str) -> None:
+    """All of them, to the last byte; and times that never go back."""
+    run = record(name)
+    heard = heard_by_others(run.path)
+    assert len(heard) == run.recorder.file.messages
+    assert run.recorder.missing == ""
+    times = [one.time_ns for one in heard]
+    assert times == sorted(times)
+    assert times[0] == S
+
+
+def test_the_run_is_the_same_with_and_without(record: Callable[..., Any], tmp_path: Path) -> None:
+    """Bit for bit, also when pictures are drawn that nobody else wants."""
+    bare = bare_trace(TWO_TURNS, tmp_path)
+    assert record().trace == bare
+    assert record(camera="compressed").trace == bare
+
+
+def test_everything_is_there_at_its_rate(record: Callable[..., Any]) -> None:
+    """What the robot says, what moves it, and what the mission does."""
+    run = record()
+    counts = Counter(one.topic for one in heard_by_others(run.path))
+    seconds = (run.stage.now_ns - S) / S
+    for topic in ("odom", "imu", "joint_states", "battery_state", "ground_truth/odom", "tf"):
+        assert counts[f"/{topic}"] == pytest.approx(20 * seconds, abs=2), topic
+    assert counts["/scan"] == pytest.approx(10 * seconds, abs=2)
+    assert counts["/cmd_vel"] > 20
+    assert counts["/turn/_action/feedback"] > 20
+    assert (counts["/map"], counts["/tf_static"], counts["/motors_on"]) == (1, 1, 1)
+    assert counts["/bt_mission/tree"] == 1
+    assert counts["/bt_mission/changes"] >= 3
+    assert not [topic for topic in counts if topic.startswith("/camera")]
+    assert "/clock" not in counts
+
+
+def test_each_message_has_the_time_of_its_instant(record: Callable[..., Any]) -> None:
+    """That of its stamp, where a sensor has just made it."""
+    stamped = [
+        (one.time_ns, one.message.header.stamp)
+        for one in heard_by_others(record().path)
+        if one.topic in ("/scan", "/odom", "/imu", "/ground_truth/odom", "/cmd_vel")
+    ]
+    assert len(stamped) > 200
+    assert all(time_ns == stamp.sec * S + stamp.nanosec for time_ns, stamp in stamped)
+
+
+def test_the_trace_in_the_file_is_that_of_the_run(record: Callable[..., Any]) -> None:
+    """So its hash can be computed from the file."""
+    run = record()
+    lines = [one.message.data for one in heard_by_others(run.path) if one.topic.endswith("/trace")]
+    text = "".join(f"{line}\n" for line in lines)
+    assert hashlib.sha256(text.encode()).hexdigest() == run.trace
+
+
+def test_goals_are_service_events(record: Callable[..., Any]) -> None:
+    """Request and answer each, in the form of ROS's own service introspection."""
+    heard = heard_by_others(record().path)
+    sent = [one.message for one in heard if one.topic.endswith("/send_goal/_service_event")]
+    assert [(one.info.event_type, one.info.sequence_number) for one in sent] == [
+        (0, 1),
+        (3, 1),
+        (0, 2),
+        (3, 2),
+    ]
+    assert [one.request[0].goal.angle for one in sent] == [90.0, 90.0, -45.0, -45.0]
+    assert [one.response[0].accepted for one in sent[1::2]] == [True, True]
+    results = [one.message for one in heard if one.topic.endswith("/get_result/_service_event")]
+    assert [one.response[0].status for one in results[1::2]] == [4, 4]
+    assert results[1].response[0].result.angle_turned == pytest.approx(90, abs=1)
+
+
+def test_what_the_mission_says_is_a_log(record: Callable[..., Any]) -> None:
+    """On the topic and in the form in which tools look for logs."""
+    said = [one.message for one in heard_by_others(record().path) if one.topic == "/rosout"]
+    assert (20, "off we go") in [(one.level, one.msg) for one in said]
+    assert said[-1].msg == "mission: success"
+
+
+def test_the_file_holds_the_mission_and_what_it_came_to(record: Callable[..., Any]) -> None:
+    """As an attachment, and as metadata at both ends."""
+    run = record()
+    with run.path.open("rb") as stream:
+        reader = make_reader(stream, validate_crcs=True)
+        attached = {one.name: one.data.decode() for one in reader.iter_attachments()}
+        notes = {one.name: one.metadata for one in reader.iter_metadata()}
+    assert attached == {"<text>": TWO_TURNS}
+    assert notes["bt_mission"]["seed"] == "3"
+    assert notes["bt_mission"]["world"] == "empty_arena"
+    assert "mujoco" in json.loads(notes["bt_mission"]["versions"])
+    assert json.loads(notes["bt_mission_summary"]["status"]) == "success"
+    assert json.loads(notes["bt_mission_summary"]["trace_sha256"]) == run.trace
+
+
+def test_qos_is_written_as_rosbag2_does(record: Callable[..., Any]) -> None:
+    """A player needs to know what is latched."""
+    with record().path.open("rb") as stream:
+        summary = make_reader(stream).get_summary()
+    assert summary is not None
+    offers = {c.topic: c.metadata["offered_qos_profiles"] for c in summary.channels.values()}
+    assert "durability: transient_local" in offers["/tf_static"]
+    assert "reliability: best_effort" in offers["/scan"]
+    assert "depth: 10\n  reliability: reliable\n  durability: volatile" in offers["/odom"]
+
+
+@pytest.mark.egl
+@pytest.mark.parametrize(("camera", "topic"), [("compressed", "/compressed"), ("raw", "")])
+def test_pictures_are_recorded_on_demand(
+    record: Callable[..., Any], camera: str, topic: str
+) -> None:
+    """Small, or as they are."""
+    run = record(camera=camera, steps=40)
+    run.recorder.close()
+    pictures = [
+        one.message for one in heard_by_others(run.path) if one.topic == f"/camera/image_raw{topic}"
+    ]
+    assert len(pictures) >= 15
+    if camera == "compressed":
+        assert pictures[0].format == "rgb8; jpeg compressed bgr8"
+        assert bytes(pictures[0].data[:2]) == b"\xff\xd8"
+    else:
+        assert (pictures[0].width, pictures[0].height) == (320, 240)
+
+
+@pytest.mark.egl
+def test_saved_pictures_are_taken_in(record: Callable[..., Any]) -> None:
+    """With the names that they have below the run's folder."""
+    run = record("sweep")
+    with run.path.open("rb") as stream:
+        attached = {one.name: one.data for one in make_reader(stream).iter_attachments()}
+    pictures = {name: data for name, data in attached.items() if name.endswith(".png")}
+    assert len(pictures) == 6
+    folder = run.stage.image_folder
+    assert all((folder / name).read_bytes() == data for name, data in pictures.items())
+
+
+def test_a_full_disk_does_not_end_the_mission(record: Callable[..., Any], tmp_path: Path) -> None:
+    """It goes on as if nothing were recorded, and what is missing is said."""
+    file = McapFile(tmp_path / "run.mcap", "test", FullDisk(100_000))
+    run = record(file=file)
+    assert run.status == "success"
+    assert run.trace == bare_trace(TWO_TURNS, tmp_path)
+    assert run.recorder.missing.startswith("everything after ")
+    assert run.recorder.missing.endswith(" s (No space left on device)")
+
+
+def test_a_recorder_that_fails_does_not_end_the_mission(
+    record: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever goes wrong in it, wherever it is called from."""
+
+    def fail(*_: object) -> None:
+        raise ValueError("broken")
+
+    monkeypatch.setattr(McapFile, "write", fail)
+    run = record()
+    assert run.status == "success"
+    assert run.trace == bare_trace(TWO_TURNS, tmp_path)
+    assert "the recorder failed: ValueError: broken (" in run.recorder.missing
+
+
+def test_a_topic_whose_type_is_not_installed_is_named(
+    record: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The others are recorded."""
+    whole = Definitions.of
+
+    def without_scans(self: Definitions, type_name: str) -> str:
+        if type_name.endswith("/LaserScan"):
+            raise NoDefinitionError(f"no definition of {type_name} is installed")
+        return whole(self, type_name)
+
+    monkeypatch.setattr(Definitions, "of", without_scans)
+    run = record()
+    missing = "/scan (no definition of sensor_msgs/msg/LaserScan is installed)"
+    assert run.recorder.missing == missing
+    counts = Counter(one.topic for one in heard_by_others(run.path))
+    assert counts["/scan"] == 0
+    assert counts["/odom"] > 20
+
+
+def test_a_closed_recorder_leaves_no_trace(record: Callable[..., Any]) -> None:
+    """The session goes on without it."""
+    run = record(steps=20)
+    run.recorder.close()
+    before = run.recorder.file.messages
+    run.recorder.close()
+    assert not run.stage.trace.listeners
+    assert not run.stage.node.overhear
+    while not run.stage.is_done:
+        run.stage.step()
+    assert run.recorder.file.messages == before
+
+
+def test_a_mission_that_waits_for_a_listener_waits_on(
+    record: Callable[..., Any], tmp_path: Path
+) -> None:
+    """The recorder is nobody to talk to, and still hears what is said to nobody."""
+    text = (
+        "mission: m\nworld: empty_arena\ntree:\n  sequence:\n"
+        "    - publish: {topic: /lamp, type: std_msgs/msg/Bool, message: {data: true}}\n"
+        "      readers: {readers}\n      server_timeout: 2\n    - wait: 0.1\n"
+    )
+    assert record(text=text.replace("{readers}", "1")).status == "failure"
+    run = record(text=text.replace("{readers}", "0"))
+    assert run.status == "success"
+    assert [one.message.data for one in heard_by_others(run.path) if one.topic == "/lamp"] == [True]

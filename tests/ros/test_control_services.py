@@ -1,0 +1,156 @@
+"""Services that hold a mission, and topics that tell of it, over real rclpy."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from bt_mission_interfaces.msg import MissionState, StatusChanges, Tree
+from bt_mission_interfaces.srv import GetStatuses, PauseMission, SetBreakpoint
+from std_srvs.srv import Trigger
+
+from bt_mission.ros.status_topics import CHANGES, LATCHED
+
+TWO = "mission: m\ntree:\n  sequence:\n    - turn: {angle: 90}\n      timeout: 60\n    - wait: 1\n"
+
+
+@pytest.fixture
+def heard(ros: Any) -> dict[str, list[Any]]:
+    """What the topics carry."""
+    heard: dict[str, list[Any]] = {"tree": [], "changes": [], "state": []}
+    for name, kind, qos in (
+        ("tree", Tree, LATCHED),
+        ("changes", StatusChanges, CHANGES),
+        ("state", MissionState, LATCHED),
+    ):
+        ros.client.create_subscription(kind, f"/bt_mission/{name}", heard[name].append, qos)
+    return heard
+
+
+def trigger(ros: Any, name: str) -> tuple[bool, str]:
+    """Call one of the services that ask for nothing more."""
+    answer = ros.call(Trigger, f"/bt_mission/{name}")
+    return answer.success, answer.message
+
+
+def test_paused_goals_are_cancelled_and_start_anew(ros: Any) -> None:
+    """The default; nothing else happens until the mission is resumed."""
+    turn = ros.server()
+    node = ros.mission(TWO, has_controls=True)
+    ros.until(lambda: turn.goals)
+    answer = ros.call(PauseMission, "/bt_mission/pause")
+    assert (answer.success, answer.message) == (True, "paused")
+    ros.run(10.0)
+    assert (len(turn.goals), turn.goal.cancels) == (1, 1)
+    assert (node.executive.state, node.ledger.open_goals) == ("paused", ())
+    assert trigger(ros, "resume") == (True, "goes on")
+    ros.until(lambda: len(turn.goals) == 2)
+    turn.goal.succeed()
+    ros.until(lambda: node.executive.is_done)
+    assert node.executive.state == "success"
+
+
+def test_paused_goals_may_be_kept(ros: Any) -> None:
+    """They run on unwatched; what they came to is seen after the pause."""
+    turn = ros.server()
+    node = ros.mission(TWO, has_controls=True)
+    ros.until(lambda: turn.goals)
+    answer = ros.call(PauseMission, "/bt_mission/pause", keep_goals=True)
+    assert answer.message == "paused; still under way: 'turn'"
+    turn.goal.succeed()
+    ros.run(100.0)
+    assert node.executive.root.status.name == "RUNNING"
+    trigger(ros, "resume")
+    took = ros.until(lambda: node.executive.is_done) - 100
+    assert (node.executive.state, turn.goal.cancels) == ("success", 0)
+    assert took == pytest.approx(1.1, abs=0.2)
+
+
+def test_steps_are_single_ticks(ros: Any) -> None:
+    """One for each call, only while paused."""
+    node = ros.mission("mission: m\ntree:\n  wait: 60\n", has_controls=True)
+    ros.run(1.0)
+    assert trigger(ros, "step") == (False, "the mission is not paused: pause it first")
+    ros.call(PauseMission, "/bt_mission/pause")
+    ticks = node.executive.ticks
+    for _ in range(3):
+        assert trigger(ros, "step") == (True, "one tick")
+        ros.run(1.0)
+    assert node.executive.ticks == ticks + 3
+
+
+def test_a_breakpoint_pauses_before_its_node_starts(ros: Any) -> None:
+    """Not one message goes to the server; the state says where the mission stands."""
+    turn = ros.server()
+    node = ros.mission(TWO, has_controls=True)
+    answer = ros.call(SetBreakpoint, "/bt_mission/breakpoint", node="turn")
+    assert (answer.success, list(answer.breakpoints)) == (True, ["turn"])
+    ros.run(5.0)
+    assert (node.executive.paused, turn.goals) == ("breakpoint at 'turn'", [])
+    trigger(ros, "resume")
+    ros.until(lambda: turn.goals)
+    turn.goal.succeed()
+    ros.until(lambda: node.executive.is_done)
+    assert node.executive.state == "success"
+
+
+def test_breakpoints_are_listed_and_removed(ros: Any) -> None:
+    """A name that is none is told, with the nearest."""
+    ros.mission(TWO, has_controls=True)
+
+    def ask(**fields: Any) -> tuple[bool, str, list[str]]:
+        answer = ros.call(SetBreakpoint, "/bt_mission/breakpoint", **fields)
+        return answer.success, answer.message, list(answer.breakpoints)
+
+    assert ask(node="wiat") == (False, "no node is called 'wiat'; did you mean 'wait'?", [])
+    assert ask(node="0.1") == (True, "pauses before '0.1'", ["0.1"])
+    assert ask() == (True, "1 set", ["0.1"])
+    assert ask(node="wait", remove=True) == (False, "no breakpoint is set at 'wait'", ["0.1"])
+    assert ask(node="0.1", remove=True) == (True, "'0.1' starts without a pause again", [])
+
+
+def test_a_stopped_mission_ends_its_goals(ros: Any) -> None:
+    """Also one that is paused at a breakpoint; afterwards there is nothing to hold."""
+    turn = ros.server()
+    node = ros.mission(TWO, has_controls=True)
+    ros.until(lambda: turn.goals)
+    assert trigger(ros, "stop")[0]
+    ros.until(lambda: node.executive.is_done)
+    assert (node.executive.state, turn.goal.cancels) == ("interrupted", 1)
+    for name in ("stop", "resume", "step"):
+        assert trigger(ros, name) == (False, "no mission runs")
+    assert not ros.call(PauseMission, "/bt_mission/pause").success
+
+
+def test_changes_make_up_the_statuses(ros: Any, heard: dict[str, list[Any]]) -> None:
+    """A tool that applies each change to the tree has what the service gives."""
+    turn = ros.server()
+    node = ros.mission(TWO, has_controls=True)
+    ros.until(lambda: turn.goals)
+    turn.goal.succeed()
+    ros.until(lambda: node.executive.is_done)
+    (tree,) = heard["tree"]
+    assert [(one.name, one.kind, one.path, one.parent) for one in tree.nodes] == [
+        ("m", "Sequence", "0", 0),
+        ("turn", "ActionLeaf", "0.0", 0),
+        ("wait", "Wait", "0.1", 0),
+    ]
+    assert [one.sequence for one in heard["changes"]] == list(range(1, len(heard["changes"]) + 1))
+    statuses = dict.fromkeys(range(3), (0, ""))
+    for message in heard["changes"]:
+        assert message.run == tree.run
+        statuses |= {one.node: (one.status, one.message) for one in message.changes}
+    answer = ros.call(GetStatuses, "/bt_mission/statuses")
+    assert (answer.run, answer.sequence) == (tree.run, len(heard["changes"]))
+    assert {one.node: (one.status, one.message) for one in answer.statuses} == statuses
+    assert [one.status for one in heard["state"]] == ["running", "success"]
+
+
+def test_nothing_is_said_while_nothing_changes(ros: Any, heard: dict[str, list[Any]]) -> None:
+    """A mission that waits for an hour is silent for an hour."""
+    ros.mission("mission: m\ntree:\n  wait: 7200\n", has_controls=True)
+    ros.run(1.0)
+    before = {name: len(messages) for name, messages in heard.items()}
+    assert before == {"tree": 1, "changes": 1, "state": 1}
+    ros.run(60.0)
+    assert {name: len(messages) for name, messages in heard.items()} == before

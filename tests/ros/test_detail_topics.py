@@ -1,0 +1,171 @@
+"""What a mission does, told to who listens, over real rclpy on a virtual clock."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+from bt_mission_interfaces.msg import MissionDetails, MissionLog
+
+from bt_mission.ros import detail_topics, mission_details
+from bt_mission.ros.detail_topics import DETAILS, LOG
+from bt_mission.ros.mission_details import KEPT_GOALS, as_json
+
+TURN = """\
+mission: m
+inputs: {angle: 90}
+tree:
+  sequence:
+    - log: off we go
+    - turn: {angle: $angle}
+      cancel_when: current_angle >= 45
+      on_cancel: success
+      timeout: 60
+      outputs: {angle_turned: turned}
+    - wait: 30
+"""
+
+
+@pytest.fixture
+def heard(ros: Any, monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    """What the details carry: one message for each tick."""
+    monkeypatch.setattr(detail_topics, "EVERY_S", 0.0)
+    heard: list[Any] = []
+    ros.client.create_subscription(MissionDetails, "/bt_mission/details", heard.append, DETAILS)
+    return heard
+
+
+def test_a_running_leaf_tells_how_far_it_is(ros: Any, heard: list[Any]):
+    """Towards the bound of its condition; with what it says, and since when."""
+    turn = ros.server()
+    ros.mission(TURN, has_controls=True)
+    ros.until(lambda: turn.goals)
+    turn.goal.feed(current_angle=30.0, remaining_angle=60.0)
+    ros.run(0.2)
+    (leaf,) = (one for one in heard[-1].running if one.label)
+    assert (leaf.node, leaf.label, leaf.value, leaf.limit) == (2, "current_angle", 30.0, 45.0)
+    assert leaf.message.startswith("current_angle 30.00")
+    assert leaf.since.sec == 1
+
+
+def test_a_wait_tells_how_long_it_takes(ros: Any, heard: list[Any]):
+    """Its time towards its end, s."""
+    ros.mission("mission: m\ntree:\n  wait: 30\n", has_controls=True)
+    ros.run(3.0)
+    (leaf,) = heard[-1].running
+    assert (leaf.label, leaf.limit) == ("s", 30.0)
+    assert leaf.value == pytest.approx(2.95)
+
+
+def test_a_goal_is_told_when_its_state_changes(ros: Any, heard: list[Any]):
+    """Also when the server accepts it, which the ledger has no event for."""
+    turn = ros.server()
+    node = ros.mission(TURN, has_controls=True)
+    ros.until(lambda: turn.goals)
+    ros.run(0.2)
+    turn.goal.succeed(angle_turned=90.0)
+    ros.run(0.2)
+    states = [goal.state for message in heard for goal in message.goals]
+    assert list(dict.fromkeys(states)) == ["sent", "active", "succeeded"]
+    (goal,) = {goal.goal_id: goal for one in heard for goal in one.goals}.values()
+    assert (goal.action, goal.owner, len(goal.goal_id)) == ("/turn", "turn", 32)
+    assert heard[-1].goals_sent == node.ledger.goals_sent == 1
+
+
+def test_variables_are_told_once_and_again_for_latecomers(ros: Any, heard: list[Any]):
+    """Inputs first, outputs when they are written; every tenth message has all."""
+    turn = ros.server()
+    ros.mission(TURN, has_controls=True)
+    ros.until(lambda: turn.goals)
+    turn.goal.succeed(angle_turned=90.0)
+    ros.run(2.0)
+    told = [{one.name: json.loads(one.value) for one in message.variables} for message in heard]
+    assert [one for one in told if one][:2] == [{"angle": 90}, {"turned": 90.0}]
+    assert told[10] == told[20] == {"angle": 90, "turned": 90.0}
+    assert told[11] == {}
+
+
+def test_places_of_a_goal_are_told(ros: Any, heard: list[Any]):
+    """Those of its poses, for maps."""
+    ros.server("follow_waypoints", "nav2_msgs/action/FollowWaypoints")
+    text = "mission: m\ntree:\n  follow_waypoints: {poses: [[1, 2, 90], [3, 4, 0]]}\n"
+    ros.mission(text, has_controls=True)
+    ros.run(1.0)
+    (goal,) = heard[-1].goals or next(one.goals for one in heard if one.goals)
+    assert [(one.x, one.y) for one in goal.targets] == [(1.0, 2.0), (3.0, 4.0)]
+
+
+def test_what_is_said_is_told(ros: Any):
+    """Each line, with its time."""
+    lines: list[Any] = []
+    ros.client.create_subscription(MissionLog, "/bt_mission/log", lines.append, LOG)
+    ros.mission("mission: m\ntree:\n  log: off we go\n", has_controls=True)
+    ros.run(1.0)
+    assert [(one.text, one.stamp.sec) for one in lines] == [("off we go", 1)]
+
+
+def test_breakpoints_are_told(ros: Any, heard: list[Any]):
+    """As they were named."""
+    node = ros.mission("mission: m\ntree:\n  wait: 30\n", has_controls=True)
+    node.executive.breakpoints.add("0")
+    ros.run(0.2)
+    assert heard[-1].breakpoints == ["0"]
+
+
+def test_nothing_is_made_up_for_nobody(ros: Any, monkeypatch: pytest.MonkeyPatch):
+    """Without a subscription there is no message, and no line of the log."""
+    monkeypatch.setattr(detail_topics, "EVERY_S", 0.0)
+    made: list[str] = []
+    ros.mission("mission: m\ntree:\n  sequence: [{log: hello}, {wait: 5}]\n", has_controls=True)
+    for place, name in (
+        (detail_topics, "MissionLog"),
+        (mission_details, "MissionDetails"),
+        (mission_details, "NodeProgress"),
+        (mission_details, "Variable"),
+    ):
+        monkeypatch.setattr(place, name, lambda name=name, **_: made.append(name))
+    ros.run(10.0)
+    assert made == []
+
+
+def test_wall_time_paces_the_details(ros: Any, heard: list[Any], monkeypatch: pytest.MonkeyPatch):
+    """However fast virtual time runs: only a new state of the mission does not wait."""
+    monkeypatch.setattr(detail_topics, "EVERY_S", 3600.0)
+    node = ros.mission("mission: m\ntree:\n  wait: 60\n", has_controls=True)
+    ros.run(30.0)
+    assert len(heard) == 1
+    node.executive.pause("by hand")
+    ros.run(30.0)
+    assert len(heard) == 2
+
+
+def test_old_goals_are_forgotten(ros: Any, heard: list[Any]):
+    """A mission of a week does not grow."""
+    turn = ros.server()
+    text = "mission: m\ntree:\n  repeat: {count: 70}\n  do:\n    turn: {angle: 9}\n"
+    node = ros.mission(text, has_controls=True)
+    for count in range(1, 71):
+        ros.until(lambda count=count: len(turn.goals) == count)
+        turn.goal.succeed()
+    ros.until(lambda: node.executive.is_done)
+    ros.run(1.0)
+    complete = max(len(message.goals) for message in heard)
+    assert KEPT_GOALS <= complete <= KEPT_GOALS + 1
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (6, "6"),
+        ([1.5, "a"], '[1.5, "a"]'),
+        ("x" * 300, None),
+        (list(range(1000)), f"[{', '.join(map(str, range(20)))}, ...]"),
+        (object, None),
+    ],
+)
+def test_values_are_short(value: Any, text: str | None):
+    """A picture as a variable would be megabytes ten times a second."""
+    found = as_json(value)
+    assert len(found) <= 200
+    assert text is None or found == text

@@ -1,0 +1,66 @@
+"""What a mission would find in a running graph."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+import rclpy
+from bt_mission_interfaces.action import Turn
+from rclpy.action import ActionServer
+from rclpy.context import Context
+from rclpy.node import Node
+from std_msgs.msg import String
+from std_srvs.srv import SetBool
+
+from bt_mission.language.loader import load_text
+from bt_mission.ros import graph_check
+
+MISSION = load_text(
+    "mission: m\ntrees:\n"
+    "  idle: {do: {service: {name: not_used, type: std_srvs/srv/Trigger}}}\n"
+    "  say: {do: {publish: {topic: speech, type: std_msgs/msg/String}}}\n"
+    "tree:\n  sequence:\n"
+    "    - {turn: {angle: 9}, timeout: 3}\n"
+    "    - {turn: {angle: 9}, timeout: 3}\n"
+    "    - service: {name: stop, type: std_srvs/srv/Trigger}\n"
+    "    - service: {name: /spot, type: std_srvs/srv/Trigger}\n"
+    "    - tree: say\n",
+    "m.yaml",
+)
+
+
+@pytest.fixture
+def robot(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """A graph with an action, a service of another type, and a topic, for a robot."""
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    context = Context()
+    rclpy.init(context=context)
+    node = Node("servers", context=context, namespace="robot1", enable_rosout=False)
+    server = ActionServer(node, Turn, "turn", lambda _: None)
+    node.create_service(SetBool, "stop", lambda _, answer: answer)
+    node.create_publisher(String, "speech", 10)
+    yield
+    server.destroy()
+    node.destroy_node()
+    context.shutdown()
+
+
+@pytest.mark.usefixtures("robot")
+def test_each_name_is_found_or_missing_or_of_another_type(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Once each, in the robot's namespace; trees that are not used ask for nothing."""
+    monkeypatch.setattr(graph_check, "LOOK_S", 1.0)
+    found = graph_check.look_for(MISSION, "robot1")
+    assert [(one.wanted.what, one.wanted.name, one.is_there) for one in found] == [
+        ("action", "/robot1/turn", True),
+        ("service", "/robot1/stop", False),
+        ("service", "/spot", False),
+        ("topic", "/robot1/speech", True),
+    ]
+    assert [str(one.fault()) for one in found if not one.is_there] == [
+        (
+            "m.yaml:9:7: error: /robot1/stop is a std_srvs/srv/SetBool in the graph, not a "
+            "std_srvs/srv/Trigger"
+        ),
+        "m.yaml:10:7: error: no service /spot in the graph",
+    ]

@@ -1,0 +1,78 @@
+"""Calls of a real service."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from std_srvs.srv import SetBool
+
+from bt_mission.core.errors import BtMissionError
+from bt_mission.ros.interface_types import FillError, UnknownType
+from bt_mission.ros.service_client import ServiceCaller
+
+
+def serve(node: Any, name: str) -> list[bool]:
+    """Answer on a service; gives what was asked."""
+    asked: list[bool] = []
+
+    def answer(request: Any, response: Any) -> Any:
+        asked.append(request.data)
+        response.success = request.data
+        response.message = "seen"
+        return response
+
+    node.create_service(SetBool, name, answer)
+    return asked
+
+
+def test_an_answer_is_handed_over_once(graph: Any) -> None:
+    """When the node's executor serves it, and not within the call."""
+    client, server = graph.node("client"), graph.node("server")
+    caller = ServiceCaller(client, "ask", "std_srvs/srv/SetBool")
+    assert caller.name == "/ask"
+    graph.settle()
+    assert not caller.is_ready()
+    asked = serve(server, "ask")
+    graph.settle(caller.is_ready)
+    answers: list[Any] = []
+    caller.call(caller.prepare({"data": True}), answers.append)
+    assert answers == []
+    graph.settle(lambda: len(answers) > 0)
+    graph.settle()
+    assert asked == [True]
+    assert [(answer.success, answer.message) for answer in answers] == [(True, "seen")]
+
+
+def test_a_forgotten_call_is_not_heard_of_any_more(graph: Any) -> None:
+    """The server is asked all the same; the next call has its own answer."""
+    client, server = graph.node("client"), graph.node("server")
+    caller = ServiceCaller(client, "ask", "std_srvs/srv/SetBool")
+    asked = serve(server, "ask")
+    graph.settle(caller.is_ready)
+    late: list[Any] = []
+    answers: list[Any] = []
+    forget = caller.call(caller.prepare({"data": True}), late.append)
+    forget()
+    caller.call(caller.prepare({"data": False}), answers.append)
+    graph.settle(lambda: len(answers) > 0)
+    graph.settle()
+    assert asked == [True, False]
+    assert late == []
+    assert [answer.success for answer in answers] == [False]
+
+
+def test_a_service_of_another_type_is_refused(graph: Any) -> None:
+    """Its answer would never come."""
+    serve(graph.node("server"), "ask")
+    with pytest.raises(BtMissionError, match="/ask is a std_srvs/srv/SetBool, not a std_srvs/srv/"):
+        ServiceCaller(graph.node("client"), "ask", "std_srvs/srv/Trigger")
+
+
+def test_what_does_not_fit_is_refused_before_the_call(graph: Any) -> None:
+    """Values by field, and types by name."""
+    node = graph.node("client")
+    with pytest.raises(FillError, match="data: expected true or false"):
+        ServiceCaller(node, "ask", "std_srvs/srv/SetBool").prepare({"data": 1})
+    with pytest.raises(UnknownType, match="std_srvs/srv/Sat is not installed"):
+        ServiceCaller(node, "ask", "std_srvs/srv/Sat")

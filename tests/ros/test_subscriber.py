@@ -1,0 +1,106 @@
+"""Messages of real topics, whatever quality of service they are sent with."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
+from std_msgs.msg import Int32, String
+
+from bt_mission.core.errors import BtMissionError
+from bt_mission.ros.interface_types import UnknownType
+from bt_mission.ros.subscriber import TopicReader
+
+LATCHED = QoSProfile(
+    depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL
+)
+BEST_EFFORT_LATCHED = QoSProfile(
+    depth=1, reliability=ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.TRANSIENT_LOCAL
+)
+TYPE = "std_msgs/msg/Int32"
+
+
+def heard(reader: TopicReader) -> list[int]:
+    """Listen; gives the list to which each message's number is added."""
+    numbers: list[int] = []
+    reader.listen(lambda message: numbers.append(message.data))
+    return numbers
+
+
+@pytest.mark.parametrize("qos", [10, qos_profile_sensor_data, BEST_EFFORT_LATCHED])
+def test_every_publisher_is_heard_once(graph: Any, qos: Any) -> None:
+    """Reliable or not."""
+    publisher = graph.node("talker").create_publisher(Int32, "n", qos)
+    reader = TopicReader(graph.node("listener"), "n", TYPE)
+    numbers = heard(reader)
+    graph.settle()
+    publisher.publish(Int32(data=7))
+    graph.settle()
+    assert (reader.name, numbers) == ("/n", [7])
+
+
+def test_a_latched_message_from_before_is_heard(graph: Any) -> None:
+    """As soon as it has come, and again by whoever listens later."""
+    publisher = graph.node("talker").create_publisher(Int32, "n", LATCHED)
+    publisher.publish(Int32(data=7))
+    reader = TopicReader(graph.node("listener"), "n", TYPE)
+    first = heard(reader)
+    graph.settle(lambda: first != [])
+    assert heard(reader) == [7]
+
+
+def test_a_latched_publisher_that_comes_later_is_found(graph: Any) -> None:
+    """By looking around; the wait for it does so at every tick."""
+    listener = graph.node("listener")
+    reader = TopicReader(listener, "n", TYPE)
+    numbers = heard(reader)
+    assert len(list(listener.subscriptions)) == 1
+    publisher = graph.node("talker").create_publisher(Int32, "n", LATCHED)
+    publisher.publish(Int32(data=7))
+
+    def found() -> bool:
+        reader.look_around()
+        return numbers != []
+
+    graph.settle(found)
+    assert set(numbers) == {7}
+    assert len(list(listener.subscriptions)) == 2
+
+
+def test_who_leaves_hears_nothing_more(graph: Any) -> None:
+    """Others do."""
+    publisher = graph.node("talker").create_publisher(Int32, "n", 10)
+    reader = TopicReader(graph.node("listener"), "n", TYPE)
+    numbers = heard(reader)
+    gone: list[Any] = []
+    reader.listen(gone.append)
+    reader.leave(gone.append)
+    reader.leave(gone.append)
+    graph.settle()
+    publisher.publish(Int32(data=7))
+    graph.settle()
+    assert (numbers, gone) == ([7], [])
+
+
+def test_silence_is_explained(graph: Any) -> None:
+    """Nobody, or publishers that say nothing."""
+    reader = TopicReader(graph.node("listener"), "n", TYPE)
+    assert reader.why_silent() == "nobody publishes it"
+    graph.node("talker").create_publisher(Int32, "n", 10)
+    assert reader.why_silent() == "its publishers are silent"
+
+
+def test_a_topic_of_another_type_is_refused(graph: Any) -> None:
+    """Its messages would never come."""
+    graph.node("talker").create_publisher(String, "n", 10)
+    with pytest.raises(
+        BtMissionError, match=f"/n is published as std_msgs/msg/String, not as {TYPE}"
+    ):
+        TopicReader(graph.node("listener"), "n", TYPE)
+
+
+def test_a_type_that_is_not_installed_is_refused(graph: Any) -> None:
+    """With the nearest one."""
+    with pytest.raises(UnknownType, match="did you mean 'std_msgs/msg/Int32'"):
+        TopicReader(graph.node("listener"), "n", "std_msgs/msg/Int31")

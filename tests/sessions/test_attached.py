@@ -1,0 +1,86 @@
+"""The executive on a clock that somebody else keeps, who may set it, stop it, or start it anew."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import rclpy
+from rclpy.context import Context
+from rclpy.node import Node
+from rclpy.time import Time
+from rosgraph_msgs.msg import Clock
+
+from bt_mission.language.loader import load_text
+from bt_mission.sessions.attached import Attached
+from bt_mission.testing.live_graph import own_domain
+from bt_mission.testing.processes import LOCAL
+
+MS = 1_000_000
+WAIT = "mission: waits\ntree: {wait: 3, name: pause}\n"
+PATIENCE = 500
+
+
+class Keeper:
+    """Publishes ``/clock`` as the test says, and has the executive follow."""
+
+    def __init__(self, context: Context) -> None:
+        self.node = Node("keeper", context=context, enable_rosout=False)
+        self.publisher = self.node.create_publisher(Clock, "/clock", 10)
+
+    def show(self, session: Attached, time_ms: int) -> None:
+        """Publish a time, until the executive has it; then let it do what is due."""
+        message = Clock(clock=Time(nanoseconds=time_ms * MS).to_msg())
+        for _ in range(PATIENCE):
+            self.publisher.publish(message)
+            session.step()
+            if session.node.get_clock().now().nanoseconds == time_ms * MS:
+                session.last_words()
+                return
+        raise AssertionError("the executive does not follow the clock")
+
+    def run(self, session: Attached, first_ms: int, last_ms: int) -> None:
+        """Show one time after the other, 50 ms apart."""
+        for time_ms in range(first_ms, last_ms + 1, 50):
+            self.show(session, time_ms)
+
+
+@pytest.fixture
+def keeper(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Keeper]:
+    """In a domain of its own."""
+    for name, value in LOCAL.items():
+        monkeypatch.setenv(name, value)
+    with own_domain() as domain_id:
+        monkeypatch.setenv("ROS_DOMAIN_ID", str(domain_id))
+        context = Context()
+        rclpy.init(context=context)
+        keeper = Keeper(context)
+        yield keeper
+        keeper.node.destroy_node()
+        context.shutdown()
+
+
+def test_a_mission_outlives_a_simulator_that_starts_anew(keeper: Keeper) -> None:
+    """Its clock starts at zero, stands still, is set back to zero, and goes on."""
+    with Attached(load_text(WAIT)) as session:
+        keeper.run(session, 0, 2000)
+        for _ in range(5):
+            keeper.show(session, 2000)
+        assert not session.is_done
+        keeper.run(session, 0, 1000)
+        assert not session.is_done
+        keeper.run(session, 1050, 1200)
+        assert session.executive.status == "success"
+        events = [json.loads(line) for line in session.trace.newest]
+        assert [event["jump"] for event in events if event.get("event") == "clock"] == [-1.95]
+
+
+def test_a_mission_takes_skipped_time_as_passed(keeper: Keeper) -> None:
+    """As everybody in the graph does."""
+    with Attached(load_text(WAIT)) as session:
+        keeper.run(session, 500, 1000)
+        keeper.show(session, 101_000)
+        keeper.show(session, 101_050)
+        assert session.executive.status == "success"

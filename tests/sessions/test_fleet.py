@@ -1,0 +1,129 @@
+"""Two robots carry out two missions in one world, on one clock."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bt_mission.language.loader import load_text
+from bt_mission.sessions.fleet import FleetStage, Member
+from bt_mission.sessions.stage import StageError
+
+LIMIT_NS = 300_000_000_000
+
+# Short and relative names lie in the namespace of the robot.
+LEGS = """\
+mission: legs
+robot: {robot}
+seed: 4
+tree:
+  repeat: {{count: {count}}}
+  do:
+    sequence:
+      - explore_forward: {{fwd_velocity: {speed}, stopping_distance: 0.4}}
+        name: drive
+        timeout: 60
+      - action:
+          name: turn
+          type: bt_mission_interfaces/action/Turn
+          goal: {{angle: {angle}}}
+        name: turn away
+        timeout: 30
+"""
+
+Make = Callable[..., FleetStage]
+
+
+@pytest.fixture
+def fleet(tmp_path: Path) -> Iterator[Make]:
+    """Put robots into one world: ``fleet(Member(...), Member(...))``."""
+    with ExitStack() as stages:
+
+        def start(*members: Member, world: str = "dqn_stage1") -> FleetStage:
+            stages.close()
+            return stages.enter_context(FleetStage(world, members, seed=3, image_folder=tmp_path))
+
+        yield start
+
+
+def legs(robot: str = "waffle", *, speed: float = 0.2, angle: float = 120.0, count: int = 2) -> Any:
+    """A mission of some legs through the room, with a turn after each."""
+    return load_text(LEGS.format(robot=robot, speed=speed, angle=angle, count=count))
+
+
+def two() -> tuple[Member, Member]:
+    """A Waffle and a Burger that start a metre and a half apart, back to back."""
+    return (
+        Member("robot1", legs(), x=0.75, y=0.3, yaw=20.0),
+        Member("robot2", legs("burger", speed=0.15, angle=-100.0), x=-0.75, yaw=180.0),
+    )
+
+
+def finished(stage: FleetStage) -> FleetStage:
+    """Step to the end."""
+    while not stage.is_done:
+        assert stage.now_ns < LIMIT_NS, "the missions do not end"
+        stage.step()
+    return stage
+
+
+def test_two_robots_run_two_missions_at_once(fleet):
+    """Both succeed, no goal is left behind, and nothing is touched."""
+    stage = finished(fleet(*two()))
+    for ride in stage.rides:
+        assert (str(ride.executive.status), ride.executive.reason) == ("success", "")
+        assert ride.executive.goals_sent == 4
+        assert ride.executive.goals_left_behind == ()
+        assert ride.robot.distance_travelled > 1.0
+    assert stage.collisions == 0
+
+
+def test_goals_go_to_the_servers_of_the_own_robot(fleet):
+    """By the namespace; the other robot stays where it is."""
+    alone = Member("robot1", legs(count=1), x=0.75, yaw=20.0)
+    idle = Member("robot2", load_text("mission: idle\ntree:\n  wait: 30\n"), x=-0.75)
+    stage = fleet(alone, idle)
+    actions: set[str] = set()
+    stage["robot1"].trace.listeners.append(
+        lambda line: actions.add(json.loads(line).get("action", "/robot1/"))
+    )
+    finished(stage)
+    assert {name.rpartition("/")[0].rstrip("/") for name in actions} == {"/robot1"}
+    assert stage["robot2"].robot.distance_travelled < 0.01
+    assert stage["robot1"].robot.distance_travelled > 0.3
+
+
+def test_a_mission_that_maps_is_refused(fleet):
+    """Before anything starts."""
+    maps = load_text("mission: map\nmap: unknown\ntree:\n  wait: 1\n")
+    with pytest.raises(StageError, match="robot1: a fleet has no mapper"):
+        fleet(Member("robot1", maps))
+
+
+def test_robots_see_each_other(fleet):
+    """One that stands in the way of the other is an obstacle like any other."""
+    driver = Member("robot1", legs(count=1), x=-1.2)
+    idle = Member("robot2", load_text("mission: idle\ntree:\n  wait: 30\n"), x=0.8, yaw=90.0)
+    stage = finished(fleet(driver, idle, world="empty_arena"))
+    assert stage.collisions == 0
+    x, _, _ = stage["robot1"].robot.pose
+    hull_to_hull = 0.8 - stage["robot2"].robot.robot.hull.half_width - x - 0.069
+    assert hull_to_hull == pytest.approx(0.4, abs=0.04)
+
+
+def test_two_runs_of_a_fleet_are_the_same(fleet):
+    """Bit for bit, in every mission's trace and in the poses at the end."""
+
+    def run() -> list[Any]:
+        stage = finished(fleet(*two()))
+        return [(ride.trace.sha256, ride.robot.pose) for ride in stage.rides]
+
+    first = run()
+    assert run() == first
+    assert all(math.isfinite(value) for _, pose in first for value in pose)

@@ -1,0 +1,240 @@
+"""Missions as goals of ``execute_mission``, over real rclpy."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from action_msgs.msg import GoalStatus
+from bt_mission_interfaces.action import ExecuteMission
+from bt_mission_interfaces.msg import MissionState
+from rclpy.action import ActionClient
+
+from bt_mission.ros.status_topics import LATCHED
+
+TURN = "mission: m\ninputs: {angle: 90}\ntree:\n  turn: {angle: $angle}\n  timeout: 60\n"
+STATUS = {
+    GoalStatus.STATUS_SUCCEEDED: "succeeded",
+    GoalStatus.STATUS_CANCELED: "canceled",
+    GoalStatus.STATUS_ABORTED: "aborted",
+}
+
+
+class Sent:
+    """A goal of a client."""
+
+    def __init__(self, ros: Any, client: ActionClient, **fields: Any) -> None:
+        self._ros = ros
+        self.feedback: list[Any] = []
+        self._answer = client.send_goal_async(
+            ExecuteMission.Goal(**fields),
+            feedback_callback=lambda message: self.feedback.append(message.feedback),
+        )
+        ros.until(self._answer.done)
+        self.handle = self._answer.result()
+        self.accepted = self.handle.accepted
+        self._end = self.handle.get_result_async() if self.accepted else None
+
+    def cancel(self) -> None:
+        self._ros.until(self.handle.cancel_goal_async().done)
+
+    @property
+    def is_done(self) -> bool:
+        return self._end is not None and self._end.done()
+
+    def end(self) -> tuple[str, Any]:
+        assert self._end is not None
+        self._ros.until(self._end.done)
+        return STATUS[self._end.result().status], self._end.result().result
+
+
+@pytest.fixture
+def send(ros: Any) -> Any:
+    """Send a mission to the executive."""
+    client = ActionClient(ros.client, ExecuteMission, "execute_mission")
+    return lambda **fields: Sent(ros, client, **fields)
+
+
+def test_a_mission_runs_and_its_result_tells(ros: Any, send: Any) -> None:
+    """Inputs and seed come with the goal; the summary is what `run` would print."""
+    ros.serve()
+    turn = ros.server()
+    mission = send(text=TURN, inputs=["angle=45"], seed=7)
+    ros.until(lambda: turn.goals)
+    ros.run(1.5)
+    turn.goal.feed(current_angle=10.0)
+    ros.run(1.0)
+    turn.goal.succeed()
+    status, result = mission.end()
+    assert turn.goal.request.angle == 45.0
+    assert (status, result.status, result.error_code, result.error_msg) == (
+        "succeeded",
+        "success",
+        0,
+        "",
+    )
+    assert (result.goals_sent, result.goals_left_behind) == (1, 0)
+    assert result.duration == pytest.approx(2.5, abs=0.11)
+    assert result.summary.startswith("m: success\n")
+    first = mission.feedback[0]
+    assert (first.status, first.tip, list(first.running)) == ("running", "turn", ["turn"])
+    assert [one.doing[0] for one in mission.feedback if one.doing][-1].startswith(
+        "current_angle 10.00"
+    )
+
+
+def test_a_mission_that_fails_says_where(ros: Any, send: Any) -> None:
+    """As its goal's own result has it."""
+    ros.serve()
+    turn = ros.server()
+    mission = send(text=TURN)
+    ros.until(lambda: turn.goals)
+    turn.goal.abort(error_code=906, error_msg="a wall")
+    status, result = mission.end()
+    assert (status, result.status, result.error_code) == ("aborted", "failure", 910)
+    assert result.error_msg == "'turn' aborted: /turn: a wall (code 906)"
+
+
+@pytest.mark.parametrize(
+    ("goal", "words"),
+    [
+        (
+            {"text": "mission: m\ntree:\n  trun: {}\n"},
+            "<text>:3:3: error: no kind of node is called",
+        ),
+        ({"path": "no_such_mission"}, "no such mission"),
+        ({}, "one of them, not both"),
+        ({"text": TURN, "path": "explore"}, "one of them, not both"),
+        ({"text": TURN, "seed": -2}, "seed: expected a whole number from 0"),
+        ({"text": TURN, "inputs": ["angle"]}, "inputs: expected NAME=VALUE, got 'angle'"),
+        ({"text": TURN, "inputs": ["angel=3"]}, "no input 'angel'"),
+    ],
+)
+def test_what_is_not_sound_never_starts(ros: Any, send: Any, goal: Any, words: str) -> None:
+    """Aborted, not rejected: a rejection carries no words in ROS."""
+    ros.serve()
+    status, result = send(**goal).end()
+    assert (status, result.status, result.error_code) == ("aborted", "", 909)
+    assert words in result.error_msg
+
+
+def test_a_behaviour_that_cannot_be_made_ends_no_server(ros: Any, send: Any, tmp_path: Any) -> None:
+    """A user's class raises in its constructor."""
+    ros.serve()
+    (tmp_path / "mine.py").write_text(
+        "import py_trees\nclass Mine(py_trees.behaviour.Behaviour):\n"
+        "    def __init__(self, name):\n        raise ZeroDivisionError('oh')\n"
+        "    def update(self): ...\n"
+    )
+    path = tmp_path / "m.yaml"
+    path.write_text("mission: m\ntree:\n  python: mine.py:Mine\n")
+    status, result = send(path=str(path)).end()
+    assert (status, result.error_code in (900, 909)) == ("aborted", True)
+    assert "ZeroDivisionError" in result.error_msg
+    ros.server()
+    assert send(text=TURN).accepted
+
+
+def test_a_cancel_ends_every_goal_first(ros: Any, send: Any) -> None:
+    """The server takes its time to stop; the mission is canceled only then."""
+    ros.serve()
+    turn = ros.server(cancels=None)
+    mission = send(text=TURN)
+    ros.until(lambda: turn.goals)
+    mission.cancel()
+    ros.until(lambda: turn.goal.cancels)
+    turn.goal.answer_cancel()
+    ros.run(1.0)
+    assert not mission.is_done
+    turn.goal.cancel()
+    status, result = mission.end()
+    assert (status, result.status, result.error_code) == ("canceled", "interrupted", 901)
+    assert (result.error_msg, result.goals_left_behind) == ("canceled", 0)
+
+
+def test_a_newer_mission_replaces_the_one_that_runs(ros: Any, send: Any) -> None:
+    """It waits until the goals of the older have ended; one that waits is replaced as well."""
+    ros.serve()
+    turn = ros.server(cancels=None)
+    first = send(text=TURN, inputs=["angle=1"])
+    ros.until(lambda: turn.goals)
+    second = send(text=TURN, inputs=["angle=2"])
+    third = send(text=TURN, inputs=["angle=3"])
+    status, result = second.end()
+    assert (status, result.error_code) == ("aborted", 901)
+    assert result.error_msg == "replaced by a newer mission"
+    assert (len(turn.goals), first.is_done) == (1, False)
+    turn.goal.answer_cancel()
+    turn.goal.cancel()
+    status, result = first.end()
+    assert (status, result.status) == ("aborted", "interrupted")
+    assert result.error_msg == "replaced by a newer mission"
+    ros.until(lambda: len(turn.goals) == 2)
+    turn.goal.succeed()
+    assert third.end()[0] == "succeeded"
+    assert turn.goal.request.angle == 3.0
+
+
+def test_a_mission_that_waits_can_be_cancelled(ros: Any, send: Any) -> None:
+    """The one that runs has been told to end all the same."""
+    ros.serve()
+    turn = ros.server(cancels=None)
+    first = send(text=TURN)
+    ros.until(lambda: turn.goals)
+    second = send(text=TURN)
+    second.cancel()
+    assert second.end()[0] == "canceled"
+    turn.goal.answer_cancel()
+    turn.goal.cancel()
+    assert first.end()[0] == "aborted"
+    assert len(turn.goals) == 1
+
+
+def test_by_parameter_a_newer_mission_is_refused(ros: Any, send: Any) -> None:
+    """Rejected while one runs, welcome afterwards."""
+    ros.serve(on_new_goal="refuse")
+    turn = ros.server()
+    first = send(text=TURN)
+    ros.until(lambda: turn.goals)
+    assert not send(text=TURN).accepted
+    assert ros.said[-1] == "mission refused: another mission runs (on_new_goal: refuse)"
+    turn.goal.succeed()
+    assert first.end()[0] == "succeeded"
+    assert send(text=TURN).accepted
+
+
+def test_a_mission_cannot_wait_for_its_own_executive(ros: Any, send: Any) -> None:
+    """It would replace itself; the goal is aborted with advice, and the mission goes on."""
+    ros.serve()
+    mission = send(
+        text="mission: m\ntree:\n  fallback:\n"
+        "    - execute_mission: {text: 'mission: n'}\n      timeout: 9\n"
+        "    - log: went on\n"
+    )
+    assert mission.end()[0] == "succeeded"
+    assert "went on" in ros.said
+
+
+def test_closing_ends_the_mission_and_refuses_others(ros: Any, send: Any) -> None:
+    """As Ctrl-C does."""
+    serve = ros.serve()
+    turn = ros.server()
+    mission = send(text=TURN)
+    ros.until(lambda: turn.goals)
+    serve.close("interrupted by Ctrl-C")
+    status, result = mission.end()
+    assert (status, result.error_msg) == ("aborted", "interrupted by Ctrl-C")
+    ros.until(lambda: not serve.is_busy)
+    assert not send(text=TURN).accepted
+
+
+def test_the_state_is_latched_from_the_start(ros: Any, send: Any) -> None:
+    """A tool that looks sees idle before the first mission."""
+    states: list[str] = []
+    ros.client.create_subscription(
+        MissionState, "/bt_mission/state", lambda message: states.append(message.status), LATCHED
+    )
+    ros.serve()
+    send(text="mission: m\ntree:\n  wait: 1\n").end()
+    ros.run(0.2)
+    assert states == ["idle", "running", "success"]

@@ -1,0 +1,97 @@
+"""The missions that are shipped do what their descriptions say, by the true pose."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+from PIL import Image
+
+from bt_mission.core.files import names
+from bt_mission.core.robot.model import load_robot
+from sim.world.loader import load_world
+from tests.support.paths import path_length
+
+CONTROL_STEP_S = 0.05
+
+
+@pytest.mark.parametrize("name", names("missions"))
+def test_each_mission_succeeds_without_collision_and_leaves_no_goal_behind(
+    stage: Any, name: str
+) -> None:
+    """As shipped, on its own world, robot and seed."""
+    run = stage.run(name)
+    run.until_done()
+    assert (run.status, run.reason) == ("success", "")
+    assert run.report.goals_left_behind == 0
+    assert run.stage.collisions == 0
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_no_leg_of_explore_is_longer_than_two_metres_and_the_way_to_stop(
+    stage: Any, seed: int
+) -> None:
+    """A leg is cancelled at the first feedback over 2 m; one control step and braking follow."""
+    run = stage.run("explore", seed=seed, world="empty_arena")
+    run.until_done()
+    assert run.status == "success"
+    drives = [e for e in run.events("status") if e["node"] == "drive"]
+    legs = [
+        path_length(run, start["t"], end["t"])
+        for start, end in zip(drives[::2], drives[1::2], strict=True)
+    ]
+    assert len(legs) == 6
+    speed = 0.2
+    braking = speed**2 / (2 * load_robot("waffle").max_linear_acceleration)
+    assert max(legs) <= 2.0 + speed * CONTROL_STEP_S + braking
+    assert any(leg > 1.95 for leg in legs), "no leg was long enough to be cut"
+
+
+def test_explore_takes_five_pictures(stage: Any) -> None:
+    """The sweep of eight is cancelled after the fifth picture, and those five stay on disk."""
+    run = stage.run("explore")
+    run.until_done()
+    (end,) = [
+        e for e in run.events("status") if e["node"] == "look around" and e["status"] == "SUCCESS"
+    ]
+    assert end["message"].startswith("canceled by condition: current_image >= 5")
+
+
+def test_patrol_visits_the_four_zones(stage: Any) -> None:
+    """Within 0.25 m of each zone's centre, in the order A, B, C, D, by the true pose."""
+    run = stage.run("patrol")
+    run.until_done()
+    poses = run.events("pose")
+    visits = []
+    for zone in load_world("nav_arena").zones:
+        nearest, when = min((math.hypot(p["x"] - zone.x, p["y"] - zone.y), p["t"]) for p in poses)
+        assert nearest <= 0.25, f"zone {zone.name}: {nearest:.3f} m"
+        visits.append((when, zone.name))
+    assert [name for _, name in sorted(visits)] == ["A", "B", "C", "D"]
+
+
+def test_sweep_writes_its_pictures(stage: Any, tmp_path: Any) -> None:
+    """Six PNG files that can be opened, that differ, in one folder of their own."""
+    run = stage.run("sweep")
+    run.until_done()
+    assert run.status == "success"
+    pictures = sorted(tmp_path.glob("run_001/*/*.png"))
+    assert len(pictures) == 6
+    contents = set()
+    for picture in pictures:
+        with Image.open(picture) as image:
+            assert image.size == (320, 240)
+            contents.add(image.tobytes())
+    assert len(contents) == 6
+
+
+def test_square_ends_where_it_began(stage: Any) -> None:
+    """Four sides of a metre: the robot is back within 0.1 m and 5 degrees."""
+    run = stage.run("square")
+    x0, y0, yaw0 = run.pose
+    run.until_done()
+    x, y, yaw = run.pose
+    assert math.hypot(x - x0, y - y0) < 0.1
+    assert abs(math.remainder(yaw - yaw0, 2 * math.pi)) < math.radians(5)
+    assert run.stage.distance_travelled_m == pytest.approx(4.0, abs=0.15)

@@ -1,0 +1,97 @@
+"""A session is driven to its end, whoever looks on."""
+
+from __future__ import annotations
+
+import json
+import signal
+from pathlib import Path
+from typing import Any
+
+from bt_mission.executive.executive import Change
+from bt_mission.sessions.session import drive
+from bt_mission.views.terminal.views import Quiet
+
+DRIVE = """\
+mission: drive
+world: empty_arena
+tree:
+  sequence:
+    - explore_forward: {fwd_velocity: 0.2, stopping_distance: 0.3}
+      timeout: 60
+"""
+
+
+class ClosedPipe(Quiet):
+    """A view whose reader leaves when the first leaf starts."""
+
+    def __init__(self) -> None:
+        self.shown = 0
+
+    def on_change(self, change: Change) -> None:
+        self.shown += 1
+        raise BrokenPipeError
+
+
+class Signals(Quiet):
+    """A view that sends this process a signal after some frames."""
+
+    def __init__(self, *frames: int) -> None:
+        self._frames = frames
+        self._count = 0
+
+    def refresh(self) -> None:
+        self._count += 1
+        if self._count in self._frames:
+            signal.raise_signal(signal.SIGINT)
+
+
+def test_a_reader_who_leaves_ends_the_mission_in_good_order(stage: Any) -> None:
+    """The goal is cancelled and confirmed; nothing more is shown."""
+    run = stage.run(DRIVE)
+    view = ClosedPipe()
+    report = drive(run.stage, view)
+    assert report.status == "interrupted"
+    assert report.reason == "nobody reads the output any more"
+    assert report.goals_left_behind == 0
+    assert view.shown == 1
+
+
+def test_ctrl_c_ends_the_mission_and_gives_the_handlers_back(stage: Any) -> None:
+    """Afterwards Ctrl-C is Python's again."""
+    before = signal.getsignal(signal.SIGINT)
+    run = stage.run(DRIVE)
+    report = drive(run.stage, Signals(40))
+    assert (report.status, report.reason) == ("interrupted", "interrupted by Ctrl-C")
+    assert (report.goals_sent, report.goals_left_behind) == (1, 0)
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_a_second_ctrl_c_leaves_at_once_and_names_the_goals(stage: Any) -> None:
+    """Both arrive between two steps: nothing is waited for."""
+    run = stage.run(DRIVE)
+
+    class Twice(Signals):
+        def refresh(self) -> None:
+            super().refresh()
+            if self._count == 40:
+                signal.raise_signal(signal.SIGINT)
+
+    report = drive(run.stage, Twice(40))
+    assert report.goals_left_behind == 1
+    assert "left at once after a second Ctrl-C; left behind: /explore_forward" in report.reason
+    assert len(run.close()) == 1
+
+
+def test_the_trace_file_holds_the_whole_run(stage: Any, tmp_path: Path) -> None:
+    """Written as it happens, so that a run that is cut off has left what it did."""
+    run = stage.run("mission: m\ntree: {wait: 0.2}")
+    path = tmp_path / "trace.jsonl"
+    drive(run.stage, Quiet(), trace_file=path)
+    events = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
+    assert [e.get("event") for e in events if e.get("event") != "pose"] == [
+        None,
+        "start",
+        "status",
+        "status",
+        "mission",
+    ]

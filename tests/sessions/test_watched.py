@@ -1,0 +1,78 @@
+"""A mission on the stage that somebody looks on at."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bt_mission.events.mission_state import WatchedMission
+from bt_mission.events.robot_state import WatchedRobot
+from bt_mission.language.loader import load_text
+from bt_mission.ros import detail_topics, robot_relay
+from bt_mission.ros.discovery import OwnExecutive
+from bt_mission.sessions.stage import Stage
+
+DRIVE = """\
+mission: drive
+world: empty_arena
+seed: 3
+tree:
+  sequence:
+    - explore_forward: {fwd_velocity: 0.2, stopping_distance: 0.5}
+      cancel_when: current_distance_travelled > 0.4
+      on_cancel: success
+      timeout: 30
+    - turn: {angle: 45}
+"""
+
+
+def run(folder: Path, watcher: Any = None) -> str:
+    """Run the mission, looked on at by a watcher or by nobody; gives the hash of its trace."""
+    with Stage(
+        load_text(DRIVE), image_folder=folder, say=lambda _: None, watched=watcher is not None
+    ) as stage:
+        graph = OwnExecutive(stage) if watcher is not None else None
+        link = graph.attach(graph.name) if graph is not None else None
+        while not stage.is_done:
+            stage.step()
+            if link is not None:
+                watcher(stage, link.take(needs_statuses=False))
+                assert link.is_there
+        if graph is not None and link is not None:
+            graph.serve()
+            watcher(stage, link.take(needs_statuses=False))
+            link.close()
+            graph.close()
+        return stage.trace.sha256
+
+
+def test_looking_on_changes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """The same trace, bit for bit, though everything is told in every tick."""
+    monkeypatch.setattr(detail_topics, "EVERY_S", 0.0)
+    monkeypatch.setattr(robot_relay, "EVERY_S", 0.0)
+    mission, robot = WatchedMission(), WatchedRobot()
+    farthest = [0.0]
+
+    def look(stage: Stage, heard: Any) -> None:
+        for message in heard.messages:
+            mission.take(message)
+        for reading in heard.robot:
+            robot.take(reading)
+        if heard.robot and robot.pose is not None:
+            x, y, _ = stage.sim.simulation.pose
+            farthest[0] = max(farthest[0], abs(robot.pose.x - x), abs(robot.pose.y - y))
+
+    watched = run(tmp_path, look)
+    assert run(tmp_path) == watched
+    assert (mission.status, [goal.state for goal in mission.goals.values()]) == (
+        "success",
+        ["canceled", "succeeded"],
+    )
+    assert farthest[0] < 0.02, "the robot is seen where it is"
+    assert len(robot.trail) >= 7
+    assert len(robot.scan_points()) > 300
+    assert robot.map is not None
+    assert robot.charge is not None
+    assert robot.charge > 90

@@ -1,0 +1,114 @@
+"""Clearance: the true room between the robot and all that it could touch, and what is so near."""
+
+import math
+
+import mujoco
+import pytest
+
+from sim.physics.clearance import Clearance, touching
+from sim.simulation import Entrant, Fleet, Simulation
+from sim.world.loader import load_world
+from sim.world.world import Spawn
+
+FRONT, HALF_WIDTH = 0.069, 0.153
+"""The Waffle's hull from its axle's middle, m."""
+
+RIM = 0.144 + 0.009
+"""Metres from the middle to the outer side of a wheel."""
+
+
+def test_ahead_it_is_the_distance_from_the_hull(simulate):
+    """A wall whose face is 1 m ahead of the axle."""
+    wall = {"name": "wall", "from": [1.05, -2], "to": [1.05, 2], "thickness": 0.1}
+    found = simulate(walls=[wall]).clearance()
+    assert found.distance == pytest.approx(1 - FRONT, abs=1e-4)
+    assert found.obstacle == "wall"
+    assert found.here is not None
+    assert found.there is not None
+    assert found.here[0] == pytest.approx(FRONT, abs=1e-4)
+    assert found.there[0] == pytest.approx(1.0)
+    assert math.dist(found.here, found.there) == pytest.approx(found.distance)
+
+
+def test_beside_it_is_the_distance_from_the_wheel(simulate):
+    """The wheels stand out 20 mm farther than the body."""
+    pillar = {"name": "pillar", "x": 0, "y": -0.5, "radius": 0.1}
+    found = simulate(cylinders=[pillar]).clearance()
+    assert found.distance == pytest.approx(0.4 - RIM, abs=1e-3)
+
+
+def test_a_corner_counts_where_it_is_nearest(simulate):
+    """Turned by 45 degrees, the front corner is 1 m less its own reach away."""
+    wall = {"name": "wall", "from": [1.05, -2], "to": [1.05, 2], "thickness": 0.1}
+    found = simulate(walls=[wall], spawn={"yaw": 45}).clearance()
+    reach = (FRONT + 0.133) * math.cos(math.radians(45))
+    assert found.distance == pytest.approx(1 - reach, abs=1e-3)
+
+
+def test_what_is_out_of_reach_is_not_looked_at(simulate):
+    """0.9 m away: nothing within 0.5 m, and nothing in an empty world."""
+    wall = {"name": "wall", "from": [1, -2], "to": [1, 2], "thickness": 0.1}
+    simulation = simulate(walls=[wall])
+    assert simulation.clearance(within=0.5) == Clearance(0.5)
+    assert simulation.clearance(within=2).obstacle == "wall"
+    assert simulate().clearance() == Clearance(math.inf)
+
+
+def test_the_floor_is_no_obstacle_and_a_bar_overhead_is(simulate):
+    """What counts is the distance in space: 5 mm of height between a sill and the hull."""
+    sill = {"name": "sill", "x": 0.0, "y": 0.0, "size": [0.02, 0.1, 0.005]}
+    found = simulate(boxes=[sill]).clearance()
+    assert found.obstacle == "sill"
+    assert found.distance == pytest.approx(0.005, abs=1e-4)
+
+
+def test_pushing_on_against_a_wall_it_is_below_zero(simulate, drive):
+    """By less than a millimetre: contacts are a little soft."""
+    wall = {"name": "wall", "from": [0.5, -1], "to": [0.5, 1], "thickness": 0.02}
+    simulation = simulate(walls=[wall])
+    drive(simulation, 4.0, linear=0.2)
+    found = simulation.clearance()
+    assert -1e-3 < found.distance < 0
+    assert found.obstacle == "wall"
+
+
+def test_other_robots_count_by_their_bodies_and_not_by_their_screens(make_world, waffle):
+    """Nose to nose, 2 m between the axles; each measures the same."""
+    entrants = [Entrant(waffle, "one", Spawn(x=-1)), Entrant(waffle, "two", Spawn(x=1, yaw=180))]
+    fleet = Fleet(make_world(), entrants, seed=1)
+    for robot, other in (("one", "two"), ("two", "one")):
+        found = fleet[robot].clearance()
+        assert found.obstacle == other
+        assert found.distance == pytest.approx(2 - 2 * FRONT, abs=1e-3)
+
+
+def test_a_prop_counts_while_it_is_there(simulate):
+    """It is measured at the same instant."""
+    simulation = simulate(props=2)
+    box = simulation.props.place("box", 1.0, 0.0, size=(0.2, 0.2, 0.3))
+    assert simulation.clearance().obstacle == "box"
+    assert simulation.clearance().distance == pytest.approx(0.9 - FRONT, abs=1e-4)
+    box.remove()
+    assert simulation.clearance() == Clearance(math.inf)
+
+
+def nearest_of_all(simulation: Simulation) -> float:
+    """The least distance over every pair of geoms, none left out."""
+    model, data = simulation.model, simulation.data
+    others = [g for g in range(model.ngeom) if model.geom(g).name.startswith("obstacle/")]
+    return min(
+        mujoco.mj_geomDistance(model, data, geom, other, 100.0, None)
+        for geom in touching(model)
+        for other in others
+    )
+
+
+@pytest.mark.parametrize("world", ["dqn_stage4", "turtlebot3_house"])
+def test_what_it_leaves_out_is_never_the_nearest(waffle, drive, world):
+    """It looks at a few obstacles only; the result is that of looking at all of them."""
+    simulation = Simulation(load_world(world), waffle, seed=1)
+    for _ in range(40):
+        drive(simulation, 0.5, 0.2, 0.6)
+        assert simulation.clearance().distance == pytest.approx(
+            nearest_of_all(simulation), abs=1e-9
+        )

@@ -1,0 +1,305 @@
+"""Props: they appear, move and vanish; who sees and who touches them; what is refused."""
+
+import math
+
+import numpy as np
+import pytest
+
+from sim.physics.prop import PropError
+from sim.sensors.raycast import RaycastCamera
+from sim.simulation import Entrant, Fleet, Simulation
+from sim.world.loader import load_world
+from sim.world.world import Spawn
+
+S = 1_000_000_000
+
+
+def readings(simulation, count=40):
+    """Everything that a drive through the world shows, down to the last bit."""
+    seen = []
+    for index in range(count):
+        simulation.command(0.25, math.sin(index / 7))
+        simulation.advance_to(simulation.time_ns + 100_000_000)
+        odometry = simulation.read_odometry()
+        seen.append((simulation.pose, odometry.x, odometry.yaw, simulation.inertial(index)))
+        seen.append(simulation.scan(index).tobytes())
+    return seen
+
+
+@pytest.mark.parametrize("world", ["dqn_stage4", "empty_arena"])
+def test_without_one_placed_a_run_is_as_without_any(waffle, world):
+    """Poses, odometry, inertial readings and scans are the same bit for bit; it hits walls, too."""
+    runs = [Simulation(load_world(world), waffle, seed=3, props=props) for props in (0, 4, 1, 7)]
+    first, *others = [readings(run, 150) for run in runs]
+    assert runs[0].collisions > 0
+    assert all(other == first for other in others)
+
+
+def test_without_one_placed_a_fleet_runs_as_without_any(make_world, waffle):
+    """Two robots that drive into each other."""
+    entrants = [Entrant(waffle, "one", Spawn(x=-1)), Entrant(waffle, "two", Spawn(x=1, yaw=180))]
+    seen = []
+    for props in (0, 3):
+        fleet = Fleet(make_world(), entrants, seed=1, props=props)
+        for _ in range(100):
+            for robot in fleet.robots:
+                robot.command(0.2, 0.0)
+            fleet.physics.advance_to(fleet.physics.time_ns + 50_000_000)
+        assert fleet.collisions == 2
+        seen.append([(robot.pose, robot.scan(0).tobytes()) for robot in fleet.robots])
+    assert seen[0] == seen[1]
+
+
+def test_it_appears_to_the_lidar_at_once(simulate):
+    """At 1 m, of which 0.1 m is its half, plus the 64 mm that the lidar stands back; and goes."""
+    simulation = simulate(props=1)
+    before = simulation.scan(0)
+    box = simulation.props.place("box", 1.0, 0.0, size=(0.2, 0.4, 0.3))
+    assert simulation.scan(0)[0] == pytest.approx(0.9 + 0.064, abs=0.03)
+    assert before[0] == np.inf
+    box.remove()
+    assert np.array_equal(simulation.scan(0), before)
+
+
+@pytest.mark.parametrize(
+    ("shape", "section", "fields"),
+    [
+        ({"size": (0.3, 0.1, 0.4), "yaw_deg": 30}, "boxes", {"size": [0.3, 0.1, 0.4], "yaw": 30}),
+        ({"radius": 0.15, "height": 0.3}, "cylinders", {"radius": 0.15, "height": 0.3}),
+    ],
+)
+def test_it_is_like_an_obstacle_of_the_world(simulate, drive, shape, section, fields):
+    """The same scan all round, and the robot runs into it at the same time as hard."""
+    placed = simulate(props=1)
+    placed.props.place("it", 0.5, 0.1, **shape)
+    built = simulate(**{section: [{"name": "it", "x": 0.5, "y": 0.1, **fields}]})
+    assert np.array_equal(placed.scan(0), built.scan(0))
+    for simulation in (placed, built):
+        drive(simulation, 3.0, linear=0.2)
+    (one,), (other,) = placed.take_collisions(), built.take_collisions()
+    assert (one.obstacle, one.time_ns) == ("it", other.time_ns)
+    assert one.force == pytest.approx(other.force, rel=0.05)
+
+
+def test_it_goes_where_it_is_sent_and_stands(simulate):
+    """2 m at 0.5 m/s take 4 s."""
+    simulation = simulate(props=1)
+    box = simulation.props.place("box", 1.0, -1.0, radius=0.1)
+    box.move_to(1.0, 1.0, speed=0.5)
+    simulation.advance_to(simulation.time_ns + 1 * S)
+    assert box.position == pytest.approx((1.0, -0.5))
+    assert box.velocity == pytest.approx((0, 0.5))
+    assert simulation.data.body("prop/0").xpos[:2] == pytest.approx((1.0, -0.5), abs=1e-6)
+    simulation.advance_to(simulation.time_ns + 4 * S)
+    assert box.position == (1.0, 1.0)
+    assert box.velocity == (0.0, 0.0)
+    assert simulation.data.body("prop/0").xpos[:2].tolist() == [1.0, 1.0]
+
+
+def test_it_follows_points_and_can_be_sent_elsewhere_on_the_way(simulate):
+    """Each way begins where it is."""
+    simulation = simulate(props=1)
+    box = simulation.props.place("box", 0.0, 2.0, radius=0.1)
+    box.follow([(1.0, 2.0), (1.0, 3.0)], speed=1.0)
+    simulation.advance_to(simulation.time_ns + 3 * S // 2)
+    assert box.position == pytest.approx((1.0, 2.5))
+    box.move_at(-1.0, 0.0)
+    simulation.advance_to(simulation.time_ns + 1 * S)
+    assert box.position == pytest.approx((0.0, 2.5))
+    box.stop()
+    simulation.advance_to(simulation.time_ns + 1 * S)
+    assert box.position == pytest.approx((0.0, 2.5))
+
+
+def test_it_pushes_a_robot_at_its_own_speed(simulate):
+    """Which contacts know: it is touched once, and moves on with it at 0.1 m/s."""
+    simulation = simulate(props=1)
+    box = simulation.props.place("box", 0.5, 0.0, size=(0.2, 0.4, 0.3))
+    box.move_at(-0.1, 0.0)
+    simulation.advance_to(simulation.time_ns + 5 * S)
+    (collision,) = simulation.take_collisions()
+    assert collision.obstacle == "box"
+    # 0.4 m to its face, less 0.069 m of hull, at 0.1 m/s.
+    assert collision.time_ns / S == pytest.approx(1 + 3.31, abs=0.03)
+    assert simulation.velocity[0] == pytest.approx(-0.1, abs=0.01)
+    assert box.position[0] == pytest.approx(0.0)
+
+
+def test_one_that_stands_is_not_pushed_away(simulate, drive):
+    """A robot drives against it for 5 s."""
+    simulation = simulate(props=1)
+    simulation.props.place("box", 0.4, 0.0, size=(0.1, 0.4, 0.3))
+    drive(simulation, 5.0, linear=0.2)
+    assert simulation.collisions == 1
+    assert simulation.pose[0] == pytest.approx(0.35 - 0.069, abs=0.002)
+    assert simulation.data.body("prop/0").xpos[0] == 0.4
+
+
+def test_a_body_serves_again(simulate, drive):
+    """A box is removed, and a cylinder with a name of its own takes its body."""
+    simulation = simulate(props=1)
+    simulation.props.place("box", 3.0, 0.0, size=(0.1, 0.4, 0.3)).remove()
+    simulation.props.place("pillar", 0.4, 0.0, radius=0.1)
+    drive(simulation, 2.5, linear=0.2)
+    assert [collision.obstacle for collision in simulation.take_collisions()] == ["pillar"]
+
+
+def test_a_reset_removes_all_and_repeats_the_start(simulate, drive):
+    """Bit for bit, as without any."""
+    simulation, other = simulate(props=2), simulate()
+    box = simulation.props.place("box", 0.4, 0.0, radius=0.1)
+    drive(simulation, 2.5, linear=0.2)
+    simulation.reset()
+    assert not simulation.props
+    assert not box.is_placed
+    box.remove()
+    assert readings(simulation, 10) == readings(other, 10)
+
+
+def test_they_are_listed_and_found_by_name(simulate):
+    """In the order in which they were placed."""
+    props = simulate(props=3).props
+    one, two = props.place("one", 1, 0, radius=0.1), props.place("two", 2, 0, radius=0.1)
+    assert list(props) == [one, two]
+    assert props["two"] is two
+    assert (len(props), props.count) == (2, 3)
+
+
+@pytest.mark.parametrize(
+    ("props", "expected"),
+    [
+        (0, r"no prop is left for 'two': this simulation has 0; make it with props=1 or more"),
+        (1, r"this simulation has 1, all in the world: one; remove one, or make it with props=2"),
+    ],
+)
+def test_more_than_there_are_is_refused(simulate, props, expected):
+    """It is said how many there are, which, and how to have more."""
+    simulation = simulate(props=props)
+    if props:
+        simulation.props.place("one", 1, 0, radius=0.1)
+    with pytest.raises(PropError, match=expected):
+        simulation.props.place("two", 2, 0, radius=0.1)
+
+
+PILLAR = {"name": "pillar", "x": 2.0, "y": 0.0, "radius": 0.15}
+
+
+@pytest.mark.parametrize(
+    ("place", "expected"),
+    [
+        ((0.1, 0.0), r"it would be in the robot; place it elsewhere, or say even_into"),
+        ((2.1, 0.1), r"it would be in 'pillar'; place it elsewhere$"),
+        ((-2.1, 0.1), r"it would be in 'other'; place it elsewhere$"),
+        ((11.0, 0.0), r"\(11, 0\) is not on the floor of 20 m x 20 m"),
+        ((math.nan, 0.0), r"\(nan, 0\) is not on the floor"),
+    ],
+)
+def test_where_there_is_no_room_it_is_refused(simulate, place, expected):
+    """It is said what is there; nothing has changed."""
+    simulation = simulate(props=2, cylinders=[PILLAR])
+    simulation.props.place("other", -2.0, 0.0, radius=0.1)
+    before = simulation.scan(0)
+    with pytest.raises(PropError, match=expected):
+        simulation.props.place("box", *place, size=(0.2, 0.2, 0.2))
+    assert np.array_equal(simulation.scan(0), before)
+    assert len(simulation.props) == 1
+
+
+def test_side_by_side_is_no_touch(simulate):
+    """A box whose face lies in the face of another."""
+    simulation = simulate(props=2)
+    simulation.props.place("one", 2.0, 0.0, size=(0.2, 0.2, 0.2))
+    simulation.props.place("two", 2.2, 0.0, size=(0.2, 0.2, 0.2))
+    assert len(simulation.props) == 2
+
+
+def test_in_a_fleet_the_robot_in_the_way_is_named(make_world, waffle):
+    """And any of them counts."""
+    entrants = [Entrant(waffle, "one", Spawn(x=-1)), Entrant(waffle, "two", Spawn(x=1))]
+    fleet = Fleet(make_world(), entrants, seed=1, props=1)
+    with pytest.raises(PropError, match="it would be in 'two'"):
+        fleet.props.place("box", 1.0, 0.0, radius=0.1)
+    with pytest.raises(PropError, match="the name 'one' is taken"):
+        fleet.props.place("one", 0.0, 0.0, radius=0.1)
+
+
+def test_even_into_the_robot(simulate):
+    """It is then pushed out of it, in a collision."""
+    simulation = simulate(props=1)
+    simulation.props.place("box", 0.15, 0.0, size=(0.2, 0.4, 0.2), even_into_the_robot=True)
+    simulation.advance_to(simulation.time_ns + 2 * S)
+    assert [collision.obstacle for collision in simulation.take_collisions()] == ["box"]
+    assert 0.05 - 0.069 - 0.05 < simulation.pose[0] < 0.05 - 0.069
+    assert simulation.velocity == pytest.approx((0, 0), abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("shape", "expected"),
+    [
+        ({}, "expected size=.* or radius=.*; got neither"),
+        ({"size": (1, 1, 1), "radius": 1}, "got both"),
+        ({"size": (1, 0, 1)}, r"expected edges from 0.001 m to 100 m, got \(1, 0, 1\)"),
+        ({"size": (1, 1)}, r"expected size=\(length, width, height\), got \(1, 1\)"),
+        ({"radius": math.nan}, r"expected radius and height from .*, got \(nan, 0.5\)"),
+        ({"radius": 0.1, "height": -1}, r"got \(0.1, -1\)"),
+        ({"radius": 0.1, "colour": "gren"}, "no such colour 'gren' .*did you mean 'green'"),
+        ({"radius": 0.1, "yaw_deg": math.inf}, "expected a yaw from -360 to 360 deg, got inf"),
+    ],
+)
+def test_a_shape_that_cannot_be_is_refused(simulate, shape, expected):
+    """With what was expected and what was got."""
+    simulation = simulate(props=1)
+    with pytest.raises(PropError, match=f"prop 'it': .*{expected}"):
+        simulation.props.place("it", 1.0, 0.0, **shape)
+    assert not simulation.props
+
+
+@pytest.mark.parametrize("name", ["", "x" * 61, "pillar", "other"])
+def test_a_name_that_cannot_be_is_refused(simulate, name):
+    """Too short, too long, or taken."""
+    simulation = simulate(props=2, cylinders=[PILLAR])
+    simulation.props.place("other", -2.0, 0.0, radius=0.1)
+    with pytest.raises(PropError, match="name"):
+        simulation.props.place(name, 1.0, 0.0, radius=0.1)
+
+
+def test_a_way_that_cannot_be_gone_is_refused(simulate):
+    """Too fast, backwards in time, off the floor, or after it has gone; its way is as before."""
+    simulation = simulate(props=1)
+    box = simulation.props.place("box", 1.0, 0.0, radius=0.1)
+    for way, expected in (
+        (lambda: box.move_to(2, 0, speed=2.1), "a speed above 0 m/s and up to 2 m/s, got 2.1 m/s"),
+        (lambda: box.move_to(2, 0, speed=math.nan), "got nan m/s"),
+        (lambda: box.move_to(2, 11, speed=1), "prop 'box': .2, 11. is not on the floor"),
+        (lambda: box.move_at(2, 2), r"at most 2 m/s, got \(2, 2\) m/s"),
+        (lambda: box.move_at(math.nan, 0), r"got \(nan, 0\) m/s"),
+    ):
+        with pytest.raises(PropError, match=expected):
+            way()
+    assert box.velocity == (0, 0)
+    box.remove()
+    with pytest.raises(PropError, match="'box' is not in the world any more; place a new one"):
+        box.stop()
+
+
+@pytest.mark.parametrize("count", [-1, 65])
+def test_a_number_of_them_that_cannot_be_is_refused(simulate, count):
+    """0 to 64."""
+    with pytest.raises(PropError, match=f"expected 0 to 64 props in a simulation, got {count}"):
+        simulate(props=count)
+
+
+def test_the_camera_sees_it(simulate, waffle):
+    """Drawn ray by ray: its colour in the middle of the picture, and gone again."""
+    simulation = simulate(props=1)
+    camera = RaycastCamera(simulation.model, waffle.camera)
+    picture = np.empty((waffle.camera.height, waffle.camera.width, 3), dtype=np.uint8)
+    camera.draw(simulation.data, picture)
+    before = picture.copy()
+    box = simulation.props.place("box", 1.0, 0.0, size=(0.2, 0.6, 0.6), colour="red")
+    camera.draw(simulation.data, picture)
+    red, green, blue = picture[waffle.camera.height // 2, waffle.camera.width // 2].tolist()
+    assert red > 3 * max(green, blue)
+    box.remove()
+    camera.draw(simulation.data, picture)
+    assert np.array_equal(picture, before)

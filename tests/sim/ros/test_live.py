@@ -1,0 +1,131 @@
+"""The simulator in a process of its own: starts, answers, ends."""
+
+import os
+import signal
+import subprocess
+import sys
+from contextlib import ExitStack
+
+import pytest
+import rclpy
+from rcl_interfaces.srv import DescribeParameters
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import qos_profile_sensor_data
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import LaserScan
+
+from bt_mission.core.errors import BtMissionError
+from sim.ros.live import main
+
+LIVE = """
+import sys
+from sim.ros.live import main
+sys.exit(main(world="dqn_stage1", robot="waffle", seed=3, speed=2.0, camera=False))
+"""
+
+pytestmark = pytest.mark.process
+
+
+@pytest.fixture
+def beside():
+    """A node that hears other processes of this machine."""
+    before = os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"]
+    os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+    context = Context()
+    rclpy.init(context=context)
+    node = Node("beside", context=context)
+    executor = SingleThreadedExecutor(context=context)
+    executor.add_node(node)
+    yield node, executor
+    executor.shutdown()
+    node.destroy_node()
+    context.shutdown()
+    os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = before
+
+
+@pytest.fixture
+def live(beside):
+    """The simulator, started beside; killed if it does not end by itself."""
+    with (
+        subprocess.Popen(
+            [sys.executable, "-c", LIVE], stderr=subprocess.PIPE, text=True
+        ) as process,
+        ExitStack() as last,
+    ):
+        last.callback(process.kill)  # a failed assertion must not wait for it
+        yield process
+        process.kill()
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_it_runs_and_ends_cleanly_on_a_signal(beside, live, number):
+    """/clock runs, parameters are described, and a signal ends it with 0 and no traceback."""
+    node, executor = beside
+    clocks: list[Clock] = []
+    node.create_subscription(Clock, "clock", clocks.append, 10)
+    client = node.create_client(DescribeParameters, "bt_mission_sim/describe_parameters")
+    while len(clocks) < 20 or not client.service_is_ready():
+        assert live.poll() is None
+        executor.spin_once(timeout_sec=0.1)
+    asked = client.call_async(DescribeParameters.Request(names=["speed", "world"]))
+    executor.spin_until_future_complete(asked)
+    speed, world = asked.result().descriptors
+    assert (speed.floating_point_range[0].from_value, speed.read_only) == (0.01, False)
+    assert (world.description, world.read_only) == ("Name of the world.", True)
+    assert clocks[-1].clock.sec >= 1
+    live.send_signal(number)
+    _, said = live.communicate()
+    assert live.returncode == 0
+    assert "Traceback" not in said
+    assert "waffle in dqn_stage1, seed 3, speed 2" in said
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"world": "nowhere"}, "no such world"),
+        ({"robot": "nobody"}, "no such robot"),
+        ({"robot": ["waffle"]}, "expected a robot as NAME=MODEL@X,Y,YAW"),
+        ({"speed": 0.0}, "expected a speed from 0.01 to 1000, got 0.0"),
+    ],
+)
+def test_what_cannot_be_started_is_refused(wrong, words):
+    """With an error of ours, before there is a node."""
+    options = {"world": "dqn_stage1", "robot": "waffle"} | wrong
+    with pytest.raises(BtMissionError, match=words):
+        main(**options)
+
+
+TWO = """
+import sys
+from sim.ros.live import main
+robots = ["one=waffle@-1,0", "two=burger@1,0,180"]
+sys.exit(main(world="dqn_stage1", robot=robots, speed=5.0, camera=False))
+"""
+
+
+def test_several_robots_live_under_their_names(beside):
+    """Scans of both come, from one process with one clock."""
+    node, executor = beside
+    scans: list[str] = []
+    for name in ("one", "two"):
+        node.create_subscription(
+            LaserScan,
+            f"{name}/scan",
+            lambda _, name=name: scans.append(name),
+            qos_profile_sensor_data,
+        )
+    with (
+        subprocess.Popen([sys.executable, "-c", TWO], stderr=subprocess.PIPE, text=True) as process,
+        ExitStack() as last,
+    ):
+        last.callback(process.kill)  # a failed assertion must not wait for it
+        while set(scans) != {"one", "two"}:
+            assert process.poll() is None
+            executor.spin_once(timeout_sec=0.1)
+        process.send_signal(signal.SIGINT)
+        _, said = process.communicate()
+    assert process.returncode == 0
+    assert "one (waffle), two (burger) in dqn_stage1, seed 0, speed 5" in said

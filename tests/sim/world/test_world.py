@@ -1,0 +1,176 @@
+"""Worlds as written by hand: what they mean, and what a mistake is told."""
+
+import math
+from pathlib import Path
+
+import pytest
+
+from bt_mission.core.diagnostics import InputError
+from sim.world.loader import load_world
+from sim.world.world import World
+
+GOOD = """\
+name: room
+size: [4, 4]
+spawn: {x: -1, y: 0, yaw: 90}
+walls:
+  - {from: [-2, 1.9], to: [2, 1.9], thickness: 0.2, height: 0.3}
+  - {name: middle, centre: [0, 0], length: 1, yaw: 90}
+boxes:
+  - {x: 1, y: -1, size: [0.4, 0.2, 0.3], yaw: 45}
+cylinders:
+  - {name: pillar, x: 1, y: 1, radius: 0.15, colour: red}
+zones:
+  - {name: A, x: -1, y: -1, radius: 0.4}
+"""
+
+
+@pytest.fixture
+def write(tmp_path: Path):
+    """Writes a world file with some lines replaced; gives its path."""
+
+    def write(*changes: tuple[str, str]) -> Path:
+        text = GOOD
+        for old, new in changes:
+            assert old in text
+            text = text.replace(old, new)
+        path = tmp_path / "room.yaml"
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return write
+
+
+def told(path: Path) -> str:
+    """All that is said about a world file, without the name of the file."""
+    with pytest.raises(InputError) as caught:
+        load_world(path)
+    return str(caught.value).replace(str(path), "room.yaml")
+
+
+def test_a_world_is_read_as_shapes(write):
+    """Walls lie between their points, angles are degrees, and what has no name gets one."""
+    wall, middle, box, pillar = load_world(write()).obstacles
+    assert (wall.name, wall.x, wall.y, wall.yaw, wall.size) == ("wall 1", 0, 1.9, 0, (4, 0.2, 0.3))
+    assert (middle.name, middle.yaw, middle.size) == ("middle", math.pi / 2, (1, 0.1, 0.5))
+    assert (box.name, box.kind, box.yaw) == ("box 1", "box", math.pi / 4)
+    assert (pillar.name, pillar.kind, pillar.radius) == ("pillar", "cylinder", 0.15)
+
+
+def test_a_wall_points_from_its_first_point_to_its_second():
+    """Its direction is that of the two points, its centre lies between them."""
+    world = World.model_validate(
+        {"name": "w", "size": [9, 9], "walls": [{"from": [0, 0], "to": [1, 1]}]}
+    )
+    (wall,) = world.obstacles
+    assert (wall.x, wall.y) == (0.5, 0.5)
+    assert wall.yaw == pytest.approx(math.pi / 4)
+    assert wall.size[0] == pytest.approx(math.sqrt(2))
+
+
+def test_a_world_needs_no_more_than_a_name_and_a_size():
+    """An empty floor, and a robot that starts in its middle."""
+    world = World.model_validate({"name": "plain", "size": [2, 2]})
+    assert world.obstacles == ()
+    assert (world.spawn.x, world.spawn.y, world.spawn.yaw) == (0, 0, 0)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "place", "message"),
+    [
+        ("size: [4, 4]", "size: [4, .nan]", "2:11", "expected a finite number, got"),
+        ("size: [4, 4]", "size: [4]", "2:7", "'1' is missing"),
+        ("thickness: 0.2", "thickness: 0", "5:48", "expected at least 0.001, got the number 0"),
+        ("thickness", "thicknes", "5:37", "unknown key 'thicknes'"),
+        (
+            "to: [2, 1.9]",
+            "to: [-2, 1.9]",
+            "5:5",
+            "a wall from [-2, 1.9] to [-2, 1.9] has no length",
+        ),
+        ("to: [2, 1.9], ", "", "5:5", "a wall is written with 'from' and 'to', or"),
+        (
+            "length: 1,",
+            "length: 1, to: [1, 1],",
+            "6:5",
+            "a wall is written with 'from' and 'to', or",
+        ),
+        ("radius: 0.15", "radius: -1", "10:40", "expected at least 0.001, got the number -1"),
+        ("x: 1, y: 1,", "x: one, y: 1,", "10:23", "expected a number, got text 'one'"),
+        ("colour: red", "colour: rot", "10:54", "no such colour 'rot'"),
+        ("yaw: 90}\nwalls", "yaw: 900}\nwalls", "3:27", "expected at most 360"),
+        ("name: room\n", "", "1:1", "'name' is missing"),
+        ("name: room", "name: 7", "1:7", "expected a text, got the number 7"),
+        ("zones:", "zonen:", "11:1", "unknown key 'zonen'"),
+    ],
+)
+def test_a_field_that_is_wrong_is_told_with_its_place(write, old, new, place, message):
+    """Every mistake has file, line and column, and says what was expected."""
+    words = told(write((old, new)))
+    assert f"room.yaml:{place}: error: " in words
+    assert message in words
+
+
+def test_an_unknown_key_gets_the_nearest_and_the_valid_ones(write):
+    """The keys are those a person writes: 'from', not the name it has inside."""
+    words = told(write(("from:", "form:")))
+    assert "unknown key 'form'" in words
+    assert "did you mean 'from'?" in words
+    assert "start" not in words
+
+
+def test_all_faults_are_told_at_once(write):
+    """One run tells two mistakes."""
+    words = told(write(("radius: 0.15", "radius: big"), ("length: 1,", "length: -1,")))
+    assert words.count("error:") == 2
+
+
+def test_unknown_world_lists_those_there_are():
+    """The message names the shipped worlds, and the nearest."""
+    with pytest.raises(InputError, match=r"no such world .*nav_arena.* did you mean 'dqn_stage4'"):
+        load_world("dqn_stage_4")
+
+
+def test_a_world_is_looked_for_beside_the_mission(write):
+    """A name is enough where the file lies next to the mission."""
+    path = write()
+    assert load_world("room", near=path.parent / "mission.yaml").name == "room"
+
+
+@pytest.mark.parametrize(
+    ("motion", "message"),
+    [
+        ("{around: [0, 0]}", "a motion is written with 'around' and 'period' (s), or"),
+        ("{around: [0, 0], period: 9, speed: 1}", "a motion is written with"),
+        ("{around: [0, 0], period: 0.5}", "expected a period of 1 s or longer, got 0.5 s"),
+        ("{around: [0, 0], period: 2}", "at most 2 m/s fast, this one 4.44 m/s"),
+        ("{through: [[1, 1]], speed: 0.1}", "goes through points that differ"),
+        ("{through: [[0, 1]], speed: 3}", "expected at most 2"),
+        ("{through: [], speed: 1}", "at least 1"),
+        ("{trough: [[0, 1]], speed: 1}", "did you mean 'through'?"),
+        (
+            "{through: [[0, 7]], speed: 1}",
+            "'pillar' moves to where it would stand at (0, 7), outside of the floor",
+        ),
+    ],
+)
+def test_a_motion_that_cannot_be_is_told(write, motion, message):
+    """Both ways of writing, their limits, and the edge of the floor."""
+    words = told(write(("radius: 0.15", f"radius: 0.15, motion: {motion}")))
+    assert message in words
+    assert "room.yaml:10:" in words
+
+
+def test_what_moves_is_an_obstacle_with_a_motion(write):
+    """It starts at its place."""
+    motion = "motion: {around: [0, 0], period: 60}"
+    world = load_world(write(("radius: 0.15", f"radius: 0.15, {motion}")))
+    (pillar,) = world.moving
+    assert pillar is world.obstacles[-1]
+    assert pillar.motion is not None
+    assert pillar.motion.at(0.0)[:2] == pytest.approx((1, 1))
+
+
+def test_more_than_enough_is_refused(write):
+    """A size that would make a map of millions of cells is a slip of the pen."""
+    assert "expected at most 100" in told(write(("size: [4, 4]", "size: [400, 4]")))

@@ -1,0 +1,75 @@
+"""Drawn worlds and missions are sound, repeat, and shrink to the simplest."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import find, given, settings
+
+from bt_mission.sessions.check import examine_text
+from bt_mission.testing.generators.draws import Seeded
+from bt_mission.testing.generators.missions import drawn_mission
+from bt_mission.testing.generators.scenarios import Scenario, as_text, drawn_scenario
+from bt_mission.testing.generators.strategies import fault_schedules, missions, scenarios, worlds
+from bt_mission.testing.generators.worlds import drawn_world
+from bt_mission.testing.stages import Stages
+from sim.world.loader import load_world
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_what_is_drawn_from_a_seed_is_sound(seed: int, tmp_path: Path) -> None:
+    """And the same each time."""
+    draws = Seeded(seed)
+    world, mission = as_text(drawn_world(draws)), as_text(drawn_mission(draws))
+    again = Seeded(seed)
+    assert (world, mission) == (as_text(drawn_world(again)), as_text(drawn_mission(again)))
+    path = tmp_path / "world.yaml"
+    path.write_text(world)
+    load_world(str(path))
+    found, faults = examine_text(mission)
+    assert found is not None, faults
+
+
+def test_the_simplest_world_and_mission() -> None:
+    """What hypothesis ends up with when nothing matters."""
+    world = find(worlds(), lambda _: True)
+    assert "boxes: []\ncylinders: []\n" in world
+    mission = find(missions(), lambda text: "turn" in text)
+    assert len(mission.splitlines()) == 7
+    assert mission.splitlines()[-2].startswith("  - turn: {angle: ")
+
+
+@settings(max_examples=5)
+@given(scenarios())
+def test_every_scenario_runs_to_its_end(tmp_path_factory: Any, scenario: Scenario) -> None:
+    """Whatever is broken on the way, a mission comes to an end."""
+    stages = Stages(tmp_path_factory.mktemp("drawn"))
+    try:
+        run = scenario.on(stages)
+        run.until_done()
+        assert run.is_done
+    finally:
+        stages.close()
+
+
+def test_a_scenario_looks_like_a_test_that_repeats_it(tmp_path: Path) -> None:
+    """To be pasted as it is; the same trace comes out."""
+    scenario = next(
+        found for seed in range(99) if len((found := drawn_scenario(Seeded(seed))).faults) > 2
+    )
+    names: dict[str, Any] = {}
+    exec(repr(scenario), names)  # noqa: S102 - what it looks like is what is tested
+    stages = Stages(tmp_path)
+    names["test_it"](stages)
+    scenario.on(stages).until_done()
+    stages.close()
+    first, second = (run.stage.trace.sha256 for run in stages.runs)
+    assert first == second
+
+
+def test_the_simplest_schedule_that_matters() -> None:
+    """One fault, not five."""
+    (fault,) = find(fault_schedules(), lambda faults: any(one.name == "freeze" for one in faults))
+    assert repr(fault) == "run.at(0.25, stage.faults.freeze('scan', lasting=0.25))"

@@ -1,0 +1,102 @@
+from __future__ import annotations
+
+import pytest
+
+from bt_mission.testing.pass_rates import Rates, wilson
+
+
+def reported(seed: int, *, failed: bool = False, at_least: float | None = None, when="call"):
+    """A report as ``scenarios`` leaves it; gives it with what was told."""
+    tolerated = failed and at_least is not None
+    report = pytest.TestReport(
+        nodeid=f"a.py::test[seed{seed}]",
+        location=("a.py", 4, f"test[seed{seed}]"),
+        keywords={},
+        outcome="passed" if not failed else "skipped" if tolerated else "failed",
+        longrepr="it broke\nin the middle" if failed else None,
+        when=when,
+        sections=[("mission", "tree"), ("log", " ")],
+    )
+    told = {
+        "seed": seed,
+        "test": "a.py::test",
+        "function": "a.py::test",
+        "at_least": at_least,
+        "repeat": f"pytest 'a.py::test[seed{seed}]'",
+        "failed": failed,
+    }
+    return report, told
+
+
+def counted(failing: list[int], total: int, at_least: float | None = None) -> Rates:
+    """Rates of one test."""
+    rates = Rates()
+    for seed in range(total):
+        rates.add(*reported(seed, failed=seed in failing, at_least=at_least))
+    return rates
+
+
+@pytest.mark.parametrize(
+    ("passed", "total", "low", "high"),
+    [
+        (81, 263, 0.2553, 0.3662),
+        (15, 148, 0.0624, 0.1605),
+        (0, 20, 0.0, 0.1611),
+        (1, 29, 0.0061, 0.1718),
+        (20, 20, 0.8389, 1.0),
+    ],
+)
+def test_the_interval_is_wilsons(passed, total, low, high):
+    """The values of table I in R. G. Newcombe, Statistics in Medicine 17 (1998), 857-872."""
+    assert wilson(passed, total) == pytest.approx((low, high), abs=5e-5)
+
+
+def test_a_rate_is_told_with_its_interval_and_how_to_repeat_what_failed():
+    """One line for the test, one for each seed that failed."""
+    assert list(counted([3], 20).summary()) == [
+        "a.py::test  19 of 20 passed: 0.950 (0.764 to 0.991)",
+        "  pytest 'a.py::test[seed3]'  it broke",
+    ]
+
+
+def test_many_failures_are_cut_short():
+    """Ten lines, and the other seeds by number."""
+    *_, tenth, last = counted(list(range(13)), 13).summary()
+    assert "seed9]" in tenth
+    assert last == "  and seeds 10, 11, 12"
+
+
+def test_a_seed_whose_fixture_fails_after_it_passed_has_failed():
+    """A goal left behind, say."""
+    rates = counted([], 2)
+    rates.add(*reported(1, failed=True, when="teardown"))
+    assert [sorted(rate.passed) for rate in rates.run] == [[0]]
+    assert [sorted(rate.failed) for rate in rates.run] == [[1]]
+
+
+def test_a_test_misses_its_rate_only_below_it():
+    """Nine of ten are enough for 0.9."""
+    assert counted([0], 10, at_least=0.9).missed == []
+    assert len(counted([0, 1], 10, at_least=0.9).missed) == 1
+    assert counted([0, 1], 10).missed == [], "the seeds themselves have failed it"
+
+
+def test_the_verdict_shows_the_failures():
+    """Three in full, with their sections, and the rest in a line each."""
+    (missed,) = counted([1, 2, 3, 4], 5, at_least=1.0).missed
+    verdict = missed.verdict()
+    assert verdict.nodeid == "a.py::test"
+    assert verdict.location == ("a.py", 4, "test")
+    assert verdict.failed
+    text = verdict.longreprtext
+    assert text.startswith("1 of 5 passed: 0.200 (0.036 to 0.624), at least 1 wanted\n")
+    assert "-------- seed 3 --------\nit broke\nin the middle\n---- mission ----\ntree" in text
+    assert "seed 4 ----" not in text
+    assert text.endswith("pytest 'a.py::test[seed4]'  it broke")
+
+
+def test_a_seed_that_failed_is_kept_until_it_passes():
+    """Also one that did not run this time; other tests keep theirs."""
+    before = {"a.py::test": [1, 2, 70], "b.py::test": [5]}
+    assert counted([2, 4], 5).failing(before) == {"a.py::test": [2, 4, 70], "b.py::test": [5]}
+    assert counted([], 5).failing({"a.py::test": [1, 2]}) == {}

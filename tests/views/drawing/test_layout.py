@@ -1,0 +1,61 @@
+"""Where boxes stand."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bt_mission.views.drawing.layout import Box, place
+
+SIZES = st.integers(10, 200).map(float)
+TREES = st.recursive(
+    st.builds(Box, SIZES, SIZES),
+    lambda boxes: st.builds(Box, SIZES, SIZES, st.lists(boxes, min_size=1, max_size=4)),
+    max_leaves=25,
+)
+GAP_X, GAP_Y = 10.0, 30.0
+
+
+def boxes(root: Box) -> Iterator[Box]:
+    """All boxes of a tree."""
+    yield root
+    for child in root.children:
+        yield from boxes(child)
+
+
+@given(TREES)
+def test_no_box_touches_another_and_all_are_on_the_page(root: Box) -> None:
+    """Whatever their sizes; the page is as small as it can be."""
+    width, height = place(root, GAP_X, GAP_Y)
+    found = list(boxes(root))
+    for index, one in enumerate(found):
+        for other in found[index + 1 :]:
+            apart_x = max(one.x, other.x) - min(one.x + one.width, other.x + other.width)
+            apart_y = max(one.y, other.y) - min(one.y + one.height, other.y + other.height)
+            assert apart_x >= GAP_X - 1e-6 or apart_y >= -1e-6
+    assert min(box.x for box in found) == 0.0 or abs(min(box.x for box in found)) < 1e-6
+    assert abs(max(box.x + box.width for box in found) - width) < 1e-6
+    assert abs(max(box.y + box.height for box in found) - height) < 1e-6
+
+
+@given(TREES)
+def test_children_stand_in_order_below_the_middle_of_their_parent(root: Box) -> None:
+    """All at one height, the gap below it."""
+    place(root, GAP_X, GAP_Y)
+    for box in boxes(root):
+        if box.children:
+            first, last = box.children[0], box.children[-1]
+            assert abs((first.middle + last.middle) / 2 - box.middle) < 1e-6
+            assert all(child.y == box.y + box.height + GAP_Y for child in box.children)
+            xs = [child.x for child in box.children]
+            assert xs == sorted(xs)
+
+
+def test_a_deep_subtree_reaches_below_a_short_neighbour() -> None:
+    """So pictures stay narrow."""
+    wide = Box(50, 20, [Box(300, 20)])
+    root = Box(50, 20, [Box(50, 20), wide])
+    width, _ = place(root, 10, 10)
+    assert width < 50 + 10 + 300

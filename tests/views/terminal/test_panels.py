@@ -1,0 +1,127 @@
+"""What the panels say."""
+
+from __future__ import annotations
+
+import pytest
+
+from bt_mission.events.messages import Battery, Goal, Transform
+from bt_mission.events.mission_state import WatchedMission
+from bt_mission.events.robot_state import WatchedRobot
+from bt_mission.views.terminal.marks import ASCII_SIGNS, SIGNS
+from bt_mission.views.terminal.panels import (
+    goals_title,
+    header,
+    map_title,
+    node_rows,
+    path,
+    targets,
+    variable_rows,
+)
+from bt_mission.views.terminal.words import text_of
+from tests.support.watched import S, ScriptedExecutive
+
+
+@pytest.fixture
+def executive() -> ScriptedExecutive:
+    """One that has begun."""
+    executive = ScriptedExecutive()
+    executive.begin()
+    return executive
+
+
+def known(executive: ScriptedExecutive) -> WatchedMission:
+    """What is known of its mission."""
+    mission = WatchedMission()
+    for message in executive.take(needs_statuses=False).messages:
+        mission.take(message)
+    return mission
+
+
+@pytest.mark.parametrize(
+    ("status", "reason", "shown"),
+    [
+        ("running", "", "explore  ▶ running  2.0 s  1.5 x  battery 87 %"),
+        ("paused", "by hand", "explore  paused  2.0 s  1.5 x  battery 87 %  by hand"),
+        ("success", "", "explore  ✓ success  2.0 s  battery 87 %"),
+        ("failure", "'drive'", "explore  ✗ failure  2.0 s  battery 87 %  'drive'"),
+    ],
+)
+def test_the_header_says_how_it_goes(
+    executive: ScriptedExecutive, status: str, reason: str, shown: str
+):
+    """A mission that has ended has no pace."""
+    robot = WatchedRobot()
+    robot.take(Battery(87.0, 12.0))
+    executive.now_ns += 2 * S
+    executive.stand(status, reason)
+    assert text_of(header(known(executive), robot, 1.5, SIGNS)) == shown
+
+
+def test_of_nothing_little_is_said():
+    """Before an executive has told anything."""
+    assert text_of(header(WatchedMission(), WatchedRobot(), None, SIGNS)) == "no mission"
+    assert goals_title(WatchedMission()) == "goals"
+    assert node_rows(WatchedMission(), 0, 40, SIGNS) == []
+    assert map_title(WatchedRobot()) == "map"
+
+
+@pytest.mark.parametrize(
+    ("width", "shown"),
+    [(80, "explore ▸ repeat ▸ drive"), (20, "… ▸ repeat ▸ drive"), (9, "… ▸ drive"), (5, "drive")],
+)
+def test_the_end_of_a_path_stays(width: int, shown: str):
+    """It is what runs."""
+    assert text_of(path(["explore", "repeat", "drive"], width, SIGNS)) == shown
+
+
+def test_a_path_without_utf_8():
+    """With signs of ASCII."""
+    assert text_of(path(["a", "b", "c"], 6, ASCII_SIGNS)) == "~ > c"
+
+
+@pytest.mark.parametrize(
+    ("value", "shown"),
+    [("6", "6"), ("-10.01606559753418", "-10.0161"), ('"left"', '"left"'), ("0.1234", "0.1234")],
+)
+def test_variables_are_short(executive: ScriptedExecutive, value: str, shown: str):
+    """Six digits of a number say enough; texts are left as they are."""
+    executive.detail(variables=(("x", value),))
+    (row,) = variable_rows(known(executive), SIGNS)
+    assert text_of(row) == f"x {shown}"
+
+
+def test_the_words_of_a_node_are_shown_in_full(executive: ScriptedExecutive):
+    """Over as many rows as it takes."""
+    executive.change(drive="running")
+    executive.change(2.0, drive="failure: aborted: no room to turn left, an obstacle stands there")
+    rows = [text_of(row) for row in node_rows(known(executive), 3, 30, SIGNS)]
+    assert rows == [
+        "drive",
+        "✗ failure, ran 2.0 s, since 2.00 s",
+        "ActionLeaf, path 0.1.0",
+        "aborted: no room to turn left,",
+        "an obstacle stands there",
+    ]
+
+
+def test_the_map_has_the_places_of_the_goal_that_is_open(executive: ScriptedExecutive):
+    """Else of the last one that named any; of none once the mission has ended."""
+    done = Goal("a", "/go", "go", S, S, "succeeded", ((1.0, 1.0),))
+    is_open = Goal("b", "/go", "go", S, S, "active", ((2.0, 2.0),))
+    executive.detail(goals=(done, is_open, Goal("c", "/turn", "turn", S, S, "active")))
+    assert targets(known(executive)) == ((2.0, 2.0),)
+    executive.begin("two")
+    executive.detail(goals=(done,))
+    mission = known(executive)
+    assert targets(mission) == ((1.0, 1.0),)
+    executive.stand("success")
+    for message in executive.take(needs_statuses=False).messages:
+        mission.take(message)
+    assert targets(mission) == ()
+
+
+def test_a_robot_that_is_not_localised_is_told_with_its_frame():
+    """Its pose is not one of the map."""
+    robot = WatchedRobot()
+    robot.take((Transform("odom", "base_link", 1.0, -2.0, 0.0),))
+    assert map_title(robot) == "map: x 1.00  y -2.00 m in odom"

@@ -1,0 +1,288 @@
+"""The full-screen view: sizes, executives that come and go, odd terminals and names."""
+
+from __future__ import annotations
+
+import pytest
+
+from bt_mission.events.messages import Goal
+from bt_mission.events.source import Found
+from bt_mission.views.terminal.marks import ASCII_SIGNS
+from bt_mission.views.tui import app
+from tests.support.screens import Screen, on_screen
+from tests.support.watched import S, ScriptedExecutive
+
+
+def test_the_whole_picture_at_80_by_24():
+    """Header, running path, tree, log, keys."""
+
+    async def play(screen: Screen) -> None:
+        one = screen.executive
+        one.change(explore="running", look_around="running")
+        one.change(8.4, look_around="success: canceled by condition", repeat="running")
+        one.change(drive="running")
+        progress = one.progress("drive", 1.2, 2.0, "travelled 1.20")
+        one.detail(2.5, running=(progress,))
+        await screen.look()
+        assert screen.rows == [
+            "explore  ▶ running  10.9 s",
+            "explore ▸ repeat ▸ drive",
+            "─ tree, following ──────────────────────────────────────────────────────────────",
+            "  ▶ explore  10.9 s",
+            "    ✓ look around  8.4 s  canceled by condition",
+            "    ▶ repeat  2.5 s",
+            "»     ▶ drive  2.5 s  ███████░░░░░ 1.20 of 2  travelled 1.20",
+            "      · turn away",
+            *[""] * 8,
+            "─ log ──────────────────────────────────────────────────────────────────────────",
+            "    0.00    explore  begins",
+            "    0.00    mission running",
+            "    0.00  ▶ look around",
+            "    8.40  ✓ look around  canceled by condition",
+            "    8.40  ▶ drive",
+            "",
+            "p pause  x stop  b break  / search  f follow  Tab goals  ? help  q leave",
+        ]
+
+    on_screen(play)
+
+
+@pytest.mark.parametrize("size", [(20, 6), (20, 24), (40, 10), (80, 24), (140, 45), (300, 80)])
+def test_every_size_has_a_picture(size: tuple[int, int]):
+    """The running node is in it, and no row is longer than the terminal."""
+
+    async def play(screen: Screen) -> None:
+        screen.executive.change(explore="running", repeat="running", drive="running")
+        await screen.look()
+        assert "drive" in screen.text
+        assert max(len(row) for row in screen.rows) <= size[0]
+
+    on_screen(play, size=size)
+
+
+def test_a_terminal_may_change_its_size():
+    """Wide ones show all panels at once."""
+
+    async def play(screen: Screen) -> None:
+        screen.executive.detail(variables=(("legs", "6"),))
+        await screen.look()
+        assert "legs" not in screen.text
+        await screen.pilot.resize_terminal(140, 45)
+        await screen.look()
+        assert "legs 6" in screen.text
+        assert "map" in screen.rows[2]
+        await screen.pilot.resize_terminal(30, 8)
+        await screen.look()
+        assert "explore" in screen.rows[0]
+
+    on_screen(play)
+
+
+def test_without_utf_8_every_sign_is_ascii():
+    """Also those of rules, bars and maps."""
+
+    async def play(screen: Screen) -> None:
+        screen.executive.change(explore="running", drive="running: größer")
+        await screen.look()
+        assert screen.text.isascii()
+        await screen.press("question_mark")
+        assert screen.text.isascii()
+
+    on_screen(play, size=(140, 45), marks=ASCII_SIGNS)
+
+
+def test_nobody_there_is_said_and_looked_for():
+    """Until somebody comes."""
+    executive = ScriptedExecutive()
+    executive.is_there = False
+
+    async def play(screen: Screen) -> None:
+        assert screen.rows[0] == " looking  no mission"
+        assert screen.rows[-1] == "no sign of an executive (a test)"
+        executive.is_there = True
+        executive.begin()
+        await screen.look()
+        assert screen.rows[0].startswith("explore  ▶ running")
+
+    on_screen(play, executive)
+
+
+def test_an_executive_that_vanishes_is_waited_for():
+    """The last picture stays; what it does when it is back begins a new one."""
+
+    async def play(screen: Screen) -> None:
+        screen.executive.change(explore="running", drive="running")
+        await screen.look()
+        screen.executive.is_there = False
+        await screen.look()
+        assert screen.rows[0].startswith(" gone; looking  explore")
+        assert "drive" in screen.text
+        screen.executive.is_there = True
+        screen.executive.begin("another run")
+        await screen.look()
+        assert screen.rows[0].startswith("explore  ▶ running  0.0 s")
+        assert "▶ drive" not in screen.rows[6]
+
+    on_screen(play)
+
+
+def test_of_several_one_is_chosen_in_a_list():
+    """At the start, and whenever somebody wants another one."""
+    one, two = (ScriptedExecutive(name=f"/robot{n}/bt_mission") for n in (1, 2))
+    one.begin()
+    two.outline = "patrol\n  go"
+    two.begin()
+
+    async def play(screen: Screen) -> None:
+        assert "/robot1/bt_mission" in screen.text
+        await screen.press("down", "enter")
+        await screen.look()
+        assert screen.rows[0].startswith("patrol")
+        await screen.press("c", "up", "enter")
+        await screen.look()
+        assert screen.rows[0].startswith("explore")
+        assert two.closed
+        await screen.press("c", "escape")
+        assert screen.rows[0].startswith("explore")
+
+    on_screen(play, one, two)
+
+
+def test_one_that_is_named_is_taken_without_a_question():
+    """Though there are others."""
+    one, two = (ScriptedExecutive(name=f"/robot{n}/bt_mission") for n in (1, 2))
+    two.begin()
+
+    async def play(screen: Screen) -> None:
+        assert screen.rows[0].startswith("explore")
+        assert screen.app.source is two
+
+    on_screen(play, one, two, name="/robot2/bt_mission")
+
+
+def test_an_executive_of_another_version_is_not_read():
+    """It is said why."""
+    executive = ScriptedExecutive()
+
+    async def play(screen: Screen) -> None:
+        screen.graph.faults["/bt_mission"] = Found(
+            "/bt_mission", "its Tree messages are of another version", is_foreign=True
+        )
+        executive.is_there = True
+        await screen.look()
+        assert screen.rows[-1] == "/bt_mission: its Tree messages are of another version"
+        assert screen.app.source is None
+
+    executive.is_there = False
+    on_screen(play, executive)
+
+
+def test_names_with_control_characters_are_shown_as_codes():
+    """They neither move the cursor nor colour the screen."""
+    executive = ScriptedExecutive("a\x1b[31m\x07b\n  \x9b2Jc")
+    executive.begin()
+
+    async def play(screen: Screen) -> None:
+        assert "a<1b>[31m<07>b" in screen.text
+        assert "<9b>2Jc" in screen.text
+        assert not any(ord(one) < 32 or ord(one) == 0x9B for one in screen.text.replace("\n", ""))
+
+    on_screen(play, executive)
+
+
+def test_the_running_path_stays_in_view_in_a_long_tree():
+    """With what it runs below, as far as there is room."""
+    lines = ["root", *(f"  part {n}\n    leaf {n}" for n in range(200))]
+    executive = ScriptedExecutive("\n".join(lines))
+    executive.begin()
+
+    async def play(screen: Screen) -> None:
+        executive.change(leaf_150="running", part_150="running", root="running")
+        await screen.look()
+        assert screen.chosen.startswith("▶ leaf 150")
+        assert any("▶ part 150" in row for row in screen.rows)
+        assert screen.rows[1] == "root ▸ part 150 ▸ leaf 150"
+        assert "of 401" in screen.rows[2]
+
+    on_screen(play, executive)
+
+
+def test_goals_are_listed_with_those_that_are_open_first():
+    """State, duration, action, node."""
+
+    async def play(screen: Screen) -> None:
+        screen.executive.detail(
+            5.0,
+            goals_sent=2,
+            goals=(
+                Goal("ab" * 16, "/turn", "turn away", 2 * S, 4 * S, "succeeded"),
+                Goal("cd" * 16, "/explore_forward", "drive", S, S, "active"),
+            ),
+        )
+        await screen.look()
+        await screen.press("tab")
+        assert screen.rows[16:19] == [
+            "─ goals: 2 sent, 1 open ────────────────────────────────────────────────────────",
+            "▶ active      5.0 s  /explore_forward  drive  cdcdcdcd",
+            "✓ succeeded   2.0 s  /turn  turn away  abababab",
+        ]
+
+    on_screen(play)
+
+
+def test_an_executive_that_comes_back_as_another_version_is_left(
+    monkeypatch: pytest.MonkeyPatch,
+):
+    """Its messages are read no longer."""
+
+    async def play(screen: Screen) -> None:
+        assert screen.app.source is screen.executive
+        screen.graph.faults["/bt_mission"] = Found(
+            "/bt_mission", "its Tree messages are of another version", is_foreign=True
+        )
+        monkeypatch.setattr(app, "CHECK_S", 0.0)
+        await screen.look()
+        assert screen.executive.closed
+        assert screen.rows[-1] == "/bt_mission: its Tree messages are of another version"
+
+    on_screen(play)
+
+
+def test_two_of_one_name_are_told():
+    """They are watched with care."""
+    executive = ScriptedExecutive()
+    executive.is_there = False
+
+    async def play(screen: Screen) -> None:
+        screen.graph.faults["/bt_mission"] = Found("/bt_mission", "2 executives share this name")
+        executive.is_there = True
+        await screen.look()
+        assert screen.rows[-1] == "2 executives share this name"
+        assert screen.app.source is executive
+
+    on_screen(play, executive)
+
+
+def test_who_does_not_want_to_wait_leaves():
+    """With a code that scripts can read."""
+    executive = ScriptedExecutive()
+    executive.is_there = False
+
+    async def play(screen: Screen) -> None:
+        assert screen.app.return_code == 1
+
+    on_screen(play, executive, wait_s=0.0)
+
+
+def test_the_mouse_selects_and_folds():
+    """A click selects, a second one folds, the wheel moves."""
+
+    async def play(screen: Screen) -> None:
+        await screen.pilot.click("#tree", offset=(8, 3))
+        assert screen.chosen.startswith("· repeat")
+        await screen.pilot.click("#tree", offset=(8, 3), times=2)
+        assert screen.chosen.startswith("· repeat [+2]")
+        screen.app.on_mouse_scroll_up()
+        await screen.pilot.pause()
+        assert screen.chosen.startswith("· look around")
+
+    on_screen(play)

@@ -1,0 +1,271 @@
+"""Each key of the full-screen view does what the help says."""
+
+from __future__ import annotations
+
+import pytest
+
+from bt_mission.events.source import Command, Verb
+from bt_mission.views.terminal.marks import SIGNS
+from bt_mission.views.tui.keys import KEYS
+from tests.support.screens import Screen, on_screen
+
+
+async def running(screen: Screen) -> None:
+    """The robot drives."""
+    screen.executive.change(
+        explore="running", look_around="success", repeat="running", drive="running"
+    )
+    await screen.look()
+
+
+@pytest.mark.parametrize(
+    ("keys", "command"),
+    [
+        ("p", Command(Verb.PAUSE)),
+        ("P", Command(Verb.PAUSE_KEEPING_GOALS)),
+        ("r", Command(Verb.RESUME)),
+        ("s", Command(Verb.STEP)),
+        ("xx", Command(Verb.STOP)),
+        ("b", Command(Verb.BREAK, "0.1.0")),
+    ],
+)
+def test_wishes_are_passed_on(keys: str, command: Command):
+    """Once each."""
+
+    async def play(screen: Screen) -> None:
+        await running(screen)
+        await screen.press(*keys)
+        assert screen.executive.commands == [command]
+
+    on_screen(play)
+
+
+def test_a_mission_is_not_stopped_by_one_key():
+    """Another key in between takes the wish back."""
+
+    async def play(screen: Screen) -> None:
+        await screen.press("x")
+        assert screen.rows[-1] == "x again stops the mission; any other key does not"
+        await screen.press("down", "x")
+        assert screen.executive.commands == []
+
+    on_screen(play)
+
+
+def test_the_answer_to_a_wish_is_shown():
+    """In the place of the keys."""
+
+    async def play(screen: Screen) -> None:
+        screen.executive.answer("the mission is not paused", is_done=False)
+        await screen.look()
+        assert screen.rows[-1] == "the mission is not paused"
+
+    on_screen(play)
+
+
+def test_a_breakpoint_is_removed_by_the_same_key():
+    """By the name by which it was set."""
+
+    async def play(screen: Screen) -> None:
+        await running(screen)
+        screen.executive.detail(breakpoints=("drive",))
+        await screen.look()
+        assert screen.chosen.startswith("▶ drive")
+        assert any(row.startswith("»●") for row in screen.rows)
+        await screen.press("b")
+        assert screen.executive.commands == [Command(Verb.UNBREAK, "drive")]
+
+    on_screen(play)
+
+
+@pytest.mark.parametrize(
+    ("keys", "name"),
+    [
+        (["home"], "explore"),
+        (["end"], "turn away"),
+        (["up"], "repeat"),
+        (["k", "k"], "look around"),
+        (["j"], "turn away"),
+        (["home", "down", "down"], "repeat"),
+        (["home", "up"], "explore"),
+        (["pagedown"], "turn away"),
+        (["pageup"], "explore"),
+        (["left"], "repeat"),
+        (["left", "left", "left"], "explore"),
+    ],
+)
+def test_nodes_are_selected(keys: list[str], name: str):
+    """From the one that runs on; the left key leads to the parent of a leaf."""
+
+    async def play(screen: Screen) -> None:
+        await running(screen)
+        await screen.press(*keys)
+        assert screen.chosen[2:].startswith(name)
+
+    on_screen(play)
+
+
+def test_nodes_are_folded_and_unfolded():
+    """By arrows, Enter and the star."""
+
+    async def play(screen: Screen) -> None:
+        await running(screen)
+        await screen.press("up", "left")
+        assert screen.chosen.startswith("▶ repeat [+2]")
+        assert "turn away" not in screen.text
+        await screen.press("right")
+        assert "turn away" in screen.text
+        await screen.press("enter")
+        assert "turn away" not in screen.text
+        await screen.press("space")
+        assert "turn away" in screen.text
+        await screen.press("asterisk")
+        assert "turn away" not in screen.text
+        await screen.press("asterisk")
+        assert "turn away" in screen.text
+
+    on_screen(play)
+
+
+def test_following_selects_what_runs():
+    """A move by hand ends it, the key begins it anew."""
+
+    async def play(screen: Screen) -> None:
+        await running(screen)
+        assert "tree, following" in screen.rows[2]
+        await screen.press("home")
+        assert "following" not in screen.rows[2]
+        screen.executive.change(drive="success", turn_away="running")
+        await screen.look()
+        assert screen.chosen.startswith("▶ explore")
+        await screen.press("f")
+        assert screen.chosen.startswith("▶ turn away")
+
+    on_screen(play)
+
+
+def test_following_shows_the_folded_node_that_hides_what_runs():
+    """What somebody has folded stays folded."""
+
+    async def play(screen: Screen) -> None:
+        await running(screen)
+        await screen.press("up", "left", "f")
+        assert screen.chosen.startswith("▶ repeat [+2]")
+        assert screen.rows[1] == "explore ▸ repeat ▸ drive"
+
+    on_screen(play)
+
+
+def test_a_search_finds_while_it_is_typed():
+    """Enter stays there; n and N go on. Keys that are typed are no commands."""
+
+    async def play(screen: Screen) -> None:
+        await running(screen)
+        await screen.press("slash", "r", "e", "p")
+        assert screen.chosen.startswith("▶ repeat")
+        await screen.press("enter")
+        assert "search" in screen.rows[-1], "the keys are back"
+        await screen.press("slash", "a", "enter")
+        first = screen.chosen
+        await screen.press("n")
+        assert screen.chosen != first
+        await screen.press("N")
+        assert screen.chosen == first
+        assert screen.executive.commands == []
+
+    on_screen(play)
+
+
+def test_a_search_that_is_left_changes_nothing():
+    """Escape goes back to where it began."""
+
+    async def play(screen: Screen) -> None:
+        await running(screen)
+        await screen.press("home", "slash", "t", "u", "escape")
+        assert screen.chosen.startswith("▶ explore")
+
+    on_screen(play)
+
+
+def test_what_is_not_there_is_said():
+    """And so is a repetition without a search."""
+
+    async def play(screen: Screen) -> None:
+        await screen.press("n")
+        assert screen.rows[-1] == "nothing was searched for yet: / does"
+        await screen.press("slash", "z", "z", "enter")
+        assert screen.rows[-1] == "'zz' is nowhere in the tree"
+
+    on_screen(play)
+
+
+def test_tab_goes_through_the_panels():
+    """And back; z gives one the whole screen."""
+
+    async def play(screen: Screen) -> None:
+        titles = []
+        for _ in range(6):
+            titles.append(next(row for row in screen.rows[4:] if row.startswith("─ ")).split()[1])
+            await screen.press("tab")
+        assert titles == ["log", "goals", "variables", "map", "selected", "log"]
+        await screen.press("shift+tab", "z")
+        assert screen.rows[2].startswith("─ log ─")
+        assert "tree" not in screen.rows[2]
+        await screen.press("z")
+        assert screen.rows[2].startswith("─ tree")
+
+    on_screen(play)
+
+
+def test_an_enlarged_log_scrolls():
+    """Upwards into the past."""
+
+    async def play(screen: Screen) -> None:
+        for number in range(40):
+            screen.executive.say(f"line {number}")
+        await screen.look()
+        await screen.press("z")
+        assert screen.rows[-2].endswith("line 39")
+        await screen.press("up", "up")
+        assert screen.rows[-2].endswith("line 37")
+        await screen.press("down", "down", "down")
+        assert screen.rows[-2].endswith("line 39")
+
+    on_screen(play)
+
+
+def test_the_help_names_every_key():
+    """Any key closes it."""
+
+    async def play(screen: Screen) -> None:
+        await screen.press("question_mark")
+        for key in KEYS:
+            assert not key.help or key.shown in screen.text
+        await screen.press("p")
+        assert screen.executive.commands == []
+        assert "tree" in screen.rows[2]
+        await screen.press("f1")
+        assert "this help" in screen.text
+
+    on_screen(play, size=(80, 30))
+
+
+@pytest.mark.parametrize("key", ["q", "ctrl+c", "ctrl+q"])
+def test_leaving_leaves_the_mission_alone(key: str):
+    """Nothing is sent."""
+
+    async def play(screen: Screen) -> None:
+        await screen.press(key)
+        assert not screen.app.is_running or screen.app._exit
+        assert screen.executive.commands == []
+
+    on_screen(play)
+
+
+def test_signs_of_the_cursor_are_there_without_colour():
+    """The selected row begins with a sign of its own."""
+
+    async def play(screen: Screen) -> None:
+        assert [row for row in screen.rows if row.startswith(SIGNS.cursor)] != []
+
+    on_screen(play)

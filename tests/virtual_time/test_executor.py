@@ -1,0 +1,187 @@
+"""Under the lock-step executor, time moves only when nothing is in flight."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+import rclpy
+from std_msgs.msg import Int64
+
+from bt_mission.core.errors import BtMissionError
+from bt_mission.virtual_time import (
+    LockstepExecutor,
+    NothingDueError,
+    NotLockstepError,
+    TimeStuckError,
+    self_test,
+)
+from bt_mission.virtual_time import executor as executor_module
+
+S = 1_000_000_000
+MS = 1_000_000
+
+
+def hear(callback: Callable[[Any], None]) -> Any:
+    """A subscription's callback; generated messages have no types."""
+    return callback
+
+
+def step_for_ever(executor: LockstepExecutor) -> None:
+    """Until something is raised."""
+    while True:
+        executor.step()
+
+
+def test_this_machine_delivers_at_once() -> None:
+    """The self-test that virtual time rests on passes here."""
+    self_test()
+
+
+def test_a_machine_on_which_messages_come_late_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With what to set: virtual time would not repeat there."""
+    self_test.cache_clear()
+    monkeypatch.setattr(LockstepExecutor, "run_until_quiet", lambda self: None)
+    with pytest.raises(
+        NotLockstepError, match=r"50 of 50 exchanges .* came late with rmw_fastrtps"
+    ):
+        self_test()
+
+
+def test_time_starts_above_zero(rig: Any) -> None:
+    """ROS takes zero for "not set", so an executor refuses to start there."""
+    with pytest.raises(ValueError, match="start_ns must be above 0"):
+        LockstepExecutor(start_ns=0, context=rig.context)
+
+
+def test_every_node_has_the_same_time_without_a_clock_topic(rig: Any) -> None:
+    """Nodes are on virtual time as soon as they are added, with no subscription for it."""
+    a, b = rig.node("a"), rig.node("b")
+    a.create_timer(0.25, lambda: None)
+    rig.executor.step()
+    assert rig.now(a) == rig.now(b) == S + 250 * MS
+    assert not list(a.subscriptions)
+
+
+def test_time_jumps_to_the_next_due_timer(rig: Any) -> None:
+    """Timers fire exactly when they are due, and nothing happens in between."""
+    node = rig.node("a")
+    fired: list[tuple[str, int]] = []
+    node.create_timer(0.05, lambda: fired.append(("fast", rig.now(node))))
+    node.create_timer(0.12, lambda: fired.append(("slow", rig.now(node))))
+    rig.steps_until(S + 150 * MS)
+    assert fired == [
+        ("fast", S + 50 * MS),
+        ("fast", S + 100 * MS),
+        ("slow", S + 120 * MS),
+        ("fast", S + 150 * MS),
+    ]
+
+
+def test_timers_of_one_instant_fire_in_the_order_of_creation_each_seeing_the_last_ones_messages(
+    rig: Any,
+) -> None:
+    """What the first timer publishes is delivered before the second timer fires."""
+    first, second = rig.node("first"), rig.node("second")
+    publisher = first.create_publisher(Int64, "count", 10)
+    log: list[str] = []
+    first.create_timer(0.1, lambda: publisher.publish(Int64(data=len(log))))
+    second.create_subscription(Int64, "count", hear(lambda m: log.append(f"got {m.data}")), 10)
+    second.create_timer(0.1, lambda: log.append("timer"))
+    rig.executor.step()
+    rig.executor.step()
+    assert log == ["got 0", "timer", "got 2", "timer"]
+
+
+def test_time_that_cannot_advance_is_reported_with_the_culprit(
+    rig: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A callback that publishes to itself for ever is named instead of hanging."""
+    monkeypatch.setattr(executor_module, "CALLBACKS_PER_INSTANT", 200)
+    node = rig.node("a")
+    echo = node.create_publisher(Int64, "echo", 10)
+    node.create_subscription(Int64, "echo", echo.publish, 10)
+    node.create_timer(0.1, lambda: echo.publish(Int64()))
+    with pytest.raises(TimeStuckError, match=r"stuck at 1\.100 s.*Subscription /echo"):
+        rig.executor.step()
+
+
+def test_a_timer_without_a_period_is_reported(rig: Any) -> None:
+    """It is due again at once, for ever; the others of its instant are served before."""
+    node = rig.node("a")
+    fired: list[str] = []
+    node.create_timer(0.1, lambda: fired.append("other"))
+    rig.executor.step()
+    node.create_timer(0.0, lambda: None)
+    with pytest.raises(
+        TimeStuckError, match=r"stuck at 1\.100 s: due again .*: timer of /a, every 0"
+    ):
+        step_for_ever(rig.executor)
+    assert fired == ["other"]
+
+
+def test_a_world_that_does_not_move_is_reported(rig: Any) -> None:
+    """It names an instant, is advanced to it, and names it again."""
+
+    class Still:
+        next_due_ns = 2 * S
+
+        def advance_to(self, time_ns: int) -> None:
+            pass
+
+    rig.executor.world = Still()
+    with pytest.raises(TimeStuckError, match=r"stuck at 2\.000 s: due again and again: the world"):
+        step_for_ever(rig.executor)
+
+
+def test_what_asks_again_for_its_own_instant_is_reported(
+    rig: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also where it was not a callback that asked."""
+    monkeypatch.setattr(executor_module, "CALLBACKS_PER_INSTANT", 200)
+
+    def again() -> None:
+        rig.executor.call_at(rig.executor.now_ns, again)
+
+    rig.executor.call_at(2 * S, again)
+    with pytest.raises(TimeStuckError, match="asks for it again"):
+        step_for_ever(rig.executor)
+
+
+def test_without_timers_and_world_time_cannot_move(rig: Any) -> None:
+    """There is nothing to jump to, and the message says so."""
+    rig.node("a")
+    with pytest.raises(NothingDueError, match="no timer is set"):
+        rig.executor.step()
+
+
+def test_a_timer_on_another_clock_is_refused(rig: Any) -> None:
+    """A wall timer would make a run depend on the machine."""
+    node = rig.node("a")
+    wall = rclpy.clock.Clock(clock_type=rclpy.clock.ClockType.STEADY_TIME)
+    node.create_timer(0.1, lambda: None, clock=wall)
+    with pytest.raises(BtMissionError, match="STEADY_TIME clock cannot run in virtual time"):
+        rig.executor.step()
+
+
+def test_the_world_moves_first(rig: Any) -> None:
+    """At each due instant the world publishes before any timer fires."""
+    node = rig.node("a")
+    publisher = node.create_publisher(Int64, "scan", 10)
+    log: list[str] = []
+
+    class World:
+        next_due_ns = S + 70 * MS
+
+        def advance_to(self, time_ns: int) -> None:
+            if time_ns >= self.next_due_ns:
+                publisher.publish(Int64(data=self.next_due_ns))
+                self.next_due_ns += 70 * MS
+
+    rig.executor.world = World()
+    node.create_subscription(Int64, "scan", hear(lambda m: log.append(f"scan {m.data // MS}")), 10)
+    node.create_timer(0.14, lambda: log.append("timer"))
+    rig.executor.step()
+    rig.executor.step()
+    assert log == ["scan 1070", "scan 1140", "timer"]

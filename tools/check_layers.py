@@ -1,0 +1,263 @@
+#!/usr/bin/env python3
+"""Check the layers of the packages: print them, and every cycle and upward import.
+
+Imports are read from the syntax trees, wherever they stand: at the top, inside functions and under
+``TYPE_CHECKING``. Exit code 0 when there is neither a cycle nor an upward import, else 1.
+"""
+
+from __future__ import annotations
+
+import ast
+import sys
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+
+LAYERS: tuple[tuple[str, ...], ...] = (
+    ("bt_mission.core", "bt_mission.goals"),
+    ("bt_mission.language", "bt_mission.events", "bt_mission.virtual_time"),
+    ("bt_mission.behaviours",),
+    ("bt_mission.executive", "bt_mission.btcpp"),
+    ("bt_mission.ros",),
+    ("bt_mission.sessions",),
+    ("bt_mission.recording", "bt_mission.graph_tools"),
+    ("bt_mission.views",),
+    ("bt_mission.testing", "bt_mission.cli"),
+)
+"""Packages of bt_mission, from the lowest layer: each imports those of lower layers."""
+
+SAME_LAYER: Mapping[str, tuple[str, ...]] = {"bt_mission.goals": ("bt_mission.core",)}
+"""Packages that import another one of their own layer."""
+
+PARTS: Mapping[str, tuple[tuple[str, ...], ...]] = {
+    "action_servers": (
+        ("core",),
+        ("driving", "navigation", "robot_io"),
+        ("mapping", "camera", "arbiter"),
+        ("server",),
+    ),
+    "sim": (
+        ("world", "faults"),
+        ("physics",),
+        ("sensors",),
+        ("robot",),
+        ("simulation",),
+        ("views",),
+        ("ros",),
+    ),
+    "bt_mission.language": (
+        ("expressions",),
+        ("nodes",),
+        ("file", "mission"),
+        ("node_reader",),
+        ("trees",),
+        ("checks",),
+        ("loader",),
+    ),
+}
+"""Parts of one package, from the lowest; a module that is not named belongs to no layer."""
+
+SHARED = ("bt_mission.core",)
+"""What ``action_servers`` and ``sim`` import of bt_mission."""
+
+ASSEMBLES = ("bt_mission.sessions", "bt_mission.cli", "bt_mission.testing")
+"""Packages that put ``action_servers`` and ``sim`` together with the executive."""
+
+SPEAKS_ROS = (
+    "bt_mission.virtual_time",
+    "bt_mission.ros",
+    "bt_mission.sessions",
+    "bt_mission.recording",
+    "bt_mission.graph_tools",
+    "bt_mission.testing",
+    "bt_mission.cli",
+    "sim.ros",
+    "action_servers.mapping.node",
+    "action_servers.navigation.actions",
+    "action_servers.robot_io",
+    "action_servers.arbiter.node",
+    "action_servers.server",
+)
+"""Packages and modules that may import rclpy and generated messages."""
+
+TOPS = ("bt_mission", "action_servers", "sim")
+
+
+@dataclass(frozen=True)
+class Import:
+    """One import: the module that has it, the module that it names, and the line."""
+
+    importer: str
+    imported: str
+    line: int
+
+
+def modules(root: Path = ROOT) -> dict[str, Path]:
+    """Return the file of each module of the three packages, by its dotted name."""
+    found = {}
+    for top in TOPS:
+        for path in sorted((root / top).rglob("*.py")):
+            name = ".".join(path.relative_to(root).with_suffix("").parts)
+            found[name.removesuffix(".__init__")] = path
+    return found
+
+
+def imported_names(tree: ast.Module) -> Iterator[tuple[str, int]]:
+    """Yield the full name of each import of a module, and its line."""
+    for node in ast.walk(tree):
+        match node:
+            case ast.Import(names=aliases):
+                yield from ((alias.name, node.lineno) for alias in aliases)
+            case ast.ImportFrom(names=aliases, module=str(parent), level=0):
+                yield from ((f"{parent}.{alias.name}", node.lineno) for alias in aliases)
+            case ast.Call(func=function, args=[ast.Constant(value=str(name)), *_]) if ast.unparse(
+                function
+            ) in {"importlib.import_module", "import_module", "__import__"}:
+                yield name, node.lineno
+
+
+def imports_of(name: str, text: str, known: Mapping[str, object]) -> list[Import]:
+    """Return the imports of ours that a module has, each resolved to a module."""
+    found = []
+    for full, line in imported_names(ast.parse(text)):
+        module = full if full in known else full.rpartition(".")[0]
+        if module in known and module != name:
+            found.append(Import(name, module, line))
+    return found
+
+
+def is_in(name: str, package: str) -> bool:
+    """Return whether a module is a package, or lies in it."""
+    return name == package or name.startswith(f"{package}.")
+
+
+def _rank(name: str, layers: tuple[tuple[str, ...], ...], prefix: str = "") -> int | None:
+    for rank, packages in enumerate(layers):
+        if any(is_in(name, prefix + package) for package in packages):
+            return rank
+    return None
+
+
+def _package(name: str, prefix: str = "bt_mission") -> str:
+    return ".".join(name.split(".")[: prefix.count(".") + 2])
+
+
+def _between_tops(importer: str, imported: str) -> str | None:
+    """Return why a package of one top-level folder may not import one of another."""
+    top = importer.partition(".")[0]
+    if top == "bt_mission":
+        may = any(is_in(importer, package) for package in ASSEMBLES)
+        return None if may else f"only {', '.join(ASSEMBLES)} import servers and simulator"
+    may = any(is_in(imported, package) for package in SHARED)
+    return None if may else f"{top} imports of bt_mission only {', '.join(SHARED)}"
+
+
+def _between_layers(importer: str, imported: str) -> str | None:
+    """Return why a package of bt_mission may not import another one."""
+    if imported == "bt_mission" or _package(imported) in SAME_LAYER.get(_package(importer), ()):
+        return None
+    here, there = _rank(importer, LAYERS), _rank(imported, LAYERS)
+    if here is None or there is None:
+        return "a package without a layer; give it one in tools/check_layers.py"
+    return f"layer {here} imports layer {there}" if there >= here else None
+
+
+def _between_parts(importer: str, imported: str) -> str | None:
+    """Return why a part of a package may not import another part of it."""
+    for package, parts in PARTS.items():
+        if not (is_in(importer, package) and is_in(imported, package)):
+            continue
+        here, there = _rank(importer, parts, f"{package}."), _rank(imported, parts, f"{package}.")
+        same = _package(importer, package) == _package(imported, package)
+        if here is not None and there is not None and not same and there >= here:
+            return f"inside {package} part {here} imports part {there}"
+    return None
+
+
+def fault_of(one: Import) -> str | None:
+    """Return why an import is against the layers, or None when it is not."""
+    importer, imported = one.importer, one.imported
+    if importer in TOPS or importer == "bt_mission.__main__":
+        return None
+    if importer.partition(".")[0] != imported.partition(".")[0]:
+        return _between_tops(importer, imported)
+    if is_in(importer, "bt_mission") and _package(importer) != _package(imported):
+        return _between_layers(importer, imported)
+    return _between_parts(importer, imported)
+
+
+def cycles(imports: list[Import]) -> list[list[str]]:
+    """Return the groups of modules that import each other, by Tarjan's algorithm."""
+    graph: dict[str, list[str]] = {}
+    for one in imports:
+        graph.setdefault(one.importer, []).append(one.imported)
+    index: dict[str, int] = {}
+    low: dict[str, int] = {}
+    stack: list[str] = []
+    found: list[list[str]] = []
+
+    def visit(name: str) -> None:
+        index[name] = low[name] = len(index)
+        stack.append(name)
+        for other in graph.get(name, ()):
+            if other not in index:
+                visit(other)
+                low[name] = min(low[name], low[other])
+            elif other in stack:
+                low[name] = min(low[name], index[other])
+        if low[name] == index[name]:
+            at = stack.index(name)
+            group = stack[at:]
+            del stack[at:]
+            if len(group) > 1:
+                found.append(sorted(group))
+
+    for name in graph:
+        if name not in index:
+            visit(name)
+    return sorted(found)
+
+
+def all_imports() -> list[Import]:
+    """Return every import between modules of ours."""
+    known = modules()
+    return [
+        one
+        for name, path in known.items()
+        for one in imports_of(name, path.read_text(encoding="utf-8"), known)
+    ]
+
+
+def upward(imports: list[Import]) -> list[str]:
+    """Return a line for each import that is against the layers."""
+    return [
+        f"{one.importer}:{one.line}: imports {one.imported}: {why}"
+        for one in imports
+        if (why := fault_of(one)) is not None
+    ]
+
+
+def main() -> int:
+    """Print layers, cycles and upward imports; return the exit code."""
+    sys.setrecursionlimit(10_000)
+    known, imports = modules(), all_imports()
+    for rank, packages in enumerate(LAYERS):
+        counted = (f"{one} ({sum(is_in(name, one) for name in known)})" for one in packages)
+        print(f"layer {rank}: {', '.join(counted)}")
+    for package, parts in PARTS.items():
+        print(f"{package}: {' < '.join(', '.join(part) for part in parts)}")
+    found, against = cycles(imports), upward(imports)
+    print(f"{len(known)} modules, {len(imports)} imports between them")
+    print(f"{len(found)} cycles")
+    for group in found:
+        print(f"  {', '.join(group)}")
+    print(f"{len(against)} upward imports")
+    for line in against:
+        print(f"  {line}")
+    return 1 if found or against else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
