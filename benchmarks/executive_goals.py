@@ -25,7 +25,7 @@ from bt_mission.goals.goal import Goal
 from bt_mission.language.loader import load_text
 from bt_mission.ros.mission_node import TICK_RATE_HZ, MissionNode
 from bt_mission.testing.scripted_server import ScriptedServer
-from bt_mission.virtual_time import LockstepExecutor
+from bt_mission.virtual_time import VirtualTimeExecutor
 
 TURN = "bt_mission_interfaces/action/Turn"
 Options = dict[str, Any]
@@ -108,7 +108,7 @@ class Side:
         host = Node("server", context=context, namespace=namespace, **LEAN)
         self.server = server(host, TURN, "turn")
         self.client = client({"context": context, "namespace": namespace})
-        self.executor = LockstepExecutor(context=context)
+        self.executor = VirtualTimeExecutor(context=context)
         self._made.callback(self.executor.shutdown)
         for node in (host, self.client):
             self._made.callback(node.destroy_node)

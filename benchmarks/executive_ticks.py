@@ -32,13 +32,13 @@ from rclpy.time import Time
 from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.goals.goal import Event, Goal
 from bt_mission.language.loader import load_text
-from bt_mission.language.nodes.steps import Action
-from bt_mission.ros.goal_client import ActionCourier
-from bt_mission.ros.journal import keep_journal
+from bt_mission.language.nodes.steps import ActionStep
+from bt_mission.ros.goal_client import RosGoalClient
+from bt_mission.ros.journal import open_journal
 from bt_mission.ros.mission_node import MissionNode
 from bt_mission.ros.status_topics import CHANGES
 from bt_mission.testing.scripted_server import ScriptedServer
-from bt_mission.virtual_time.discovery import settle
+from bt_mission.virtual_time.discovery import wait_for_matching
 
 WIDTH = 10
 """Children of a composite."""
@@ -115,7 +115,7 @@ def bare_tree(ours: Behaviour) -> Behaviour:
     return py_trees.composites.Parallel(ours.name, policy, children)
 
 
-class HeldCourier(ActionCourier):
+class HeldCourier(RosGoalClient):
     """Its goals are accepted at once, and run for ever."""
 
     def send(self, goal: Goal, request: Any) -> None:  # noqa: ARG002 - the courier's form
@@ -129,7 +129,7 @@ class HeldCourier(ActionCourier):
 class HeldMission(MissionNode):
     """A mission all of whose goals run on."""
 
-    def courier(self, action: str, type_name: str) -> ActionCourier:
+    def goal_client(self, action: str, type_name: str) -> RosGoalClient:
         """A courier that keeps its goals."""
         key = (self.resolve_topic_name(action), type_name)
         if key not in self._couriers:
@@ -208,7 +208,7 @@ def ticked(
         made.callback(context.shutdown)
         others = Node("others", context=context, start_parameter_services=False)
         made.callback(others.destroy_node)
-        steps = [step for step in mission.tree.walk() if isinstance(step, Action)]
+        steps = [step for step in mission.tree.walk() if isinstance(step, ActionStep)]
         for action, kind in sorted({(step.action, step.type) for step in steps}):
             ScriptedServer(others, kind, action)
         others.create_subscription(StatusChanges, "/bt_mission/changes", lambda _: None, CHANGES)
@@ -216,9 +216,9 @@ def ticked(
         made.callback(node.destroy_node)
         if with_journal:
             folder = made.enter_context(tempfile.TemporaryDirectory())
-            journal = keep_journal(Path(folder) / "journal", mission, node, resume=False)
+            journal = open_journal(Path(folder) / "journal", mission, node, resume=False)
             made.callback(journal.close)
-        settle([others, node])
+        wait_for_matching([others, node])
         yield Ticked(node, feedback)
 
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
-from bt_mission.recording.writer import Recorder
+from bt_mission.recording.writer import RunRecorder
 from bt_mission.sessions.load import load
 from bt_mission.sessions.session import summarise
 from bt_mission.sessions.stage import Stage
@@ -44,7 +44,7 @@ def run(mission_file: Path, *, records: bool) -> Run:
         Stage(mission, image_folder=Path(folder), say=lambda _: None) as stage,
     ):
         marks = [time.thread_time()]
-        recorder = Recorder(stage, Path(folder) / "run.mcap") if records else None
+        recorder = RunRecorder(stage, Path(folder) / "run.mcap") if records else None
         next_ns = stage.start_ns
         while not stage.is_done:
             stage.step()

@@ -17,7 +17,7 @@ from pathlib import Path
 from report import record
 
 from bt_mission.recording.replay.scene import Projector
-from bt_mission.recording.replay.timeline import read_film
+from bt_mission.recording.replay.timeline import read_timeline
 
 
 def main() -> None:
@@ -29,7 +29,7 @@ def main() -> None:
         path = Path(folder) / "run.mcap"
         virtual_s = record(path, Path(folder))
         begin = time.process_time()
-        film = read_film(path)
+        film = read_timeline(path)
         reading = time.process_time() - begin
         size = path.stat().st_size
     projector = Projector(film)

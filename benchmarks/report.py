@@ -14,7 +14,7 @@ import time
 from pathlib import Path
 
 from bt_mission.recording.reader import read_run
-from bt_mission.recording.writer import Recorder
+from bt_mission.recording.writer import RunRecorder
 from bt_mission.sessions.load import load
 from bt_mission.sessions.session import summarise
 from bt_mission.sessions.stage import Stage
@@ -28,7 +28,7 @@ def record(path: Path, images: Path) -> float:
     """Record ten minutes of patrol; gives the virtual seconds."""
     mission = load(Path("missions/patrol.yaml"), set={"further_rounds": FURTHER_ROUNDS})
     with Stage(mission, image_folder=images, say=lambda _: None) as stage:
-        recorder = Recorder(stage, path)
+        recorder = RunRecorder(stage, path)
         while not stage.is_done:
             stage.step()
         report = summarise(stage, 1.0)

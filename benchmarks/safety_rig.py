@@ -25,7 +25,7 @@ from unique_identifier_msgs.msg import UUID
 
 from action_servers.server.node import ServersNode
 from bt_mission.core.robot.model import load_robot
-from bt_mission.virtual_time import LockstepExecutor
+from bt_mission.virtual_time import VirtualTimeExecutor
 from sim.physics.names import OBSTACLE_PREFIX, SOLID, STEP_NS
 from sim.ros.node import SimNode
 from sim.world.loader import load_world
@@ -95,7 +95,7 @@ class Rig:
         self.client = Node(
             "client", context=self.context, enable_rosout=False, start_parameter_services=False
         )
-        self.clock = LockstepExecutor(start_ns=START_NS, world=self.sim, context=self.context)
+        self.clock = VirtualTimeExecutor(start_ns=START_NS, world=self.sim, context=self.context)
         for node in (self.sim, self.servers, self.client):
             self.clock.add_node(node)
         self._groups = np.zeros(mujoco.mjNGROUP, dtype=np.uint8)

@@ -28,10 +28,10 @@ from bt_mission.core.robot.model import load_robot
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.language.loader import load_text
 from bt_mission.sessions.stage import Stage
-from bt_mission.testing.generators.draws import Seeded
+from bt_mission.testing.generators.draws import SeededDraws
 from bt_mission.testing.generators.scenarios import drawn_scenario
 from bt_mission.testing.stages import Stages
-from bt_mission.virtual_time import LockstepExecutor
+from bt_mission.virtual_time import VirtualTimeExecutor
 
 LEAN: dict[str, Any] = {"enable_rosout": False, "start_parameter_services": False}
 STEPS = 500
@@ -120,7 +120,7 @@ def with_stock_executor() -> float:
 def with_lockstep_executor() -> float:
     """CPU time of a step under ours, us."""
     echo = Echo()
-    executor = LockstepExecutor(context=echo.context)
+    executor = VirtualTimeExecutor(context=echo.context)
     for timer in echo.nodes[0].timers:
         timer.cancel()
     for node in echo.nodes:
@@ -195,7 +195,7 @@ def scenarios(count: int) -> None:
     with tempfile.TemporaryDirectory() as folder:
         for seed in range(count):
             stages = Stages(Path(folder))
-            run = drawn_scenario(Seeded(seed)).on(stages)
+            run = drawn_scenario(SeededDraws(seed)).on(stages)
             run.until_done()
             seconds += run.t
             stages.close()

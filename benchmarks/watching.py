@@ -40,7 +40,7 @@ from rclpy.serialization import deserialize_message, serialize_message
 
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events import messages, reader
-from bt_mission.events.source import Command, Found, Heard
+from bt_mission.events.source import ControlRequest, FoundExecutive, Heard
 from bt_mission.language.loader import load_text
 from bt_mission.sessions.stage import Stage
 from bt_mission.views.terminal.marks import SIGNS
@@ -196,23 +196,23 @@ class Large:
     where = "a benchmark"
 
     def __init__(self, count: int) -> None:
-        nodes = [messages.Node("large", "Sequence", "0", 0)]
+        nodes = [messages.NodeInfo("large", "Sequence", "0", 0)]
         while len(nodes) < count:
             place = len(nodes)
             part = (place - 1) // (CHILDREN + 1) * (CHILDREN + 1) + 1
             is_part = place == part
             kind, parent = ("Sequence", 0) if is_part else ("ActionLeaf", part)
             name = f"part {place}" if is_part else f"leaf {place}"
-            nodes.append(messages.Node(name, kind, f"0.{place}", parent))
-        self.tree = messages.Tree(S, "run", "large", tuple(nodes))
+            nodes.append(messages.NodeInfo(name, kind, f"0.{place}", parent))
+        self.tree = messages.TreeInfo(S, "run", "large", tuple(nodes))
         self.heard = Heard()
 
     def serve(self) -> None:
         """Nothing comes by itself."""
 
-    def find(self) -> tuple[Found, ...]:
+    def find(self) -> tuple[FoundExecutive, ...]:
         """It."""
-        return (Found(self.name),)
+        return (FoundExecutive(self.name),)
 
     def attach(self, _name: str) -> Large:
         """It."""
@@ -224,14 +224,14 @@ class Large:
         heard, self.heard = self.heard, Heard()
         return heard
 
-    def send(self, command: Command) -> None:
+    def send(self, command: ControlRequest) -> None:
         """Nobody listens."""
 
     def close(self) -> None:
         """Nothing to leave."""
 
 
-def wire(tree: messages.Tree) -> tuple[bytes, bytes]:
+def wire(tree: messages.TreeInfo) -> tuple[bytes, bytes]:
     """The tree, and the answer with all its statuses, as they come over the network."""
     nodes = [
         TreeNode(name=one.name, kind=one.kind, path=one.path, parent=one.parent)
@@ -262,7 +262,7 @@ async def draw(nodes: int, changes: int) -> tuple[float, list[float]]:
         return Heard(
             (
                 reader.tree(deserialize_message(tree, Tree)),
-                messages.State(S, "run", "large", "running", ""),
+                messages.MissionStateInfo(S, "run", "large", "running", ""),
                 reader.statuses(deserialize_message(answer, GetStatuses.Response)),
             )
         )
@@ -276,7 +276,7 @@ async def draw(nodes: int, changes: int) -> tuple[float, list[float]]:
             starts = number % 2 == 1
             index = 2 + number * 7919 % (nodes - 2) if starts else index
             status = Status.RUNNING if starts else Status.SUCCESS
-            standing = messages.Standing(index, status, "so it goes")
+            standing = messages.NodeStatus(index, status, "so it goes")
             change = messages.Changes(S + number * S, "run", number, (standing,))
             heard = Heard((change,))
             taken.append(drawn(large, app, lambda heard=heard: heard))

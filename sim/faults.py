@@ -168,7 +168,7 @@ _NONE: dict[str, PartFaults] = {
 }
 
 
-class Faults:
+class RobotFaultState:
     """What is wrong with one robot at present, part by part. Nothing, at the start.
 
     `on_wheels` is called with every change of the wheels' faults.

@@ -14,14 +14,12 @@ import mujoco
 from bt_mission.core.robot.model import RobotModel
 from sim.physics.physics import Physics
 from sim.physics.props import Props
-from sim.physics.spawn import Entrant
-from sim.robot.robot import SimRobot, SpawnError
+from sim.physics.spawn import RobotSpawn
+from sim.robot.robot import SimulatedRobot
 from sim.world.world import World
 
-__all__ = ["Entrant", "Fleet", "SimRobot", "Simulation", "SpawnError"]
 
-
-class Simulation(SimRobot):
+class Simulation(SimulatedRobot):
     """One robot alone in one world.
 
     `seed` decides all sensor noise. `start_ns` is the first instant: above 0, which ROS takes
@@ -37,8 +35,8 @@ class Simulation(SimRobot):
         start_ns: int = 1_000_000_000,
         props: int = 0,
     ) -> None:
-        physics = Physics(world, [Entrant(robot)], start_ns, props)
-        super().__init__(physics, Entrant(robot), seed=seed)
+        physics = Physics(world, [RobotSpawn(robot)], start_ns, props)
+        super().__init__(physics, RobotSpawn(robot), seed=seed)
         self.physics.begin([self])
 
     @property
@@ -97,17 +95,19 @@ class Fleet:
     def __init__(
         self,
         world: World,
-        entrants: Sequence[Entrant],
+        entrants: Sequence[RobotSpawn],
         *,
         seed: int,
         start_ns: int = 1_000_000_000,
         props: int = 0,
     ) -> None:
         self.physics = Physics(world, entrants, start_ns, props)
-        self.robots = tuple(SimRobot(self.physics, entrant, seed=seed) for entrant in entrants)
+        self.robots = tuple(
+            SimulatedRobot(self.physics, entrant, seed=seed) for entrant in entrants
+        )
         self.physics.begin(self.robots)
 
-    def __getitem__(self, name: str) -> SimRobot:
+    def __getitem__(self, name: str) -> SimulatedRobot:
         """Return the robot of that name. Raises KeyError."""
         return {robot.name: robot for robot in self.robots}[name]
 

@@ -51,7 +51,7 @@ class ScriptedServer:
         self.goals.append(goal)
         self.requests.append(request)
 
-    def find_again(self, goal: Goal) -> None:
+    def recover_goal(self, goal: Goal) -> None:
         self.goals.append(goal)
 
     def ask_result(self, goal: Goal) -> None:

@@ -211,11 +211,11 @@ def put(name: str, text: str) -> None:
 
 async def draw() -> None:
     """Save a picture of the view, in colours."""
-    from bt_mission.ros.discovery import Observer  # noqa: PLC0415 - after the environment is set
+    from bt_mission.ros.discovery import ExecutiveDirectory  # noqa: PLC0415 - after the environment is set
     from bt_mission.views.terminal.marks import SIGNS  # noqa: PLC0415
     from bt_mission.views.tui.app import WatchApp  # noqa: PLC0415
 
-    with Observer() as observer:
+    with ExecutiveDirectory() as observer:
         app = WatchApp(observer, SIGNS)
         async with app.run_test(size=(130, 38)) as pilot:
             deadline = time.monotonic() + LIMIT_S  # noqa: TID251

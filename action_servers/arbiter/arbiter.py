@@ -13,7 +13,7 @@ from action_servers.core.maneuver import ZERO, Twist2D
 
 
 @dataclass(frozen=True, slots=True)
-class Source:
+class CommandSource:
     """A topic of commands: it counts until `timeout_s` after its last message.
 
     Whatever a source says that `stops` means to stand still.
@@ -25,11 +25,11 @@ class Source:
 
 
 SOURCES = (
-    Source("cmd_vel_stop", 0.5, stops=True),
-    Source("cmd_vel_joy", 0.5),
+    CommandSource("cmd_vel_stop", 0.5, stops=True),
+    CommandSource("cmd_vel_joy", 0.5),
     # Servers speak 20 times a second. Three missed commands, and the 0.26 s that braking from full
     # speed takes, leave a base standing within 0.5 s after its servers have died.
-    Source("cmd_vel_mission", 0.15),
+    CommandSource("cmd_vel_mission", 0.15),
 )
 """From the highest rank to the lowest."""
 
@@ -40,7 +40,7 @@ class Arbiter:
     :param sources: from the highest rank to the lowest.
     """
 
-    def __init__(self, sources: Sequence[Source] = SOURCES) -> None:
+    def __init__(self, sources: Sequence[CommandSource] = SOURCES) -> None:
         self._sources = {source.topic: source for source in sources}
         self._heard_ns: dict[str, int] = {}
 

@@ -17,14 +17,14 @@ from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 from rclpy.subscription import Subscription
 
-from action_servers.arbiter.arbiter import SOURCES, Arbiter, Source
+from action_servers.arbiter.arbiter import SOURCES, Arbiter, CommandSource
 from action_servers.core.maneuver import ZERO, Twist2D
-from action_servers.robot_io.base import Base
+from action_servers.robot_io.base import CommandPublisher
 from action_servers.robot_io.command_types import Choice
-from action_servers.robot_io.interrupts import Interrupts
+from action_servers.robot_io.interrupts import SignalNote
 from action_servers.robot_io.node_parameters import declare, made_with, overrides
 from action_servers.robot_io.parameter_file import read_parameters
-from action_servers.robot_io.robot_settings import Setting, Topics, Wiring, base_settings
+from action_servers.robot_io.robot_settings import RobotTopics, Setting, Wiring, base_settings
 
 if TYPE_CHECKING:
     from rclpy.context import Context
@@ -84,12 +84,12 @@ class ArbiterNode(Node):
         self._leader: str | None = None
         self._inputs: list[Subscription] = []
         wiring = Wiring(
-            Topics(cmd_vel=values["topics.cmd_vel"]),
+            RobotTopics(cmd_vel=values["topics.cmd_vel"]),
             base_frame=values["frames.base"],
             command_type=values["cmd_vel_type"],
             watched=command_type == "auto",
         )
-        self._base = Base(self, wiring, lambda _: self._listen())
+        self._base = CommandPublisher(self, wiring, lambda _: self._listen())
         self._listen()
         self.create_timer(1.0 / CHECK_HZ, self._check)
 
@@ -170,7 +170,7 @@ def _timeouts() -> tuple[Setting, ...]:
     )
 
 
-def _timeout_name(source: Source) -> str:
+def _timeout_name(source: CommandSource) -> str:
     return f"timeouts.{source.topic.removeprefix('cmd_vel_')}"
 
 
@@ -196,7 +196,7 @@ def main(
         )
         executor = SingleThreadedExecutor()
         executor.add_node(node)
-        with Interrupts() as interrupts:
+        with SignalNote() as interrupts:
             while not interrupts.received:
                 executor.spin_once(timeout_sec=0.1)
             node.stop()

@@ -21,7 +21,7 @@ from action_servers.core.maneuver import (
     Value,
 )
 from action_servers.core.tuning import TUNING, Tuning
-from action_servers.driving.drive import Drive
+from action_servers.driving.drive import DriveGuard
 from action_servers.driving.rotation import ARRIVED_WITHIN, Rotation
 from bt_mission.core.robot.model import RobotModel
 
@@ -29,7 +29,7 @@ MAX_ANGLE_DEG = 180.0
 """The limit of the Sheffield course's camera sweep for Jazzy, whose missions run here too."""
 
 
-class Goal(Protocol):
+class CameraSweepGoal(Protocol):
     """The goal fields of `bt_mission_interfaces/action/CameraSweep`."""
 
     @property
@@ -59,7 +59,7 @@ class ImageStore(Protocol):
 
 
 def plan(
-    goal: Goal,
+    goal: CameraSweepGoal,
     now: Observation,
     robot: RobotModel,
     camera: CameraSwitch,
@@ -113,7 +113,7 @@ class CameraSweep:
         self._speed = min(tuning.sweep_velocity, robot.max_angular_velocity)
         self.camera = camera
         self._snapshot = Snapshot(camera, tuning.image_timeout)
-        self._drive = Drive(robot, tuning)
+        self._drive = DriveGuard(robot, tuning)
         self._rotation = Rotation(self._drive, robot, tuning)
         self._camera_works = False
         self._opened = False

@@ -33,7 +33,7 @@ _OPENING = np.ones((3, 3), dtype=np.uint8)
 
 
 @dataclass(frozen=True, slots=True)
-class Patch:
+class ColourPatch:
     """The largest connected area of a colour: its `share` of the picture, and where its middle is.
 
     `across` goes from -1 at the left edge of the picture to 1 at the right one.
@@ -43,7 +43,7 @@ class Patch:
     across: float
 
 
-def largest_patch(rgb: npt.NDArray[np.uint8], colour: str) -> Patch | None:
+def largest_patch(rgb: npt.NDArray[np.uint8], colour: str) -> ColourPatch | None:
     """Return the largest patch of a colour of `HUES_DEG` in a picture (height, width, 3), if any.
 
     What is narrower than three pixels counts as noise.
@@ -56,7 +56,7 @@ def largest_patch(rgb: npt.NDArray[np.uint8], colour: str) -> Patch | None:
     largest = int(np.argmax(areas))
     height, width = seen.shape
     column = float(middles[largest + 1][0])
-    return Patch(float(areas[largest]) / (height * width), (2.0 * column + 1.0) / width - 1.0)
+    return ColourPatch(float(areas[largest]) / (height * width), (2.0 * column + 1.0) / width - 1.0)
 
 
 def _mask(rgb: npt.NDArray[np.uint8], colour: str) -> npt.NDArray[np.uint8]:

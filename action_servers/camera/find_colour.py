@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Protocol
 
 from action_servers.camera.camera import CameraSwitch
-from action_servers.camera.colours import HUES_DEG, Patch, largest_patch
+from action_servers.camera.colours import HUES_DEG, ColourPatch, largest_patch
 from action_servers.core.limits import outside
 from action_servers.core.maneuver import (
     SUCCEEDED,
@@ -22,13 +22,14 @@ from action_servers.core.maneuver import (
 )
 from action_servers.core.tuning import TUNING, Tuning
 from bt_mission.core.diagnostics import did_you_mean, listed
-from bt_mission.core.robot.model import Camera, RobotModel
+from bt_mission.core.robot.model import RobotModel
+from bt_mission.core.robot.parts import CameraModel
 
 SMALLEST_SHARE = 1e-4
 """Eight pixels of a picture of 320 x 240: less is no patch."""
 
 
-class Goal(Protocol):
+class FindColourGoal(Protocol):
     """The goal fields of `bt_mission_interfaces/action/FindColour`."""
 
     @property
@@ -41,7 +42,7 @@ class Goal(Protocol):
 
 
 def plan(
-    goal: Goal, robot: RobotModel, camera: CameraSwitch, tuning: Tuning = TUNING
+    goal: FindColourGoal, robot: RobotModel, camera: CameraSwitch, tuning: Tuning = TUNING
 ) -> FindColour | Refusal:
     """Check a goal."""
     if robot.camera is None:
@@ -68,7 +69,7 @@ class FindColour:
         self,
         colour: str,
         share: float,
-        model: Camera,
+        model: CameraModel,
         camera: CameraSwitch,
         tuning: Tuning = TUNING,
     ) -> None:
@@ -80,7 +81,7 @@ class FindColour:
         self._timeout_s = tuning.image_timeout
         self._last_s: float | None = None
         self._image: Image | None = None
-        self._patch: Patch | None = None
+        self._patch: ColourPatch | None = None
         self._told: Image | None = None
 
     def step(self, now: Observation) -> Twist2D | Finished:

@@ -25,7 +25,7 @@ from action_servers.core.tuning import TUNING, Tuning
 from bt_mission.core.robot.model import RobotModel
 
 
-class Goal(Protocol):
+class TakePicturesGoal(Protocol):
     """The goal fields of `bt_mission_interfaces/action/TakePictures`."""
 
     @property
@@ -34,7 +34,7 @@ class Goal(Protocol):
 
 
 def plan(
-    goal: Goal, robot: RobotModel, camera: CameraSwitch, tuning: Tuning = TUNING
+    goal: TakePicturesGoal, robot: RobotModel, camera: CameraSwitch, tuning: Tuning = TUNING
 ) -> TakePictures | Refusal:
     """Check a goal. So many pictures that memory would suffer are refused."""
     if robot.camera is None:

@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from action_servers.core.maneuver import Scan
 from action_servers.core.tuning import TUNING
-from bt_mission.core.robot.model import Hull, Lidar
+from bt_mission.core.robot.parts import Hull, LidarModel
 
 Points = npt.NDArray[np.float64]
 
@@ -28,7 +28,7 @@ NOISE = 0.03
 
 
 @dataclass(frozen=True, slots=True)
-class Obstacle:
+class ObstaclePoint:
     """A point of an obstacle, metres in the frame of the base, and its `gap` to the hull."""
 
     gap: float
@@ -41,7 +41,7 @@ class Obstacle:
         return math.degrees(math.atan2(self.y, self.x))
 
 
-def obstacle_points(scan: Scan, lidar: Lidar) -> Points:
+def obstacle_points(scan: Scan, lidar: LidarModel) -> Points:
     """Return what the scan hit as an array of shape (2, n): x and y in the frame of the base."""
     ranges = scan.ranges
     # NaN compares false, so it drops out here as inf does.
@@ -62,7 +62,9 @@ def _directions(rays: int, angle_min: float, angle_increment: float) -> Points:
     return directions
 
 
-def ahead(points: Points, hull: Hull, side_margin: float = TUNING.side_margin) -> Obstacle | None:
+def ahead(
+    points: Points, hull: Hull, side_margin: float = TUNING.side_margin
+) -> ObstaclePoint | None:
     """Return the obstacle that a straight drive meets first, or None when the way is free.
 
     It lies in the width that the hull sweeps, with `side_margin` metres added to each side for the
@@ -77,12 +79,12 @@ def ahead(points: Points, hull: Hull, side_margin: float = TUNING.side_margin) -
     x, y = x[in_the_way], y[in_the_way]
     nearest = float(x.min())
     as_near = x <= nearest + NOISE
-    return Obstacle(
+    return ObstaclePoint(
         max(0.0, nearest - hull.front), float(x[as_near].mean()), float(y[as_near].mean())
     )
 
 
-def nearest_in_front(points: Points, hull: Hull) -> Obstacle | None:
+def nearest_in_front(points: Points, hull: Hull) -> ObstaclePoint | None:
     """Return the obstacle nearest to the hull among all within 90 degrees of straight ahead."""
     x, y = points
     if not (x > 0.0).any():
@@ -90,4 +92,4 @@ def nearest_in_front(points: Points, hull: Hull) -> Obstacle | None:
     beside = np.maximum(np.abs(y) - hull.half_width, 0.0)
     gaps = np.where(x > 0.0, np.hypot(np.maximum(x - hull.front, 0.0), beside), np.inf)
     index = int(np.argmin(gaps))
-    return Obstacle(float(gaps[index]), float(x[index]), float(y[index]))
+    return ObstaclePoint(float(gaps[index]), float(x[index]), float(y[index]))

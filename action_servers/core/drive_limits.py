@@ -15,7 +15,7 @@ _GAIN_PER_S = 4.0
 
 
 @dataclass(frozen=True, slots=True)
-class Limits:
+class DriveLimits:
     """m/s, rad/s, m/s², rad/s².
 
     `linear` and the accelerations are the robot's own limits. It turns at a share of its angular
@@ -39,9 +39,9 @@ class Limits:
         return math.copysign(rate, angle)
 
 
-def limits(robot: RobotModel) -> Limits:
+def limits(robot: RobotModel) -> DriveLimits:
     """Return the limits for navigating with a robot."""
-    return Limits(
+    return DriveLimits(
         robot.max_linear_velocity,
         _TURN_SHARE * robot.max_angular_velocity,
         robot.max_linear_acceleration,
@@ -52,7 +52,7 @@ def limits(robot: RobotModel) -> Limits:
 class Ramp:
     """Brings one twist to another no faster than the robot accelerates."""
 
-    def __init__(self, limits: Limits, twist: Twist2D = ZERO) -> None:
+    def __init__(self, limits: DriveLimits, twist: Twist2D = ZERO) -> None:
         self._limits = limits
         self.twist = twist
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from action_servers.core.drive_limits import Limits
+from action_servers.core.drive_limits import DriveLimits
 from action_servers.core.grid import Floats
 from action_servers.core.maneuver import ZERO, Twist2D
 from bt_mission.core.robot.model import RobotModel
@@ -96,7 +96,7 @@ def free_angle(points: Floats, body: Footprint, horizon: float) -> float:
     return _first_touch(near, body, still, still, turned, abs(horizon))
 
 
-def held_back(wanted: Twist2D, points: Floats, body: Footprint, limits: Limits) -> Twist2D:
+def held_back(wanted: Twist2D, points: Floats, body: Footprint, limits: DriveLimits) -> Twist2D:
     """Return the twist that is wanted, slowed so that the robot can stop before it touches a point.
 
     `points` are what the lidar sees, from the base, `n x 2` metres. The arc stays the same.

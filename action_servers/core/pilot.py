@@ -29,7 +29,7 @@ REFUSED_WHILE_DRIVING = "another goal drives the robot; it is not replaced (on_n
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class ManeuverOutcome:
     """How a goal ended, and the fields of its result."""
 
     status: Literal["succeeded", "aborted", "canceled"]
@@ -41,7 +41,7 @@ class Outcome:
     """What the maneuver raised, if it did."""
 
 
-class Run:
+class ManeuverRun:
     """One maneuver in the pilot's care; `on_end` is called exactly once."""
 
     __slots__ = ("maneuver", "needs_base", "on_end", "on_feedback")
@@ -50,7 +50,7 @@ class Run:
         self,
         maneuver: Maneuver,
         on_feedback: Callable[[Fields], None],
-        on_end: Callable[[Outcome], None],
+        on_end: Callable[[ManeuverOutcome], None],
     ) -> None:
         self.maneuver = maneuver
         self.needs_base = maneuver.needs_base
@@ -83,7 +83,7 @@ class Pilot:
         self._max_angular = max_angular
         self._replaces = replaces
         self._side_goals = side_goals
-        self._runs: list[Run] = []
+        self._runs: list[ManeuverRun] = []
         self._stepped_s: float | None = None
 
     @property
@@ -92,7 +92,7 @@ class Pilot:
         return not self._runs
 
     @property
-    def _driving(self) -> list[Run]:
+    def _driving(self) -> list[ManeuverRun]:
         return [run for run in self._runs if run.needs_base]
 
     def refusal(self, *, needs_base: bool) -> str | None:
@@ -105,7 +105,7 @@ class Pilot:
             return None
         return f"{beside} goals that do not drive run already, which is the limit (side_goals)"
 
-    def start(self, run: Run) -> None:
+    def start(self, run: ManeuverRun) -> None:
         """Take a maneuver in; its first step is at the next control step.
 
         If it drives, it replaces the one that does, whose goal is aborted.
@@ -114,11 +114,11 @@ class Pilot:
             self._end_all("replaced by a new goal", self._driving)
         self._runs.append(run)
 
-    def cancel(self, run: Run) -> None:
+    def cancel(self, run: ManeuverRun) -> None:
         """End a maneuver at once, on request; nothing happens if it has ended."""
-        self._end(run, Outcome("canceled"))
+        self._end(run, ManeuverOutcome("canceled"))
 
-    def fail(self, run: Run, error: Exception) -> None:
+    def fail(self, run: ManeuverRun, error: Exception) -> None:
         """End a maneuver at once, because of an exception; nothing happens if it has ended."""
         self._end(run, raised(error))
 
@@ -154,7 +154,7 @@ class Pilot:
             if run in self._runs:
                 self._step(run, now)
 
-    def _step(self, run: Run, now: Observation) -> None:
+    def _step(self, run: ManeuverRun, now: Observation) -> None:
         try:
             answer = run.maneuver.step(now)
             if not isinstance(answer, Finished):
@@ -167,9 +167,9 @@ class Pilot:
         except Exception as error:  # noqa: BLE001 - a fault in one maneuver must not end the server
             self.fail(run, error)
             return
-        self._end(run, Outcome(answer.status, answer.error_code, answer.reason), tell=True)
+        self._end(run, ManeuverOutcome(answer.status, answer.error_code, answer.reason), tell=True)
 
-    def _tell(self, run: Run) -> None:
+    def _tell(self, run: ManeuverRun) -> None:
         feedback = run.maneuver.feedback()
         if feedback is not None:
             run.on_feedback(feedback)
@@ -183,11 +183,13 @@ class Pilot:
         angular = min(max(twist.angular, -self._max_angular), self._max_angular)
         return Twist2D(linear, angular)
 
-    def _end_all(self, reason: str, runs: list[Run], code: ErrorCode = ErrorCode.STOPPED) -> None:
+    def _end_all(
+        self, reason: str, runs: list[ManeuverRun], code: ErrorCode = ErrorCode.STOPPED
+    ) -> None:
         for run in runs:
-            self._end(run, Outcome("aborted", code, reason))
+            self._end(run, ManeuverOutcome("aborted", code, reason))
 
-    def _end(self, run: Run, outcome: Outcome, *, tell: bool = False) -> None:
+    def _end(self, run: ManeuverRun, outcome: ManeuverOutcome, *, tell: bool = False) -> None:
         if run not in self._runs:
             return
         self._runs.remove(run)
@@ -203,7 +205,7 @@ class Pilot:
         run.on_end(outcome)
 
 
-def raised(error: Exception) -> Outcome:
+def raised(error: Exception) -> ManeuverOutcome:
     """Return how a goal ends whose maneuver raised."""
     reason = f"{type(error).__name__}: {error}"
-    return Outcome("aborted", ErrorCode.UNKNOWN, reason, cause=error)
+    return ManeuverOutcome("aborted", ErrorCode.UNKNOWN, reason, cause=error)

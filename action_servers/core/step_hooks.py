@@ -14,7 +14,7 @@ Before: TypeAlias = Callable[[Method, "Mapping[str, Value]"], "tuple[int, str] |
 raises. Before a step, a code and a reason end the goal as aborted."""
 
 
-class Interposed:
+class HookedManeuver:
     """A maneuver that others may have fail. `before` may change while it runs."""
 
     def __init__(self, maneuver: Maneuver, before: Sequence[Before]) -> None:

@@ -11,7 +11,7 @@ from action_servers.core.tuning import TUNING, Tuning
 from bt_mission.core.robot.model import RobotModel
 
 
-class Drive:
+class DriveGuard:
     """The guard of one driving maneuver.
 
     Every step begins with :meth:`fault` and ends with :meth:`command` or :meth:`rest`.

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Protocol
 
 from action_servers.core.braking import speed_to_stop_in
-from action_servers.core.clearance import Obstacle, ahead, nearest_in_front, obstacle_points
+from action_servers.core.clearance import ObstaclePoint, ahead, nearest_in_front, obstacle_points
 from action_servers.core.freshness import stale
 from action_servers.core.limits import first_fault, outside
 from action_servers.core.maneuver import (
@@ -20,7 +20,7 @@ from action_servers.core.maneuver import (
     Value,
 )
 from action_servers.core.tuning import TUNING, Tuning
-from action_servers.driving.drive import Drive
+from action_servers.driving.drive import DriveGuard
 from bt_mission.core.robot.model import RobotModel
 
 SLOWEST = 0.01
@@ -34,7 +34,7 @@ GONE_BEYOND = 0.05
 """Metres beyond the stopping distance at which an obstacle that was there has left."""
 
 
-class Goal(Protocol):
+class ExploreForwardGoal(Protocol):
     """The goal fields of `bt_mission_interfaces/action/ExploreForward`."""
 
     @property
@@ -47,7 +47,7 @@ class Goal(Protocol):
 
 
 def plan(
-    goal: Goal, now: Observation, robot: RobotModel, tuning: Tuning = TUNING
+    goal: ExploreForwardGoal, now: Observation, robot: RobotModel, tuning: Tuning = TUNING
 ) -> ExploreForward | Refusal:
     """Check a goal against the robot and what it sees."""
     lidar, front = robot.lidar, robot.hull.front
@@ -88,11 +88,11 @@ class ExploreForward:
         # Half of what the base can do, so that it follows the slowing down with ease.
         self._deceleration = 0.5 * robot.max_linear_acceleration
         self._side_margin = tuning.side_margin
-        self._drive = Drive(robot, tuning)
+        self._drive = DriveGuard(robot, tuning)
         self._arrived = False
         self._scan: Scan | None = None
-        self._ahead: Obstacle | None = None
-        self._aside: Obstacle | None = None
+        self._ahead: ObstaclePoint | None = None
+        self._aside: ObstaclePoint | None = None
         self._distance_at_scan = 0.0
         self._told: tuple[float, float] | None = None
 

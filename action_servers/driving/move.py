@@ -18,7 +18,7 @@ from action_servers.core.maneuver import (
 )
 from action_servers.core.ticker import Ticker
 from action_servers.core.tuning import TUNING, Tuning
-from action_servers.driving.drive import Drive
+from action_servers.driving.drive import DriveGuard
 from action_servers.driving.path import Way
 from bt_mission.core.robot.model import RobotModel
 
@@ -26,7 +26,7 @@ DEFAULT_SPEED = 0.1
 """m/s straight on, for a goal that gives no velocity."""
 
 
-class Goal(Protocol):
+class MoveGoal(Protocol):
     """The goal fields of `bt_mission_interfaces/action/Move`."""
 
     @property
@@ -43,7 +43,7 @@ class Goal(Protocol):
 
 
 def plan(
-    goal: Goal, now: Observation, robot: RobotModel, tuning: Tuning = TUNING
+    goal: MoveGoal, now: Observation, robot: RobotModel, tuning: Tuning = TUNING
 ) -> Move | Refusal:
     """Check a goal against the robot and what it sees."""
     fastest, sharpest = robot.max_linear_velocity, robot.max_angular_velocity
@@ -76,7 +76,7 @@ class Move:
     ) -> None:
         self._secs = secs
         self._twist = twist
-        self._drive = Drive(robot, tuning)
+        self._drive = DriveGuard(robot, tuning)
         self._way = Way(robot, tuning)
         self._ticker = Ticker()
 

@@ -23,7 +23,7 @@ from action_servers.core.tuning import TUNING, Tuning
 from bt_mission.core.robot.model import RobotModel
 
 
-class Goal(Protocol):
+class RecordDistanceGoal(Protocol):
     """The goal fields of `bt_mission_interfaces/action/RecordDistance`."""
 
     @property
@@ -32,7 +32,7 @@ class Goal(Protocol):
 
 
 def plan(
-    goal: Goal,
+    goal: RecordDistanceGoal,
     now: Observation,
     robot: RobotModel,
     publish: Callable[[float], None],

@@ -9,7 +9,7 @@ from action_servers.core.clearance import obstacle_points
 from action_servers.core.guard import footprint, free_angle
 from action_servers.core.maneuver import ErrorCode, Finished, Observation, Scan, Twist2D
 from action_servers.core.tuning import TUNING, Tuning
-from action_servers.driving.drive import Drive
+from action_servers.driving.drive import DriveGuard
 from bt_mission.core.robot.model import RobotModel
 
 ARRIVED_WITHIN = math.radians(0.3)
@@ -26,7 +26,7 @@ class Rotation:
     wider than the robot. Between two scans it counts on with odometry.
     """
 
-    def __init__(self, drive: Drive, robot: RobotModel, tuning: Tuning = TUNING) -> None:
+    def __init__(self, drive: DriveGuard, robot: RobotModel, tuning: Tuning = TUNING) -> None:
         self._drive = drive
         self._robot = robot
         self._margin = math.radians(tuning.turn_margin)

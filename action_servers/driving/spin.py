@@ -15,7 +15,7 @@ from action_servers.driving.turn import Turn
 from bt_mission.core.robot.model import RobotModel
 
 
-class Goal(Protocol):
+class SpinGoal(Protocol):
     """The goal fields of `nav2_msgs/action/Spin`."""
 
     @property
@@ -28,7 +28,7 @@ class Goal(Protocol):
 
 
 def plan(
-    goal: Goal, now: Observation, robot: RobotModel, tuning: Tuning = TUNING
+    goal: SpinGoal, now: Observation, robot: RobotModel, tuning: Tuning = TUNING
 ) -> Spin | Refusal:
     """Check a goal against what the robot sees."""
     limit = math.radians(tuning.turn_limit)

@@ -19,7 +19,7 @@ from action_servers.core.maneuver import (
     Value,
 )
 from action_servers.core.tuning import TUNING, Tuning
-from action_servers.driving.drive import Drive
+from action_servers.driving.drive import DriveGuard
 from action_servers.driving.path import Way
 from action_servers.driving.recoveries import (
     BACK_UP,
@@ -56,7 +56,7 @@ class Point(Protocol):
         """Up."""
 
 
-class Goal(Protocol):
+class StraightGoal(Protocol):
     """The goal fields of `nav2_msgs/action/BackUp` and `DriveOnHeading`."""
 
     @property
@@ -73,7 +73,7 @@ class Goal(Protocol):
 
 
 def plan_back_up(
-    goal: Goal, now: Observation, robot: RobotModel, tuning: Tuning = TUNING
+    goal: StraightGoal, now: Observation, robot: RobotModel, tuning: Tuning = TUNING
 ) -> Straight | Useless | Refusal:
     """Check a goal; whatever the signs, the robot drives backwards."""
     distance, speed = -abs(goal.target.x), -abs(goal.speed)
@@ -81,14 +81,14 @@ def plan_back_up(
 
 
 def plan_drive_on_heading(
-    goal: Goal, now: Observation, robot: RobotModel, tuning: Tuning = TUNING
+    goal: StraightGoal, now: Observation, robot: RobotModel, tuning: Tuning = TUNING
 ) -> Straight | Useless | Refusal:
     """Check a goal; the signs of distance and speed must agree."""
     return _plan(goal, (goal.target.x, goal.speed), DRIVE_ON_HEADING, now, robot, tuning)
 
 
 def _plan(
-    goal: Goal,
+    goal: StraightGoal,
     way: tuple[float, float],
     codes: Codes,
     now: Observation,
@@ -143,7 +143,7 @@ class Straight:
         self._codes = codes
         # Half of what the base can do, so that it follows the slowing down with ease.
         self._deceleration = 0.5 * robot.max_linear_acceleration
-        self._drive = Drive(robot, tuning)
+        self._drive = DriveGuard(robot, tuning)
         self._way = Way(robot, tuning)
         self._allowance = Allowance(allowance_s, codes)
         self._told: float | None = None

@@ -10,7 +10,7 @@ from action_servers.core.freshness import stale
 from action_servers.core.limits import first_fault, outside
 from action_servers.core.maneuver import SUCCEEDED, Finished, Observation, Refusal, Twist2D, Value
 from action_servers.core.tuning import TUNING, Tuning
-from action_servers.driving.drive import Drive
+from action_servers.driving.drive import DriveGuard
 from action_servers.driving.rotation import Rotation
 from bt_mission.core.robot.model import RobotModel
 
@@ -21,7 +21,7 @@ DEFAULT_SPEED = 1.0
 """rad/s, taken for 0: the upper end of what Nav2's spin behaviour turns at (0.4 to 1.0)."""
 
 
-class Goal(Protocol):
+class TurnGoal(Protocol):
     """The goal fields of `bt_mission_interfaces/action/Turn`."""
 
     @property
@@ -34,7 +34,7 @@ class Goal(Protocol):
 
 
 def plan(
-    goal: Goal,
+    goal: TurnGoal,
     now: Observation,
     robot: RobotModel,
     default_speed: float = DEFAULT_SPEED,
@@ -68,7 +68,7 @@ class Turn:
     ) -> None:
         self._angle = angle
         self._speed = speed
-        self._drive = Drive(robot, tuning)
+        self._drive = DriveGuard(robot, tuning)
         self._rotation = Rotation(self._drive, robot, tuning)
         self._tolerance = math.radians(tuning.turn_tolerance)
         self._resting = False

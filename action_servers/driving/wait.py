@@ -18,7 +18,7 @@ from action_servers.core.ticker import Ticker
 from action_servers.driving.recoveries import Duration, negative, seconds_of
 
 
-class Goal(Protocol):
+class WaitGoal(Protocol):
     """The goal fields of `nav2_msgs/action/Wait`."""
 
     @property
@@ -26,7 +26,7 @@ class Goal(Protocol):
         """How long to wait."""
 
 
-def plan(goal: Goal) -> Wait | Refusal:
+def plan(goal: WaitGoal) -> Wait | Refusal:
     """Check a goal; 0 s end at once."""
     seconds = seconds_of(goal.time)
     fault = negative("time", seconds)

@@ -36,7 +36,7 @@ class Measure:
     zones: int
 
 
-class Coverage:
+class VisitedArea:
     """Remembers where the robot has been."""
 
     def __init__(self) -> None:

@@ -54,7 +54,7 @@ _OUR_CODE = {
 _NO_WAY = (Code.GOAL_OCCUPIED, Code.GOAL_OUTSIDE_MAP, Code.NO_VALID_PATH)
 
 
-class Goal(Protocol):
+class ExploreFrontiersGoal(Protocol):
     """The goal fields of `bt_mission_interfaces/action/ExploreFrontiers`."""
 
     @property
@@ -67,7 +67,7 @@ class Goal(Protocol):
 
 
 def plan(
-    goal: Goal,
+    goal: ExploreFrontiersGoal,
     _now: Observation,
     robot: RobotModel,
     tuning: FrontierTuning = FRONTIERS,

@@ -20,16 +20,16 @@ from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import Trigger
 
 from action_servers.core.maneuver import Grid, Scan
-from action_servers.mapping.coverage import Coverage, Measure
+from action_servers.mapping.coverage import Measure, VisitedArea
 from action_servers.mapping.files import MapFileError, save
 from action_servers.mapping.occupancy import FREE, OccupancyMapper
 from action_servers.mapping.tuning import MapperTuning
 from action_servers.navigation.history import PoseHistory
-from action_servers.robot_io.interrupts import Interrupts
+from action_servers.robot_io.interrupts import SignalNote
 from action_servers.robot_io.node_parameters import declare, made_with, overrides
 from action_servers.robot_io.parameter_file import read_parameters
 from action_servers.robot_io.robot_settings import listening, sensor_settings
-from action_servers.robot_io.sensors import LATCHED, Sensors
+from action_servers.robot_io.sensors import LATCHED, SensorSubscriptions
 from action_servers.robot_io.tuning_parameters import declare_tuning
 from bt_mission.core.robot.model import RobotModel, load_robot
 
@@ -89,14 +89,14 @@ class MapperNode(Node):
         )
         self._tuning = declare_tuning(self, MapperTuning)
         self._mapper = OccupancyMapper(robot.lidar)
-        self._coverage = Coverage()
+        self._coverage = VisitedArea()
         self._poses = PoseHistory()
         self._scan: Scan | None = None
         self._grid: Grid | None = None
         self._told: tuple[float, int] | None = None
         self._updates = 0
         wiring = listening(declare(self, sensor_settings()))
-        self._sensors = Sensors(self, wiring, robot.lidar, listen_to_map=False)
+        self._sensors = SensorSubscriptions(self, wiring, robot.lidar, listen_to_map=False)
         self._map_frame = wiring.map_frame
         self._map_out = self.create_publisher(OccupancyGrid, wiring.topics.map, LATCHED)
         self._coverage_out = self.create_publisher(CoverageMessage, "coverage", LATCHED)
@@ -211,7 +211,7 @@ def main(
         )
         executor = SingleThreadedExecutor()
         executor.add_node(node)
-        with Interrupts() as interrupts:
+        with SignalNote() as interrupts:
             while not interrupts.received:
                 executor.spin_once(timeout_sec=0.1)
         executor.shutdown()

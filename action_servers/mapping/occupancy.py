@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from action_servers.core.geometry import composed
 from action_servers.core.maneuver import Grid, Pose2D, Scan
-from bt_mission.core.robot.model import Lidar
+from bt_mission.core.robot.parts import LidarModel
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 
@@ -63,7 +63,7 @@ class OccupancyMapper:
     jumps far away cannot fill the memory. `resolution` is the edge of a cell in metres.
     """
 
-    def __init__(self, lidar: Lidar, *, resolution: float = 0.05) -> None:
+    def __init__(self, lidar: LidarModel, *, resolution: float = 0.05) -> None:
         self._reach = lidar.max_range
         self._nearest = lidar.min_range
         self._mount = Pose2D(lidar.x, lidar.y, 0.0)

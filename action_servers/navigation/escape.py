@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from action_servers.core.drive_limits import Limits
+from action_servers.core.drive_limits import DriveLimits
 from action_servers.core.geometry import into_frame, wrapped
 from action_servers.core.grid import Floats, Survey
 from action_servers.core.guard import Footprint, free_angle, free_distance
@@ -83,7 +83,7 @@ def _straight_out(
 class Escape:
     """Drives a way out."""
 
-    def __init__(self, way: WayOut, limits: Limits) -> None:
+    def __init__(self, way: WayOut, limits: DriveLimits) -> None:
         self._way = way
         self._limits = limits
         self._aligned = False

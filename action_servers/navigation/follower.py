@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from action_servers.core.drive_limits import Limits
+from action_servers.core.drive_limits import DriveLimits
 from action_servers.core.geometry import wrapped
 from action_servers.core.grid import Bools, Floats, Survey
 from action_servers.core.maneuver import Pose2D, Twist2D
@@ -37,7 +37,7 @@ class Follower:
         self,
         path: Path,
         goal_yaw: float,
-        limits: Limits,
+        limits: DriveLimits,
         cost: CostModel,
         survey: Survey,
         tuning: NavigationTuning = NAVIGATION,

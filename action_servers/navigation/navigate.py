@@ -21,7 +21,7 @@ from action_servers.navigation.codes import Code
 from action_servers.navigation.escape import Escape, way_out
 from action_servers.navigation.follower import Follower
 from action_servers.navigation.planner import NoPath, at, plan, road_map
-from action_servers.navigation.progress import Progress
+from action_servers.navigation.progress import ProgressChecker
 from action_servers.navigation.senses import Senses
 from action_servers.navigation.surroundings import Surroundings
 from bt_mission.core.robot.model import RobotModel
@@ -55,7 +55,7 @@ class NavigateToPose:
         self._body = footprint(robot)
         self._limits = limits(robot)
         self._ramp = Ramp(self._limits, twist)
-        self._progress = Progress()
+        self._progress = ProgressChecker()
         self._senses: Senses | None = None
         self._follower: Follower | None = None
         self._escape: Escape | None = None

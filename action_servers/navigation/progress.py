@@ -9,7 +9,7 @@ _MOVED_M = 0.05
 _TURNED_RAD = 0.2
 
 
-class Progress:
+class ProgressChecker:
     """Measures for how long the robot has stayed where it is."""
 
     def __init__(self) -> None:

@@ -17,14 +17,14 @@ from action_servers.core.action import Action
 from action_servers.core.maneuver import Maneuver, Observation, Refusal, Twist2D
 from action_servers.robot_io.command_types import STAMPED, Listeners
 from action_servers.robot_io.robot_settings import Wiring
-from bt_mission.core.cdr.writer import Packed
+from bt_mission.core.cdr.writer import MessageTemplate
 from bt_mission.core.dds.liveliness import RECORDER
 
 WATCH_PERIOD_S = 0.5
 """Seconds between two looks at who listens."""
 
 
-class Base:
+class CommandPublisher:
     """Commands to the base, as `geometry_msgs/TwistStamped` or `geometry_msgs/Twist`.
 
     With the type "auto", it is the one that is listened for. Where the wiring is watched, goals
@@ -47,7 +47,7 @@ class Base:
         self._listeners = Listeners(self._topic, wiring.command_type)
         self._publisher: Publisher | None = None
         self._stamp = Time()
-        self._message: Packed
+        self._message: MessageTemplate
         self._fault: str | None = None
         self._watched = wiring.watched
         self._told: str | None = None
@@ -116,7 +116,7 @@ class Base:
             message.header.stamp, message.header.frame_id = self._stamp, self._frame
             twist = message.twist
         parts = [(twist, ("linear.x", "angular.z"))]
-        self._message = Packed(message, self._stamp, parts, serialize_message)
+        self._message = MessageTemplate(message, self._stamp, parts, serialize_message)
         self._publisher = self._node.create_publisher(type(message), self._topic, 10)
         self._log.info(f"commands go to {self._topic} as {self.type}")
 

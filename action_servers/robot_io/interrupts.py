@@ -9,7 +9,7 @@ from typing import Any, Self
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
-class Interrupts:
+class SignalNote:
     """While entered, notes the first signal in `received`; the second raises KeyboardInterrupt."""
 
     def __init__(self) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from action_servers.core.maneuver import Grid, Image, Pose2D, Scan, Twist2D, Value
-from bt_mission.core.robot.model import Lidar
+from bt_mission.core.robot.parts import LidarModel
 
 MAP_FRAME = "map"
 
@@ -25,7 +25,7 @@ _SEQUENCE = "sequence<"
 
 
 @dataclass(frozen=True, slots=True)
-class Odometry:
+class OdometryMessage:
     """One odometry message: pose in `frame`, velocity of the base, stamp in seconds."""
 
     stamp_s: float
@@ -44,7 +44,7 @@ def stamp_of(header: Any) -> float:
     return seconds(header.stamp.sec * 1_000_000_000 + header.stamp.nanosec)
 
 
-def scan_of(message: Any, lidar: Lidar | None = None) -> Scan | None:
+def scan_of(message: Any, lidar: LidarModel | None = None) -> Scan | None:
     """Translate a `sensor_msgs/LaserScan`; None when it measures nothing.
 
     That is: it has no rays, angles that are none, or only rays that are NaN (how the driver of the
@@ -65,14 +65,14 @@ def scan_of(message: Any, lidar: Lidar | None = None) -> Scan | None:
     )
 
 
-def odometry_of(message: Any) -> Odometry | None:
+def odometry_of(message: Any) -> OdometryMessage | None:
     """Translate a `nav_msgs/Odometry`; None when a number in it is none."""
     pose = pose_of(message.pose.pose)
     linear, angular = message.twist.twist.linear.x, message.twist.twist.angular.z
     if pose is None or not math.isfinite(linear + angular):
         return None
     stamp_s = stamp_of(message.header)
-    return Odometry(stamp_s, message.header.frame_id, pose, Twist2D(linear, angular))
+    return OdometryMessage(stamp_s, message.header.frame_id, pose, Twist2D(linear, angular))
 
 
 def pose_of(message: Any) -> Pose2D | None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from bt_mission.core.diagnostics import Fault, InputError, did_you_mean, in_order, listed
+from bt_mission.core.diagnostics import Diagnostic, InputError, did_you_mean, in_order, listed
 from bt_mission.core.yaml.document import Document, read
 
 ANY_NODE = "/**"
@@ -25,7 +25,7 @@ class ParameterFile:
     values: Mapping[str, Any]
     places: Mapping[str, Keys]
 
-    def fault(self, name: str, message: str, hint: str | None = None) -> Fault:
+    def fault(self, name: str, message: str, hint: str | None = None) -> Diagnostic:
         """Return a fault at the value of that name."""
         return self.document.fault(self.places[name], message, hint=hint)
 
@@ -52,7 +52,7 @@ def read_parameters(path: str | Path, node: str) -> ParameterFile:
     its place.
     """
     document = read(path)
-    faults: list[Fault] = []
+    faults: list[Diagnostic] = []
     values: dict[str, Any] = {}
     places: dict[str, Keys] = {}
     sections = document.data if isinstance(document.data, dict) else {}

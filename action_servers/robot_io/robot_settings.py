@@ -32,7 +32,7 @@ class Setting:
 
 
 @dataclass(frozen=True, slots=True)
-class Topics:
+class RobotTopics:
     """Names of the robot's topics, relative to the namespace unless they begin with a slash."""
 
     cmd_vel: str = "cmd_vel"
@@ -47,7 +47,7 @@ class Topics:
 class Wiring:
     """How the servers are joined to a robot."""
 
-    topics: Topics = Topics()
+    topics: RobotTopics = RobotTopics()
     base_frame: str = "base_footprint"
     map_frame: str = "map"
     command_type: Choice = "stamped"
@@ -68,7 +68,7 @@ _TOPICS = {
 def base_settings(command_type: Choice) -> tuple[Setting, ...]:
     """Return the settings of whatever commands a base."""
     return (
-        Setting("topics.cmd_vel", Topics().cmd_vel, _TOPICS["cmd_vel"]),
+        Setting("topics.cmd_vel", RobotTopics().cmd_vel, _TOPICS["cmd_vel"]),
         Setting("frames.base", Wiring().base_frame, "Frame id of stamped velocity commands."),
         Setting(
             "cmd_vel_type",
@@ -81,7 +81,7 @@ def base_settings(command_type: Choice) -> tuple[Setting, ...]:
 
 def sensor_settings() -> tuple[Setting, ...]:
     """Return the settings of whatever listens to a robot."""
-    names = Topics()
+    names = RobotTopics()
     return (
         *(
             Setting(f"topics.{key}", getattr(names, key), description)
@@ -157,4 +157,4 @@ def applied(
 def listening(values: Mapping[str, Any]) -> Wiring:
     """Return the wiring of what only listens, from the values of the sensors' settings at least."""
     topics = {key: values[f"topics.{key}"] for key in _TOPICS if f"topics.{key}" in values}
-    return Wiring(Topics(**topics), map_frame=values["frames.map"])
+    return Wiring(RobotTopics(**topics), map_frame=values["frames.map"])

@@ -35,7 +35,7 @@ from action_servers.robot_io.messages import (
 )
 from action_servers.robot_io.robot_settings import Wiring
 from bt_mission.core.cdr import reader
-from bt_mission.core.robot.model import Lidar
+from bt_mission.core.robot.parts import LidarModel
 
 T = TypeVar("T")
 
@@ -136,7 +136,7 @@ class CameraUser:
         self._stream.turn_off(self)
 
 
-class Sensors:
+class SensorSubscriptions:
     """Subscriptions of a node, and the observation that they add up to.
 
     The limits of a scan are the narrower ones of message and `lidar`: the driver of the LDS-02
@@ -144,7 +144,7 @@ class Sensors:
     """
 
     def __init__(
-        self, node: Node, wiring: Wiring, lidar: Lidar, *, listen_to_map: bool = True
+        self, node: Node, wiring: Wiring, lidar: LidarModel, *, listen_to_map: bool = True
     ) -> None:
         self._node = node
         self._clock = node.get_clock()

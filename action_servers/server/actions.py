@@ -41,19 +41,19 @@ from action_servers.mapping import explore
 from action_servers.mapping.tuning import FrontierTuning
 from action_servers.navigation.actions import plan_follow_waypoints, plan_navigate_to_pose
 from action_servers.navigation.tuning import NavigationTuning
-from action_servers.robot_io.sensors import Sensors
+from action_servers.robot_io.sensors import SensorSubscriptions
 from bt_mission.core.robot.model import RobotModel
 
 
 @dataclass(frozen=True)
-class Kit:
+class ServerContext:
     """What maneuvers are made with."""
 
     robot: RobotModel
     tuning: Tuning
     navigation: NavigationTuning
     frontiers: FrontierTuning
-    sensors: Sensors
+    sensors: SensorSubscriptions
     image_folder: Path
     turn_velocity: Callable[[], float]
     """Speed of a turn whose goal asks for 0, rad/s."""
@@ -63,13 +63,13 @@ class Kit:
     """Sends a path that is planned: points in the map, `n x 2` m."""
 
 
-def actions(kit: Kit) -> tuple[Action, ...]:
+def actions(kit: ServerContext) -> tuple[Action, ...]:
     """Return every action that the servers offer."""
     observe = kit.sensors.observe
     return (*_driving(kit, observe), *_watching(kit, observe), *_recoveries(kit, observe))
 
 
-def _driving(kit: Kit, observe: Callable[[], Observation]) -> tuple[Action, ...]:
+def _driving(kit: ServerContext, observe: Callable[[], Observation]) -> tuple[Action, ...]:
     common: dict[str, Any] = {"robot": kit.robot, "tuning": kit.tuning}
     on_map = partial(kit.sensors.observe, on_map=True)
 
@@ -98,7 +98,7 @@ def _driving(kit: Kit, observe: Callable[[], Observation]) -> tuple[Action, ...]
     )
 
 
-def _watching(kit: Kit, observe: Callable[[], Observation]) -> tuple[Action, ...]:
+def _watching(kit: ServerContext, observe: Callable[[], Observation]) -> tuple[Action, ...]:
     common: dict[str, Any] = {"robot": kit.robot, "tuning": kit.tuning}
 
     def with_camera(plan: Callable[[CameraSwitch], Maneuver | Refusal]) -> Maneuver | Refusal:
@@ -141,7 +141,7 @@ def _watching(kit: Kit, observe: Callable[[], Observation]) -> tuple[Action, ...
     )
 
 
-def _recoveries(kit: Kit, observe: Callable[[], Observation]) -> tuple[Action, ...]:
+def _recoveries(kit: ServerContext, observe: Callable[[], Observation]) -> tuple[Action, ...]:
     common: dict[str, Any] = {"robot": kit.robot, "tuning": kit.tuning}
 
     def plan_wait(goal: Any, _now: Observation) -> Maneuver | Refusal:

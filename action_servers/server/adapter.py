@@ -19,8 +19,8 @@ from rclpy.task import Future
 
 from action_servers.core.action import Action
 from action_servers.core.maneuver import Maneuver, Refusal
-from action_servers.core.pilot import Fields, Outcome, Pilot, Run, raised
-from action_servers.core.step_hooks import Before, Interposed
+from action_servers.core.pilot import Fields, ManeuverOutcome, ManeuverRun, Pilot, raised
+from action_servers.core.step_hooks import Before, HookedManeuver
 from action_servers.robot_io.messages import fill
 
 SHOWN_CHARACTERS = 300
@@ -57,7 +57,7 @@ class ActionAdapter:
         self.name = node.resolve_topic_name(action.name)
         self._refusal = refusal
         self._planned: Maneuver | None = None
-        self._running: dict[bytes, tuple[Run, Future]] = {}
+        self._running: dict[bytes, tuple[ManeuverRun, Future]] = {}
         self._before: list[Before] = []
         self._closed: str | None = None
         self.refused = ""
@@ -122,7 +122,7 @@ class ActionAdapter:
         ended = Future()
         meanwhile = ExitStack()
 
-        def on_end(outcome: Outcome) -> None:
+        def on_end(outcome: ManeuverOutcome) -> None:
             meanwhile.close()
             ended.set_result(outcome)
 
@@ -130,7 +130,7 @@ class ActionAdapter:
             handle.publish_feedback(self._filled(self._action.type.Feedback(), fields))
 
         self._log.info(f"goal accepted: {shown(handle.request)}")
-        run = Run(self._interposed(maneuver), on_feedback, on_end)
+        run = ManeuverRun(self._interposed(maneuver), on_feedback, on_end)
         self._running[_key(handle)] = (run, ended)
         self._pilot.start(run)
         try:
@@ -140,9 +140,9 @@ class ActionAdapter:
         handle.execute()
 
     def _interposed(self, maneuver: Maneuver) -> Maneuver:
-        if not self._before or isinstance(maneuver, Interposed):
+        if not self._before or isinstance(maneuver, HookedManeuver):
             return maneuver
-        return Interposed(maneuver, self._before)
+        return HookedManeuver(maneuver, self._before)
 
     def _cancel(self, handle: ServerGoalHandle) -> CancelResponse:
         # Never refused: rclpy skips the goal after one whose cancel is refused, and a goal that
@@ -154,7 +154,7 @@ class ActionAdapter:
 
     async def _execute(self, handle: ServerGoalHandle) -> Any:
         _, ended = self._running[_key(handle)]
-        outcome: Outcome = await ended
+        outcome: ManeuverOutcome = await ended
         del self._running[_key(handle)]
         result, outcome = self._result(outcome)
         self._report(outcome)
@@ -166,7 +166,7 @@ class ActionAdapter:
             handle.abort()
         return result
 
-    def _result(self, outcome: Outcome) -> tuple[Any, Outcome]:
+    def _result(self, outcome: ManeuverOutcome) -> tuple[Any, ManeuverOutcome]:
         result = self._action.type.Result()
         try:
             self._filled(result, outcome.result or {})
@@ -180,7 +180,7 @@ class ActionAdapter:
     def _filled(self, message: Any, fields: Fields) -> Any:
         return fill(message, fields, lambda: self._clock.now().to_msg())
 
-    def _report(self, outcome: Outcome) -> None:
+    def _report(self, outcome: ManeuverOutcome) -> None:
         if outcome.cause is not None:
             self._log.error("".join(traceback.format_exception(outcome.cause)))
         if outcome.status == "aborted":

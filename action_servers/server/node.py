@@ -24,15 +24,15 @@ from action_servers.core.tuning import Tuning
 from action_servers.driving import turn
 from action_servers.mapping.tuning import FrontierTuning
 from action_servers.navigation.tuning import NavigationTuning
-from action_servers.robot_io.base import Base
+from action_servers.robot_io.base import CommandPublisher
 from action_servers.robot_io.command_types import Choice
 from action_servers.robot_io.executive_watch import watch_executives
-from action_servers.robot_io.interrupts import Interrupts
+from action_servers.robot_io.interrupts import SignalNote
 from action_servers.robot_io.node_parameters import declare_wiring, made_with, overrides
 from action_servers.robot_io.parameter_file import read_parameters
-from action_servers.robot_io.sensors import Sensors
+from action_servers.robot_io.sensors import SensorSubscriptions
 from action_servers.robot_io.tuning_parameters import declare_on_new_goal, declare_tuning
-from action_servers.server.actions import Kit, actions
+from action_servers.server.actions import ServerContext, actions
 from action_servers.server.adapter import ActionAdapter
 from action_servers.server.plan_topic import PlanTopic
 from action_servers.server.switches import Switches
@@ -104,8 +104,8 @@ class ServersNode(Node):
         self._image_folder = image_folder
         self._declare_parameters()
         tuning = declare_tuning(self, Tuning)
-        self._sensors = Sensors(self, wiring, robot.lidar)
-        self._base = Base(self, wiring, self._lose_base)
+        self._sensors = SensorSubscriptions(self, wiring, robot.lidar)
+        self._base = CommandPublisher(self, wiring, self._lose_base)
         self._pilot = Pilot(
             self._sensors.observe,
             self._base.command,
@@ -117,7 +117,7 @@ class ServersNode(Node):
         self._interlock = Interlock(self._pilot)
         self._switches = Switches(self, self._interlock)
         self._distance = self.create_publisher(Float64, "total_distance", 10)
-        kit = Kit(
+        kit = ServerContext(
             robot=robot,
             tuning=tuning,
             navigation=declare_tuning(self, NavigationTuning, "navigation."),
@@ -273,7 +273,7 @@ def _serve(node: ServersNode) -> None:
     executor.add_node(node)
     missing = node.missing
     _log(node).info(f"waiting for {' and '.join(missing)}: is the robot, or bt-mission sim, there?")
-    with Interrupts() as interrupts:
+    with SignalNote() as interrupts:
         while not interrupts.received:
             executor.spin_once(timeout_sec=0.1)
             if missing and not (missing := node.missing):

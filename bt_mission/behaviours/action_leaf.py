@@ -10,7 +10,7 @@ from typing import Any
 from py_trees.common import Status
 
 from bt_mission.behaviours.leaf import Leaf
-from bt_mission.behaviours.progress import Progress
+from bt_mission.behaviours.progress import LeafProgress
 from bt_mission.behaviours.runtime import (
     MissionFailure,
     Runtime,
@@ -21,8 +21,8 @@ from bt_mission.behaviours.runtime import (
 )
 from bt_mission.core.errors import BtMissionError
 from bt_mission.goals.attempt import Attempt, Limits
-from bt_mission.goals.goal import Courier, Goal
-from bt_mission.goals.outcome import Ending, Outcome
+from bt_mission.goals.goal import Goal, GoalClient
+from bt_mission.goals.outcome import AttemptResult, Outcome
 
 
 @dataclass(frozen=True)
@@ -82,13 +82,13 @@ class ActionLeaf(Leaf):
         self._limits = Limits()
         self._started_ns = 0
         self._runtime: Runtime
-        self._courier: Courier
+        self._courier: GoalClient
 
     def setup(self, **kwargs: Any) -> None:
         """Take the runtime and make the client of the action."""
         self._runtime = kwargs["runtime"]
         with placed(self._place):
-            self._courier = self._runtime.courier(self.action, self.type_name)
+            self._courier = self._runtime.goal_client(self.action, self.type_name)
 
     def initialise(self) -> None:
         """Open an attempt of its own for this goal.
@@ -138,12 +138,12 @@ class ActionLeaf(Leaf):
             self.attempt.halt(self._runtime.now_ns)
             self.feedback_message = "halted"
 
-    def remember(self, _now_ns: int) -> dict[str, Any]:
+    def save_state(self, _now_ns: int) -> dict[str, Any]:
         """The goal that it waits for."""
         goal = self.attempt.goal if self.attempt else None
         return {} if goal is None else {"goal": goal.id.hex()}
 
-    def recall(self, _state: dict[str, Any], _now_ns: int) -> None:
+    def restore_state(self, _state: dict[str, Any], _now_ns: int) -> None:
         """Start anew: what has become of the goal shows first (:meth:`adopt`)."""
         self.status = Status.INVALID
 
@@ -161,7 +161,7 @@ class ActionLeaf(Leaf):
         return ending is not None and ending.outcome is Outcome.CANCELED_BY_HALT
 
     @property
-    def progress(self) -> Progress | None:
+    def progress(self) -> LeafProgress | None:
         """Towards the bound of the condition, else towards the timeout; None without either."""
         if self.status is not Status.RUNNING or self.attempt is None:
             return None
@@ -169,10 +169,10 @@ class ActionLeaf(Leaf):
         if self._target and feedback is not None:
             label, limit = self._target
             value = float(read_field(feedback, label))
-            return Progress(label, value, limit) if math.isfinite(value) else None
+            return LeafProgress(label, value, limit) if math.isfinite(value) else None
         if self._limits.goal is not None:
             elapsed_s = (self._runtime.now_ns - self._started_ns) / 1e9
-            return Progress("s", elapsed_s, self._limits.goal)
+            return LeafProgress("s", elapsed_s, self._limits.goal)
         return None
 
     def _doing(self, attempt: Attempt) -> str:
@@ -185,7 +185,7 @@ class ActionLeaf(Leaf):
         )
 
 
-def _say(ending: Ending) -> str:
+def _say(ending: AttemptResult) -> str:
     if ending.outcome is Outcome.SUCCEEDED:
         return ""
     return f"{ending.outcome}: {ending.reason}"

@@ -14,9 +14,9 @@ from bt_mission.behaviours.evaluator import Evaluator, MessageFields, name_of, v
 from bt_mission.behaviours.publish_leaf import PublishLeaf
 from bt_mission.behaviours.python_leaf import make
 from bt_mission.behaviours.runtime import Scope, placed
-from bt_mission.behaviours.service_leaf import Call, ServiceLeaf
+from bt_mission.behaviours.service_leaf import PendingCall, ServiceLeaf
 from bt_mission.behaviours.subtree import Subtree
-from bt_mission.behaviours.wait_for import WaitFor, Watch
+from bt_mission.behaviours.wait_for import PendingWait, WaitFor
 from bt_mission.goals.attempt import Limits
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes import steps
@@ -50,19 +50,19 @@ class _Builder:
                 return _composite(step, values, children)
             case steps.Decorator():
                 return _decorator(step, values, self.build(step.child, f"{path}.0"))
-            case steps.Action():
+            case steps.ActionStep():
                 return self._action(step, values)
-            case steps.Service():
+            case steps.ServiceStep():
                 return self._service(step, values)
-            case steps.WaitFor():
+            case steps.WaitForStep():
                 return self._wait_for(step, values)
-            case steps.Subtree():
+            case steps.SubtreeStep():
                 return self._subtree(step, path, values)
-            case steps.Python():
+            case steps.PythonStep():
                 return self._python(step, values)
         return _leaf(step, values)
 
-    def _subtree(self, step: steps.Subtree, path: str, values: Evaluator) -> Subtree:
+    def _subtree(self, step: steps.SubtreeStep, path: str, values: Evaluator) -> Subtree:
         tree = self._mission.trees[step.tree]
         inner = self._scope.inner()
         builder = _Builder(self._mission, tree.document.file, inner)
@@ -75,7 +75,7 @@ class _Builder:
             step.outputs,
         )
 
-    def _python(self, step: steps.Python, values: Evaluator) -> Behaviour:
+    def _python(self, step: steps.PythonStep, values: Evaluator) -> Behaviour:
         with placed(values.place):
             kind = find_class(step.target, self._file)
         return make(
@@ -87,7 +87,7 @@ class _Builder:
             values.place,
         )
 
-    def _action(self, step: steps.Action, values: Evaluator) -> ActionLeaf:
+    def _action(self, step: steps.ActionStep, values: Evaluator) -> ActionLeaf:
         def plan() -> Plan:
             return Plan(
                 goal=values.resolve(step.goal),
@@ -115,9 +115,9 @@ class _Builder:
             values.place,
         )
 
-    def _service(self, step: steps.Service, values: Evaluator) -> ServiceLeaf:
-        def plan() -> Call:
-            return Call(
+    def _service(self, step: steps.ServiceStep, values: Evaluator) -> ServiceLeaf:
+        def plan() -> PendingCall:
+            return PendingCall(
                 request=values.resolve(step.request),
                 server_s=step.server_timeout,
                 answer_s=values.number(step.timeout, LIMIT),
@@ -133,9 +133,9 @@ class _Builder:
             values.place,
         )
 
-    def _wait_for(self, step: steps.WaitFor, values: Evaluator) -> WaitFor:
-        def plan() -> Watch:
-            return Watch(
+    def _wait_for(self, step: steps.WaitForStep, values: Evaluator) -> WaitFor:
+        def plan() -> PendingWait:
+            return PendingWait(
                 timeout_s=values.limit(step.timeout),
                 condition=values.condition("until", step.until),
                 show=lambda message: values_read(step.until, MessageFields(message)),
@@ -156,15 +156,15 @@ class _Builder:
 def _leaf(step: steps.Step, values: Evaluator) -> Behaviour:
     name = name_of(step)
     match step:
-        case steps.Wait():
+        case steps.WaitStep():
             return leaves.Wait(name, values.seconds(step.seconds))
-        case steps.Log():
+        case steps.LogStep():
             return leaves.Log(name, lambda: str(values.resolve(step.message)))
-        case steps.Check():
+        case steps.CheckStep():
             return leaves.Check(name, values.question(step.condition))
-        case steps.Set():
+        case steps.SetStep():
             return leaves.Set(name, lambda: values.assign(step.values))
-        case steps.Publish():
+        case steps.PublishStep():
             return PublishLeaf(
                 name,
                 step.topic,
@@ -180,11 +180,11 @@ def _leaf(step: steps.Step, values: Evaluator) -> Behaviour:
 def _composite(step: steps.Composite, values: Evaluator, children: list[Behaviour]) -> Behaviour:
     name = name_of(step)
     match step:
-        case steps.Sequence():
+        case steps.SequenceStep():
             return py_trees.composites.Sequence(name, step.memory, children)
-        case steps.Fallback():
+        case steps.FallbackStep():
             return py_trees.composites.Selector(name, step.memory, children)
-        case steps.Parallel():
+        case steps.ParallelStep():
             needed = range(len(children)) if step.succeed_when == "all" else step.succeed_when
             return control.Parallel(
                 name,
@@ -193,9 +193,9 @@ def _composite(step: steps.Composite, values: Evaluator, children: list[Behaviou
                 fail_fast=step.fail_when == "any",
                 finish=step.rest == "finish",
             )
-        case steps.Choose():
+        case steps.ChooseStep():
             return control.Pick(name, children, values.lot(len(children), step.weights))
-        case steps.When():
+        case steps.WhenStep():
             return control.Pick(name, children, values.fork(step.condition))
     raise TypeError(f"no behaviour is known for a step of kind '{step.kind}'")
 
@@ -203,22 +203,22 @@ def _composite(step: steps.Composite, values: Evaluator, children: list[Behaviou
 def _decorator(step: steps.Decorator, values: Evaluator, child: Behaviour) -> Behaviour:
     name = name_of(step)
     match step:
-        case steps.Repeat():
+        case steps.RepeatStep():
             return decorators.Repeat(name, child, values.times(step.count))
-        case steps.Retry():
+        case steps.RetryStep():
             pause = values.seconds(step.pause)
             return decorators.Retry(name, child, values.times(step.attempts), pause)
-        case steps.Timeout():
+        case steps.TimeoutStep():
             return control.Timeout(name, child, lambda: values.number(step.seconds, LIMIT))
-        case steps.Invert():
+        case steps.InvertStep():
             return py_trees.decorators.Inverter(name, child)
-        case steps.Force(status="success"):
+        case steps.ForceStep(status="success"):
             return py_trees.decorators.FailureIsSuccess(name, child)
-        case steps.Force():
+        case steps.ForceStep():
             return py_trees.decorators.SuccessIsFailure(name, child)
-        case steps.Guard():
+        case steps.GuardStep():
             return control.Guard(name, child, values.question(step.condition))
-        case steps.ForEach():
+        case steps.ForEachStep():
             take, leave = values.loop(step.variable)
             return control.ForEach(name, child, lambda: values.elements(step.elements), take, leave)
     raise TypeError(f"no behaviour is known for a step of kind '{step.kind}'")

@@ -16,14 +16,14 @@ from bt_mission.behaviours.runtime import NS, Runtime
 
 
 @dataclass(frozen=True)
-class Verdict:
+class ConditionResult:
     """What a condition said: whether it holds, and in words, with the values it read."""
 
     holds: bool
     text: str
 
 
-Question = Callable[[], Verdict]
+Question = Callable[[], ConditionResult]
 
 
 class Parallel(py_trees.composites.Parallel):
@@ -81,11 +81,11 @@ class Parallel(py_trees.composites.Parallel):
                 child.stop(Status.INVALID)
         self.initialise()
 
-    def remember(self, _now_ns: int) -> dict[str, Any]:
+    def save_state(self, _now_ns: int) -> dict[str, Any]:
         """Whether it is decided already, and the rest only finishes."""
         return {"decided": self._decided.value}
 
-    def recall(self, state: dict[str, Any], _now_ns: int) -> None:
+    def restore_state(self, state: dict[str, Any], _now_ns: int) -> None:
         """Go on with those that have not ended."""
         self._decided = Status(state["decided"])
 
@@ -182,11 +182,11 @@ class Timeout(Decorator):
         self._limit_s = self._seconds()
         self._until_ns = self._runtime.now_ns + round(self._limit_s * NS)
 
-    def remember(self, now_ns: int) -> dict[str, Any]:
+    def save_state(self, now_ns: int) -> dict[str, Any]:
         """How much time is left, and how much there was."""
         return {"left_ns": self._until_ns - now_ns, "limit_s": self._limit_s}
 
-    def recall(self, state: dict[str, Any], now_ns: int) -> None:
+    def restore_state(self, state: dict[str, Any], now_ns: int) -> None:
         """Have as much time as was left."""
         self._until_ns, self._limit_s = now_ns + state["left_ns"], state["limit_s"]
 
@@ -239,11 +239,11 @@ class ForEach(Decorator):
         self._take(self._elements[self._index])
         yield from super().tick()
 
-    def remember(self, _now_ns: int) -> dict[str, Any]:
+    def save_state(self, _now_ns: int) -> dict[str, Any]:
         """The list, and how far it has come."""
         return {"elements": list(self._elements), "index": self._index}
 
-    def recall(self, state: dict[str, Any], _now_ns: int) -> None:
+    def restore_state(self, state: dict[str, Any], _now_ns: int) -> None:
         """Go on with the same element."""
         self._elements, self._index = state["elements"], state["index"]
 

@@ -24,11 +24,11 @@ class Repeat(py_trees.decorators.Repeat):
         super().initialise()
         self.num_success = self._count()
 
-    def remember(self, _now_ns: int) -> dict[str, Any]:
+    def save_state(self, _now_ns: int) -> dict[str, Any]:
         """The rounds done, and how many there are."""
         return {"done": self.success, "count": self.num_success}
 
-    def recall(self, state: dict[str, Any], _now_ns: int) -> None:
+    def restore_state(self, state: dict[str, Any], _now_ns: int) -> None:
         """Go on with the next round."""
         self.success, self.num_success = state["done"], state["count"]
 
@@ -66,12 +66,12 @@ class Retry(py_trees.decorators.Retry):
         self._resume_ns = None
         self.num_failures = self._attempts()
 
-    def remember(self, now_ns: int) -> dict[str, Any]:
+    def save_state(self, now_ns: int) -> dict[str, Any]:
         """The failures so far, how many are allowed, and what is left of a pause."""
         left_ns = None if self._resume_ns is None else self._resume_ns - now_ns
         return {"failures": self.failures, "attempts": self.num_failures, "left_ns": left_ns}
 
-    def recall(self, state: dict[str, Any], now_ns: int) -> None:
+    def restore_state(self, state: dict[str, Any], now_ns: int) -> None:
         """Go on with the pause, or the next attempt."""
         self.failures, self.num_failures = state["failures"], state["attempts"]
         left_ns = state["left_ns"]

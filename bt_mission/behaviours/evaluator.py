@@ -6,13 +6,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from operator import is_
 from typing import Any
 
-from bt_mission.behaviours.control import Question, Verdict
+from bt_mission.behaviours.control import ConditionResult, Question
 from bt_mission.behaviours.runtime import MissionFailure, Scope, read_field
 from bt_mission.core.diagnostics import describe
-from bt_mission.language.expressions.expression import Expression, ExpressionError, Value, resolve
+from bt_mission.language.expressions.expression import Expression, Value, resolve
 from bt_mission.language.expressions.syntax import Comparison, Constant, Name
-from bt_mission.language.expressions.syntax import Scope as Evaluation
-from bt_mission.language.expressions.values import WORDS, Type, fits, show, type_of
+from bt_mission.language.expressions.syntax import EvaluationScope as Evaluation
+from bt_mission.language.expressions.values import WORDS, ExpressionError, Type, fits, show, type_of
 from bt_mission.language.nodes import steps
 from bt_mission.language.nodes.fields import LIMIT, SECONDS, TIMES, NumberRule
 
@@ -107,14 +107,14 @@ class Evaluator:
         While the variables that it reads hold the same plain values, the answer is the same.
         """
         if isinstance(condition, bool):
-            constant = Verdict(condition, "always holds" if condition else "never holds")
+            constant = ConditionResult(condition, "always holds" if condition else "never holds")
             return lambda: constant
         variables = self._scope.values
         names = tuple(dict.fromkeys(name.name for name in condition.references))
-        known: Verdict | None = None
+        known: ConditionResult | None = None
         known_of: list[Any] = []
 
-        def ask() -> Verdict:
+        def ask() -> ConditionResult:
             nonlocal known, known_of
             values = [variables.get(name) for name in names]
             if known is not None and all(map(is_, values, known_of)):
@@ -126,7 +126,7 @@ class Evaluator:
 
         return ask
 
-    def _judge(self, condition: Expression) -> Verdict:
+    def _judge(self, condition: Expression) -> ConditionResult:
         variables = self._scope.values
         try:
             answer = condition.evaluate(variables, self._scope.random_for(self._path, condition))
@@ -139,7 +139,7 @@ class Evaluator:
             f"{name} = {_brief(variables[name])}" for name in names if name in variables
         )
         holds = "holds" if answer else "does not hold"
-        return Verdict(answer, holds + (f" ({values})" if values else ""))
+        return ConditionResult(answer, holds + (f" ({values})" if values else ""))
 
     def fork(self, condition: steps.Condition) -> Callable[[], tuple[int, str]]:
         """What picks the first child where a condition holds, else the second."""
@@ -228,16 +228,16 @@ def _asking(step: Any) -> str:
 
 
 _NAMES: dict[type[steps.Step], Callable[[Any], str]] = {
-    steps.Action: lambda step: step.action.strip("/"),
-    steps.Service: lambda step: step.service.strip("/"),
-    steps.Publish: lambda step: f"publish {step.topic.strip('/')}",
-    steps.WaitFor: lambda step: f"wait for {step.topic.strip('/')}",
-    steps.Subtree: lambda step: step.tree,
-    steps.Python: lambda step: step.target.rpartition(":")[2],
-    steps.Check: _asking,
-    steps.Guard: _asking,
-    steps.When: _asking,
-    steps.Set: lambda step: f"set {', '.join(step.values)}",
+    steps.ActionStep: lambda step: step.action.strip("/"),
+    steps.ServiceStep: lambda step: step.service.strip("/"),
+    steps.PublishStep: lambda step: f"publish {step.topic.strip('/')}",
+    steps.WaitForStep: lambda step: f"wait for {step.topic.strip('/')}",
+    steps.SubtreeStep: lambda step: step.tree,
+    steps.PythonStep: lambda step: step.target.rpartition(":")[2],
+    steps.CheckStep: _asking,
+    steps.GuardStep: _asking,
+    steps.WhenStep: _asking,
+    steps.SetStep: lambda step: f"set {', '.join(step.values)}",
 }
 
 

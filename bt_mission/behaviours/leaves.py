@@ -9,7 +9,7 @@ from py_trees.common import Status
 
 from bt_mission.behaviours.control import Question
 from bt_mission.behaviours.leaf import Leaf
-from bt_mission.behaviours.progress import Progress
+from bt_mission.behaviours.progress import LeafProgress
 from bt_mission.behaviours.runtime import NS, Runtime
 
 
@@ -32,11 +32,11 @@ class Wait(Leaf):
         self._wait_s = self._seconds()
         self._until_ns = self._runtime.now_ns + round(self._wait_s * NS)
 
-    def remember(self, now_ns: int) -> dict[str, Any]:
+    def save_state(self, now_ns: int) -> dict[str, Any]:
         """How long there is still to wait."""
         return {"left_ns": self._until_ns - now_ns}
 
-    def recall(self, state: dict[str, Any], now_ns: int) -> None:
+    def restore_state(self, state: dict[str, Any], now_ns: int) -> None:
         """Wait for the rest."""
         self._until_ns = now_ns + state["left_ns"]
 
@@ -47,9 +47,9 @@ class Wait(Leaf):
         return Status.SUCCESS if left_s <= 0 else Status.RUNNING
 
     @property
-    def progress(self) -> Progress:
+    def progress(self) -> LeafProgress:
         """Towards its end."""
-        return Progress("s", self._wait_s - self._left_s, self._wait_s)
+        return LeafProgress("s", self._wait_s - self._left_s, self._wait_s)
 
     @property
     def _left_s(self) -> float:

@@ -9,7 +9,7 @@ from py_trees.common import Status
 
 
 @dataclass(frozen=True)
-class Progress:
+class LeafProgress:
     """How far a running leaf has come towards something that ends it.
 
     :param label: what is measured: a field of the feedback, or ``s`` for the leaf's time.
@@ -20,9 +20,9 @@ class Progress:
     limit: float
 
 
-def progress_of(node: Behaviour) -> Progress | None:
+def progress_of(node: Behaviour) -> LeafProgress | None:
     """The ``progress`` of a node that runs, where it has one."""
     if node.status is not Status.RUNNING:
         return None
     progress = getattr(node, "progress", None)
-    return progress if isinstance(progress, Progress) else None
+    return progress if isinstance(progress, LeafProgress) else None

@@ -8,7 +8,7 @@ from typing import Any
 from py_trees.common import Status
 
 from bt_mission.behaviours.leaf import Leaf
-from bt_mission.behaviours.runtime import NS, MissionFailure, Runtime, Speech, placed
+from bt_mission.behaviours.runtime import NS, MissionFailure, Publisher, Runtime, placed
 from bt_mission.core.errors import BtMissionError
 
 
@@ -45,13 +45,13 @@ class PublishLeaf(Leaf):
         self._message: Any = None
         self._until_ns = 0
         self._runtime: Runtime
-        self._speech: Speech
+        self._speech: Publisher
 
     def setup(self, **kwargs: Any) -> None:
         """Take the runtime and make the publisher."""
         self._runtime = kwargs["runtime"]
         with placed(self._place):
-            self._speech = self._runtime.speech(self.topic, self.type_name)
+            self._speech = self._runtime.publisher(self.topic, self.type_name)
 
     def initialise(self) -> None:
         """Make the message.

@@ -9,7 +9,7 @@ from random import Random
 from typing import Any, Protocol
 
 from bt_mission.core.errors import BtMissionError
-from bt_mission.goals.goal import Courier
+from bt_mission.goals.goal import GoalClient
 from bt_mission.goals.ledger import Ledger
 from bt_mission.language.expressions.expression import draws
 
@@ -79,8 +79,8 @@ class Scope:
         return self.random(path) if draws(value) else _NEVER_DRAWN
 
 
-class Caller(Protocol):
-    """The client of a service: :class:`bt_mission.ros.service_client.ServiceCaller`, for one."""
+class ServiceClient(Protocol):
+    """The client of a service: :class:`bt_mission.ros.service_client.RosServiceClient`, for one."""
 
     name: str
 
@@ -97,8 +97,8 @@ class Caller(Protocol):
         """Send a request; gives a function that forgets it, after which no answer is heard."""
 
 
-class Reader(Protocol):
-    """Messages of a topic: :class:`bt_mission.ros.subscriber.TopicReader`, for one."""
+class LatestMessage(Protocol):
+    """Messages of a topic: :class:`bt_mission.ros.subscriber.LatestMessageSubscriber`, for one."""
 
     name: str
 
@@ -115,8 +115,8 @@ class Reader(Protocol):
         """What is known of the topic's publishers, for people."""
 
 
-class Speech(Protocol):
-    """Messages for a topic: :class:`bt_mission.ros.publisher.TopicWriter`, for one."""
+class Publisher(Protocol):
+    """Messages for a topic: :class:`bt_mission.ros.publisher.TopicPublisher`, for one."""
 
     name: str
 
@@ -143,25 +143,25 @@ class Runtime(Protocol):
     def now_ns(self) -> int:
         """ROS time, ns; the same throughout a tick."""
 
-    def courier(self, action: str, type_name: str) -> Courier:
+    def goal_client(self, action: str, type_name: str) -> GoalClient:
         """The client of an action; one for each name and type.
 
         :raises BtMissionError: for a type that is not installed.
         """
 
-    def caller(self, service: str, type_name: str) -> Caller:
+    def service_client(self, service: str, type_name: str) -> ServiceClient:
         """The client of a service; one for each name and type.
 
         :raises BtMissionError: for a type that is not installed.
         """
 
-    def reader(self, topic: str, type_name: str) -> Reader:
+    def subscriber(self, topic: str, type_name: str) -> LatestMessage:
         """The messages of a topic; one for each name and type.
 
         :raises BtMissionError: for a type that is not installed.
         """
 
-    def speech(self, topic: str, type_name: str) -> Speech:
+    def publisher(self, topic: str, type_name: str) -> Publisher:
         """The publisher of a topic; one for each name and type.
 
         :raises BtMissionError: for a type that is not installed.

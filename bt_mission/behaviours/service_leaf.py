@@ -9,14 +9,21 @@ from typing import Any
 from py_trees.common import Status
 
 from bt_mission.behaviours.leaf import Leaf
-from bt_mission.behaviours.runtime import Caller, MissionFailure, Runtime, Scope, placed, read_field
+from bt_mission.behaviours.runtime import (
+    MissionFailure,
+    Runtime,
+    Scope,
+    ServiceClient,
+    placed,
+    read_field,
+)
 from bt_mission.core.errors import BtMissionError
 
 NS = 1_000_000_000
 
 
 @dataclass(frozen=True)
-class Call:
+class PendingCall:
     """What a call needs that is known only when the leaf starts.
 
     :param request: fields of the request.
@@ -49,7 +56,7 @@ class ServiceLeaf(Leaf):
         name: str,
         service: str,
         type_name: str,
-        plan: Callable[[], Call],
+        plan: Callable[[], PendingCall],
         outputs: Mapping[str, str],
         scope: Scope,
         place: str,
@@ -61,19 +68,19 @@ class ServiceLeaf(Leaf):
         self._outputs = outputs
         self._scope = scope
         self._place = place
-        self._call = Call({}, 0.0, 0.0)
+        self._call = PendingCall({}, 0.0, 0.0)
         self._request: Any = None
         self._since_ns = 0
         self._answers: list[Any] = []
         self._forget: Callable[[], None] | None = None
         self._runtime: Runtime
-        self._caller: Caller
+        self._caller: ServiceClient
 
     def setup(self, **kwargs: Any) -> None:
         """Take the runtime and make the client of the service."""
         self._runtime = kwargs["runtime"]
         with placed(self._place):
-            self._caller = self._runtime.caller(self.service, self.type_name)
+            self._caller = self._runtime.service_client(self.service, self.type_name)
 
     def initialise(self) -> None:
         """Begin anew; nothing that was called before is heard any more.

@@ -1,7 +1,7 @@
 """What a node remembers while it runs, as plain data, so that another process can go on from it.
 
-Our own behaviours say it themselves (:class:`Remembers`); of py_trees' composites it is the child
-that they have come to. A leaf that says nothing starts anew.
+Our own behaviours say it themselves (:class:`Snapshotable`); of py_trees' composites it is the
+child that they have come to. A leaf that says nothing starts anew.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from py_trees.decorators import Decorator
 
 
 @runtime_checkable
-class Remembers(Protocol):
+class Snapshotable(Protocol):
     """A behaviour with more to remember than its status and its children's."""
 
-    def remember(self, now_ns: int) -> dict[str, Any]:
+    def save_state(self, now_ns: int) -> dict[str, Any]:
         """What it needs to go on, as plain data; points in time as nanoseconds from now."""
 
-    def recall(self, state: dict[str, Any], now_ns: int) -> None:
+    def restore_state(self, state: dict[str, Any], now_ns: int) -> None:
         """Take in what it remembered."""
 
 
@@ -30,8 +30,8 @@ def save(node: Behaviour, now_ns: int) -> dict[str, Any]:
     state: dict[str, Any] = {}
     if isinstance(node, Composite) and node.current_child is not None:
         state["child"] = node.children.index(node.current_child)
-    if isinstance(node, Remembers):
-        state |= node.remember(now_ns)
+    if isinstance(node, Snapshotable):
+        state |= node.save_state(now_ns)
     return state
 
 
@@ -42,7 +42,7 @@ def load(node: Behaviour, status: Status, state: dict[str, Any], now_ns: int) ->
         return
     if isinstance(node, Composite) and "child" in state:
         node.current_child = node.children[state["child"]]
-    if isinstance(node, Composite | Decorator | Remembers):
+    if isinstance(node, Composite | Decorator | Snapshotable):
         node.status = Status.RUNNING
-    if isinstance(node, Remembers):
-        node.recall(state, now_ns)
+    if isinstance(node, Snapshotable):
+        node.restore_state(state, now_ns)

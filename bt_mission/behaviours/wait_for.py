@@ -9,13 +9,20 @@ from typing import Any
 from py_trees.common import Status
 
 from bt_mission.behaviours.leaf import Leaf
-from bt_mission.behaviours.runtime import MissionFailure, Reader, Runtime, Scope, placed, read_field
+from bt_mission.behaviours.runtime import (
+    LatestMessage,
+    MissionFailure,
+    Runtime,
+    Scope,
+    placed,
+    read_field,
+)
 
 NS = 1_000_000_000
 
 
 @dataclass(frozen=True)
-class Watch:
+class PendingWait:
     """What a wait needs that is known only when the leaf starts.
 
     :param timeout_s: how long to wait, s; None is no limit.
@@ -48,7 +55,7 @@ class WaitFor(Leaf):
         name: str,
         topic: str,
         type_name: str,
-        plan: Callable[[], Watch],
+        plan: Callable[[], PendingWait],
         outputs: Mapping[str, str],
         text: str,
         scope: Scope,
@@ -62,19 +69,19 @@ class WaitFor(Leaf):
         self._text = text
         self._scope = scope
         self._place = place
-        self._watch: Watch | None = None
+        self._watch: PendingWait | None = None
         self._since_ns = 0
         self._newest: Any = None
         self._met: tuple[str, Any] | None = None
         self._error: MissionFailure | None = None
         self._runtime: Runtime
-        self._reader: Reader
+        self._reader: LatestMessage
 
     def setup(self, **kwargs: Any) -> None:
         """Take the runtime and subscribe."""
         self._runtime = kwargs["runtime"]
         with placed(self._place):
-            self._reader = self._runtime.reader(self.topic, self.type_name)
+            self._reader = self._runtime.subscriber(self.topic, self.type_name)
 
     def initialise(self) -> None:
         """Begin to listen."""

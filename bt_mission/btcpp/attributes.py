@@ -13,9 +13,9 @@ from typing import Any, Protocol
 
 from bt_mission.btcpp import parts
 from bt_mission.btcpp.elements import Attribute
-from bt_mission.btcpp.parts import At, Part
+from bt_mission.btcpp.parts import At, LocatedValue
 from bt_mission.btcpp.yaml_text import escaped, flow
-from bt_mission.core.diagnostics import Fault, InputError, quoted
+from bt_mission.core.diagnostics import Diagnostic, InputError, quoted
 from bt_mission.core.yaml.composer import MAX_INTEGER, compose
 
 _REFERENCE = re.compile(r"\{([A-Za-z_][A-Za-z0-9_]*)\}")
@@ -26,7 +26,7 @@ _ILLEGAL = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _WORDS = {"true": True, "false": False}
 
 
-class Report(Protocol):
+class FaultReport(Protocol):
     """Told of a fault: where, what, and what to do."""
 
     def __call__(self, at: At, message: str, hint: str | None = None) -> None:
@@ -44,14 +44,14 @@ def number(text: str) -> int | float | None:
     return value if abs(value) != float("inf") else None
 
 
-def read_reference(attribute: Attribute) -> Part | None:
+def read_reference(attribute: Attribute) -> LocatedValue | None:
     """Return `$name` for the value `{name}`, or None."""
     found = _REFERENCE.fullmatch(attribute.value)
     at = (attribute.value_line, attribute.value_column)
     return parts.scalar(f"${found[1]}", at) if found else None
 
 
-def read_text(attribute: Attribute, report: Report) -> Part:
+def read_text(attribute: Attribute, report: FaultReport) -> LocatedValue:
     """Return the text that an attribute holds."""
     value = attribute.value
     at = (attribute.value_line, attribute.value_column)
@@ -68,7 +68,7 @@ def read_text(attribute: Attribute, report: Report) -> Part:
     return parts.text(value, attribute)
 
 
-def read_value(attribute: Attribute, report: Report) -> Part:
+def read_value(attribute: Attribute, report: FaultReport) -> LocatedValue:
     """Return the value that an attribute holds."""
     value = attribute.value
     at = (attribute.value_line, attribute.value_column)
@@ -82,7 +82,7 @@ def read_value(attribute: Attribute, report: Report) -> Part:
     return read_text(attribute, report)
 
 
-def read_list(attribute: Attribute, report: Report) -> Part:
+def read_list(attribute: Attribute, report: FaultReport) -> LocatedValue:
     """Return the list that an attribute holds."""
     line, column = attribute.value_line, attribute.value_column + 1
     try:
@@ -91,10 +91,10 @@ def read_list(attribute: Attribute, report: Report) -> Part:
         for fault in error.faults:
             report(attribute.at(max(fault.column, 1) - 1), fault.message, _one_line(fault))
         return parts.scalar("", (line, column))
-    return Part(data, parts.moved(place, line, column))
+    return LocatedValue(data, parts.moved(place, line, column))
 
 
-def _one_line(fault: Fault) -> str:
+def _one_line(fault: Diagnostic) -> str:
     return fault.hint or "a list is written as in YAML, such as [1.0, 0.5, 90]"
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from bt_mission.btcpp import parts
-from bt_mission.btcpp.attributes import Report, number, read_reference
+from bt_mission.btcpp.attributes import FaultReport, number, read_reference
 from bt_mission.btcpp.elements import Attribute, Element
 from bt_mission.btcpp.leaf_reading import refuse_attribute
-from bt_mission.btcpp.parts import Entry, Part
+from bt_mission.btcpp.parts import Entry, LocatedValue
 from bt_mission.btcpp.scripts import ScriptError, assignments, literal
 from bt_mission.core.diagnostics import quoted
 
@@ -19,14 +19,16 @@ class BuiltIn:
     `read` reads an element below it, `report` is told of faults.
     """
 
-    def __init__(self, element: Element, read: Callable[[Element], Part], report: Report) -> None:
+    def __init__(
+        self, element: Element, read: Callable[[Element], LocatedValue], report: FaultReport
+    ) -> None:
         self._element = element
         self.read = read
         self.report = report
         self._rest = dict(element.attributes)
         self.at = (element.line, element.column)
 
-    def part(self) -> Part:
+    def part(self) -> LocatedValue:
         """Return it as a node."""
         name = self._rest.pop("name", None)
         known, read = BUILT_IN[self._element.tag]
@@ -40,7 +42,7 @@ class BuiltIn:
 
     # ---- children ------------------------------------------------------------------------
 
-    def children(self) -> Part:
+    def children(self) -> LocatedValue:
         """Return the nodes below it as a list."""
         if not self._element.children:
             self.report(self.at, f"<{self._element.tag}> has nothing in it")
@@ -57,7 +59,7 @@ class BuiltIn:
         missing = count - len(found)
         return [*found, *(Element("AlwaysSuccess", *self.at) for _ in range(missing))]
 
-    def child(self) -> Part:
+    def child(self) -> LocatedValue:
         """Return the one node below it."""
         return self.read(self.exactly(1)[0])
 
@@ -70,7 +72,7 @@ class BuiltIn:
             self.report(self.at, f"the attribute '{name}' is missing")
         return found
 
-    def whole(self, name: str, least: int) -> Part:
+    def whole(self, name: str, least: int) -> LocatedValue:
         """Return a whole number, or the variable that holds it."""
         attribute = self.take(name)
         if attribute is None:
@@ -87,12 +89,12 @@ class BuiltIn:
             value = 1
         return parts.scalar(value, at)
 
-    def seconds(self, name: str) -> Part:
+    def seconds(self, name: str) -> LocatedValue:
         """Return milliseconds as seconds."""
         milliseconds = self.whole(name, 0)
         value = milliseconds.data
         seconds = f"{value} / 1000" if isinstance(value, str) else value / 1000
-        return Part(seconds, milliseconds.place)
+        return LocatedValue(seconds, milliseconds.place)
 
     def count(self, name: str, default: int) -> int:
         """Return how many children, -1 for all."""
@@ -108,7 +110,7 @@ class BuiltIn:
         self.report((attribute.value_line, attribute.value_column), message)
         return default
 
-    def code(self, attribute: Attribute) -> Part:
+    def code(self, attribute: Attribute) -> LocatedValue:
         """Return a condition."""
         at = (attribute.value_line, attribute.value_column)
         try:
@@ -119,7 +121,7 @@ class BuiltIn:
             self.report(where, error.message, error.hint)
             return parts.scalar(True, at)
 
-    def condition(self, element: Element) -> Part:
+    def condition(self, element: Element) -> LocatedValue:
         """Return the condition that a ScriptCondition or a leaf `check` asks."""
         node = self.read(element)
         if list(node.data) != ["check"]:
@@ -128,9 +130,9 @@ class BuiltIn:
             self.report((element.line, element.column), message, hint)
             return parts.scalar(True, self.at)
         assert isinstance(node.place.parts, dict)
-        return Part(node.data["check"], node.place.parts["check"])
+        return LocatedValue(node.data["check"], node.place.parts["check"])
 
-    def entry(self, key: str, part: Part) -> Entry:
+    def entry(self, key: str, part: LocatedValue) -> Entry:
         """Return a part of it under a key."""
         return key, self.at, part
 

@@ -6,10 +6,10 @@ from pathlib import Path
 
 from bt_mission.btcpp import parts
 from bt_mission.btcpp.attributes import number
-from bt_mission.btcpp.elements import Attribute, Element, Source, parse
+from bt_mission.btcpp.elements import Attribute, Element, XmlSource, parse
 from bt_mission.btcpp.leaf_reading import refuse_attribute
-from bt_mission.btcpp.node_reading import NodeReader
-from bt_mission.btcpp.parts import Entry, Part
+from bt_mission.btcpp.node_reading import XmlNodeReader
+from bt_mission.btcpp.parts import Entry, LocatedValue
 from bt_mission.btcpp.ports import TreePorts, read_models
 from bt_mission.core.diagnostics import InputError, did_you_mean, in_order, listed, quoted
 from bt_mission.core.yaml.composer import MAX_DEPTH, MAX_VALUES, Place
@@ -41,14 +41,14 @@ def document_of(text: str, file: str = "<text>") -> Document:
 
 
 class _FileReader:
-    def __init__(self, source: Source) -> None:
+    def __init__(self, source: XmlSource) -> None:
         self._source = source
         self._trees: dict[str, Element] = {}
         self._ports: dict[str, TreePorts] = {}
-        self.nodes = NodeReader(source)
+        self.nodes = XmlNodeReader(source)
         self.report = self.nodes.report
 
-    def mission(self) -> Part | None:
+    def mission(self) -> LocatedValue | None:
         """Return the whole mission."""
         root = self._source.root
         at = (root.line, root.column)
@@ -157,14 +157,14 @@ class _FileReader:
             head.append(("inputs", inputs[0][1], parts.mapping(inputs[0][1], inputs)))
         return head
 
-    def _said(self, attribute: Attribute) -> Part:
+    def _said(self, attribute: Attribute) -> LocatedValue:
         if attribute.name == "seed":
             value = number(attribute.value)
             where = (attribute.value_line, attribute.value_column)
             return parts.scalar(attribute.value if value is None else value, where)
         return parts.text(attribute.value, attribute)
 
-    def _definition(self, element: Element, ports: TreePorts) -> Part:
+    def _definition(self, element: Element, ports: TreePorts) -> LocatedValue:
         """Return a tree with a name."""
         at = (element.line, element.column)
         entries = self._description(element)
@@ -196,7 +196,7 @@ class _FileReader:
             return []
         return [("description", (found.line, found.column), parts.text(found.value, found))]
 
-    def _body(self, element: Element) -> Part:
+    def _body(self, element: Element) -> LocatedValue:
         at = (element.line, element.column)
         if element.text:
             self.report(element.text_at, f"a loose text: {quoted(element.text)}")

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any, NoReturn
 from xml.parsers import expat
 
-from bt_mission.core.diagnostics import Fault, InputError, quoted
+from bt_mission.core.diagnostics import Diagnostic, InputError, quoted
 from bt_mission.core.yaml.document import MAX_BYTES
 
 MAX_DEPTH = 100
@@ -67,36 +67,36 @@ class Element:
 
 
 @dataclass(frozen=True)
-class Source:
+class XmlSource:
     """An XML file: its root element and its lines."""
 
     file: str
     root: Element
     lines: tuple[str, ...]
 
-    def fault(self, at: tuple[int, int], message: str, hint: str | None = None) -> Fault:
+    def fault(self, at: tuple[int, int], message: str, hint: str | None = None) -> Diagnostic:
         """Return a fault at a line and column."""
         return fault_in(self.file, self.lines, at, message, hint)
 
 
 def fault_in(
     file: str, lines: tuple[str, ...], at: tuple[int, int], message: str, hint: str | None = None
-) -> Fault:
+) -> Diagnostic:
     """Return a fault at a line and column of a file with these lines."""
     source = lines[at[0] - 1] if 0 < at[0] <= len(lines) else ""
-    return Fault(message, file, at[0], at[1], source, hint)
+    return Diagnostic(message, file, at[0], at[1], source, hint)
 
 
-def parse(text: str, file: str) -> Source:
+def parse(text: str, file: str) -> XmlSource:
     """Return the elements of an XML text. Raises InputError with the first fault."""
     size = len(text.encode("utf-8", "replace"))
     if size > MAX_BYTES:
         message = f"the file is too large: {size:,} bytes, at most {MAX_BYTES:,} are read"
-        raise InputError([Fault(message, file)])
-    return _Parser(text, file).parse()
+        raise InputError([Diagnostic(message, file)])
+    return _XmlParser(text, file).parse()
 
 
-class _Parser:
+class _XmlParser:
     def __init__(self, text: str, file: str) -> None:
         self._text = text
         self._file = file
@@ -116,13 +116,13 @@ class _Parser:
         parser.XmlDeclHandler = self._declaration
         self._parser = parser
 
-    def parse(self) -> Source:
+    def parse(self) -> XmlSource:
         try:
             self._parser.Parse(self._bytes, True)
         except expat.ExpatError as error:
             self._fail(*self._explain(expat.ErrorString(error.code) or "", error))
         assert self._root is not None, "the parser refuses a text without an element"
-        return Source(self._file, self._root, self._lines)
+        return XmlSource(self._file, self._root, self._lines)
 
     def _explain(self, problem: str, error: Any) -> tuple[str, tuple[int, int], str | None]:
         offset = self._offset(min(max(self._parser.ErrorByteIndex, 0), len(self._bytes)))

@@ -6,10 +6,10 @@ import re
 from dataclasses import dataclass, field
 
 from bt_mission.btcpp import parts
-from bt_mission.btcpp.attributes import Report, read_reference, read_text, read_value
+from bt_mission.btcpp.attributes import FaultReport, read_reference, read_text, read_value
 from bt_mission.btcpp.elements import Attribute, Element
-from bt_mission.btcpp.leaves import OUT, TEXTS, Leaf
-from bt_mission.btcpp.parts import At, Entry, Part
+from bt_mission.btcpp.leaves import OUT, TEXTS, LeafElement
+from bt_mission.btcpp.parts import At, Entry, LocatedValue
 from bt_mission.core.diagnostics import did_you_mean, listed, quoted
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
@@ -20,9 +20,9 @@ class _Fields:
     """Fields of a message as they are gathered."""
 
     at: At
-    parts: dict[str, tuple[At, Part | _Fields]] = field(default_factory=dict)
+    parts: dict[str, tuple[At, LocatedValue | _Fields]] = field(default_factory=dict)
 
-    def put(self, path: tuple[str, ...], at: At, part: Part) -> bool:
+    def put(self, path: tuple[str, ...], at: At, part: LocatedValue) -> bool:
         """Put a value at a path; return whether that place was free."""
         name, *rest = path
         if not rest:
@@ -33,7 +33,7 @@ class _Fields:
         _, inner = self.parts.setdefault(name, (at, _Fields(at)))
         return isinstance(inner, _Fields) and inner.put(tuple(rest), at, part)
 
-    def part(self) -> Part:
+    def part(self) -> LocatedValue:
         """Return the mapping."""
         return parts.mapping(
             self.at,
@@ -49,14 +49,14 @@ class _Gathered:
     """What the attributes of one leaf say."""
 
     fields: _Fields
-    whole: Part | None = None
+    whole: LocatedValue | None = None
     settings: list[Entry] = field(default_factory=list)
     named: list[Entry] = field(default_factory=list)
     modifiers: list[Entry] = field(default_factory=list)
     outputs: list[Entry] = field(default_factory=list)
 
 
-def read_leaf(leaf: Leaf, element: Element, report: Report) -> Part:
+def read_leaf(leaf: LeafElement, element: Element, report: FaultReport) -> LocatedValue:
     """Return a leaf as the node of a mission; what is wrong with it is reported."""
     at = (element.line, element.column)
     for child in element.children:
@@ -72,7 +72,7 @@ def read_leaf(leaf: Leaf, element: Element, report: Report) -> Part:
     return parts.mapping(at, entries)
 
 
-def _value(leaf: Leaf, found: _Gathered, at: At, report: Report) -> Part:
+def _value(leaf: LeafElement, found: _Gathered, at: At, report: FaultReport) -> LocatedValue:
     if leaf.whole is not None:
         if found.whole is None:
             report(at, f"the attribute '{leaf.whole}' is missing", None)
@@ -88,7 +88,7 @@ def _value(leaf: Leaf, found: _Gathered, at: At, report: Report) -> Part:
     return parts.mapping(at, entries)
 
 
-def _take(leaf: Leaf, attribute: Attribute, found: _Gathered, report: Report) -> None:
+def _take(leaf: LeafElement, attribute: Attribute, found: _Gathered, report: FaultReport) -> None:
     name, at = attribute.name, (attribute.line, attribute.column)
     path = leaf.field_path(name)
     if name == "name":
@@ -110,12 +110,12 @@ def _take(leaf: Leaf, attribute: Attribute, found: _Gathered, report: Report) ->
         refuse_attribute(attribute, leaf.kind, leaf.known, report)
 
 
-def _said(attribute: Attribute, report: Report) -> Part:
+def _said(attribute: Attribute, report: FaultReport) -> LocatedValue:
     read = read_text if attribute.name in TEXTS else read_value
     return read(attribute, report)
 
 
-def variable(attribute: Attribute, report: Report) -> Part:
+def variable(attribute: Attribute, report: FaultReport) -> LocatedValue:
     """Return the name of the variable that an attribute such as `out_x="{name}"` holds."""
     found = read_reference(attribute)
     at = (attribute.value_line, attribute.value_column)
@@ -127,7 +127,7 @@ def variable(attribute: Attribute, report: Report) -> Part:
 
 
 def refuse_attribute(
-    attribute: Attribute, tag: str, known: tuple[str, ...], report: Report
+    attribute: Attribute, tag: str, known: tuple[str, ...], report: FaultReport
 ) -> None:
     """Report an attribute that an element does not take."""
     at, name = (attribute.line, attribute.column), attribute.name

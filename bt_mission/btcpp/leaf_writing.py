@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from bt_mission.btcpp.attributes import written_text, written_value
-from bt_mission.btcpp.leaves import TEXTS, Leaf, flattened
+from bt_mission.btcpp.leaves import TEXTS, LeafElement, flattened
 from bt_mission.core.diagnostics import quoted
 from bt_mission.language.nodes.steps import Key
 
@@ -15,7 +15,9 @@ Refuse = Callable[[Path, str, str], None]
 """Told of a value that XML cannot say: where, what, and what to do."""
 
 
-def write_leaf(leaf: Leaf, data: dict[str, Any], path: Path, refuse: Refuse) -> dict[str, str]:
+def write_leaf(
+    leaf: LeafElement, data: dict[str, Any], path: Path, refuse: Refuse
+) -> dict[str, str]:
     """Return the attributes of a leaf; what cannot be said is told to `refuse`."""
     attributes: dict[str, str] = {}
     if data.get("name"):
@@ -34,7 +36,7 @@ def write_leaf(leaf: Leaf, data: dict[str, Any], path: Path, refuse: Refuse) -> 
     return attributes
 
 
-def _value(leaf: Leaf, value: Any, path: Path, refuse: Refuse) -> dict[str, str]:
+def _value(leaf: LeafElement, value: Any, path: Path, refuse: Refuse) -> dict[str, str]:
     if leaf.whole is not None:
         return {leaf.whole: _written(leaf.whole, value)}
     if leaf.named:
@@ -49,7 +51,9 @@ def _value(leaf: Leaf, value: Any, path: Path, refuse: Refuse) -> dict[str, str]
     return attributes
 
 
-def _fields(leaf: Leaf, fields: Any, path: Path, refuse: Refuse) -> Iterator[tuple[str, str]]:
+def _fields(
+    leaf: LeafElement, fields: Any, path: Path, refuse: Refuse
+) -> Iterator[tuple[str, str]]:
     for inner, value in flattened(fields):
         attribute = leaf.field_attribute(inner)
         if isinstance(value, dict) and inner:

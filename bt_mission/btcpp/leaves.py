@@ -12,8 +12,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from bt_mission.language.action_names import SHORT_NAMES
-from bt_mission.language.nodes.base import Node
+from bt_mission.language.action_names import ACTION_NAMES
+from bt_mission.language.nodes.base import NodeModel
 from bt_mission.language.nodes.written import KINDS
 
 OUT = "out_"
@@ -44,7 +44,7 @@ _FIELD = re.compile(r"[a-z](?:_?[a-z0-9])*")
 
 
 @dataclass(frozen=True)
-class Leaf:
+class LeafElement:
     """The attributes of one kind of leaf.
 
     `whole` is the attribute that holds the kind's value, `settings` are those that hold a part of
@@ -63,7 +63,7 @@ class Leaf:
     @property
     def modifiers(self) -> tuple[str, ...]:
         """The modifiers that are attributes of the same name."""
-        other = {self.kind, "outputs", "inputs", *Node.model_fields}
+        other = {self.kind, "outputs", "inputs", *NodeModel.model_fields}
         return tuple(name for name in KINDS[self.kind].model_fields if name not in other)
 
     @property
@@ -118,29 +118,31 @@ class Leaf:
         return self.prefix + name if is_taken else name
 
 
-LEAVES: dict[str, Leaf] = {
-    "check": Leaf("check", whole="condition"),
-    "set": Leaf("set", named="set_"),
-    "wait": Leaf("wait", whole="seconds"),
-    "log": Leaf("log", whole="message"),
-    "action": Leaf(
+LEAVES: dict[str, LeafElement] = {
+    "check": LeafElement("check", whole="condition"),
+    "set": LeafElement("set", named="set_"),
+    "wait": LeafElement("wait", whole="seconds"),
+    "log": LeafElement("log", whole="message"),
+    "action": LeafElement(
         "action", settings={"action": "name", "type": "type"}, fields="goal", prefix=GOAL
     ),
-    "service": Leaf(
+    "service": LeafElement(
         "service",
         settings={"service": "name", "type": "type"},
         fields="request",
         prefix="request__",
     ),
-    "wait_for": Leaf("wait_for", settings={"topic": "topic", "type": "type", "until": "until"}),
-    "publish": Leaf(
+    "wait_for": LeafElement(
+        "wait_for", settings={"topic": "topic", "type": "type", "until": "until"}
+    ),
+    "publish": LeafElement(
         "publish",
         settings={"topic": "topic", "type": "type"},
         fields="message",
         prefix="message__",
     ),
-    "python": Leaf("python", whole="target", named="in_"),
-    **{kind: Leaf(kind, fields="", prefix=GOAL) for kind in SHORT_NAMES if kind in KINDS},
+    "python": LeafElement("python", whole="target", named="in_"),
+    **{kind: LeafElement(kind, fields="", prefix=GOAL) for kind in ACTION_NAMES if kind in KINDS},
 }
 """Every kind of leaf but `tree`, which is a SubTree."""
 

@@ -14,14 +14,14 @@ from bt_mission.btcpp.leaf_writing import Path as At
 from bt_mission.btcpp.models import ShapesOf, leaf_models
 from bt_mission.btcpp.ports import LABELS, written_port_value
 from bt_mission.btcpp.writing import NodeWriter
-from bt_mission.core.diagnostics import Fault, InputError, in_order
+from bt_mission.core.diagnostics import Diagnostic, InputError, in_order
 from bt_mission.core.yaml.document import Document
 from bt_mission.language.file import MissionFile, TreeDefinition
 from bt_mission.language.goal_limits import GoalLimitsTable
 from bt_mission.language.loader import draft
 from bt_mission.language.mission import Mission, Tree
 from bt_mission.language.node_reader import Signature
-from bt_mission.language.nodes.steps import Python
+from bt_mission.language.nodes.steps import PythonStep
 
 _ID = re.compile(r"[A-Za-z_][\w-]*")
 _RESERVED = ("name", "ID")
@@ -46,7 +46,7 @@ class _Writer:
         self._head: MissionFile = MissionFile.model_validate(document.data)
         self._limits = GoalLimitsTable.written(self._head)
         self._used: dict[str, dict[str, None]] = {}
-        self._faults: list[Fault] = []
+        self._faults: list[Diagnostic] = []
         self._definitions = dict(self._defined())
         self._signatures = {
             name: Signature(name, definition, tree.types, tree.document, tree.path)
@@ -154,7 +154,7 @@ class _Writer:
         """Refuse files of Python that are looked for beside another file than the XML file."""
         here, there = (Path(one.file).parent for one in (self._document, tree.document))
         for step in tree.body.walk():
-            if isinstance(step, Python) and ".py:" in step.target and here != there:
+            if isinstance(step, PythonStep) and ".py:" in step.target and here != there:
                 hint = "write 'module:Class', or include no file of another folder"
                 path = (*step.path, "python")
                 self._refuse(tree.document, path, "a file beside an included one", hint)

@@ -6,20 +6,20 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 
 from bt_mission.btcpp.document import FORMAT
 from bt_mission.btcpp.emit import Tag, xml_text
-from bt_mission.btcpp.leaves import LEAVES, OUT, TEXTS, Leaf
+from bt_mission.btcpp.leaves import LEAVES, OUT, TEXTS, LeafElement
 from bt_mission.btcpp.ports import LABELS
 from bt_mission.core.errors import BtMissionError
-from bt_mission.language.action_names import SHORT_NAMES
+from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.message_types import (
     ActionShapes,
     ListOf,
-    Message,
+    MessageShape,
     Scalar,
     ServiceShapes,
     Shape,
 )
 
-ShapesOf = Callable[[str], ActionShapes | ServiceShapes | Message]
+ShapesOf = Callable[[str], ActionShapes | ServiceShapes | MessageShape]
 """Tells what a ROS type holds. Raises UnknownType."""
 
 _CONDITIONS = frozenset(("check",))
@@ -42,7 +42,7 @@ def leaf_models(used: Mapping[str, Iterable[str]], shapes: ShapesOf | None = Non
         yield Tag(tag, {"ID": kind}, tuple(ports.values()))
 
 
-def _ports(leaf: Leaf, shapes: ShapesOf | None) -> dict[str, Tag]:
+def _ports(leaf: LeafElement, shapes: ShapesOf | None) -> dict[str, Tag]:
     """Return the ports of a leaf that are known without a mission, by name."""
     ports: dict[str, Tag] = {}
     if leaf.whole:
@@ -64,12 +64,12 @@ def _ports(leaf: Leaf, shapes: ShapesOf | None) -> dict[str, Tag]:
     return ports
 
 
-def action_shapes(leaf: Leaf, shapes: ShapesOf | None) -> ActionShapes | None:
+def action_shapes(leaf: LeafElement, shapes: ShapesOf | None) -> ActionShapes | None:
     """Return what the type of an action with a short name holds, as far as that is known."""
-    if shapes is None or leaf.kind not in SHORT_NAMES:
+    if shapes is None or leaf.kind not in ACTION_NAMES:
         return None
     try:
-        found = shapes(SHORT_NAMES[leaf.kind].type)
+        found = shapes(ACTION_NAMES[leaf.kind].type)
     except BtMissionError:  # a type that is not installed: the attributes in use will do
         return None
     return found if isinstance(found, ActionShapes) else None

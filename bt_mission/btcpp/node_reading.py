@@ -7,12 +7,12 @@ from dataclasses import dataclass, field
 
 from bt_mission.btcpp import parts
 from bt_mission.btcpp.built_in import BUILT_IN, BuiltIn
-from bt_mission.btcpp.elements import Element, Source
+from bt_mission.btcpp.elements import Element, XmlSource
 from bt_mission.btcpp.leaf_reading import read_leaf
 from bt_mission.btcpp.leaves import LEAVES
-from bt_mission.btcpp.parts import At, Part
+from bt_mission.btcpp.parts import At, LocatedValue
 from bt_mission.btcpp.ports import TreePorts, read_use
-from bt_mission.core.diagnostics import MOST_FAULTS, Fault, did_you_mean, quoted
+from bt_mission.core.diagnostics import MOST_FAULTS, Diagnostic, did_you_mean, quoted
 
 EXPLICIT = ("Action", "Condition", "Control", "Decorator")
 """Elements that name their node by the attribute ID."""
@@ -28,19 +28,19 @@ _HINTS = {
 
 
 @dataclass
-class NodeReader:
+class XmlNodeReader:
     """Reads elements as nodes, and collects the faults of all."""
 
-    source: Source
+    source: XmlSource
     trees: Mapping[str, TreePorts] = field(default_factory=dict)
-    faults: list[Fault] = field(default_factory=list)
+    faults: list[Diagnostic] = field(default_factory=list)
 
     def report(self, at: At, message: str, hint: str | None = None) -> None:
         """Note a fault."""
         if len(self.faults) < MOST_FAULTS:
             self.faults.append(self.source.fault(at, message, hint))
 
-    def node(self, element: Element) -> Part:
+    def node(self, element: Element) -> LocatedValue:
         """Return an element and all below it as a node."""
         at = (element.line, element.column)
         named = self._resolved(element)

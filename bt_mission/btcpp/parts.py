@@ -14,41 +14,41 @@ At = tuple[int, int]
 
 
 @dataclass(frozen=True)
-class Part:
+class LocatedValue:
     """A value, and where it stands."""
 
     data: Any
     place: Place
 
 
-Entry = tuple[str, At, Part]
+Entry = tuple[str, At, LocatedValue]
 """A key, where it stands, and its value."""
 
 
-def scalar(value: Any, at: At) -> Part:
+def scalar(value: Any, at: At) -> LocatedValue:
     """Return a single value."""
-    return Part(value, Place(*at))
+    return LocatedValue(value, Place(*at))
 
 
-def text(value: str, attribute: Attribute) -> Part:
+def text(value: str, attribute: Attribute) -> LocatedValue:
     """Return a text that is the value of an attribute, so that columns in it can be told."""
-    return Part(value, Place(attribute.value_line, attribute.value_column, text=value))
+    return LocatedValue(value, Place(attribute.value_line, attribute.value_column, text=value))
 
 
-def mapping(at: At, entries: Iterable[Entry]) -> Part:
+def mapping(at: At, entries: Iterable[Entry]) -> LocatedValue:
     """Return a mapping; of two entries with one key the later counts."""
     data: dict[str, Any] = {}
     keys: dict[str, At] = {}
     parts: dict[str, Place] = {}
     for key, key_at, part in entries:
         data[key], keys[key], parts[key] = part.data, key_at, part.place
-    return Part(data, Place(*at, keys=keys, parts=parts))
+    return LocatedValue(data, Place(*at, keys=keys, parts=parts))
 
 
-def sequence(at: At, items: Iterable[Part]) -> Part:
+def sequence(at: At, items: Iterable[LocatedValue]) -> LocatedValue:
     """Return a list."""
     kept = list(items)
-    return Part([one.data for one in kept], Place(*at, parts=[one.place for one in kept]))
+    return LocatedValue([one.data for one in kept], Place(*at, parts=[one.place for one in kept]))
 
 
 def moved(place: Place, line: int, column: int) -> Place:

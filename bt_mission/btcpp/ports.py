@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from bt_mission.btcpp import parts
-from bt_mission.btcpp.attributes import Report, number, read_list, read_reference
+from bt_mission.btcpp.attributes import FaultReport, number, read_list, read_reference
 from bt_mission.btcpp.elements import Attribute, Element
 from bt_mission.btcpp.leaf_reading import refuse_attribute, variable
-from bt_mission.btcpp.parts import At, Entry, Part
+from bt_mission.btcpp.parts import At, Entry, LocatedValue
 from bt_mission.btcpp.yaml_text import flow
 from bt_mission.core.diagnostics import did_you_mean, listed, quoted
 
@@ -39,7 +39,7 @@ class Port:
 
     at: At
     type: str
-    default: Part | None = None
+    default: LocatedValue | None = None
 
 
 @dataclass
@@ -51,7 +51,7 @@ class TreePorts:
     metadata: dict[str, Attribute] = field(default_factory=dict)
 
 
-def read_models(models: Element, report: Report) -> dict[str, TreePorts]:
+def read_models(models: Element, report: FaultReport) -> dict[str, TreePorts]:
     """Return what is declared of trees, by their ID; models of other nodes say nothing new."""
     found: dict[str, TreePorts] = {}
     for element in models.children:
@@ -64,7 +64,7 @@ def read_models(models: Element, report: Report) -> dict[str, TreePorts]:
     return found
 
 
-def _declare(ports: TreePorts, element: Element, report: Report) -> None:
+def _declare(ports: TreePorts, element: Element, report: FaultReport) -> None:
     at = (element.line, element.column)
     if element.tag == "MetadataFields":
         for child in element.children:
@@ -104,7 +104,7 @@ def _word(label: str) -> str | None:
     return _TYPES.get(label)
 
 
-def port_value(attribute: Attribute, word: str, report: Report) -> Part:
+def port_value(attribute: Attribute, word: str, report: FaultReport) -> LocatedValue:
     """Return the constant that an attribute gives for a port of a type, in our words."""
     at, text = (attribute.value_line, attribute.value_column), attribute.value
     found: Any = None
@@ -143,7 +143,7 @@ def text_constant(text: str) -> str | None:
     return next((f"{mark}{text}{mark}" for mark in "'\"" if mark not in text), None)
 
 
-def read_use(element: Element, trees: Mapping[str, TreePorts], report: Report) -> Part:
+def read_use(element: Element, trees: Mapping[str, TreePorts], report: FaultReport) -> LocatedValue:
     """Return a SubTree as the use of a named tree."""
     at = (element.line, element.column)
     for child in element.children:
@@ -181,7 +181,7 @@ class _Use:
     inputs: list[Entry] = field(default_factory=list)
     outputs: list[Entry] = field(default_factory=list)
 
-    def take(self, attribute: Attribute, tree: str, ports: TreePorts, report: Report) -> None:
+    def take(self, attribute: Attribute, tree: str, ports: TreePorts, report: FaultReport) -> None:
         """Take one attribute."""
         name, where = attribute.name, (attribute.line, attribute.column)
         if name == "name":
@@ -200,7 +200,7 @@ class _Use:
             report(where, message, hint or "declare it under TreeNodesModel, with its type")
 
 
-def _given(attribute: Attribute, word: str, report: Report) -> Part:
+def _given(attribute: Attribute, word: str, report: FaultReport) -> LocatedValue:
     """Return what a tree is given for an input: a variable, or a constant."""
     reference = read_reference(attribute)
     if reference is not None:

@@ -28,9 +28,9 @@ from bt_mission.behaviours.builder import build_tree
 from bt_mission.behaviours.runtime import MissionFailure, Runtime, Scope
 from bt_mission.btcpp.elements import Attribute, Element
 from bt_mission.btcpp.leaf_reading import read_leaf
-from bt_mission.btcpp.leaves import LEAVES, Leaf
+from bt_mission.btcpp.leaves import LEAVES, LeafElement
 from bt_mission.btcpp.models import ShapesOf, action_shapes
-from bt_mission.core.diagnostics import Fault, InputError
+from bt_mission.core.diagnostics import Diagnostic, InputError
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.yaml.composer import Place
 from bt_mission.core.yaml.document import Document
@@ -68,7 +68,7 @@ class PortLeaf(PortsMixin, Behaviour):
     when it is entered.
     """
 
-    leaf: ClassVar[Leaf]
+    leaf: ClassVar[LeafElement]
 
     _known: ClassVar[_Known]
 
@@ -143,10 +143,10 @@ class PortLeaf(PortsMixin, Behaviour):
 
     def _make(self, values: Mapping[str, Any]) -> None:
         """Make the leaf for these values of ports."""
-        faults: list[Fault] = []
+        faults: list[Diagnostic] = []
 
         def report(at: tuple[int, int], message: str, hint: str | None = None) -> None:
-            faults.append(Fault(message, self.name, *at, hint=hint))
+            faults.append(Diagnostic(message, self.name, *at, hint=hint))
 
         element = Element(self.leaf.kind, 0, 0, dict(self._attributes()))
         part = read_leaf(self.leaf, element, report)
@@ -185,7 +185,7 @@ def port_leaves(shapes: ShapesOf | None = None, seed: int = 0) -> dict[str, type
     }
 
 
-def _class_of(leaf: Leaf, known: _Known) -> type[PortLeaf]:
+def _class_of(leaf: LeafElement, known: _Known) -> type[PortLeaf]:
     inputs: dict[str, PortInformation] = {}
     outputs: dict[str, PortInformation] = {}
     for name in (*([leaf.whole] if leaf.whole else []), *leaf.settings):

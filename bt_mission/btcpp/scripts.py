@@ -45,7 +45,7 @@ class ScriptError(Exception):
 
 
 @dataclass(frozen=True)
-class Token:
+class ScriptToken:
     """A piece of a script, and its column (from 1)."""
 
     kind: str
@@ -161,8 +161,8 @@ def _assignment(statement: str, offset: int, taken: set[str]) -> tuple[str, int,
         raise ScriptError(error.message, at, error.hint) from None
 
 
-def _tokens(code: str) -> list[Token]:
-    tokens: list[Token] = []
+def _tokens(code: str) -> list[ScriptToken]:
+    tokens: list[ScriptToken] = []
     at = 0
     while at < len(code):
         found = _TOKEN.match(code, at)
@@ -172,12 +172,12 @@ def _tokens(code: str) -> list[Token]:
         kind = found.lastgroup or ""
         if kind == "number" and found.group().isdigit() and int(found.group()) > _LARGEST:
             raise ScriptError(f"the number {quoted(found.group())} is too large", at + 1)
-        tokens.append(Token(kind, found.group(), at + 1))
+        tokens.append(ScriptToken(kind, found.group(), at + 1))
         at = found.end()
     return tokens
 
 
-def _refuse_ambiguity(tokens: list[Token]) -> None:
+def _refuse_ambiguity(tokens: list[ScriptToken]) -> None:
     """Refuse what BehaviorTree.CPP and Python read differently."""
     solid = [token for token in tokens if token.kind != "blank"]
     logic = [""]
@@ -205,7 +205,7 @@ def _refuse_ambiguity(tokens: list[Token]) -> None:
 _BEFORE_SIGN = frozenset(("(", "&&", "||", "<", "<=", ">", ">=", "==", "!=", "+", "-", "*", "/"))
 
 
-def _refuse_loose_not(solid: list[Token], index: int) -> None:
+def _refuse_loose_not(solid: list[ScriptToken], index: int) -> None:
     """Refuse a `!` whose operand does not end with a name or a closed parenthesis."""
     at = index + 1
     depth = 0

@@ -13,11 +13,11 @@ from bt_mission.btcpp.leaf_writing import Path, write_leaf
 from bt_mission.btcpp.leaves import LEAVES
 from bt_mission.btcpp.ports import text_constant, written_port_value
 from bt_mission.btcpp.scripts import literal, to_script, written_assignments
-from bt_mission.core.diagnostics import MOST_FAULTS, Fault
+from bt_mission.core.diagnostics import MOST_FAULTS, Diagnostic
 from bt_mission.core.yaml.document import Document
-from bt_mission.language.action_names import SHORT_NAMES
+from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.goal_limits import DEFAULTS, GoalLimitsTable
-from bt_mission.language.node_reader import Reader, Signature
+from bt_mission.language.node_reader import NodeReader, Signature
 
 _NAME = re.compile(r"\$?([A-Za-z_][A-Za-z0-9_]*)")
 _THOUSANDTH = re.compile(r"\$([A-Za-z_][A-Za-z0-9_]*) / 1000")
@@ -43,7 +43,7 @@ class NodeWriter:
     signatures: Mapping[str, Signature]
     limits: GoalLimitsTable
     used: dict[str, dict[str, None]]
-    faults: list[Fault] = field(default_factory=list)
+    faults: list[Diagnostic] = field(default_factory=list)
 
     def refuse(self, path: Path, what: str, instead: str, *, key: bool = False) -> None:
         """Note what XML cannot say."""
@@ -53,7 +53,7 @@ class NodeWriter:
 
     def node(self, data: dict[str, Any], path: Path) -> Tag:
         """Return a node and all below it as an element."""
-        kind = Reader(self.document).kind(data, path)
+        kind = NodeReader(self.document).kind(data, path)
         assert kind is not None, "the mission was read before"
         if kind in _WRITE:
             tag = _WRITE[kind](self, data, path)
@@ -70,8 +70,8 @@ class NodeWriter:
 
     def leaf(self, kind: str, data: dict[str, Any], path: Path) -> Tag:
         """Return a leaf of ours."""
-        if kind in SHORT_NAMES or kind == "action":
-            action = data["action"]["name"] if kind == "action" else SHORT_NAMES[kind].action
+        if kind in ACTION_NAMES or kind == "action":
+            action = data["action"]["name"] if kind == "action" else ACTION_NAMES[kind].action
             said = self.limits.of(action).items()
             data = {**{name: one for name, one in said if one != DEFAULTS.get(name)}, **data}
         attributes = write_leaf(LEAVES[kind], data, path, self.refuse)

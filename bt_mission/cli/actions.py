@@ -29,9 +29,9 @@ from bt_mission.cli.hand_options import (
 from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
-    from bt_mission.graph_tools.goal_request import How
-    from bt_mission.graph_tools.graph_session import Hand
-    from bt_mission.graph_tools.interface_description import About
+    from bt_mission.graph_tools.goal_request import GoalOutcome
+    from bt_mission.graph_tools.graph_session import GraphSession
+    from bt_mission.graph_tools.interface_description import InterfaceDescription
     from bt_mission.graph_tools.sending import Sender
 
 EPILOG = """\
@@ -144,7 +144,7 @@ def list_actions(options: argparse.Namespace) -> int:
     from bt_mission.graph_tools import graph_query, listing
 
     with joined(options) as hand:
-        graph_query.look_around(hand, options.wait)
+        graph_query.query_graph(hand, options.wait)
         found = graph_query.actions(hand.node)
     objects = [listing.entry_object(one, "servers", "clients") for one in found]
     print_found(options, "actions", listing.action_rows(found), objects)
@@ -154,15 +154,15 @@ def list_actions(options: argparse.Namespace) -> int:
 def info(options: argparse.Namespace) -> int:
     """Print all that is known of an action."""
     from bt_mission.graph_tools import graph_query, listing
-    from bt_mission.graph_tools.interface_description import about
+    from bt_mission.graph_tools.interface_description import describe_interface
     from bt_mission.graph_tools.values import as_json
 
     with joined(options) as hand:
         name, type_name = _named(hand, options)
-        graph_query.look_around(hand, options.wait)
+        graph_query.query_graph(hand, options.wait)
         found = {one.name: one for one in graph_query.actions(hand.node)}
-        entry = found.get(name, graph_query.Entry(name, (type_name,)))
-    known = about(type_name)
+        entry = found.get(name, graph_query.GraphEntry(name, (type_name,)))
+    known = describe_interface(type_name)
     if options.json:
         print(as_json(listing.info_object(entry, known)))
         return SUCCESS
@@ -173,7 +173,7 @@ def info(options: argparse.Namespace) -> int:
 
 def send(options: argparse.Namespace) -> int:
     """Send a goal and see it to its end."""
-    from bt_mission.graph_tools.interface_description import about
+    from bt_mission.graph_tools.interface_description import describe_interface
     from bt_mission.graph_tools.sending import Sender, audience_for, see_through
     from bt_mission.graph_tools.yaml_text import read_fields
 
@@ -182,7 +182,7 @@ def send(options: argparse.Namespace) -> int:
     text = sys.stdin.read() if options.goal == "-" else options.goal
     with joined(options) as hand:
         name, type_name = _named(hand, options)
-        known = about(type_name)
+        known = describe_interface(type_name)
         fields = read_fields(text, known.part("goal").shape, "goal")
         sender = Sender(hand, name, type_name)
         if options.form:
@@ -194,9 +194,9 @@ def send(options: argparse.Namespace) -> int:
 
 
 def _fill_in(
-    hand: Hand,
+    hand: GraphSession,
     sender: Sender,
-    known: About,
+    known: InterfaceDescription,
     name: str,
     fields: Mapping[str, Any],
     options: argparse.Namespace,
@@ -214,7 +214,7 @@ def _fill_in(
         encoding=sys.stdout.encoding,
     )
     end = form.run()
-    for line in form.last_words:
+    for line in form.drain:
         print(line)
     return SUCCESS if end is None else _code(end.how)
 
@@ -242,21 +242,23 @@ def cancel(options: argparse.Namespace) -> int:
 
 def watch(options: argparse.Namespace) -> int:
     """Show the goals of an action until Ctrl-C."""
-    from bt_mission.graph_tools.interface_description import about
+    from bt_mission.graph_tools.interface_description import describe_interface
     from bt_mission.graph_tools.watch_views import watch_view
-    from bt_mission.graph_tools.watching import Watch
+    from bt_mission.graph_tools.watching import GoalWatch
 
     with joined(options) as hand:
         name, type_name = _named(hand, options)
-        with closing(watch_view(sys.stdout, about(type_name), json=options.json)) as view:
-            Watch(hand, name, type_name, view)
+        with closing(
+            watch_view(sys.stdout, describe_interface(type_name), json=options.json)
+        ) as view:
+            GoalWatch(hand, name, type_name, view)
             while not hand.interrupts:
                 hand.step()
                 view.flush()
     return INTERRUPTED
 
 
-def _named(hand: Hand, options: argparse.Namespace) -> tuple[str, str]:
+def _named(hand: GraphSession, options: argparse.Namespace) -> tuple[str, str]:
     """The action's full name and its type, from the graph where it is not given."""
     from bt_mission.graph_tools import graph_query
     from bt_mission.ros.interface_types import action_type
@@ -268,16 +270,16 @@ def _named(hand: Hand, options: argparse.Namespace) -> tuple[str, str]:
     return name, graph_query.type_of(hand, "action", name, options.wait)
 
 
-def _code(how: How) -> int:
-    from bt_mission.graph_tools.goal_request import How
+def _code(how: GoalOutcome) -> int:
+    from bt_mission.graph_tools.goal_request import GoalOutcome
 
     codes = {
-        How.SUCCEEDED: SUCCESS,
-        How.ABORTED: ABORTED,
-        How.CANCELED: CANCELED,
-        How.REJECTED: REJECTED,
-        How.NO_SERVER: NO_SERVER,
-        How.NOT_SENT: INTERRUPTED,
-        How.LEFT: INTERRUPTED,
+        GoalOutcome.SUCCEEDED: SUCCESS,
+        GoalOutcome.ABORTED: ABORTED,
+        GoalOutcome.CANCELED: CANCELED,
+        GoalOutcome.REJECTED: REJECTED,
+        GoalOutcome.NO_SERVER: NO_SERVER,
+        GoalOutcome.NOT_SENT: INTERRUPTED,
+        GoalOutcome.LEFT: INTERRUPTED,
     }
     return codes.get(how, LOST)

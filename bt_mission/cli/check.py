@@ -62,8 +62,8 @@ def examined(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
 
     :raises InputError: with every fault, warnings included.
     """
+    from bt_mission.core.diagnostics import InputError
     from bt_mission.core.robot.model import load_robot
-    from bt_mission.core.yaml.document import InputError
     from bt_mission.sessions.check import examine
     from sim.world.loader import load_world
 
@@ -95,7 +95,7 @@ def check_files(options: argparse.Namespace) -> int:
 
 def _check_file(options: argparse.Namespace) -> int:
     """Print every fault, or that there is none."""
-    from bt_mission.core.yaml.document import InputError
+    from bt_mission.core.diagnostics import InputError
 
     try:
         mission = load_checked(options)
@@ -113,9 +113,9 @@ def _check_file(options: argparse.Namespace) -> int:
 def _check_against(mission: Any, namespace: str | None) -> int:
     """Print what the running graph has of what the mission uses."""
     prepare_middleware()
-    from bt_mission.ros.graph_check import look_for
+    from bt_mission.ros.graph_check import find_missing
 
-    findings = look_for(mission, namespace)
+    findings = find_missing(mission, namespace)
     width = max((len(one.wanted.name) for one in findings), default=0)
     for one in findings:
         sign = "there" if one.is_there else "of another type" if one.types else "missing"
@@ -129,7 +129,7 @@ def _check_against(mission: Any, namespace: str | None) -> int:
 
 def _check_for_programs(each: Sequence[argparse.Namespace]) -> int:
     """Print faults and warnings as one JSON list: file, line, column, severity, message, hint."""
-    from bt_mission.core.yaml.document import InputError
+    from bt_mission.core.diagnostics import InputError
 
     faults: list[Any] = []
     code = SUCCESS

@@ -45,7 +45,7 @@ STYLES: Mapping[State, str] = {
 
 
 @dataclass(frozen=True)
-class Finding:
+class CheckResult:
     """What one check found; `remedy` says what to do unless the state is "ok"."""
 
     state: State
@@ -54,29 +54,29 @@ class Finding:
 
 
 @dataclass(frozen=True)
-class Check:
+class DoctorCheck:
     """One line of the report: what it is about, how to find out, and what that needs first."""
 
     subject: str
-    find: Callable[[], Finding]
+    find: Callable[[], CheckResult]
     needs: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
-class Answer:
+class ProbeResult:
     """How a probe ended: whether well, and its last line."""
 
     ok: bool
     text: str
 
-    def or_else(self, state: State, remedy: str) -> Finding:
+    def or_else(self, state: State, remedy: str) -> CheckResult:
         """The finding for this answer: ok, or that state with that remedy."""
-        return Finding("ok", self.text) if self.ok else Finding(state, self.text, remedy)
+        return CheckResult("ok", self.text) if self.ok else CheckResult(state, self.text, remedy)
 
 
 def probe(
     name: str, *arguments: str, without: tuple[str, ...] = (), limit_s: float = PROBE_LIMIT_S
-) -> Answer:
+) -> ProbeResult:
     """Run one of `bt_mission.cli.doctor_probes` in a process of its own.
 
     `without` names variables that it shall not find in its environment.
@@ -92,12 +92,12 @@ def probe(
             env=_environment(without),
         )
     except subprocess.TimeoutExpired:
-        return Answer(False, f"no answer within {limit_s:g} s")
+        return ProbeResult(False, f"no answer within {limit_s:g} s")
     if ended.returncode < 0:
-        return Answer(False, f"crashed ({signal.Signals(-ended.returncode).name})")
+        return ProbeResult(False, f"crashed ({signal.Signals(-ended.returncode).name})")
     said = ended.stdout if ended.returncode == 0 else ended.stderr
     lines = [line.strip() for line in said.splitlines() if line.strip()]
-    return Answer(ended.returncode == 0, lines[-1] if lines else "no reason given")
+    return ProbeResult(ended.returncode == 0, lines[-1] if lines else "no reason given")
 
 
 def _command(name: str, *arguments: str) -> list[str]:
@@ -110,28 +110,28 @@ def _environment(without: tuple[str, ...] = ()) -> dict[str, str]:
     return {name: value for name, value in mine.items() if name not in without}
 
 
-def python(version: tuple[int, int] = sys.version_info[:2]) -> Finding:
+def python(version: tuple[int, int] = sys.version_info[:2]) -> CheckResult:
     """3.11 to 3.13: MuJoCo 4 needs 3.11, and there are no ROS wheels beyond 3.13."""
     text = ".".join(map(str, version))
     if (3, 11) <= version < (3, 14):
-        return Finding("ok", text)
-    return Finding("missing", text, "install Python 3.11, 3.12 or 3.13")
+        return CheckResult("ok", text)
+    return CheckResult("missing", text, "install Python 3.11, 3.12 or 3.13")
 
 
-def compiler(environ: Mapping[str, str] = os.environ) -> Finding:
+def compiler(environ: Mapping[str, str] = os.environ) -> CheckResult:
     """A C++ compiler and Python's headers, which only installing needs."""
     names = (environ.get("CXX", "c++"), "g++", "clang++")
     path = environ.get("PATH")
     found = next(filter(None, (shutil.which(name, path=path) for name in names)), None)
     if found is None:
-        return Finding("warning", "not found", "needed to install: apt install g++")
+        return CheckResult("warning", "not found", "needed to install: apt install g++")
     if not Path(sysconfig.get_path("include"), "Python.h").is_file():
         remedy = "needed to install: apt install python3-dev"
-        return Finding("warning", f"{found}, without Python's C headers", remedy)
-    return Finding("ok", found)
+        return CheckResult("warning", f"{found}, without Python's C headers", remedy)
+    return CheckResult("ok", found)
 
 
-def packages(names: Iterable[str] = PACKAGES) -> Finding:
+def packages(names: Iterable[str] = PACKAGES) -> CheckResult:
     """The Python packages beside ROS."""
     versions, absent = [], []
     for name in names:
@@ -140,46 +140,48 @@ def packages(names: Iterable[str] = PACKAGES) -> Finding:
         except importlib.metadata.PackageNotFoundError:
             absent.append(name)
     if absent:
-        return Finding("missing", f"not installed: {', '.join(absent)}", REINSTALL)
-    return Finding("ok", ", ".join(versions))
+        return CheckResult("missing", f"not installed: {', '.join(absent)}", REINSTALL)
+    return CheckResult("ok", ", ".join(versions))
 
 
-def ros(environ: Mapping[str, str] = os.environ) -> Finding:
+def ros(environ: Mapping[str, str] = os.environ) -> CheckResult:
     """The ROS 2 that this Python imports: the wheels, or an installed Jazzy."""
     answer = probe("ros", without=(RMW,))
     sourced = environ.get("ROS_DISTRO")
     if not answer.ok:
-        return Finding("missing", answer.text, f"{REINSTALL}; or source an installed ROS 2 Jazzy")
+        return CheckResult(
+            "missing", answer.text, f"{REINSTALL}; or source an installed ROS 2 Jazzy"
+        )
     if sourced is not None and sourced != "jazzy":
         remedy = "use a shell where no other ROS is sourced"
-        return Finding("missing", f"{answer.text}; ROS 2 {sourced} is sourced", remedy)
-    return Finding("ok", answer.text)
+        return CheckResult("missing", f"{answer.text}; ROS 2 {sourced} is sourced", remedy)
+    return CheckResult("ok", answer.text)
 
 
-def middleware(environ: Mapping[str, str] = os.environ) -> Finding:
+def middleware(environ: Mapping[str, str] = os.environ) -> CheckResult:
     """The RMW that is loaded; virtual time was proven with one."""
     answer = probe("rmw")
     if answer.ok and answer.text != "rmw_fastrtps_cpp":
         remedy = f"unset {RMW}; virtual time is only known to work on rmw_fastrtps_cpp"
-        return Finding("warning", answer.text, remedy)
+        return CheckResult("warning", answer.text, remedy)
     if not answer.ok and RMW in environ:
         remedy = f"unset {RMW}, or install what it names"
-        return Finding("missing", f"{RMW}={environ[RMW]} does not load", remedy)
+        return CheckResult("missing", f"{RMW}={environ[RMW]} does not load", remedy)
     return answer.or_else("missing", REINSTALL)
 
 
-def types() -> Finding:
+def types() -> CheckResult:
     """The type support of our interfaces, and of Nav2's and tf2's."""
     return probe("types", without=(RMW,)).or_else("missing", f"build the interfaces: {REINSTALL}")
 
 
-def rendering() -> Finding:
+def rendering() -> CheckResult:
     """Off-screen rendering, which only the camera needs."""
     remedy = "the camera is slower without it: apt install libegl1 libgl1-mesa-dri libopengl0"
     return probe("render").or_else("warning", remedy)
 
 
-def loopback() -> Finding:
+def loopback() -> CheckResult:
     """DDS between two processes on this machine, as --attach and a second terminal need it."""
     topic = f"bt_mission_doctor_{os.getpid()}"
     talker = subprocess.Popen(
@@ -197,7 +199,7 @@ def loopback() -> Finding:
     return answer.or_else("missing", remedy)
 
 
-def lockstep() -> Finding:
+def lockstep() -> CheckResult:
     """The self-test of the virtual clock."""
     return probe("lockstep").or_else(
         "missing", "run in real time: bt-mission sim, servers, run --attach"
@@ -205,25 +207,25 @@ def lockstep() -> Finding:
 
 
 CHECKS = (
-    Check("Python", python),
-    Check("C++ compiler", compiler),
-    Check("Python packages", packages),
-    Check("ROS 2", ros),
-    Check("interfaces", types, needs=("ROS 2",)),
-    Check("middleware", middleware, needs=("ROS 2",)),
-    Check("DDS between processes", loopback, needs=("ROS 2", "middleware")),
-    Check("virtual clock", lockstep, needs=("ROS 2", "middleware")),
-    Check("off-screen rendering", rendering, needs=("Python packages",)),
+    DoctorCheck("Python", python),
+    DoctorCheck("C++ compiler", compiler),
+    DoctorCheck("Python packages", packages),
+    DoctorCheck("ROS 2", ros),
+    DoctorCheck("interfaces", types, needs=("ROS 2",)),
+    DoctorCheck("middleware", middleware, needs=("ROS 2",)),
+    DoctorCheck("DDS between processes", loopback, needs=("ROS 2", "middleware")),
+    DoctorCheck("virtual clock", lockstep, needs=("ROS 2", "middleware")),
+    DoctorCheck("off-screen rendering", rendering, needs=("Python packages",)),
 )
 
 
-def run(console: Console, checks: Iterable[Check] = CHECKS) -> int:
+def run(console: Console, checks: Iterable[DoctorCheck] = CHECKS) -> int:
     """Print each finding as it is made; return 0 when everything needed is there, or else 1."""
     missing: list[str] = []
     for check in checks:
         lacking = [subject for subject in check.needs if subject in missing]
         if lacking:
-            finding = Finding("skipped", f"not tried without {' and '.join(lacking)}")
+            finding = CheckResult("skipped", f"not tried without {' and '.join(lacking)}")
         else:
             finding = check.find()
         if finding.state == "missing":

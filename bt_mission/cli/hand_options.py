@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from bt_mission.core.dds.middleware import prepare_middleware
 
 if TYPE_CHECKING:
-    from bt_mission.graph_tools.graph_session import JoinedHand
+    from bt_mission.graph_tools.graph_session import JoinedGraphSession
 
 WAIT_S = 5.0
 
@@ -65,15 +65,15 @@ def count(text: str) -> int:
 
 
 @contextmanager
-def joined(options: argparse.Namespace) -> Iterator[JoinedHand]:
+def joined(options: argparse.Namespace) -> Iterator[JoinedGraphSession]:
     """A hand in the graph."""
     from bt_mission.cli.run import leaving_at_once
 
     with leaving_at_once():
         prepare_middleware()
-        from bt_mission.graph_tools.graph_session import JoinedHand
+        from bt_mission.graph_tools.graph_session import JoinedGraphSession
 
-        with JoinedHand(options.namespace) as hand:
+        with JoinedGraphSession(options.namespace) as hand:
             yield hand
 
 

@@ -15,9 +15,9 @@ from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
     from bt_mission.executive.report import Report
-    from bt_mission.recording.writer import Recorder
-    from bt_mission.sessions.observers import Observable
-    from bt_mission.views.video.recorder import Film
+    from bt_mission.recording.writer import RunRecorder
+    from bt_mission.sessions.observers import ObservableSession
+    from bt_mission.views.video.recorder import VideoRecorder
 
 Kept = dict[str, str | int]
 """What was kept of a run, by name, as programs are told."""
@@ -61,7 +61,7 @@ def refuse_recording(options: argparse.Namespace) -> None:
 
 
 @contextmanager
-def recorder_for(options: argparse.Namespace, session: Observable) -> Iterator[Keeping]:
+def recorder_for(options: argparse.Namespace, session: ObservableSession) -> Iterator[RunFiles]:
     """What keeps the run as the options ask for: in a recording, a page, a film, or not at all.
 
     :raises BtMissionError: when a file cannot be written.
@@ -72,24 +72,24 @@ def recorder_for(options: argparse.Namespace, session: Observable) -> Iterator[K
         if path is None and options.report is not None:
             path = Path(stack.enter_context(TemporaryDirectory())) / "run.mcap"
         if path is None:
-            yield Keeping(None, None, None, film)
+            yield RunFiles(None, None, None, film)
             return
         from bt_mission.recording.options import RecordingOptions
-        from bt_mission.recording.writer import Recorder
+        from bt_mission.recording.writer import RunRecorder
 
         wanted = RecordingOptions(camera=options.record_camera or "none")
-        recorder = stack.enter_context(Recorder(session, path, wanted))
-        yield Keeping(recorder, options.record, options.report, film)
+        recorder = stack.enter_context(RunRecorder(session, path, wanted))
+        yield RunFiles(recorder, options.record, options.report, film)
 
 
 @dataclass(frozen=True)
-class Keeping:
+class RunFiles:
     """A run on its way into files."""
 
-    recorder: Recorder | None
+    recorder: RunRecorder | None
     recording: Path | None
     page: Path | None
-    film: Film | None
+    film: VideoRecorder | None
 
     def finish(self, report: Report) -> Kept:
         """End film and recording, and make the page; gives what is to be said of them, by name."""

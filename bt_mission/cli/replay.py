@@ -15,7 +15,7 @@ from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
     from bt_mission.executive.stored_trace import StoredTrace
-    from bt_mission.recording.replay.timeline import Film
+    from bt_mission.recording.replay.timeline import Timeline
 
 EPILOG = """\
 examples:
@@ -83,9 +83,9 @@ def replay(options: argparse.Namespace) -> int:
 
 def _replay_recording(options: argparse.Namespace) -> int:
     from bt_mission.cli.watch import is_drawable
-    from bt_mission.recording.replay.timeline import read_film
+    from bt_mission.recording.replay.timeline import read_timeline
 
-    film = read_film(options.file)
+    film = read_timeline(options.file)
     duration_s = (film.end_ns - film.start_ns) / 1e9
     if options.at > duration_s:
         raise BtMissionError(f"--at {options.at:g}: the recording ends at {duration_s:.2f} s")
@@ -96,7 +96,7 @@ def _replay_recording(options: argparse.Namespace) -> int:
     return _draw(options, film)
 
 
-def _draw(options: argparse.Namespace, film: Film) -> int:
+def _draw(options: argparse.Namespace, film: Timeline) -> int:
     from bt_mission.recording.replay.player import Player
     from bt_mission.views.terminal.marks import marks_for
     from bt_mission.views.tui.memory import settle_memory
@@ -109,7 +109,7 @@ def _draw(options: argparse.Namespace, film: Film) -> int:
     return SUCCESS
 
 
-def _print_once(options: argparse.Namespace, film: Film) -> int:
+def _print_once(options: argparse.Namespace, film: Timeline) -> int:
     from bt_mission.recording.replay.player import Player
     from bt_mission.views.terminal.marks import marks_for
     from bt_mission.views.terminal.plain_watch import whole_tree
@@ -122,7 +122,7 @@ def _print_once(options: argparse.Namespace, film: Film) -> int:
     return SUCCESS
 
 
-def _tell_recording(options: argparse.Namespace, film: Film) -> int:
+def _tell_recording(options: argparse.Namespace, film: Timeline) -> int:
     from bt_mission.executive.stored_trace import trace_of
 
     if film.trace:
@@ -133,7 +133,7 @@ def _tell_recording(options: argparse.Namespace, film: Film) -> int:
     return SUCCESS
 
 
-def _tell_log(options: argparse.Namespace, film: Film) -> None:
+def _tell_log(options: argparse.Namespace, film: Timeline) -> None:
     """Print what a recording without a trace tells."""
     from bt_mission.core.wall_clock import Pacer
     from bt_mission.recording.replay.scene import entries_of
@@ -152,7 +152,7 @@ def _tell_log(options: argparse.Namespace, film: Film) -> None:
 def _tell_trace(options: argparse.Namespace, trace: StoredTrace) -> int:
     from bt_mission.core.wall_clock import Pacer
     from bt_mission.events.status_marks import glyphs_for
-    from bt_mission.events.trace_lines import told
+    from bt_mission.events.trace_lines import line_of
 
     glyphs = glyphs_for(sys.stdout.encoding)
     pacer = Pacer(options.speed, trace.start_ns + round(options.at * 1e9))
@@ -160,13 +160,13 @@ def _tell_trace(options: argparse.Namespace, trace: StoredTrace) -> int:
         if trace.seconds(event) < options.at or (event["event"] == "pose" and not options.poses):
             continue
         pacer.hold(int(event["t"]), lambda: False)
-        print(f"{trace.seconds(event):8.2f} s  {told(event, glyphs)}", flush=bool(options.speed))
+        print(f"{trace.seconds(event):8.2f} s  {line_of(event, glyphs)}", flush=bool(options.speed))
     if trace.is_cut:
         print(f"{trace.file}: cut here, in the middle of a line")
     return SUCCESS
 
 
-def _say_cut(film: Film) -> None:
+def _say_cut(film: Timeline) -> None:
     if film.why_cut:
         print(f"{film.path}: ends here: {film.why_cut}")
 

@@ -28,7 +28,7 @@ from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
     from bt_mission.executive.report import Report
-    from bt_mission.sessions.attached import Attached
+    from bt_mission.sessions.attached import AttachedSession
     from bt_mission.sessions.stage import Stage
 
 
@@ -161,8 +161,8 @@ def _run_on_screen(options: argparse.Namespace, mission: Any) -> tuple[Report, K
     """Carry the mission out on a full screen, in real time unless another speed is asked for."""
     from contextlib import closing
 
-    from bt_mission.ros.discovery import OwnExecutive
-    from bt_mission.sessions.session import Interrupts, driving
+    from bt_mission.ros.discovery import LocalExecutive
+    from bt_mission.sessions.session import InterruptSignals, driving
     from bt_mission.views.terminal.marks import marks_for
     from bt_mission.views.terminal.views import Quiet
     from bt_mission.views.tui.memory import settle_memory
@@ -170,11 +170,11 @@ def _run_on_screen(options: argparse.Namespace, mission: Any) -> tuple[Report, K
 
     with (
         _open_session(options, mission, lambda _: None) as session,
-        closing(OwnExecutive(session)) as graph,
+        closing(LocalExecutive(session)) as graph,
         window_on(session, wanted=options.view),
         recorder_for(options, session) as keeping,
     ):
-        interrupts = Interrupts()
+        interrupts = InterruptSignals()
         steps = driving(
             session, Quiet(), interrupts, speed=_speed(options), trace_file=options.trace
         )
@@ -227,11 +227,11 @@ def refuse_contradictions(options: argparse.Namespace) -> None:
         raise BtMissionError("--wall-clock goes with --attach; a simulation has a clock of its own")
 
 
-def _open_session(options: argparse.Namespace, mission: Any, say: Any) -> Attached | Stage:
+def _open_session(options: argparse.Namespace, mission: Any, say: Any) -> AttachedSession | Stage:
     if options.attach:
-        from bt_mission.sessions.attached import Attached
+        from bt_mission.sessions.attached import AttachedSession
 
-        return Attached(
+        return AttachedSession(
             mission,
             namespace=options.namespace,
             wall_clock=options.wall_clock,

@@ -66,9 +66,9 @@ def serve(options: argparse.Namespace) -> int:
 def _serve(options: argparse.Namespace) -> int:
     from bt_mission.executive.executive import Executive
     from bt_mission.language.mission import Mission
-    from bt_mission.ros.graph import JoinedGraph
-    from bt_mission.sessions.mission_server import ServeNode
-    from bt_mission.sessions.session import Interrupts
+    from bt_mission.ros.graph import GraphConnection
+    from bt_mission.sessions.mission_server import MissionServer
+    from bt_mission.sessions.session import InterruptSignals
     from bt_mission.views.terminal.plain import PlainLines
 
     def say(text: str) -> None:
@@ -78,9 +78,9 @@ def _serve(options: argparse.Namespace) -> int:
         say(f"{mission.name} (seed {mission.seed})")
         executive.listeners.append(PlainLines(sys.stdout, lambda: executive.started_ns).on_change)
 
-    graph = JoinedGraph(wall_clock=options.wall_clock)
+    graph = GraphConnection(wall_clock=options.wall_clock)
     try:
-        node = ServeNode(
+        node = MissionServer(
             context=graph.context,
             host=graph.host,
             drop=graph.drop,
@@ -93,7 +93,7 @@ def _serve(options: argparse.Namespace) -> int:
         graph.host(node)
         name = node.resolve_topic_name("execute_mission")
         say(f"{name} waits for missions ({'/clock' if graph.has_clock else 'wall clock'})")
-        with Interrupts() as interrupts:
+        with InterruptSignals() as interrupts:
             while not (interrupts.count and not node.is_busy):
                 if interrupts.count == 1:
                     node.close(f"interrupted by {interrupts.name}")
@@ -102,7 +102,7 @@ def _serve(options: argparse.Namespace) -> int:
                     return INTERRUPTED
                 graph.step(node.executive, node.mission_node)
                 node.look()
-        graph.last_words()
+        graph.drain()
         graph.drop(node)
     finally:
         graph.close()

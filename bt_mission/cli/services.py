@@ -65,7 +65,7 @@ def list_services(options: argparse.Namespace) -> int:
     from bt_mission.graph_tools import graph_query, listing
 
     with joined(options) as hand:
-        graph_query.look_around(hand, options.wait)
+        graph_query.query_graph(hand, options.wait)
         found = graph_query.services(hand.node, hidden=options.all)
     objects = [{"name": one.name, "types": list(one.types)} for one in found]
     print_found(options, "services", listing.service_rows(found), objects)

@@ -16,7 +16,7 @@ from bt_mission.cli.hand_options import (
 )
 
 if TYPE_CHECKING:
-    from bt_mission.graph_tools.graph_session import Hand
+    from bt_mission.graph_tools.graph_session import GraphSession
 
 EPILOG = """\
 examples:
@@ -84,7 +84,7 @@ def list_topics(options: argparse.Namespace) -> int:
     from bt_mission.graph_tools import graph_query, listing
 
     with joined(options) as hand:
-        graph_query.look_around(hand, options.wait)
+        graph_query.query_graph(hand, options.wait)
         found = graph_query.topics(hand.node, hidden=options.all)
     objects = [listing.entry_object(one, "publishers", "subscribers") for one in found]
     print_found(options, "topics", listing.topic_rows(found), objects)
@@ -131,7 +131,7 @@ def hz(options: argparse.Namespace) -> int:
     return INTERRUPTED
 
 
-def _named(hand: Hand, options: argparse.Namespace) -> tuple[str, str]:
+def _named(hand: GraphSession, options: argparse.Namespace) -> tuple[str, str]:
     from bt_mission.graph_tools import graph_query
     from bt_mission.ros.interface_types import message_type
 

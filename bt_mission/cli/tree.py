@@ -114,18 +114,18 @@ def _print(root: Any, title: str) -> None:
     from rich.console import Console
     from rich.text import Text
 
-    from bt_mission.core.text import harmless
+    from bt_mission.core.text import escape_control
     from bt_mission.views.drawing.outline import can_show, legend, outline
     from bt_mission.views.drawing.style import STROKES
 
     console = Console(highlight=False)
     ascii_only = not can_show(console.encoding)
-    lines = [Text(harmless(title), style="bold")]
+    lines = [Text(escape_control(title), style="bold")]
     for row in outline(root, ascii_only=ascii_only):
         line = Text(row.branches, style="dim")
         line.append(f"{row.sign} ", style=f"bold {STROKES[row.family]}")
-        line.append(harmless(row.name), style="bold")
-        line.append(f"  {harmless(row.details)}" if row.details else "", style="dim")
+        line.append(escape_control(row.name), style="bold")
+        line.append(f"  {escape_control(row.details)}" if row.details else "", style="dim")
         lines.append(line)
     lines += [Text(""), Text(legend(root, ascii_only=ascii_only), style="dim")]
     for line in lines:

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
-    from bt_mission.sessions.observers import Observable
-    from bt_mission.views.video.recorder import Film
+    from bt_mission.sessions.observers import ObservableSession
+    from bt_mission.views.video.recorder import VideoRecorder
 
 
 def add_video_option(parser: argparse.ArgumentParser) -> None:
@@ -48,7 +48,7 @@ def refuse_video(options: argparse.Namespace) -> None:
 
 
 @contextmanager
-def film_of(path: Path | None, session: Observable) -> Iterator[Film | None]:
+def film_of(path: Path | None, session: ObservableSession) -> Iterator[VideoRecorder | None]:
     """A film of a session on the stage, to be finished; None where none is wanted.
 
     :raises BtMissionError: when its file cannot be written, or nothing can be drawn.
@@ -59,12 +59,12 @@ def film_of(path: Path | None, session: Observable) -> Iterator[Film | None]:
         yield None
         return
     from bt_mission.views.video.mp4 import Mp4File
-    from bt_mission.views.video.recorder import ABOVE, AHEAD, FPS, HEIGHT, WIDTH, Film
-    from sim.views.views import Views
+    from bt_mission.views.video.recorder import ABOVE, AHEAD, FPS, HEIGHT, WIDTH, VideoRecorder
+    from sim.views.views import WorldViews
 
     simulation = session.sim.simulation
-    views = Views(simulation, above=ABOVE, ahead=AHEAD)
+    views = WorldViews(simulation, above=ABOVE, ahead=AHEAD)
     zones = [(zone.name, zone.x, zone.y, zone.radius) for zone in simulation.world.zones]
-    with Film(session, views, Mp4File(path, WIDTH, HEIGHT, FPS), zones) as film:
+    with VideoRecorder(session, views, Mp4File(path, WIDTH, HEIGHT, FPS), zones) as film:
         session.node.log_listeners.append(film.hear)
         yield film

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
-    from bt_mission.sessions.observers import Observable
+    from bt_mission.sessions.observers import ObservableSession
 
 
 def add_view_option(parser: argparse.ArgumentParser) -> None:
@@ -40,7 +40,7 @@ def refuse_view(options: argparse.Namespace) -> None:
 
 
 @contextmanager
-def window_on(session: Observable, *, wanted: bool) -> Iterator[None]:
+def window_on(session: ObservableSession, *, wanted: bool) -> Iterator[None]:
     """A window on a session on the stage, if one is wanted, which looks on after each tick.
 
     Who closes it ends nothing but the looking on.

@@ -13,8 +13,8 @@ from bt_mission.core.dds.middleware import prepare_middleware
 
 if TYPE_CHECKING:
     from bt_mission.events.mission_state import WatchedMission
-    from bt_mission.ros.discovery import Observer
-    from bt_mission.ros.mission_client import Link
+    from bt_mission.ros.discovery import ExecutiveDirectory
+    from bt_mission.ros.mission_client import MissionClient
 
 WAIT_S = 0.1
 SETTLE_S = 0.6
@@ -75,9 +75,9 @@ def add_parser(commands: Any) -> None:
 def watch(options: argparse.Namespace) -> int:
     """Look on until told to leave; gives the exit code."""
     prepare_middleware()
-    from bt_mission.ros.discovery import Observer
+    from bt_mission.ros.discovery import ExecutiveDirectory
 
-    with Observer() as observer:
+    with ExecutiveDirectory() as observer:
         try:
             if not (options.once or options.json or options.plain) and is_drawable():
                 return _draw(observer, options)
@@ -102,7 +102,7 @@ def is_drawable() -> bool:
     return True
 
 
-def _draw(observer: Observer, options: argparse.Namespace) -> int:
+def _draw(observer: ExecutiveDirectory, options: argparse.Namespace) -> int:
     from bt_mission.events.choice import nobody, wanted_name
     from bt_mission.views.terminal.marks import marks_for
     from bt_mission.views.tui.app import WatchApp
@@ -123,7 +123,7 @@ def _draw(observer: Observer, options: argparse.Namespace) -> int:
     return SUCCESS
 
 
-def _look_for(observer: Observer, options: argparse.Namespace) -> Link | None:
+def _look_for(observer: ExecutiveDirectory, options: argparse.Namespace) -> MissionClient | None:
     """The executive to watch, once it is there; None when it is not in time."""
     from bt_mission.core.wall_clock import Stopwatch
     from bt_mission.events.choice import choose, nobody, wanted_name
@@ -148,7 +148,7 @@ def _look_for(observer: Observer, options: argparse.Namespace) -> Link | None:
             has_said = True
 
 
-def _print_once(observer: Observer, link: Link) -> int:
+def _print_once(observer: ExecutiveDirectory, link: MissionClient) -> int:
     from bt_mission.core.wall_clock import Stopwatch
     from bt_mission.events.mission_state import WatchedMission
     from bt_mission.views.terminal.marks import marks_for
@@ -175,9 +175,9 @@ def _is_complete(mission: WatchedMission) -> bool:
     return is_known and (mission.ticks is not None or mission.status != "running")
 
 
-def _follow(observer: Observer, link: Link, *, as_json: bool) -> int:
+def _follow(observer: ExecutiveDirectory, link: MissionClient, *, as_json: bool) -> int:
     """Print what happens, until whoever reads has left."""
-    from bt_mission.events.events import Began
+    from bt_mission.events.events import MissionStarted
     from bt_mission.events.json_stream import as_line, as_object
     from bt_mission.events.log import entry_of
     from bt_mission.events.mission_state import WatchedMission
@@ -193,7 +193,7 @@ def _follow(observer: Observer, link: Link, *, as_json: bool) -> int:
             for one in mission.take(message):
                 if as_json:
                     print(as_line(as_object(one)), flush=True)
-                elif isinstance(one, Began):
+                elif isinstance(one, MissionStarted):
                     print("\n".join(whole_tree(mission, marks, None)), flush=True)
                 elif (entry := entry_of(one)) is not None and mission.tree is not None:
                     print(log_line(entry, mission.tree.time_ns, marks), flush=True)

@@ -28,7 +28,7 @@ LIKENED_NAMES = 500
 
 
 @dataclass(frozen=True)
-class Fault:
+class Diagnostic:
     """One thing wrong with an input, and its place.
 
     `line` and `column` count from 1; line 0 means the fault is about the whole file.
@@ -56,7 +56,7 @@ class Fault:
 class InputError(BtMissionError):
     """An input that cannot be used, with every fault found in it."""
 
-    def __init__(self, faults: Iterable[Fault]) -> None:
+    def __init__(self, faults: Iterable[Diagnostic]) -> None:
         self.faults = tuple(faults)
         super().__init__(self.faults)
 
@@ -67,7 +67,7 @@ class InputError(BtMissionError):
         return "\n".join(shown)
 
 
-def in_order(faults: Iterable[Fault]) -> tuple[Fault, ...]:
+def in_order(faults: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
     """Return faults in the order of their file, each once; one file after another."""
     found = dict.fromkeys(faults)
     files = list(dict.fromkeys(fault.file for fault in found))

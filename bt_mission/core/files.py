@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 from typing import Literal
 
-from bt_mission.core.diagnostics import Fault, InputError, did_you_mean, listed
+from bt_mission.core.diagnostics import Diagnostic, InputError, did_you_mean, listed
 
 Kind = Literal["missions", "worlds", "robots", "parameters"]
 
@@ -28,7 +28,7 @@ def find(kind: Kind, name_or_path: str | Path, near: str | Path | None = None) -
     known = names(kind)
     what = "parameter file" if kind == "parameters" else kind.removesuffix("s")
     message = f"no such {what} (known: {listed(known)})"
-    raise InputError([Fault(message, wanted, hint=did_you_mean(Path(wanted).stem, known))])
+    raise InputError([Diagnostic(message, wanted, hint=did_you_mean(Path(wanted).stem, known))])
 
 
 def look_for(kind: Kind, name_or_path: str | Path, near: str | Path | None = None) -> Path | None:

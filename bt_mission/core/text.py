@@ -5,7 +5,7 @@ from __future__ import annotations
 import unicodedata
 
 
-def harmless(text: str) -> str:
+def escape_control(text: str) -> str:
     """The text on one line, with everything that a terminal might obey written as an escape."""
     if text.isprintable():
         return text

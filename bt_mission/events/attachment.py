@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bt_mission.events.source import Graph, Source
+from bt_mission.events.source import ExecutiveSource, Graph
 
 
 @dataclass(frozen=True)
-class Finding:
+class AttachmentNews:
     """What came of a look round.
 
     :param text: for the user; empty where there is nothing to say.
@@ -28,7 +28,7 @@ class Attachment:
     """
 
     def __init__(self, graph: Graph, wanted: str | None) -> None:
-        self.source: Source | None = None
+        self.source: ExecutiveSource | None = None
         self._graph = graph
         self._wanted = wanted
 
@@ -38,7 +38,7 @@ class Attachment:
             self.source.close()
         self.source, self._wanted = self._graph.attach(name), name
 
-    def look(self) -> Finding:
+    def look(self) -> AttachmentNews:
         """Look for the executive that is wanted, or at what has become of it."""
         found = self._graph.find()
         if self.source is not None:
@@ -46,14 +46,16 @@ class Attachment:
             if any(one.is_foreign for one in found if one.name == name):
                 self.source.close()  # its messages would be read as what they are not
                 self.source, self._wanted = None, name
-            return Finding()
+            return AttachmentNews()
         if self._wanted is not None:
             found = tuple(one for one in found if one.name == self._wanted)
         if not found:
-            return Finding(f"no sign of {self._wanted or 'an executive'} ({self._graph.where})")
+            return AttachmentNews(
+                f"no sign of {self._wanted or 'an executive'} ({self._graph.where})"
+            )
         if len(found) > 1:
-            return Finding(is_choice=True)
+            return AttachmentNews(is_choice=True)
         if found[0].is_foreign:
-            return Finding(f"{found[0].name}: {found[0].fault}")
+            return AttachmentNews(f"{found[0].name}: {found[0].fault}")
         self.attach(found[0].name)
-        return Finding(found[0].fault, is_new=True)
+        return AttachmentNews(found[0].fault, is_new=True)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from bt_mission.core.diagnostics import listed
 from bt_mission.core.errors import BtMissionError
-from bt_mission.events.source import Found
+from bt_mission.events.source import FoundExecutive
 
 NODE = "bt_mission"
 """The name of an executive's node, unless somebody has remapped it."""
@@ -20,7 +20,7 @@ def wanted_name(text: str | None) -> str | None:
     return name if name.rpartition("/")[2] == NODE else f"{name.rstrip('/')}/{NODE}"
 
 
-def choose(found: Sequence[Found], wanted: str | None) -> Found | None:
+def choose(found: Sequence[FoundExecutive], wanted: str | None) -> FoundExecutive | None:
     """The executive that is meant; None where it is not there.
 
     :raises BtMissionError: where there are several and none is named, or its messages are of
@@ -36,7 +36,7 @@ def choose(found: Sequence[Found], wanted: str | None) -> Found | None:
     return found[0] if found else None
 
 
-def nobody(wanted: str | None, found: Sequence[Found], where: str) -> str:
+def nobody(wanted: str | None, found: Sequence[FoundExecutive], where: str) -> str:
     """What to say while nobody is there to watch."""
     if wanted is not None and found:
         return f"{wanted} is not there ({where}); there is {listed(one.name for one in found)}"

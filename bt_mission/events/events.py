@@ -10,49 +10,49 @@ from bt_mission.events import messages
 
 
 @dataclass(frozen=True)
-class Began:
+class MissionStarted:
     """A mission has started, or has been found."""
 
-    tree: messages.Tree
+    tree: messages.TreeInfo
 
 
 @dataclass(frozen=True)
-class Changed:
+class NodeStatusChanged:
     """A node has another status. The time is None where only the present is known."""
 
     time_ns: int | None
     index: int
-    node: messages.Node
+    node: messages.NodeInfo
     status: Status
     message: str
     is_leaf: bool
 
 
 @dataclass(frozen=True)
-class Progressed:
+class NodeProgressed:
     """A running node has come further."""
 
     time_ns: int
-    node: messages.Node
-    progress: messages.Progress
+    node: messages.NodeInfo
+    progress: messages.NodeProgress
 
 
 @dataclass(frozen=True)
-class Stood:
+class MissionStateChanged:
     """The mission's state is another one."""
 
-    state: messages.State
+    state: messages.MissionStateInfo
 
 
 @dataclass(frozen=True)
-class GoalMoved:
+class GoalChanged:
     """A goal was sent, or its state is another one."""
 
-    goal: messages.Goal
+    goal: messages.GoalInfo
 
 
 @dataclass(frozen=True)
-class Assigned:
+class VariableChanged:
     """A variable has a value, as JSON."""
 
     time_ns: int
@@ -61,11 +61,19 @@ class Assigned:
 
 
 @dataclass(frozen=True)
-class Spoke:
+class LogLine:
     """The mission says a line."""
 
     time_ns: int
     text: str
 
 
-Happening = Began | Changed | Progressed | Stood | GoalMoved | Assigned | Spoke
+MissionEvent = (
+    MissionStarted
+    | NodeStatusChanged
+    | NodeProgressed
+    | MissionStateChanged
+    | GoalChanged
+    | VariableChanged
+    | LogLine
+)

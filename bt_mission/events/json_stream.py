@@ -7,32 +7,32 @@ import math
 from typing import Any
 
 from bt_mission.events.events import (
-    Assigned,
-    Began,
-    Changed,
-    GoalMoved,
-    Happening,
-    Progressed,
-    Spoke,
-    Stood,
+    GoalChanged,
+    LogLine,
+    MissionEvent,
+    MissionStarted,
+    MissionStateChanged,
+    NodeProgressed,
+    NodeStatusChanged,
+    VariableChanged,
 )
 
 NS = 1_000_000_000
 
 
-def as_object(happening: Happening) -> dict[str, Any]:
+def as_object(happening: MissionEvent) -> dict[str, Any]:
     """Return a happening as an object: ``event`` says what it is, ``t`` is ROS time in seconds.
 
     ``t`` is null where only the present is known, since the watcher came later.
     """
     match happening:
-        case Began(tree):
+        case MissionStarted(tree):
             nodes = [
                 {"name": one.name, "kind": one.kind, "path": one.path, "parent": one.parent}
                 for one in tree.nodes
             ]
             return _event("tree", tree.time_ns, run=tree.run, mission=tree.mission, nodes=nodes)
-        case Changed(time_ns, index, node, status, message):
+        case NodeStatusChanged(time_ns, index, node, status, message):
             return _event(
                 "status",
                 time_ns,
@@ -42,7 +42,7 @@ def as_object(happening: Happening) -> dict[str, Any]:
                 status=status.value.lower(),
                 message=message,
             )
-        case Progressed(time_ns, node, progress):
+        case NodeProgressed(time_ns, node, progress):
             measured = (
                 {"label": progress.label, "value": progress.value, "limit": progress.limit}
                 if progress.limit and math.isfinite(progress.value + progress.limit)
@@ -57,7 +57,7 @@ def as_object(happening: Happening) -> dict[str, Any]:
                 message=progress.message,
                 **measured,
             )
-        case Stood(state):
+        case MissionStateChanged(state):
             return _event(
                 "mission",
                 state.time_ns,
@@ -66,7 +66,7 @@ def as_object(happening: Happening) -> dict[str, Any]:
                 status=state.status,
                 reason=state.reason,
             )
-        case GoalMoved(goal):
+        case GoalChanged(goal):
             return _event(
                 "goal",
                 goal.changed_ns,
@@ -76,9 +76,9 @@ def as_object(happening: Happening) -> dict[str, Any]:
                 state=goal.state,
                 sent=goal.sent_ns / NS,
             )
-        case Assigned(time_ns, name, value):
+        case VariableChanged(time_ns, name, value):
             return _event("variable", time_ns, name=name, value=_read(value))
-        case Spoke(time_ns, text):
+        case LogLine(time_ns, text):
             return _event("log", time_ns, text=text)
 
 

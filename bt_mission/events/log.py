@@ -6,7 +6,13 @@ from dataclasses import dataclass
 
 from py_trees.common import Status
 
-from bt_mission.events.events import Began, Changed, Happening, Spoke, Stood
+from bt_mission.events.events import (
+    LogLine,
+    MissionEvent,
+    MissionStarted,
+    MissionStateChanged,
+    NodeStatusChanged,
+)
 
 LOG_ENTRIES = 1_000
 """Lines that a view keeps."""
@@ -16,7 +22,7 @@ LOG_KIND = "Log"
 
 
 @dataclass(frozen=True)
-class Entry:
+class LogEntry:
     """A line of the log: a leaf that starts or ends, or something that is said.
 
     :param status: that of the leaf; None for what is said.
@@ -29,21 +35,23 @@ class Entry:
     text: str
 
 
-def entry_of(happening: Happening) -> Entry | None:
+def entry_of(happening: MissionEvent) -> LogEntry | None:
     """Return the line for a happening; None for those that a log need not have.
 
     Composites follow from their leaves, and what was the case before the watcher came is in the
     tree.
     """
     match happening:
-        case Began(tree):
-            return Entry(tree.time_ns, None, tree.mission, "begins")
-        case Changed(int() as time_ns, _, node, status, message, True) if node.kind != LOG_KIND:
+        case MissionStarted(tree):
+            return LogEntry(tree.time_ns, None, tree.mission, "begins")
+        case NodeStatusChanged(int() as time_ns, _, node, status, message, True) if (
+            node.kind != LOG_KIND
+        ):
             if status is Status.INVALID and not message:
                 return None  # made ready to run once more
-            return Entry(time_ns, status, node.name, "" if status is Status.RUNNING else message)
-        case Spoke(time_ns, text):
-            return Entry(time_ns, None, "", text)
-        case Stood(state) if state.run:
-            return Entry(state.time_ns, None, f"mission {state.status}", state.reason)
+            return LogEntry(time_ns, status, node.name, "" if status is Status.RUNNING else message)
+        case LogLine(time_ns, text):
+            return LogEntry(time_ns, None, "", text)
+        case MissionStateChanged(state) if state.run:
+            return LogEntry(state.time_ns, None, f"mission {state.status}", state.reason)
     return None

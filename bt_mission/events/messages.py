@@ -10,14 +10,14 @@ from dataclasses import dataclass
 from py_trees.common import Status
 
 FINAL = ("success", "failure", "interrupted")
-"""Words of :attr:`State.status` that are said of a mission that has ended."""
+"""Words of :attr:`MissionStateInfo.status` that are said of a mission that has ended."""
 
 OPEN = ("sent", "recalled", "active", "canceling")
-"""Words of :attr:`Goal.state` that are said of a goal that may still be worked on."""
+"""Words of :attr:`GoalInfo.state` that are said of a goal that may still be worked on."""
 
 
 @dataclass(frozen=True)
-class Node:
+class NodeInfo:
     """A node of a tree; ``parent`` is its parent's index, the root's is its own."""
 
     name: str
@@ -27,17 +27,17 @@ class Node:
 
 
 @dataclass(frozen=True)
-class Tree:
+class TreeInfo:
     """The tree of a mission that has started, depth first."""
 
     time_ns: int
     run: str
     mission: str
-    nodes: tuple[Node, ...]
+    nodes: tuple[NodeInfo, ...]
 
 
 @dataclass(frozen=True)
-class Standing:
+class NodeStatus:
     """The status of the node with this index, and what the node says about it."""
 
     node: int
@@ -52,7 +52,7 @@ class Changes:
     time_ns: int
     run: str
     sequence: int
-    changes: tuple[Standing, ...]
+    changes: tuple[NodeStatus, ...]
 
 
 @dataclass(frozen=True)
@@ -61,11 +61,11 @@ class Statuses:
 
     run: str
     sequence: int
-    statuses: tuple[Standing, ...]
+    statuses: tuple[NodeStatus, ...]
 
 
 @dataclass(frozen=True)
-class State:
+class MissionStateInfo:
     """Where a mission stands: idle, running, paused, ending, or one of :data:`FINAL`."""
 
     time_ns: int
@@ -76,7 +76,7 @@ class State:
 
 
 @dataclass(frozen=True)
-class Progress:
+class NodeProgress:
     """What a running node does; ``limit`` is 0 where nothing is measured."""
 
     node: int
@@ -88,7 +88,7 @@ class Progress:
 
 
 @dataclass(frozen=True)
-class Goal:
+class GoalInfo:
     """A goal that a mission has sent; ``targets`` are places on the map, m."""
 
     id: str
@@ -101,21 +101,21 @@ class Goal:
 
 
 @dataclass(frozen=True)
-class Details:
+class DetailsUpdate:
     """What a mission is doing. Goals and variables are those that have changed, or all."""
 
     time_ns: int
     run: str
     ticks: int
     goals_sent: int
-    running: tuple[Progress, ...]
-    goals: tuple[Goal, ...]
+    running: tuple[NodeProgress, ...]
+    goals: tuple[GoalInfo, ...]
     variables: tuple[tuple[str, str], ...]
     breakpoints: tuple[str, ...]
 
 
 @dataclass(frozen=True)
-class Said:
+class LogText:
     """A line that a mission says."""
 
     time_ns: int
@@ -124,7 +124,7 @@ class Said:
 
 
 @dataclass(frozen=True)
-class Transform:
+class FrameTransform:
     """Where a frame is in its parent, on the floor: m, m, rad."""
 
     parent: str
@@ -135,7 +135,7 @@ class Transform:
 
 
 @dataclass(frozen=True)
-class Scan:
+class ScanPoints:
     """A lidar's scan: each ray's angle (rad, from the frame's x axis) and range (m)."""
 
     frame: str
@@ -163,7 +163,7 @@ class Map:
 
 
 @dataclass(frozen=True)
-class Battery:
+class BatteryState:
     """A battery's charge and its voltage, V; either may be nan.
 
     The charge is 0 to 1 by the message's definition, and 0 to 100 on a TurtleBot3.
@@ -173,8 +173,8 @@ class Battery:
     voltage: float
 
 
-Told = Tree | Changes | Statuses | State | Details | Said
+Told = TreeInfo | Changes | Statuses | MissionStateInfo | DetailsUpdate | LogText
 """What comes from an executive."""
 
-Robot = tuple[Transform, ...] | Scan | Map | Battery
+Robot = tuple[FrameTransform, ...] | ScanPoints | Map | BatteryState
 """What comes from a robot."""

@@ -13,14 +13,14 @@ from py_trees.common import Status
 
 from bt_mission.events import messages
 from bt_mission.events.events import (
-    Assigned,
-    Began,
-    Changed,
-    GoalMoved,
-    Happening,
-    Progressed,
-    Spoke,
-    Stood,
+    GoalChanged,
+    LogLine,
+    MissionEvent,
+    MissionStarted,
+    MissionStateChanged,
+    NodeProgressed,
+    NodeStatusChanged,
+    VariableChanged,
 )
 
 WAITING_CHANGES = 10_000
@@ -31,8 +31,8 @@ class WatchedMission:
     """One mission after another, as an executive tells of them. Feed it with :meth:`take`."""
 
     def __init__(self) -> None:
-        self.tree: messages.Tree | None = None
-        self.state: messages.State | None = None
+        self.tree: messages.TreeInfo | None = None
+        self.state: messages.MissionStateInfo | None = None
         self.now_ns = 0
         """The newest ROS time that was told, ns."""
         self.sequence: int | None = None
@@ -46,11 +46,11 @@ class WatchedMission:
         self.is_leaf: list[bool] = []
         self.running: dict[int, None] = {}
         """Indices of the nodes that run, the newest last."""
-        self.progress: dict[int, messages.Progress] = {}
+        self.progress: dict[int, messages.NodeProgress] = {}
         self.ticks: int | None = None
         self.goals_sent: int | None = None
         """Neither is known before the first details."""
-        self.goals: dict[str, messages.Goal] = {}
+        self.goals: dict[str, messages.GoalInfo] = {}
         """Every goal that was told of, in the order sent."""
         self.variables: dict[str, str] = {}
         self.breakpoints: tuple[str, ...] = ()
@@ -82,23 +82,23 @@ class WatchedMission:
                 return index
         return None
 
-    def take(self, message: messages.Told) -> list[Happening]:
+    def take(self, message: messages.Told) -> list[MissionEvent]:
         """Take in what an executive tells; gives what has happened, in order."""
         match message:
-            case messages.Tree():
+            case messages.TreeInfo():
                 return [*self._begin(message)]
             case messages.Changes():
                 return [*self._take_changes(message)]
             case messages.Statuses():
                 return [*self._take_statuses(message)]
-            case messages.State():
+            case messages.MissionStateInfo():
                 return [*self._take_state(message)]
-            case messages.Details():
+            case messages.DetailsUpdate():
                 return [*self._take_details(message)]
-            case messages.Said():
+            case messages.LogText():
                 return [*self._take_words(message)]
 
-    def _begin(self, tree: messages.Tree) -> Iterator[Happening]:
+    def _begin(self, tree: messages.TreeInfo) -> Iterator[MissionEvent]:
         if self.tree is not None and tree.run == self.tree.run:
             return
         count = len(tree.nodes)
@@ -114,17 +114,17 @@ class WatchedMission:
         self._waiting.clear()
         self._waiting.extend(one for one in self._early if one.run == tree.run)
         self._early.clear()
-        yield Began(tree)
+        yield MissionStarted(tree)
         yield from self._catch_up()
 
-    def _take_changes(self, changes: messages.Changes) -> Iterator[Happening]:
+    def _take_changes(self, changes: messages.Changes) -> Iterator[MissionEvent]:
         if self.tree is None or changes.run != self.tree.run:
             self._early.append(changes)
             return
         self._waiting.append(changes)
         yield from self._catch_up()
 
-    def _catch_up(self) -> Iterator[Happening]:
+    def _catch_up(self) -> Iterator[MissionEvent]:
         """Apply the changes that follow what is known."""
         while self._waiting:
             changes = self._waiting[0]
@@ -140,7 +140,7 @@ class WatchedMission:
                 for one in changes.changes:
                     yield from self._set(one, changes.time_ns)
 
-    def _take_statuses(self, answer: messages.Statuses) -> Iterator[Happening]:
+    def _take_statuses(self, answer: messages.Statuses) -> Iterator[MissionEvent]:
         if self.tree is None or answer.run != self.tree.run:
             return
         if self.sequence is not None and answer.sequence < self.sequence:
@@ -152,7 +152,7 @@ class WatchedMission:
             self._apply(progress)
         yield from self._catch_up()
 
-    def _set(self, one: messages.Standing, time_ns: int | None) -> Iterator[Happening]:
+    def _set(self, one: messages.NodeStatus, time_ns: int | None) -> Iterator[MissionEvent]:
         """Give a node its status. Without a time only what differs counts as a change."""
         index = one.node
         if self.tree is None or index >= len(self.statuses):
@@ -168,7 +168,7 @@ class WatchedMission:
         self.statuses[index], self.since_ns[index] = one.status, time_ns
         self._count_running(index, before, one.status)
         node = self.tree.nodes[index]
-        yield Changed(time_ns, index, node, one.status, one.message, self.is_leaf[index])
+        yield NodeStatusChanged(time_ns, index, node, one.status, one.message, self.is_leaf[index])
 
     def _count_running(self, index: int, before: Status, after: Status) -> None:
         assert self.tree is not None
@@ -182,15 +182,15 @@ class WatchedMission:
             self.running.pop(index, None)
             self.progress.pop(index, None)
 
-    def _take_state(self, state: messages.State) -> Iterator[Happening]:
+    def _take_state(self, state: messages.MissionStateInfo) -> Iterator[MissionEvent]:
         if self.state == state:
             return
         if self.tree is not None and state.run == self.tree.run:
             self._see(state.time_ns)
         self.state = state
-        yield Stood(state)
+        yield MissionStateChanged(state)
 
-    def _take_details(self, details: messages.Details) -> Iterator[Happening]:
+    def _take_details(self, details: messages.DetailsUpdate) -> Iterator[MissionEvent]:
         tree = self.tree
         if tree is None or details.run != tree.run:
             return
@@ -201,26 +201,26 @@ class WatchedMission:
             if progress.node < len(tree.nodes) and self.progress.get(progress.node) != progress:
                 self.progress[progress.node] = progress
                 self._apply(progress)
-                yield Progressed(details.time_ns, tree.nodes[progress.node], progress)
+                yield NodeProgressed(details.time_ns, tree.nodes[progress.node], progress)
         for goal in details.goals:
             if self.goals.get(goal.id) != goal:
                 self.goals[goal.id] = goal
-                yield GoalMoved(goal)
+                yield GoalChanged(goal)
         for name, value in details.variables:
             if self.variables.get(name) != value:
                 self.variables[name] = value
-                yield Assigned(details.time_ns, name, value)
+                yield VariableChanged(details.time_ns, name, value)
 
-    def _apply(self, progress: messages.Progress) -> None:
+    def _apply(self, progress: messages.NodeProgress) -> None:
         """Details may come before the statuses, or after a node has ended."""
         if progress.node in self.running:
             self.messages[progress.node] = progress.message
             self.since_ns[progress.node] = progress.since_ns
 
-    def _take_words(self, said: messages.Said) -> Iterator[Happening]:
+    def _take_words(self, said: messages.LogText) -> Iterator[MissionEvent]:
         if self.tree is not None and said.run == self.tree.run:
             self._see(said.time_ns)
-            yield Spoke(said.time_ns, said.text)
+            yield LogLine(said.time_ns, said.text)
 
     def _see(self, time_ns: int) -> None:
         self.now_ns = max(self.now_ns, time_ns)

@@ -23,13 +23,13 @@ def time_ns(stamp: Any) -> int:
     return int(stamp.sec) * NS + int(stamp.nanosec)
 
 
-def tree(message: Any) -> told.Tree:
+def tree(message: Any) -> told.TreeInfo:
     """Return a ``Tree``; a parent that does not come before its child is taken for the root."""
     nodes = tuple(
-        told.Node(one.name, one.kind, one.path, one.parent if one.parent < index else 0)
+        told.NodeInfo(one.name, one.kind, one.path, one.parent if one.parent < index else 0)
         for index, one in enumerate(message.nodes)
     )
-    return told.Tree(time_ns(message.stamp), message.run, message.mission, nodes)
+    return told.TreeInfo(time_ns(message.stamp), message.run, message.mission, nodes)
 
 
 def changes(message: Any) -> told.Changes:
@@ -44,22 +44,22 @@ def statuses(answer: Any) -> told.Statuses:
     return told.Statuses(answer.run, answer.sequence, _standings(answer.statuses))
 
 
-def state(message: Any) -> told.State:
+def state(message: Any) -> told.MissionStateInfo:
     """Return a ``MissionState``."""
-    return told.State(
+    return told.MissionStateInfo(
         time_ns(message.stamp), message.run, message.mission, message.status, message.reason
     )
 
 
-def details(message: Any) -> told.Details:
+def details(message: Any) -> told.DetailsUpdate:
     """Return ``MissionDetails``."""
-    return told.Details(
+    return told.DetailsUpdate(
         time_ns(message.stamp),
         message.run,
         message.ticks,
         message.goals_sent,
         tuple(
-            told.Progress(
+            told.NodeProgress(
                 one.node, time_ns(one.since), one.message, one.label, one.value, one.limit
             )
             for one in message.running
@@ -70,18 +70,18 @@ def details(message: Any) -> told.Details:
     )
 
 
-def said(message: Any) -> told.Said:
+def said(message: Any) -> told.LogText:
     """Return a ``MissionLog``."""
-    return told.Said(time_ns(message.stamp), message.run, message.text)
+    return told.LogText(time_ns(message.stamp), message.run, message.text)
 
 
-def transforms(message: Any) -> tuple[told.Transform, ...]:
+def transforms(message: Any) -> tuple[told.FrameTransform, ...]:
     """Return a ``tf2_msgs/TFMessage``, seen from above."""
     found = []
     for one in message.transforms:
         move, turn = one.transform.translation, one.transform.rotation
         found.append(
-            told.Transform(
+            told.FrameTransform(
                 one.header.frame_id.lstrip("/"),
                 one.child_frame_id.lstrip("/"),
                 move.x,
@@ -92,9 +92,9 @@ def transforms(message: Any) -> tuple[told.Transform, ...]:
     return tuple(found)
 
 
-def scan(message: Any) -> told.Scan:
+def scan(message: Any) -> told.ScanPoints:
     """Return a ``LaserScan``."""
-    return told.Scan(
+    return told.ScanPoints(
         message.header.frame_id.lstrip("/"),
         message.angle_min,
         message.angle_increment,
@@ -119,9 +119,9 @@ def grid(message: Any) -> told.Map:
     )
 
 
-def battery(message: Any) -> told.Battery:
+def battery(message: Any) -> told.BatteryState:
     """Return a ``BatteryState``."""
-    return told.Battery(message.percentage, message.voltage)
+    return told.BatteryState(message.percentage, message.voltage)
 
 
 def yaw(turn: Any) -> float:
@@ -131,8 +131,8 @@ def yaw(turn: Any) -> float:
     )
 
 
-def _standings(messages: Any) -> tuple[told.Standing, ...]:
-    return tuple(told.Standing(one.node, _status(one.status), one.message) for one in messages)
+def _standings(messages: Any) -> tuple[told.NodeStatus, ...]:
+    return tuple(told.NodeStatus(one.node, _status(one.status), one.message) for one in messages)
 
 
 def _status(code: int) -> Status:
@@ -140,8 +140,8 @@ def _status(code: int) -> Status:
     return STATUSES[code] if 0 <= code < len(STATUSES) else Status.INVALID
 
 
-def _goal(one: Any) -> told.Goal:
-    return told.Goal(
+def _goal(one: Any) -> told.GoalInfo:
+    return told.GoalInfo(
         one.goal_id,
         one.action,
         one.owner,

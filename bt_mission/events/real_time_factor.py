@@ -8,7 +8,7 @@ WINDOW_S = 3.0
 """Wall time over which the pace is taken."""
 
 
-class Pace:
+class RealTimeFactor:
     """Virtual seconds per second, over the last few seconds."""
 
     def __init__(self) -> None:

@@ -21,17 +21,17 @@ FRAME_LEVELS = 50
 
 
 @dataclass(frozen=True)
-class Pose:
+class FloorPose:
     """A place on the floor: m, m, rad."""
 
     x: float
     y: float
     yaw: float
 
-    def __matmul__(self, inner: Pose) -> Pose:
+    def __matmul__(self, inner: FloorPose) -> FloorPose:
         """What is at ``inner`` in this pose's own frame."""
         cos, sin = math.cos(self.yaw), math.sin(self.yaw)
-        return Pose(
+        return FloorPose(
             self.x + cos * inner.x - sin * inner.y,
             self.y + sin * inner.x + cos * inner.y,
             self.yaw + inner.yaw,
@@ -43,27 +43,27 @@ class WatchedRobot:
 
     def __init__(self) -> None:
         self.map: messages.Map | None = None
-        self.scan: messages.Scan | None = None
-        self.battery: messages.Battery | None = None
+        self.scan: messages.ScanPoints | None = None
+        self.battery: messages.BatteryState | None = None
         self.trail: deque[tuple[float, float]] = deque(maxlen=TRAIL_POINTS)
         self.frame = ""
         """The frame that pose and trail are in: ``map``, or ``odom`` where nobody localises."""
-        self._frames: dict[str, tuple[str, Pose]] = {}
+        self._frames: dict[str, tuple[str, FloorPose]] = {}
         self._is_percent = False
 
     def take(self, reading: messages.Robot) -> None:
         """Take in what the robot tells."""
         match reading:
-            case messages.Scan():
+            case messages.ScanPoints():
                 self.scan = reading
             case messages.Map():
                 self.map = reading
-            case messages.Battery():
+            case messages.BatteryState():
                 self.battery = reading
                 self._is_percent |= reading.charge > 1
             case transforms:
                 for one in transforms:
-                    self._frames[one.child] = (one.parent, Pose(one.x, one.y, one.yaw))
+                    self._frames[one.child] = (one.parent, FloorPose(one.x, one.y, one.yaw))
                 self._extend_trail()
 
     def forget_trail(self) -> None:
@@ -78,7 +78,7 @@ class WatchedRobot:
         return self.battery.charge * (1 if self._is_percent else 100)
 
     @property
-    def pose(self) -> Pose | None:
+    def pose(self) -> FloorPose | None:
         """Where the robot is in its root frame; None where it is not known."""
         for base in BASES:
             for frame in self._frames:
@@ -101,9 +101,9 @@ class WatchedRobot:
                 )
         return points
 
-    def _locate(self, frame: str) -> tuple[str, Pose]:
+    def _locate(self, frame: str) -> tuple[str, FloorPose]:
         """The root above a frame, and where the frame is in it."""
-        pose = Pose(0.0, 0.0, 0.0)
+        pose = FloorPose(0.0, 0.0, 0.0)
         for _ in range(FRAME_LEVELS):
             if frame not in self._frames:
                 break

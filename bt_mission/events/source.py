@@ -22,7 +22,7 @@ class Verb(StrEnum):
 
 
 @dataclass(frozen=True)
-class Command:
+class ControlRequest:
     """A wish; ``node`` is the path of the node that a breakpoint is about."""
 
     verb: Verb
@@ -30,7 +30,7 @@ class Command:
 
 
 @dataclass(frozen=True)
-class Answer:
+class ControlResponse:
     """What became of a wish, in words."""
 
     is_done: bool
@@ -38,7 +38,7 @@ class Answer:
 
 
 @dataclass(frozen=True)
-class Found:
+class FoundExecutive:
     """An executive of the graph.
 
     :param name: of its node, such as ``/robot1/bt_mission``.
@@ -62,10 +62,10 @@ class Heard:
 
     messages: tuple[told.Told, ...] = ()
     robot: tuple[told.Robot, ...] = ()
-    answers: tuple[Answer, ...] = ()
+    answers: tuple[ControlResponse, ...] = ()
 
 
-class Source(Protocol):
+class ExecutiveSource(Protocol):
     """One executive, and its robot."""
 
     name: str
@@ -80,7 +80,7 @@ class Source(Protocol):
         :param needs_statuses: ask for all statuses, unless that was done a moment ago.
         """
 
-    def send(self, command: Command) -> None:
+    def send(self, command: ControlRequest) -> None:
         """Pass a wish on; its answer comes with a later :meth:`take`."""
 
     def close(self) -> None:
@@ -96,8 +96,8 @@ class Graph(Protocol):
     def serve(self) -> None:
         """Receive what has come, without waiting."""
 
-    def find(self) -> tuple[Found, ...]:
+    def find(self) -> tuple[FoundExecutive, ...]:
         """The executives that are there now, by name."""
 
-    def attach(self, name: str) -> Source:
+    def attach(self, name: str) -> ExecutiveSource:
         """Listen to an executive, also one that is not there yet."""

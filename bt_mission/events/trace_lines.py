@@ -13,7 +13,7 @@ from bt_mission.goals.goal import GoalStatus
 KNOWN = frozenset({"t", "event"})
 
 
-def told(event: dict[str, Any], glyphs: dict[Status, str] = UNICODE) -> str:
+def line_of(event: dict[str, Any], glyphs: dict[Status, str] = UNICODE) -> str:
     """An event in one line, without its time.
 
     An event of a kind that is not known here is told by its fields.

@@ -28,7 +28,7 @@ from bt_mission.executive.trace import Trace
 from bt_mission.goals.goal import Goal
 
 if TYPE_CHECKING:
-    from bt_mission.executive.journal.recovery import Resumption
+    from bt_mission.executive.journal.recovery import Recovery
 
 
 class MissionStatus(StrEnum):
@@ -69,14 +69,14 @@ class Executive:
         self.status = MissionStatus.RUNNING
         self.reason = ""
         self.ticks = 0
-        self.beats = 0
+        self.cycles = 0
         self.started_ns = 0
         self.paused: str | None = None
         """Why it is paused; None while it is not."""
         self.listeners: list[Callable[[Change], None]] = []
         self.goal_listeners: list[Callable[[str, Goal], None]] = []
         self.after_tick: list[Callable[[], None]] = []
-        self.follow: Callable[[Iterator[Behaviour]], Iterator[Behaviour]] = iter
+        self.tick_wrapper: Callable[[Iterator[Behaviour]], Iterator[Behaviour]] = iter
         """Put around each tick's walk, by who wants to see every node that it visits."""
         self._runtime = runtime
         self._trace = trace
@@ -86,7 +86,7 @@ class Executive:
         self._running: dict[Behaviour, None] = {}
         self._walk: Iterator[Behaviour] | None = None
         self._steps = 0
-        self._recovery: Resumption | None = None
+        self._recovery: Recovery | None = None
         self._name_nodes(root, "0")
         self.breakpoints = Breakpoints(self._paths)
         self._known[self.breakpoints.mark] = Status.RUNNING  # never its status, so always noted
@@ -112,7 +112,7 @@ class Executive:
         """Tick the tree once, or see the last goals to their end."""
         if self.is_done:
             return
-        self.beats += 1
+        self.cycles += 1
         self._beat()
         for listener in self.after_tick:
             listener()
@@ -125,11 +125,11 @@ class Executive:
             if self.paused is None or self._steps > 0:
                 self._steps = 0
                 self._tick_tree()
-        self._runtime.ledger.tend(self._runtime.now_ns)
+        self._runtime.ledger.update(self._runtime.now_ns)
         if self.status is MissionStatus.ENDING and self._runtime.ledger.is_settled:
             self._finish()
 
-    def go_on_from(self, recovery: Resumption) -> None:
+    def resume_from(self, recovery: Recovery) -> None:
         """Begin where another process stood, instead of at the root."""
         self._recovery = recovery
 
@@ -151,7 +151,7 @@ class Executive:
             self._halt(MissionStatus.FAILURE, reason)
         else:
             self.reason = "; ".join(filter(None, (self.reason, reason)))
-        self._runtime.ledger.tend(self._runtime.now_ns)
+        self._runtime.ledger.update(self._runtime.now_ns)
         self._finish()
 
     # ---- pausing -------------------------------------------------------------------------
@@ -210,7 +210,7 @@ class Executive:
             self._runtime.now_ns,
             f"goal {what}",
             goal=goal.id.hex(),
-            action=goal.courier.name,
+            action=goal.goal_client.name,
             owner=goal.owner,
             phase=str(goal.phase),
             status=None if goal.status is None else int(goal.status),
@@ -232,7 +232,7 @@ class Executive:
     def _tick_tree(self) -> None:
         if self._walk is None:
             self.ticks += 1
-            self._walk = self.follow(self.root.tick())
+            self._walk = self.tick_wrapper(self.root.tick())
         try:
             known = self._known
             for node in self._walk:
@@ -260,7 +260,7 @@ class Executive:
         self._note_halted()
         self.pause(f"breakpoint at '{node.name}'")
 
-    def _recover(self, recovery: Resumption) -> None:
+    def _recover(self, recovery: Recovery) -> None:
         try:
             if not recovery.is_done():
                 return
@@ -318,7 +318,7 @@ class Executive:
         self.status, self._verdict, self.reason = MissionStatus.ENDING, verdict, reason
         self.paused = self._walk = self._recovery = None
         for goal in self._runtime.ledger.open_goals:
-            self._runtime.ledger.hand_over(goal, self._runtime.now_ns)
+            self._runtime.ledger.release_goal(goal, self._runtime.now_ns)
 
     def _finish(self) -> None:
         left = self.goals_left_behind

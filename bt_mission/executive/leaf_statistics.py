@@ -42,7 +42,7 @@ class _Sum:
     outcomes: Counter[str] = field(default_factory=Counter)
 
 
-class LeafTally:
+class LeafStatistics:
     """Counts from now on.
 
     :param distance_m: gives what the robot has driven so far, m; None where that is not known.

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from itertools import zip_longest
 from typing import Any
 
-from bt_mission.events.trace_lines import told
+from bt_mission.events.trace_lines import line_of
 from bt_mission.executive.stored_trace import StoredTrace
 
 Event = dict[str, Any]
@@ -94,7 +94,7 @@ def _before(trace: StoredTrace, events: Sequence[Event], number: int) -> tuple[s
 
 
 def _line(trace: StoredTrace, event: Event) -> str:
-    return f"{trace.seconds(event):8.2f} s  {told(event)}"
+    return f"{trace.seconds(event):8.2f} s  {line_of(event)}"
 
 
 def _fields(

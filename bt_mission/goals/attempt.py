@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
-from bt_mission.goals.goal import Courier, Event, Goal, GoalStatus, Phase
+from bt_mission.goals.goal import Event, Goal, GoalClient, GoalStatus, Phase
 from bt_mission.goals.ledger import Ledger
-from bt_mission.goals.outcome import Ending, Outcome
+from bt_mission.goals.outcome import AttemptResult, Outcome
 
 NS = 1_000_000_000
 SERVER_CHECK_NS = NS // 4
@@ -70,7 +70,7 @@ class Attempt:
 
     def __init__(
         self,
-        courier: Courier,
+        courier: GoalClient,
         ledger: Ledger,
         owner: str,
         request: Any,
@@ -93,12 +93,12 @@ class Attempt:
         self._next_server_check_ns = now_ns
         self._due_ns = now_ns
         self.goal: Goal | None = None
-        self.ending: Ending | None = None
+        self.ending: AttemptResult | None = None
 
     @classmethod
     def of(cls, goal: Goal, ledger: Ledger, now_ns: int) -> Attempt:
         """The attempt that a goal, sent before, belongs to."""
-        attempt = cls(goal.courier, ledger, goal.owner, None, Limits(), None, now_ns)
+        attempt = cls(goal.goal_client, ledger, goal.owner, None, Limits(), None, now_ns)
         attempt.goal = goal
         return attempt
 
@@ -129,7 +129,7 @@ class Attempt:
             and self.ending is None
         )
 
-    def poll(self, now_ns: int) -> Ending | None:
+    def poll(self, now_ns: int) -> AttemptResult | None:
         """Move on; gives the ending once there is one."""
         if self.ending is None:
             self.ending = self._advance(now_ns)
@@ -139,13 +139,13 @@ class Attempt:
         """End now: the ledger sees the goal to its end, without blocking."""
         if self.ending is not None:
             return
-        self.ending = Ending(Outcome.CANCELED_BY_HALT, "halted by the tree")
+        self.ending = AttemptResult(Outcome.CANCELED_BY_HALT, "halted by the tree")
         if self.goal is not None:
-            self._ledger.hand_over(self.goal, now_ns)
+            self._ledger.release_goal(self.goal, now_ns)
 
     # ---- one step per stage ---------------------------------------------------------------
 
-    def _advance(self, now_ns: int) -> Ending | None:
+    def _advance(self, now_ns: int) -> AttemptResult | None:
         if self.goal is None:
             return self._wait_for_server(now_ns)
         if self.goal.phase is Phase.ENDED:
@@ -155,8 +155,10 @@ class Attempt:
         if self._accepted_ns is None:
             self._accepted_ns = self._heard_ns = now_ns
         if self._server_is_gone(now_ns):
-            self._ledger.hand_over(self.goal, now_ns)
-            return Ending(Outcome.SERVER_LOST, f"{self._courier.name} has gone from the graph")
+            self._ledger.release_goal(self.goal, now_ns)
+            return AttemptResult(
+                Outcome.SERVER_LOST, f"{self._courier.name} has gone from the graph"
+            )
         if self._cause is None:
             self._check_feedback(self.goal, now_ns)
         if self._cause is None:
@@ -166,7 +168,7 @@ class Attempt:
             return None
         return self._wait_for_cancel(self.goal, now_ns)
 
-    def _wait_for_server(self, now_ns: int) -> Ending | None:
+    def _wait_for_server(self, now_ns: int) -> AttemptResult | None:
         busy = self._ledger.has_orphan_at(self._courier)
         if not busy and self._courier.is_ready():
             grace_ns = round(self._limits.cancel * NS)
@@ -176,15 +178,15 @@ class Attempt:
         if now_ns - self._since_ns < self._limits.server * NS:
             return None
         what = "an earlier goal there has not ended" if busy else "no server"
-        return Ending(
+        return AttemptResult(
             Outcome.NO_SERVER, f"{self._courier.name}: {what} after {self._limits.server:g} s"
         )
 
-    def _wait_for_answer(self, goal: Goal, now_ns: int) -> Ending | None:
+    def _wait_for_answer(self, goal: Goal, now_ns: int) -> AttemptResult | None:
         if now_ns - self._since_ns < self._limits.answer * NS:
             return None
-        self._ledger.hand_over(goal, now_ns)
-        return Ending(
+        self._ledger.release_goal(goal, now_ns)
+        return AttemptResult(
             Outcome.NO_ANSWER,
             f"{self._courier.name} did not answer the goal within {self._limits.answer:g} s",
         )
@@ -233,34 +235,34 @@ class Attempt:
         self._due_ns = now_ns
         self.goal.on(Event.UNWANTED)
 
-    def _wait_for_cancel(self, goal: Goal, now_ns: int) -> Ending | None:
+    def _wait_for_cancel(self, goal: Goal, now_ns: int) -> AttemptResult | None:
         why = f"{self._cause_text}, but {self._courier.name}"
         if goal.cancel_refused:
-            self._ledger.hand_over(goal, now_ns)
-            return Ending(Outcome.CANCEL_REFUSED, f"{why} refused to cancel")
+            self._ledger.release_goal(goal, now_ns)
+            return AttemptResult(Outcome.CANCEL_REFUSED, f"{why} refused to cancel")
         if now_ns - self._cancel_ns < self._limits.cancel * NS:
             return None
-        self._ledger.hand_over(goal, now_ns)
-        return Ending(
+        self._ledger.release_goal(goal, now_ns)
+        return AttemptResult(
             Outcome.UNCONFIRMED, f"{why} did not confirm the cancel in {self._limits.cancel:g} s"
         )
 
-    def _read_end(self, goal: Goal) -> Ending:
+    def _read_end(self, goal: Goal) -> AttemptResult:
         name = self._courier.name
         if not goal.accepted:
             why = f": {goal.refusal}" if goal.refusal else "; its log says why"
-            return Ending(Outcome.REJECTED, f"{name}{why}")
+            return AttemptResult(Outcome.REJECTED, f"{name}{why}")
         if goal.status is GoalStatus.SUCCEEDED:
-            return Ending(Outcome.SUCCEEDED, "succeeded", goal.result)
+            return AttemptResult(Outcome.SUCCEEDED, "succeeded", goal.result)
         if goal.status is GoalStatus.CANCELED:
             if self._cause is None:
-                return Ending(
+                return AttemptResult(
                     Outcome.CANCELED_FROM_OUTSIDE, f"{name}: somebody else cancelled", goal.result
                 )
-            return Ending(_CANCELED[self._cause], self._cause_text, goal.result)
+            return AttemptResult(_CANCELED[self._cause], self._cause_text, goal.result)
         if goal.status is GoalStatus.ABORTED:
-            return Ending(Outcome.ABORTED, f"{name}{_say_error(goal.result)}", goal.result)
-        return Ending(Outcome.SERVER_LOST, f"{name} no longer knows the goal (restarted?)")
+            return AttemptResult(Outcome.ABORTED, f"{name}{_say_error(goal.result)}", goal.result)
+        return AttemptResult(Outcome.SERVER_LOST, f"{name} no longer knows the goal (restarted?)")
 
 
 def _say_error(result: Any) -> str:

@@ -26,5 +26,5 @@ class Exchange:
     answer: Any = None
 
 
-Overhear = Callable[[Exchange], None]
+ExchangeListener = Callable[[Exchange], None]
 """Told of each request when it is sent, and once more when it is answered."""

@@ -89,7 +89,7 @@ TRANSITIONS: Mapping[tuple[Phase, Event], tuple[Phase, tuple[Command, ...]]] = M
 )
 
 
-class Courier(Protocol):
+class GoalClient(Protocol):
     """Carries a goal's requests to its server, as rclpy's action client does."""
 
     name: str
@@ -109,7 +109,7 @@ class Courier(Protocol):
     def send(self, goal: Goal, request: Any) -> None:
         """Send a prepared request; what comes back goes into ``goal``'s methods."""
 
-    def find_again(self, goal: Goal) -> None:
+    def recover_goal(self, goal: Goal) -> None:
         """Be able to speak of a goal that another process has sent."""
 
     def ask_result(self, goal: Goal) -> None:
@@ -131,7 +131,7 @@ class Goal:
     """
 
     id: bytes
-    courier: Courier
+    goal_client: GoalClient
     owner: str
     grace_ns: int = 0
     request: Any = None
@@ -168,9 +168,9 @@ class Goal:
             self.cancel_refused = False
         for command in commands:
             if command is Command.ASK_RESULT:
-                self.courier.ask_result(self)
+                self.goal_client.ask_result(self)
             else:
-                self.courier.send_cancel(self)
+                self.goal_client.send_cancel(self)
 
     def on_result(self, status: int, result: Any) -> None:
         """Take in the result; a status that is no final one counts as unknown."""

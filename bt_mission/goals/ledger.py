@@ -11,7 +11,7 @@ import hashlib
 from collections.abc import Callable
 from typing import Any
 
-from bt_mission.goals.goal import Courier, Event, Goal, Phase
+from bt_mission.goals.goal import Event, Goal, GoalClient, Phase
 
 RETRY_NS = 1_000_000_000
 """A cancel of an orphaned goal that is refused or not answered is asked again after this time."""
@@ -45,7 +45,7 @@ class Ledger:
         self._open: dict[bytes, Goal] = {}
         self._retry_ns: dict[bytes, int] = {}
         self._given_up: set[bytes] = set()
-        self._seen: dict[Courier, tuple[int, bool]] = {}
+        self._seen: dict[GoalClient, tuple[int, bool]] = {}
         self.goals_sent = 0
 
     @property
@@ -58,7 +58,9 @@ class Ledger:
         """Is no goal alive, as far as can still be found out?"""
         return not any(goal.is_live for goal in self._open.values())
 
-    def send(self, courier: Courier, owner: str, request: Any, grace_ns: int | None = None) -> Goal:
+    def send(
+        self, courier: GoalClient, owner: str, request: Any, grace_ns: int | None = None
+    ) -> Goal:
         """Send ``request`` as a new goal and keep it until it ends.
 
         :param grace_ns: instead of the ledger's own.
@@ -78,17 +80,17 @@ class Ledger:
             raise
         return goal
 
-    def find_again(self, goal_id: bytes, courier: Courier, owner: str, now_ns: int) -> Goal:
+    def recover_goal(self, goal_id: bytes, courier: GoalClient, owner: str, now_ns: int) -> Goal:
         """Take over a goal that another process has sent: ask what became of it, and cancel it."""
         goal = Goal(goal_id, courier, owner, FOUND_GRACE_NS, phase=Phase.LOST, orphaned_ns=now_ns)
         self._open[goal.id] = goal
         self._retry_ns[goal.id] = now_ns + RETRY_NS
         self._on_event("found again", goal)
-        courier.find_again(goal)
+        courier.recover_goal(goal)
         goal.on(Event.ACCEPTED)
         return goal
 
-    def hand_over(self, goal: Goal, now_ns: int) -> None:
+    def release_goal(self, goal: Goal, now_ns: int) -> None:
         """Take care of a goal that nobody wants any more, until it has ended."""
         if not goal.is_live or goal.orphaned_ns is not None:
             return
@@ -97,19 +99,19 @@ class Ledger:
         self._on_event("handed over", goal)
         goal.on(Event.UNWANTED)
 
-    def has_orphan_at(self, courier: Courier) -> bool:
+    def has_orphan_at(self, courier: GoalClient) -> bool:
         """Does a goal that nobody wants still live at this server?"""
         orphans = (self._open[goal_id] for goal_id in self._retry_ns)
-        return any(goal.courier is courier and goal.is_live for goal in orphans)
+        return any(goal.goal_client is courier and goal.is_live for goal in orphans)
 
-    def is_there(self, courier: Courier, now_ns: int) -> bool:
+    def is_there(self, courier: GoalClient, now_ns: int) -> bool:
         """Is this server there? The graph is asked once at each instant."""
         seen = self._seen.get(courier)
         if seen is None or seen[0] != now_ns:
             seen = self._seen[courier] = now_ns, courier.is_ready()
         return seen[1]
 
-    def tend(self, now_ns: int) -> None:
+    def update(self, now_ns: int) -> None:
         """Close what has ended, ask again where no cancel is confirmed, give up after the grace."""
         ended = Phase.ENDED
         for goal in [
@@ -140,7 +142,7 @@ class Ledger:
     def describe_left_behind(self) -> tuple[str, ...]:
         """One line for each goal whose end nobody confirmed."""
         return tuple(
-            f"{goal.courier.name} goal {goal.short_id} of '{goal.owner}' ({goal.phase})"
+            f"{goal.goal_client.name} goal {goal.short_id} of '{goal.owner}' ({goal.phase})"
             for goal in self._open.values()
             if goal.phase is not Phase.ENDED
         )

@@ -26,7 +26,7 @@ class Outcome(StrEnum):
 
 
 @dataclass(frozen=True)
-class Ending:
+class AttemptResult:
     """An outcome with what goes with it.
 
     :param outcome: which of the closed list.

@@ -12,7 +12,7 @@ MOST = 1000
 
 
 @dataclass(frozen=True)
-class Place:
+class NamedPose:
     """A pose that a goal names: m, m, rad, in a frame."""
 
     x: float
@@ -21,7 +21,7 @@ class Place:
     frame: str
 
 
-def places_of(request: Any) -> list[Place]:
+def poses_of(request: Any) -> list[NamedPose]:
     """The stamped poses among a goal's fields, in their order; a list of them counts, too.
 
     :param request: a goal message of any type.
@@ -29,7 +29,7 @@ def places_of(request: Any) -> list[Place]:
     return list(_found(request))[:MOST]
 
 
-def _found(request: Any) -> Iterator[Place]:
+def _found(request: Any) -> Iterator[NamedPose]:
     fields: dict[str, str] = getattr(request, "get_fields_and_field_types", dict)()
     for name, type_name in fields.items():
         if "geometry_msgs/PoseStamped" in type_name:
@@ -38,9 +38,9 @@ def _found(request: Any) -> Iterator[Place]:
             yield from map(_place, stamped[:MOST])
 
 
-def _place(stamped: Any) -> Place:
+def _place(stamped: Any) -> NamedPose:
     at, turn = stamped.pose.position, stamped.pose.orientation
     yaw = math.atan2(
         2 * (turn.w * turn.z + turn.x * turn.y), 1 - 2 * (turn.y * turn.y + turn.z * turn.z)
     )
-    return Place(at.x, at.y, yaw, stamped.header.frame_id)
+    return NamedPose(at.x, at.y, yaw, stamped.header.frame_id)

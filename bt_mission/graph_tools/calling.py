@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 from bt_mission.core.errors import BtMissionError, NotThereError
 from bt_mission.graph_tools.graph_session import wait
-from bt_mission.graph_tools.interface_description import about
+from bt_mission.graph_tools.interface_description import describe_interface
 from bt_mission.graph_tools.yaml_text import read_fields
-from bt_mission.ros.service_client import ServiceCaller
+from bt_mission.ros.service_client import RosServiceClient
 
 if TYPE_CHECKING:
-    from bt_mission.graph_tools.graph_session import Hand
+    from bt_mission.graph_tools.graph_session import GraphSession
 
 
 class Silence(BtMissionError):  # noqa: N818 - what it is says more than that it is an error
@@ -19,7 +19,7 @@ class Silence(BtMissionError):  # noqa: N818 - what it is says more than that it
 
 
 def ask(
-    hand: Hand, name: str, type_name: str, text: str, *, server_s: float, answer_s: float
+    hand: GraphSession, name: str, type_name: str, text: str, *, server_s: float, answer_s: float
 ) -> Any:
     """Call a service with a request in YAML; gives the response.
 
@@ -28,8 +28,8 @@ def ask(
     :raises Silence: when it does not answer in time.
     :raises KeyboardInterrupt: when Ctrl-C came.
     """
-    caller = ServiceCaller(hand.node, name, type_name)
-    fields = read_fields(text, about(type_name).part("request").shape, "request")
+    caller = RosServiceClient(hand.node, name, type_name)
+    fields = read_fields(text, describe_interface(type_name).part("request").shape, "request")
     request = caller.prepare(fields)
     if not wait(hand, server_s, caller.is_ready):
         raise NotThereError(f"no server of {name} after {server_s:g} s")

@@ -18,7 +18,7 @@ from bt_mission.graph_tools.graph_query import STATUS
 from bt_mission.graph_tools.graph_session import wait
 
 if TYPE_CHECKING:
-    from bt_mission.graph_tools.graph_session import Hand
+    from bt_mission.graph_tools.graph_session import GraphSession
 
 STATUS_WAIT_S = 1.0
 """The status of goals is latched: it comes as soon as the topic is matched."""
@@ -59,7 +59,7 @@ class Canceled:
 
 
 def cancel_goals(
-    hand: Hand, action: str, digits: str, say: Callable[[str], None], *, server_s: float
+    hand: GraphSession, action: str, digits: str, say: Callable[[str], None], *, server_s: float
 ) -> Canceled:
     """Cancel the goal whose id begins with these digits, or all, and wait for their end.
 
@@ -94,7 +94,7 @@ def cancel_goals(
 
 
 def _see_ended(
-    hand: Hand,
+    hand: GraphSession,
     states: dict[str, str],
     taken: set[str],
     refused: set[str],

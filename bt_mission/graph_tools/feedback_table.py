@@ -8,8 +8,8 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from bt_mission.graph_tools.interface_description import About
-from bt_mission.graph_tools.progress_bounds import Gauges
+from bt_mission.graph_tools.interface_description import InterfaceDescription
+from bt_mission.graph_tools.progress_bounds import ProgressBounds
 from bt_mission.graph_tools.values import SHOWN_ITEMS, flat, plain, short
 
 BAR_WIDTH = 20
@@ -29,9 +29,9 @@ class FeedbackTable:
     :param encoding: of the terminal.
     """
 
-    def __init__(self, about: About, goal: Any, encoding: str | None) -> None:
+    def __init__(self, about: InterfaceDescription, goal: Any, encoding: str | None) -> None:
         self._units = about.part("feedback").units()
-        self._gauges = Gauges(
+        self._gauges = ProgressBounds(
             dict(flat(plain(goal, SHOWN_ITEMS))), about.part("goal").units(), self._units
         )
         self._signs = signs_for(encoding)

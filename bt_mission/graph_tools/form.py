@@ -14,16 +14,16 @@ from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.widgets import Checkbox, Footer, Input, Label, Static
 
 from bt_mission.core.errors import BtMissionError
-from bt_mission.core.text import harmless
+from bt_mission.core.text import escape_control
 from bt_mission.graph_tools.feedback_table import ASCII_SIGNS, FeedbackTable, signs_for
-from bt_mission.graph_tools.form_fields import Line, lines_of, nested, texts
+from bt_mission.graph_tools.form_fields import FormField, lines_of, nested, texts
 from bt_mission.graph_tools.goal_lines import end_lines
-from bt_mission.graph_tools.goal_request import End, OneGoal
-from bt_mission.graph_tools.interface_description import About
+from bt_mission.graph_tools.goal_request import GoalRequest, GoalResult
+from bt_mission.graph_tools.interface_description import InterfaceDescription
 
 if TYPE_CHECKING:
     from bt_mission.goals.goal import Goal
-    from bt_mission.graph_tools.graph_session import Hand
+    from bt_mission.graph_tools.graph_session import GraphSession
     from bt_mission.graph_tools.sending import Sender
 
 BEAT_S = 0.05
@@ -33,7 +33,7 @@ BEAT_S = 0.05
 class FormLine(Vertical):
     """A field with its name, its type, what is to be known of it, and what is wrong with it."""
 
-    def __init__(self, line: Line, text: str) -> None:
+    def __init__(self, line: FormField, text: str) -> None:
         super().__init__()
         self.line = line
         self._text = text
@@ -48,7 +48,7 @@ class FormLine(Vertical):
             else:
                 yield Input(self._text, placeholder=self.line.default, compact=True)
             yield Label(self.line.kind, classes="kind", markup=False)
-        yield Static(harmless(self.line.note), classes="note", markup=False)
+        yield Static(escape_control(self.line.note), classes="note", markup=False)
 
     def on_mount(self) -> None:
         """What was filled in before may be wrong."""
@@ -66,11 +66,11 @@ class FormLine(Vertical):
         found = self.read()
         fault = found[1] if found else ""
         self.set_class(bool(fault), "wrong")
-        self.query_one(".note", Static).update(harmless(fault or self.line.note))
+        self.query_one(".note", Static).update(escape_control(fault or self.line.note))
         return not fault
 
 
-class GoalForm(App[End | None]):
+class GoalForm(App[GoalResult | None]):
     """Fills in a goal, sends it, shows its feedback; gives the end of the last goal.
 
     Its ``last_words`` are the end and the result of that goal, for people.
@@ -109,9 +109,9 @@ class GoalForm(App[End | None]):
 
     def __init__(
         self,
-        hand: Hand,
+        hand: GraphSession,
         sender: Sender,
-        about: About,
+        about: InterfaceDescription,
         action: str,
         fields: Mapping[str, Any],
         *,
@@ -129,10 +129,10 @@ class GoalForm(App[End | None]):
         self._server_s = server_s
         self._encoding = encoding
         self._beat_s = beat_s
-        self._goal: OneGoal | None = None
+        self._goal: GoalRequest | None = None
         self._table: FeedbackTable | None = None
-        self._end: End | None = None
-        self.last_words = ["nothing was sent"]
+        self._end: GoalResult | None = None
+        self.drain = ["nothing was sent"]
         self._state = ""
         self._is_leaving = 0
         self._interrupts = 0
@@ -142,7 +142,7 @@ class GoalForm(App[End | None]):
         yield Static(f"{self._action}  {self._about.type}", id="head", markup=False)
         with VerticalScroll(id="fields", can_focus=False):
             if self._about.text:
-                yield Static(harmless(self._about.text), id="about", markup=False)
+                yield Static(escape_control(self._about.text), id="about", markup=False)
             for line in self._lines:
                 yield FormLine(line, self._texts.get(line.name, ""))
             if not self._lines:
@@ -255,17 +255,17 @@ class GoalForm(App[End | None]):
         """The server refused to cancel."""
         self._say("the server refused to cancel; asking again each second")
 
-    def ended(self, end: End, since_s: float) -> None:
+    def ended(self, end: GoalResult, since_s: float) -> None:
         """It has ended."""
         self._end = end
-        self.last_words = end_lines(end, self._about, since_s)
-        first, *rest = self.last_words
+        self.drain = end_lines(end, self._about, since_s)
+        first, *rest = self.drain
         self._say(first)
         if rest:
             self._show(Text("\n".join(rest)))
 
     def _say(self, text: str) -> None:
-        self.query_one("#state", Static).update(Text(harmless(text), style="bold"))
+        self.query_one("#state", Static).update(Text(escape_control(text), style="bold"))
 
     def _show(self, what: RenderableType) -> None:
         self.query_one("#feedback", Static).update(what)

@@ -6,24 +6,24 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from bt_mission.graph_tools.interface_description import Field, Part
+from bt_mission.graph_tools.interface_description import InterfaceField, InterfacePart
 from bt_mission.graph_tools.values import short
 from bt_mission.graph_tools.yaml_text import read_value
-from bt_mission.language.message_types import SHORTHANDS, ListOf, Message, Scalar
+from bt_mission.language.message_types import SHORTHANDS, ListOf, MessageShape, Scalar
 
 LARGEST_SHOWN = 2**16
 """Limits beyond it say no more than the type's name does."""
 
 
 @dataclass(frozen=True)
-class Line:
+class FormField:
     """One line of a form.
 
     :param field: what it fills in: a number, a text, a truth, a list, or a message that can be
         written as one value, such as a pose.
     """
 
-    field: Field
+    field: InterfaceField
 
     @property
     def name(self) -> str:
@@ -43,7 +43,7 @@ class Line:
     @property
     def default(self) -> str:
         """What an empty line stands for."""
-        return "" if isinstance(self.field.shape, Message) else short(self.field.default)
+        return "" if isinstance(self.field.shape, MessageShape) else short(self.field.default)
 
     @property
     def note(self) -> str:
@@ -63,29 +63,29 @@ class Line:
 
     def _form(self) -> str:
         match self.field.shape:
-            case Message(name=name):
+            case MessageShape(name=name):
                 return SHORTHANDS[name][0] if name in SHORTHANDS else ""
             case ListOf():
                 return "a list: [...]"
         return ""
 
 
-def lines_of(part: Part) -> list[Line]:
+def lines_of(part: InterfacePart) -> list[FormField]:
     """The lines of a form for a message; messages that cannot be written as one are unfolded."""
     return list(_lines(part.fields()))
 
 
-def _lines(fields: list[Field]) -> Iterator[Line]:
+def _lines(fields: list[InterfaceField]) -> Iterator[FormField]:
     done = ""
     for field in fields:
         if done and field.name.startswith(done):
             continue
-        is_message = isinstance(field.shape, Message)
+        is_message = isinstance(field.shape, MessageShape)
         if is_message and field.shape.name not in SHORTHANDS:
             continue  # its own fields follow
         if is_message:
             done = f"{field.name}."
-        yield Line(field)
+        yield FormField(field)
 
 
 def nested(values: Mapping[str, Any]) -> dict[str, Any]:
@@ -100,7 +100,7 @@ def nested(values: Mapping[str, Any]) -> dict[str, Any]:
     return found
 
 
-def texts(lines: list[Line], fields: Mapping[str, Any]) -> dict[str, str]:
+def texts(lines: list[FormField], fields: Mapping[str, Any]) -> dict[str, str]:
     """What to type into the lines for these fields of a message, by the lines' names."""
     found = {}
     for line in lines:

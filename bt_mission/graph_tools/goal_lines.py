@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from typing import Any, TextIO
 
 from bt_mission.goals.goal import Goal
-from bt_mission.graph_tools.goal_request import End, How
-from bt_mission.graph_tools.interface_description import About
+from bt_mission.graph_tools.goal_request import GoalResult
+from bt_mission.graph_tools.interface_description import InterfaceDescription
 from bt_mission.graph_tools.values import as_json, flat, plain, short
 
 SHOWN = 16
@@ -27,7 +27,7 @@ def _unit(units: Mapping[str, str], name: str) -> str:
     return f" {unit}" if unit else ""
 
 
-def table(message: Any, about: About, part: str) -> list[str]:
+def table(message: Any, about: InterfaceDescription, part: str) -> list[str]:
     """A message with a line for each field, names of codes included."""
     of_part = about.part(part)
     units = of_part.units()
@@ -51,7 +51,7 @@ class GoalLines:
     :param about: the action's type.
     """
 
-    def __init__(self, stream: TextIO, about: About) -> None:
+    def __init__(self, stream: TextIO, about: InterfaceDescription) -> None:
         self._stream = stream
         self._about = about
         self._units = about.part("feedback").units()
@@ -80,7 +80,7 @@ class GoalLines:
         """The server refused to cancel."""
         self._line("the server refused to cancel; asking again each second")
 
-    def ended(self, end: End, since_s: float) -> None:
+    def ended(self, end: GoalResult, since_s: float) -> None:
         """It has ended."""
         for line in end_lines(end, self._about, since_s):
             self._line(line)
@@ -89,7 +89,7 @@ class GoalLines:
         print(text, file=self._stream, flush=True)
 
 
-def end_lines(end: End, about: About, since_s: float) -> list[str]:
+def end_lines(end: GoalResult, about: InterfaceDescription, since_s: float) -> list[str]:
     """How a goal ended, and its result."""
     if end.result is None:
         return [end.reason]
@@ -124,7 +124,7 @@ class GoalObjects:
         """The server refused to cancel."""
         self._write("refused")
 
-    def ended(self, end: End, since_s: float) -> None:
+    def ended(self, end: GoalResult, since_s: float) -> None:
         """It has ended."""
         result = None if end.result is None else plain(end.result)
         self._write(
@@ -138,6 +138,3 @@ class GoalObjects:
     def _write(self, event: str, **more: Any) -> None:
         goal = {"goal": self._goal} if self._goal else {}
         print(as_json({"event": event, **goal, **more}), file=self._stream, flush=True)
-
-
-__all__ = ["GoalLines", "GoalObjects", "How", "end_lines", "said", "table"]

@@ -11,10 +11,10 @@ from rich.text import Text
 from bt_mission.goals.goal import Goal
 from bt_mission.graph_tools.feedback_table import FeedbackTable
 from bt_mission.graph_tools.goal_lines import end_lines
-from bt_mission.graph_tools.goal_request import End, How
-from bt_mission.graph_tools.interface_description import About
+from bt_mission.graph_tools.goal_request import GoalOutcome, GoalResult
+from bt_mission.graph_tools.interface_description import InterfaceDescription
 
-STYLES = {How.SUCCEEDED: "green", How.CANCELED: "yellow"}
+STYLES = {GoalOutcome.SUCCEEDED: "green", GoalOutcome.CANCELED: "yellow"}
 
 
 class GoalPicture:
@@ -25,7 +25,7 @@ class GoalPicture:
     :param goal: the goal message.
     """
 
-    def __init__(self, console: Console, about: About, goal: Any) -> None:
+    def __init__(self, console: Console, about: InterfaceDescription, goal: Any) -> None:
         self._console = console
         self._about = about
         self._table = FeedbackTable(about, goal, console.encoding)
@@ -62,7 +62,7 @@ class GoalPicture:
         """The server refused to cancel."""
         self._draw("the server refused to cancel; asking again each second", "red")
 
-    def ended(self, end: End, since_s: float) -> None:
+    def ended(self, end: GoalResult, since_s: float) -> None:
         """It has ended."""
         self.close()
         first, *rest = end_lines(end, self._about, since_s)

@@ -8,7 +8,7 @@ from enum import StrEnum
 from typing import Any, Protocol
 
 from bt_mission.goals.attempt import SERVER_CHECK_NS
-from bt_mission.goals.goal import Courier, Goal, GoalStatus, Phase
+from bt_mission.goals.goal import Goal, GoalClient, GoalStatus, Phase
 from bt_mission.goals.ledger import Ledger
 
 NS = 1_000_000_000
@@ -23,7 +23,7 @@ QUIET_NS = NS
 """A server is often found within less, and nobody needs to be told of that."""
 
 
-class How(StrEnum):
+class GoalOutcome(StrEnum):
     """The closed list of ways in which a goal sent by hand ends."""
 
     SUCCEEDED = "succeeded"
@@ -42,15 +42,15 @@ class How(StrEnum):
 
 
 @dataclass(frozen=True)
-class End:
+class GoalResult:
     """How it ended, why in one line for people, and the result where the server sent one."""
 
-    how: How
+    how: GoalOutcome
     reason: str
     result: Any = None
 
 
-class Audience(Protocol):
+class GoalListener(Protocol):
     """Told of what happens to the goal, each once."""
 
     def waiting(self, action: str) -> None:
@@ -68,7 +68,7 @@ class Audience(Protocol):
     def refused(self) -> None:
         """The server refused to cancel; it is asked again."""
 
-    def ended(self, end: End, since_s: float) -> None:
+    def ended(self, end: GoalResult, since_s: float) -> None:
         """It has ended, so many seconds after the acceptance."""
 
 
@@ -80,10 +80,10 @@ class _Nobody:
     def feedback(self, message: Any, since_s: float) -> None: ...
     def canceling(self, why: str) -> None: ...
     def refused(self) -> None: ...
-    def ended(self, end: End, since_s: float) -> None: ...
+    def ended(self, end: GoalResult, since_s: float) -> None: ...
 
 
-class OneGoal:
+class GoalRequest:
     """Sends one goal and sees it to its end.
 
     :param courier: the server.
@@ -98,9 +98,9 @@ class OneGoal:
 
     def __init__(
         self,
-        courier: Courier,
+        courier: GoalClient,
         request: Any,
-        audience: Audience,
+        audience: GoalListener,
         seed: str,
         now_ns: int,
         *,
@@ -122,9 +122,9 @@ class OneGoal:
         self._why_cancel = ""
         self._was_told = {"waiting": False, "refused": False}
         self.goal: Goal | None = None
-        self.end: End | None = None
+        self.end: GoalResult | None = None
 
-    def poll(self, now_ns: int) -> End | None:
+    def poll(self, now_ns: int) -> GoalResult | None:
         """Move on; gives the end once there is one."""
         if self.end is None:
             end = self._send_when_ready(now_ns) if self.goal is None else self._tend(now_ns)
@@ -140,33 +140,35 @@ class OneGoal:
         if self.end is not None or self._why_cancel:
             return
         if self.goal is None:
-            self._finish(End(How.NOT_SENT, f"{why}; nothing was sent"), now_ns)
+            self._finish(GoalResult(GoalOutcome.NOT_SENT, f"{why}; nothing was sent"), now_ns)
             return
         self._why_cancel = why
         self._audience.canceling(why)
-        self._ledger.hand_over(self.goal, now_ns)
+        self._ledger.release_goal(self.goal, now_ns)
 
     def leave(self, why: str, now_ns: int) -> None:
         """End at once, whatever becomes of the goal; the end names it."""
         if self.end is None:
             left = "; ".join(self._ledger.describe_left_behind()) or "nothing was sent"
-            self._finish(End(How.LEFT, f"{why}; left behind: {left}"), now_ns)
+            self._finish(GoalResult(GoalOutcome.LEFT, f"{why}; left behind: {left}"), now_ns)
 
     # ---- one step per stage ----------------------------------------------------------------
 
-    def _send_when_ready(self, now_ns: int) -> End | None:
+    def _send_when_ready(self, now_ns: int) -> GoalResult | None:
         if self._courier.is_ready():
             self.goal = self._ledger.send(self._courier, "you", self._request)
             self._since_ns = now_ns
         elif now_ns - self._since_ns >= self._server_s * NS:
             name = self._courier.name
-            return End(How.NO_SERVER, f"no server of {name} after {self._server_s:g} s")
+            return GoalResult(
+                GoalOutcome.NO_SERVER, f"no server of {name} after {self._server_s:g} s"
+            )
         elif now_ns - self._since_ns >= QUIET_NS and not self._was_told["waiting"]:
             self._was_told["waiting"] = True
             self._audience.waiting(self._courier.name)
         return None
 
-    def _tend(self, now_ns: int) -> End | None:
+    def _tend(self, now_ns: int) -> GoalResult | None:
         goal = self.goal
         assert goal is not None
         if goal.accepted and self._accepted_ns is None:
@@ -178,14 +180,15 @@ class OneGoal:
         if goal.phase is Phase.ENDED:
             return self._read_end(goal, now_ns)
         if self._is_gone(now_ns):
-            return End(
-                How.LOST, f"{self._courier.name} has gone from the graph{self._left_behind()}"
+            return GoalResult(
+                GoalOutcome.LOST,
+                f"{self._courier.name} has gone from the graph{self._left_behind()}",
             )
         if goal.cancel_refused and not self._was_told["refused"]:
             self._was_told["refused"] = True
             self._audience.refused()
         self._look_at_limits(goal, now_ns)
-        self._ledger.tend(now_ns)
+        self._ledger.update(now_ns)
         if goal.phase is Phase.LOST:
             return self._given_up()
         return None
@@ -196,13 +199,15 @@ class OneGoal:
         elif self._limit_s is not None and self._since_s(now_ns) >= self._limit_s:
             self.cancel(f"not done within {self._limit_s:g} s", now_ns)
 
-    def _given_up(self) -> End:
+    def _given_up(self) -> GoalResult:
         assert self.goal is not None
         if not self.goal.accepted:
-            return End(How.NO_ANSWER, f"{self._courier.name} did not answer{self._left_behind()}")
+            return GoalResult(
+                GoalOutcome.NO_ANSWER, f"{self._courier.name} did not answer{self._left_behind()}"
+            )
         words = "refused to cancel" if self.goal.cancel_refused else "did not confirm the cancel"
-        return End(
-            How.UNCONFIRMED,
+        return GoalResult(
+            GoalOutcome.UNCONFIRMED,
             f"{self._courier.name} {words} within {GRACE_S:g} s{self._left_behind()}",
         )
 
@@ -215,33 +220,33 @@ class OneGoal:
         self._next_check_ns = now_ns + SERVER_CHECK_NS
         return not self._courier.is_ready()
 
-    def _read_rejection(self, now_ns: int) -> End | None:
+    def _read_rejection(self, now_ns: int) -> GoalResult | None:
         """Rejected; the words of the server's log may still be on their way."""
         self._rejected_ns = self._rejected_ns or now_ns
         words = self._why_rejected()
         if not words and now_ns - self._rejected_ns < QUIET_NS:
             return None
         why = f"its log says: {words}" if words else "its log says why"
-        return End(How.REJECTED, f"{self._courier.name} rejected the goal; {why}")
+        return GoalResult(GoalOutcome.REJECTED, f"{self._courier.name} rejected the goal; {why}")
 
-    def _read_end(self, goal: Goal, now_ns: int) -> End | None:
+    def _read_end(self, goal: Goal, now_ns: int) -> GoalResult | None:
         name = self._courier.name
         if not goal.accepted:
             return self._read_rejection(now_ns)
         match goal.status:
             case GoalStatus.SUCCEEDED:
-                return End(How.SUCCEEDED, "succeeded", goal.result)
+                return GoalResult(GoalOutcome.SUCCEEDED, "succeeded", goal.result)
             case GoalStatus.ABORTED:
-                return End(How.ABORTED, f"{name} aborted the goal", goal.result)
+                return GoalResult(GoalOutcome.ABORTED, f"{name} aborted the goal", goal.result)
             case GoalStatus.CANCELED:
                 why = self._why_cancel or "by somebody else"
-                return End(How.CANCELED, f"canceled: {why}", goal.result)
-        return End(How.LOST, f"{name} no longer knows the goal (restarted?)")
+                return GoalResult(GoalOutcome.CANCELED, f"canceled: {why}", goal.result)
+        return GoalResult(GoalOutcome.LOST, f"{name} no longer knows the goal (restarted?)")
 
     def _since_s(self, now_ns: int) -> float:
         return 0.0 if self._accepted_ns is None else (now_ns - self._accepted_ns) / NS
 
-    def _finish(self, end: End | None, now_ns: int) -> None:
+    def _finish(self, end: GoalResult | None, now_ns: int) -> None:
         if end is not None:
             self.end = end
             self._audience.ended(end, self._since_s(now_ns))

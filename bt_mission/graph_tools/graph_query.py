@@ -13,7 +13,7 @@ from rclpy.validate_full_topic_name import validate_full_topic_name
 
 from bt_mission.core.diagnostics import did_you_mean, listed
 from bt_mission.core.errors import BtMissionError, NotThereError
-from bt_mission.graph_tools.graph_session import NODE_PREFIX, Hand, wait
+from bt_mission.graph_tools.graph_session import NODE_PREFIX, GraphSession, wait
 
 if TYPE_CHECKING:
     from rclpy.node import Node
@@ -32,7 +32,7 @@ Kind = Literal["action", "topic", "service"]
 
 
 @dataclass(frozen=True)
-class Entry:
+class GraphEntry:
     """One name in the graph.
 
     :param offers: nodes that serve or publish it; :param uses: nodes that call or hear it.
@@ -44,7 +44,7 @@ class Entry:
     uses: tuple[str, ...] = ()
 
 
-def look_around(hand: Hand, seconds: float = LOOK_S) -> None:
+def query_graph(hand: GraphSession, seconds: float = LOOK_S) -> None:
     """Return when the graph is known: nothing new for a second, or the time is over.
 
     :raises KeyboardInterrupt: when Ctrl-C came.
@@ -71,10 +71,10 @@ def _sight(node: Node) -> tuple[Sequence[tuple[str, str]], Any, Any]:
     )
 
 
-def actions(node: Node) -> list[Entry]:
+def actions(node: Node) -> list[GraphEntry]:
     """All actions of the graph, also those that have clients only."""
     return [
-        Entry(
+        GraphEntry(
             name,
             tuple(types),
             _nodes(node.get_publishers_info_by_topic(name + FEEDBACK)),
@@ -84,10 +84,10 @@ def actions(node: Node) -> list[Entry]:
     ]
 
 
-def topics(node: Node, *, hidden: bool = False) -> list[Entry]:
+def topics(node: Node, *, hidden: bool = False) -> list[GraphEntry]:
     """The topics of the graph that others than we publish or hear; hidden ones too, if wanted."""
     found = (
-        Entry(
+        GraphEntry(
             name,
             tuple(types),
             _nodes(node.get_publishers_info_by_topic(name)),
@@ -99,10 +99,10 @@ def topics(node: Node, *, hidden: bool = False) -> list[Entry]:
     return [one for one in found if one.offers or one.uses]
 
 
-def services(node: Node, *, hidden: bool = False) -> list[Entry]:
+def services(node: Node, *, hidden: bool = False) -> list[GraphEntry]:
     """The services of the graph; hidden ones too, if wanted."""
     return [
-        Entry(name, tuple(types))
+        GraphEntry(name, tuple(types))
         for name, types in sorted(node.get_service_names_and_types())
         if hidden or not is_hidden(name)
     ]
@@ -113,7 +113,7 @@ def is_hidden(name: str) -> bool:
     return any(part.startswith("_") for part in name.split("/"))
 
 
-def type_of(hand: Hand, kind: Kind, name: str, seconds: float = LOOK_S) -> str:
+def type_of(hand: GraphSession, kind: Kind, name: str, seconds: float = LOOK_S) -> str:
     """Find the type of a name in the graph, waiting for it for some seconds.
 
     :param name: resolved.
@@ -145,7 +145,7 @@ def resolved(node: Node, kind: Kind, name: str) -> str:
     return str(resolve(name))
 
 
-def _not_there(hand: Hand, kind: Kind, name: str, seconds: float) -> str:
+def _not_there(hand: GraphSession, kind: Kind, name: str, seconds: float) -> str:
     entries = {"action": actions, "topic": topics, "service": services}[kind](hand.node)
     known = [one.name for one in entries]
     head = f"no {kind} {name} in the graph (looked for {seconds:g} s); there "

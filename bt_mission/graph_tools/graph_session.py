@@ -12,9 +12,9 @@ from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.parameter import Parameter
 
-from bt_mission.ros.graph import QUIET, JoinedGraph
+from bt_mission.ros.graph import QUIET, GraphConnection
 from bt_mission.ros.leaving import destroy_actions
-from bt_mission.sessions.session import Interrupts
+from bt_mission.sessions.session import InterruptSignals
 
 if TYPE_CHECKING:
     from rclpy.node import Node
@@ -23,7 +23,7 @@ NODE_PREFIX = "_bt_mission_hand"
 """Names that begin with an underscore are hidden in ROS: lists leave them out."""
 
 
-class Hand(Protocol):
+class GraphSession(Protocol):
     """What the commands below need of a graph."""
 
     @property
@@ -52,7 +52,7 @@ class Hand(Protocol):
         """Have the node's own clock follow ``/clock`` from now on."""
 
 
-class JoinedHand:
+class JoinedGraphSession:
     """A hand in the graph of this machine and its network.
 
     Limits are measured with the machine's steady clock: they are about a person's patience, and a
@@ -64,8 +64,8 @@ class JoinedHand:
     def __init__(self, namespace: str = "") -> None:
         self._clock = Clock(clock_type=ClockType.STEADY_TIME)
         with ExitStack() as made:
-            self._interrupts = made.enter_context(Interrupts())
-            self._graph = JoinedGraph(wall_clock=True)
+            self._interrupts = made.enter_context(InterruptSignals())
+            self._graph = GraphConnection(wall_clock=True)
             made.callback(self._graph.close)
             self.node = rclpy.create_node(
                 f"{NODE_PREFIX}_{os.getpid()}",
@@ -105,14 +105,14 @@ class JoinedHand:
 
     def glance(self) -> None:
         """Serve what has come, without waiting for more."""
-        self._graph.last_words()
+        self._graph.drain()
 
     def follow_clock(self) -> None:
         """Have the node's own clock follow ``/clock`` from now on."""
         self.node.set_parameters([Parameter("use_sim_time", value=True)])
 
 
-def wait(hand: Hand, seconds: float, is_done: Callable[[], bool]) -> bool:
+def wait(hand: GraphSession, seconds: float, is_done: Callable[[], bool]) -> bool:
     """Serve until something holds, for some seconds at most, or until Ctrl-C.
 
     :raises KeyboardInterrupt: when Ctrl-C came.

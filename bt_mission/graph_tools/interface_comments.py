@@ -47,7 +47,7 @@ _FIELD = re.compile(r"([A-Za-z][\w/]*(?:<=\d+)?(?:\[[^\]]*\])?)\s+([A-Za-z]\w*)\
 
 
 @dataclass(frozen=True)
-class Remark:
+class FieldComment:
     """What is said of one field: its unit, empty where none is known, and the rest in words."""
 
     unit: str = ""
@@ -68,13 +68,13 @@ class NamedValue:
 class Section:
     """One part of an interface file: a goal, a request, a whole message."""
 
-    remarks: dict[str, Remark] = field(default_factory=dict)
+    remarks: dict[str, FieldComment] = field(default_factory=dict)
     types: dict[str, str] = field(default_factory=dict)
     constants: list[NamedValue] = field(default_factory=list)
 
-    def remark(self, name: str) -> Remark:
+    def remark(self, name: str) -> FieldComment:
         """What is said of a field; empty where nothing is."""
-        return self.remarks.get(name, Remark())
+        return self.remarks.get(name, FieldComment())
 
     def name_of(self, name: str, value: object) -> str:
         """The name of a field's value, where one constant alone can be meant; empty elsewhere."""
@@ -116,17 +116,17 @@ def read_interface(text: str) -> InterfaceText:
     return InterfaceText("" if is_title else words, tuple(_section(lines) for lines in parts))
 
 
-def remark_of(comment: str) -> Remark:
+def field_comment(comment: str) -> FieldComment:
     """Tell the unit from the rest of a comment."""
     comment = " ".join(comment.split())
     if match := _LEADING.match(comment):
-        return Remark(_short(match[1]), comment[match.end() :])
+        return FieldComment(_short(match[1]), comment[match.end() :])
     if match := _BRACKETS.search(comment):
         rest = comment[: match.start()] + comment[match.end() :]
-        return Remark(_short(match[1]), rest.strip(" ,;:"))
+        return FieldComment(_short(match[1]), rest.strip(" ,;:"))
     if match := _IN_WORDS.search(comment):
-        return Remark(_short(match[1]), comment)
-    return Remark("", comment)
+        return FieldComment(_short(match[1]), comment)
+    return FieldComment("", comment)
 
 
 def _heading(lines: list[str]) -> Iterator[str]:
@@ -163,7 +163,7 @@ def _section(lines: list[str]) -> Section:
                 comments[name] = said
                 last = name
         above = []
-    section.remarks = {name: remark_of(comment) for name, comment in comments.items()}
+    section.remarks = {name: field_comment(comment) for name, comment in comments.items()}
     return section
 
 

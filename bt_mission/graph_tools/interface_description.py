@@ -12,7 +12,7 @@ from typing import Any
 
 from bt_mission.graph_tools.interface_comments import InterfaceText, Section, read_interface
 from bt_mission.graph_tools.values import flat, plain
-from bt_mission.language.message_types import Message, Scalar, Shape
+from bt_mission.language.message_types import MessageShape, Scalar, Shape
 from bt_mission.ros.interface_types import action_type, message_type, service_type, shape_of
 
 _SUFFIXES = {"action": ".action", "srv": ".srv", "msg": ".msg"}
@@ -22,7 +22,7 @@ SERVICE_PARTS = ("request", "response")
 
 
 @dataclass(frozen=True)
-class Field:
+class InterfaceField:
     """One field of a message, nested ones after the one that holds them.
 
     :param name: dotted.
@@ -48,7 +48,7 @@ class Field:
 
 
 @dataclass(frozen=True)
-class Part:
+class InterfacePart:
     """One message of an interface: goal, result, feedback, request, response, or the message.
 
     :param cls: its Python class.
@@ -60,11 +60,11 @@ class Part:
     section: Section
 
     @property
-    def shape(self) -> Message:
+    def shape(self) -> MessageShape:
         """What it holds."""
         return shape_of(self.cls)
 
-    def fields(self) -> list[Field]:
+    def fields(self) -> list[InterfaceField]:
         """Its fields in order, nested ones after the one that holds them."""
         return list(_fields(self.shape, self.section, plain(self.cls()), "", ""))
 
@@ -77,27 +77,27 @@ class Part:
     def _is_time(self, dotted: str) -> bool:
         shape: Shape = self.shape
         for name in dotted.split("."):
-            if not isinstance(shape, Message):
+            if not isinstance(shape, MessageShape):
                 return False
             shape = shape.fields[name]
-        return isinstance(shape, Message) and set(shape.fields) == {"sec", "nanosec"}
+        return isinstance(shape, MessageShape) and set(shape.fields) == {"sec", "nanosec"}
 
 
 @dataclass(frozen=True)
-class About:
+class InterfaceDescription:
     """A ROS type with all its parts, and what its author says of it."""
 
     type: str
     text: str
-    parts: tuple[Part, ...]
+    parts: tuple[InterfacePart, ...]
 
-    def part(self, name: str) -> Part:
+    def part(self, name: str) -> InterfacePart:
         """The part of a name: goal, result, ..."""
         return next(part for part in self.parts if part.name == name)
 
 
 @cache
-def about(type_name: str) -> About:
+def describe_interface(type_name: str) -> InterfaceDescription:
     """What is known of an action, service or message type. Raises UnknownType."""
     match type_name.split("/"):
         case [_, "srv", _]:
@@ -111,9 +111,10 @@ def about(type_name: str) -> About:
             classes = dict(zip(ACTION_PARTS, messages, strict=True))
     said = _interface(type_name)
     parts = tuple(
-        Part(name, cls, said.section(index)) for index, (name, cls) in enumerate(classes.items())
+        InterfacePart(name, cls, said.section(index))
+        for index, (name, cls) in enumerate(classes.items())
     )
-    return About(type_name, said.text, parts)
+    return InterfaceDescription(type_name, said.text, parts)
 
 
 @cache
@@ -131,14 +132,14 @@ def _interface(type_name: str) -> InterfaceText:
 
 
 def _fields(
-    shape: Message, section: Section, defaults: Any, prefix: str, unit: str
-) -> Iterator[Field]:
+    shape: MessageShape, section: Section, defaults: Any, prefix: str, unit: str
+) -> Iterator[InterfaceField]:
     for name, inner in shape.fields.items():
         remark = section.remark(name)
         default = defaults[name]
         own = remark.unit or unit
-        yield Field(prefix + name, inner, own, default, remark.text)
-        if isinstance(inner, Message):
+        yield InterfaceField(prefix + name, inner, own, default, remark.text)
+        if isinstance(inner, MessageShape):
             package, short = inner.name.split("/")
             said = _interface(f"{package}/msg/{short}").section(0)
             # The unit of a point is that of its coordinates.

@@ -12,7 +12,7 @@ from bt_mission.ros.interface_types import message_type
 if TYPE_CHECKING:
     from rclpy.node import Node
 
-    from bt_mission.graph_tools.graph_session import Hand
+    from bt_mission.graph_tools.graph_session import GraphSession
 
 DEPTH = 100
 
@@ -47,7 +47,7 @@ class Listener:
 
     def __init__(
         self,
-        hand: Hand,
+        hand: GraphSession,
         topic: str,
         type_name: str,
         take: Callable[[Any], None],

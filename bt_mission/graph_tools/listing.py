@@ -5,18 +5,22 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 
 from bt_mission.core.diagnostics import listed
-from bt_mission.core.text import harmless
-from bt_mission.graph_tools.graph_query import Entry
-from bt_mission.graph_tools.interface_description import About, Field, Part
+from bt_mission.core.text import escape_control
+from bt_mission.graph_tools.graph_query import GraphEntry
+from bt_mission.graph_tools.interface_description import (
+    InterfaceDescription,
+    InterfaceField,
+    InterfacePart,
+)
 from bt_mission.graph_tools.values import short
-from bt_mission.language.message_types import ListOf, Message
+from bt_mission.language.message_types import ListOf, MessageShape
 
 NOBODY = "nobody"
 
 
 def columns(rows: Iterable[Sequence[str]], gap: str = "  ") -> list[str]:
     """Rows of cells as lines, with the cells of a column one below the other."""
-    table = [tuple(harmless(cell) for cell in row) for row in rows]
+    table = [tuple(escape_control(cell) for cell in row) for row in rows]
     widths = [max(map(len, column)) for column in zip(*table, strict=True)]
     return [
         gap.join(f"{cell:{width}}" for cell, width in zip(row, widths, strict=True)).rstrip()
@@ -24,28 +28,28 @@ def columns(rows: Iterable[Sequence[str]], gap: str = "  ") -> list[str]:
     ]
 
 
-def action_rows(entries: Iterable[Entry]) -> list[Sequence[str]]:
+def action_rows(entries: Iterable[GraphEntry]) -> list[Sequence[str]]:
     """Name, type, and who serves it."""
     return [(one.name, listed(one.types), listed(one.offers or [NOBODY])) for one in entries]
 
 
-def topic_rows(entries: Iterable[Entry]) -> list[Sequence[str]]:
+def topic_rows(entries: Iterable[GraphEntry]) -> list[Sequence[str]]:
     """Name, type, and how many publish and hear it."""
     return [
         (one.name, listed(one.types), f"{len(one.offers)} > {len(one.uses)}") for one in entries
     ]
 
 
-def service_rows(entries: Iterable[Entry]) -> list[Sequence[str]]:
+def service_rows(entries: Iterable[GraphEntry]) -> list[Sequence[str]]:
     """Name and type."""
     return [(one.name, listed(one.types)) for one in entries]
 
 
-def info_lines(entry: Entry, about: About) -> Iterator[str]:
+def info_lines(entry: GraphEntry, about: InterfaceDescription) -> Iterator[str]:
     """All that is known of an action: its nodes, and the fields of its three messages."""
     yield f"{entry.name}  {about.type}"
     if about.text:
-        yield f"  {harmless(about.text)}"
+        yield f"  {escape_control(about.text)}"
     yield f"served by  {listed(entry.offers or [NOBODY])}"
     yield f"used by    {listed(entry.uses or [NOBODY])}"
     for part in about.parts:
@@ -53,7 +57,7 @@ def info_lines(entry: Entry, about: About) -> Iterator[str]:
         yield from part_lines(part)
 
 
-def part_lines(part: Part) -> Iterator[str]:
+def part_lines(part: InterfacePart) -> Iterator[str]:
     """The fields of one message, with types, units, defaults and comments; its named values."""
     fields = part.fields()
     yield part.name if fields else f"{part.name}: no fields"
@@ -63,7 +67,7 @@ def part_lines(part: Part) -> Iterator[str]:
             field.type,
             field.unit,
             "" if part.name in ("result", "feedback", "response") else default_of(field),
-            harmless(field.text),
+            escape_control(field.text),
         )
         for field in fields
     )
@@ -74,16 +78,16 @@ def part_lines(part: Part) -> Iterator[str]:
         )
 
 
-def default_of(field: Field) -> str:
+def default_of(field: InterfaceField) -> str:
     """A field's default for people; nothing for a message, whose fields have their own."""
-    if isinstance(field.shape, Message):
+    if isinstance(field.shape, MessageShape):
         return ""
     if isinstance(field.shape, ListOf) and len(field.default) > 8:
         return f"{len(field.default)} items"
     return f"= {short(field.default)}"
 
 
-def info_object(entry: Entry, about: About) -> dict[str, object]:
+def info_object(entry: GraphEntry, about: InterfaceDescription) -> dict[str, object]:
     """The same for programs."""
     return {
         "name": entry.name,
@@ -99,7 +103,7 @@ def info_object(entry: Entry, about: About) -> dict[str, object]:
     }
 
 
-def _field_object(field: Field) -> dict[str, object]:
+def _field_object(field: InterfaceField) -> dict[str, object]:
     return {
         "name": field.name,
         "type": field.type,
@@ -109,7 +113,7 @@ def _field_object(field: Field) -> dict[str, object]:
     }
 
 
-def entry_object(entry: Entry, offers: str, uses: str) -> dict[str, object]:
+def entry_object(entry: GraphEntry, offers: str, uses: str) -> dict[str, object]:
     """One name for programs."""
     return {
         "name": entry.name,

@@ -11,7 +11,7 @@ LEFT_WORDS = {"remaining", "left"}
 PLAIN_WORDS = {"current", "count", "number", "total", "target", "goal", "desired", "max", "of"}
 
 
-class Gauges:
+class ProgressBounds:
     """Finds for each number of the feedback what it counts towards.
 
     The bound is, in this order: the sum with a twin that says what is left (``current_angle`` and

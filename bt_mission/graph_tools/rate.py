@@ -9,7 +9,7 @@ from itertools import pairwise
 
 
 @dataclass(frozen=True)
-class Rate:
+class WindowRate:
     """The rate over a window.
 
     :param hz: messages per second. :param mean_s: between two messages, s; so are the others.
@@ -40,7 +40,7 @@ class RateMeter:
         self._times_ns.append(time_ns)
         self.total += 1
 
-    def read(self) -> Rate | None:
+    def read(self) -> WindowRate | None:
         """The rate, or None before two messages of different times."""
         times = list(self._times_ns)
         if len(times) < 2 or times[-1] == times[0]:
@@ -48,4 +48,6 @@ class RateMeter:
         periods = [(after - before) / 1e9 for before, after in pairwise(times)]
         mean = sum(periods) / len(periods)
         spread = sum((period - mean) ** 2 for period in periods) / len(periods)
-        return Rate(1.0 / mean, mean, min(periods), max(periods), math.sqrt(spread), len(periods))
+        return WindowRate(
+            1.0 / mean, mean, min(periods), max(periods), math.sqrt(spread), len(periods)
+        )

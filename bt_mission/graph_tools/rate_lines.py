@@ -10,7 +10,7 @@ from bt_mission.graph_tools.rate import RateMeter
 from bt_mission.graph_tools.values import as_json
 
 if TYPE_CHECKING:
-    from bt_mission.graph_tools.graph_session import Hand
+    from bt_mission.graph_tools.graph_session import GraphSession
 
 
 class RateLines:
@@ -22,7 +22,7 @@ class RateLines:
 
     def __init__(
         self,
-        hand: Hand,
+        hand: GraphSession,
         topic: str,
         type_name: str,
         window: int,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from rcl_interfaces.msg import Log
 from rclpy.qos import QoSProfile
 
-from bt_mission.core.text import harmless
+from bt_mission.core.text import escape_control
 from bt_mission.graph_tools.graph_query import FEEDBACK
 
 if TYPE_CHECKING:
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 DEPTH = 50
 
 
-class Rejections:
+class RosoutListener:
     """Hears the warnings of the nodes that serve an action, from now on.
 
     :param node: owns the subscription to ``/rosout``.
@@ -41,4 +41,4 @@ class Rejections:
             for one in self._node.get_publishers_info_by_topic(self._action + FEEDBACK)
         }
         if any(message.name == name or message.name.startswith(f"{name}.") for name in servers):
-            self._last = harmless(message.msg)
+            self._last = escape_control(message.msg)

@@ -10,16 +10,18 @@ from rich.console import Console
 
 from bt_mission.graph_tools.goal_lines import GoalLines, GoalObjects
 from bt_mission.graph_tools.goal_picture import GoalPicture
-from bt_mission.graph_tools.goal_request import Audience, End, OneGoal
-from bt_mission.graph_tools.rosout_listener import Rejections
-from bt_mission.ros.goal_client import ActionCourier
+from bt_mission.graph_tools.goal_request import GoalListener, GoalRequest, GoalResult
+from bt_mission.graph_tools.rosout_listener import RosoutListener
+from bt_mission.ros.goal_client import RosGoalClient
 
 if TYPE_CHECKING:
-    from bt_mission.graph_tools.graph_session import Hand
-    from bt_mission.graph_tools.interface_description import About
+    from bt_mission.graph_tools.graph_session import GraphSession
+    from bt_mission.graph_tools.interface_description import InterfaceDescription
 
 
-def audience_for(stream: TextIO, about: About, goal: Any, *, json: bool, plain: bool) -> Audience:
+def audience_for(
+    stream: TextIO, about: InterfaceDescription, goal: Any, *, json: bool, plain: bool
+) -> GoalListener:
     """A picture on a terminal, lines in a pipe, objects for programs."""
     if json:
         return GoalObjects(stream)
@@ -38,20 +40,20 @@ class Sender:
     :raises BtMissionError: when the type is not installed, or the action has another one.
     """
 
-    def __init__(self, hand: Hand, action: str, type_name: str) -> None:
+    def __init__(self, hand: GraphSession, action: str, type_name: str) -> None:
         self._hand = hand
-        self._rejections = Rejections(hand.node, action)
-        self._courier = ActionCourier(hand.node, action, type_name, lambda _: "")
+        self._rejections = RosoutListener(hand.node, action)
+        self._courier = RosGoalClient(hand.node, action, type_name, lambda _: "")
 
     def prepare(self, fields: Mapping[str, Any]) -> Any:
         """A goal message with these fields. Raises BtMissionError."""
         return self._courier.prepare(fields)
 
     def open(
-        self, request: Any, audience: Audience, *, server_s: float, limit_s: float | None = None
-    ) -> OneGoal:
-        """A goal that :meth:`OneGoal.poll` sends and sees to its end."""
-        return OneGoal(
+        self, request: Any, audience: GoalListener, *, server_s: float, limit_s: float | None = None
+    ) -> GoalRequest:
+        """A goal that :meth:`GoalRequest.poll` sends and sees to its end."""
+        return GoalRequest(
             self._courier,
             request,
             audience,
@@ -63,7 +65,7 @@ class Sender:
         )
 
 
-def see_through(hand: Hand, goal: OneGoal) -> End:
+def see_through(hand: GraphSession, goal: GoalRequest) -> GoalResult:
     """Step until the goal has ended.
 
     The first Ctrl-C, and a reader of our output that leaves, cancel the goal and wait for its end;
@@ -81,6 +83,3 @@ def see_through(hand: Hand, goal: OneGoal) -> End:
             goal.mute()
             goal.cancel("nobody reads the output any more", hand.now_ns)
         hand.step()
-
-
-__all__ = ["Sender", "audience_for", "see_through"]

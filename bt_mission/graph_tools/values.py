@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import yaml  # type: ignore[import-untyped]
 
-from bt_mission.core.text import harmless
+from bt_mission.core.text import escape_control
 
 SHOWN_ITEMS = 16
 """Items of a list that people are shown; a scan has hundreds, a picture a million."""
@@ -77,7 +77,7 @@ def short(value: Any) -> str:
             return str(value)
         case str():
             cut = value if len(value) <= SHOWN_CHARACTERS else value[:SHOWN_CHARACTERS] + "..."
-            return harmless(cut) if cut else "''"
+            return escape_control(cut) if cut else "''"
         case Cut():
             return f"... {value.left} more"
         case Mapping():
@@ -116,7 +116,7 @@ def _write_cut(dumper: _Dumper, cut: Cut) -> yaml.Node:
 
 def _write_text(dumper: _Dumper, text: str) -> yaml.Node:
     # PyYAML lets some through that turn the direction of writing; as_yaml() escapes them.
-    is_plain = harmless(text.replace("\n", "")) == text.replace("\n", "")
+    is_plain = escape_control(text.replace("\n", "")) == text.replace("\n", "")
     return dumper.represent_scalar("tag:yaml.org,2002:str", text, style=None if is_plain else '"')
 
 
@@ -142,7 +142,7 @@ def as_yaml(value: Any) -> str:
         width=100,
         default_flow_style=False,
     )
-    text = "\n".join(harmless(line) for line in text.removesuffix("...\n").split("\n"))
+    text = "\n".join(escape_control(line) for line in text.removesuffix("...\n").split("\n"))
     return _MARKED.sub(lambda match: f"{match[2] or ''}  # {match[1]} more", text)
 
 

@@ -9,7 +9,7 @@ from rich.live import Live
 from rich.text import Text
 
 from bt_mission.graph_tools.goal_lines import said
-from bt_mission.graph_tools.interface_description import About
+from bt_mission.graph_tools.interface_description import InterfaceDescription
 from bt_mission.graph_tools.values import as_json, plain
 
 
@@ -32,7 +32,7 @@ class WatchView(Protocol):
         """Nothing more will come."""
 
 
-def watch_view(stream: TextIO, about: About, *, json: bool) -> WatchView:
+def watch_view(stream: TextIO, about: InterfaceDescription, *, json: bool) -> WatchView:
     """Drawn in place on a terminal, lines in a pipe, objects for programs."""
     if json:
         return WatchObjects(stream)
@@ -70,7 +70,7 @@ class WatchObjects:
 class WatchLines:
     """A line for each state, and for feedback that has changed."""
 
-    def __init__(self, stream: TextIO, about: About) -> None:
+    def __init__(self, stream: TextIO, about: InterfaceDescription) -> None:
         self._stream = stream
         self._units = about.part("feedback").units()
         self._last: dict[str, str] = {}
@@ -102,7 +102,7 @@ class WatchLines:
 class WatchPicture:
     """A line for each state, to stay; below them the newest feedback of goals under way."""
 
-    def __init__(self, console: Console, about: About) -> None:
+    def __init__(self, console: Console, about: InterfaceDescription) -> None:
         self._console = console
         self._units = about.part("feedback").units()
         self._lines: list[str] = []

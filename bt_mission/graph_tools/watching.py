@@ -12,13 +12,13 @@ from bt_mission.graph_tools.graph_query import FEEDBACK, STATUS
 from bt_mission.ros.interface_types import action_type
 
 if TYPE_CHECKING:
-    from bt_mission.graph_tools.graph_session import Hand
+    from bt_mission.graph_tools.graph_session import GraphSession
     from bt_mission.graph_tools.watch_views import WatchView
 
 DEPTH = 100
 
 
-class Watch:
+class GoalWatch:
     """Tells a view of each change of a goal's state, and of all feedback.
 
     :param hand: its node owns the subscriptions.
@@ -26,7 +26,7 @@ class Watch:
     :param type_name: of the action. Raises UnknownType.
     """
 
-    def __init__(self, hand: Hand, action: str, type_name: str, view: WatchView) -> None:
+    def __init__(self, hand: GraphSession, action: str, type_name: str, view: WatchView) -> None:
         self._hand = hand
         self._view = view
         self._states: dict[str, str] = {}

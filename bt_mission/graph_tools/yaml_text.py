@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from bt_mission.core.yaml.document import Fault, InputError, read_text
-from bt_mission.language.message_types import Message, Problem, Shape, Unknowable, conform
+from bt_mission.core.diagnostics import InputError
+from bt_mission.core.yaml.document import read_text
+from bt_mission.language.message_types import MessageShape, Shape, TypeMismatch, Unknowable, conform
 
 
-def read_fields(text: str, shape: Message, what: str) -> Mapping[str, Any]:
+def read_fields(text: str, shape: MessageShape, what: str) -> Mapping[str, Any]:
     """Read the fields of a message; an empty text leaves every field at its default.
 
     :param what: names the text in faults, such as ``goal``.
@@ -18,7 +19,7 @@ def read_fields(text: str, shape: Message, what: str) -> Mapping[str, Any]:
     if not text.strip():
         return {}
     document = read_text(text, what)
-    problems: list[Problem] = []
+    problems: list[TypeMismatch] = []
     if not isinstance(document.data, Mapping):
         fault = document.fault(
             (), f"expected fields of {shape.name}, such as {_example(shape)}", _names(shape)
@@ -44,7 +45,7 @@ def read_value(text: str, shape: Shape) -> tuple[Any, str]:
         value = read_text(text, "value").data
     except InputError as error:
         return None, error.faults[0].message
-    problems: list[Problem] = []
+    problems: list[TypeMismatch] = []
     value = conform(shape, value, _no_expressions, problems.append)
     if not problems:
         return value, ""
@@ -57,13 +58,10 @@ def _no_expressions(*_: object) -> Any:
     raise Unknowable
 
 
-def _example(shape: Message) -> str:
+def _example(shape: MessageShape) -> str:
     name = next(iter(shape.fields), "")
     return f"'{name}: ...'" if name else "'{}'"
 
 
-def _names(shape: Message) -> str:
+def _names(shape: MessageShape) -> str:
     return f"its fields: {', '.join(shape.fields) or 'none'}"
-
-
-__all__ = ["Fault", "InputError", "fault_of", "read_fields", "read_value"]

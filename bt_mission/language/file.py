@@ -9,7 +9,7 @@ from pydantic import (
 )
 
 from bt_mission.language.nodes.base import (
-    ActionName,
+    ActionNameField,
     Child,
     FixedLimit,
     InputValue,
@@ -43,7 +43,7 @@ class MissionFile(Written):
     include: list[Line] = []
     inputs: dict[Variable, InputValue] = {}
     limits: GoalLimits = GoalLimits()
-    servers: dict[ActionName, GoalLimits] = {}
+    servers: dict[ActionNameField, GoalLimits] = {}
     trees: dict[TreeName, Trees] = {}
     tree: Child
 

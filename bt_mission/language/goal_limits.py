@@ -6,9 +6,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from bt_mission.core.diagnostics import Fault, did_you_mean, listed, quoted
+from bt_mission.core.diagnostics import Diagnostic, did_you_mean, listed, quoted
 from bt_mission.core.yaml.document import Document
-from bt_mission.language.action_names import SHORT_NAMES
+from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.file import GoalLimits, MissionFile
 
 DEFAULTS: Mapping[str, float] = {
@@ -21,7 +21,7 @@ DEFAULTS: Mapping[str, float] = {
 
 def plain_name(name: str) -> str:
     """Return the name of an action without leading slashes, a short name as its action."""
-    short = SHORT_NAMES.get(name)
+    short = ACTION_NAMES.get(name)
     return (short.action if short else name).strip("/")
 
 
@@ -45,7 +45,7 @@ class GoalLimitsTable:
 
 def server_faults(
     document: Document, servers: Iterable[str], actions: Iterable[str]
-) -> Iterator[Fault]:
+) -> Iterator[Diagnostic]:
     """Yield a fault for each server at the head of a file to which no goal is sent."""
     used = dict.fromkeys(plain_name(action) for action in actions)
     for name in servers:

@@ -6,14 +6,21 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from bt_mission.core.diagnostics import Fault, InputError, describe, did_you_mean, listed, quoted
+from bt_mission.core.diagnostics import (
+    Diagnostic,
+    InputError,
+    describe,
+    did_you_mean,
+    listed,
+    quoted,
+)
 from bt_mission.core.yaml.document import read_text
 from bt_mission.language.expressions.values import WORDS, Plain, Type, type_of
 
 
 def overridden(
     inputs: Mapping[str, Plain], given: Mapping[str, Plain]
-) -> tuple[dict[str, Plain], list[Fault]]:
+) -> tuple[dict[str, Plain], list[Diagnostic]]:
     """Return the inputs with the given values in place, and the faults of those.
 
     A value given as text is read as the default's type asks: `0.15` for a number, `[1, 2]` for
@@ -26,7 +33,7 @@ def overridden(
         if name not in inputs:
             message = f"no input {quoted(name)} (the mission's inputs: {listed(inputs)})"
             hint = did_you_mean(name, inputs)
-            faults.append(Fault(message, "--set", 1, 1, source, hint))
+            faults.append(Diagnostic(message, "--set", 1, 1, source, hint))
             continue
         wanted = type_of(inputs[name])
         taken = _read(value) if isinstance(value, str) and wanted != "text" else value
@@ -34,7 +41,7 @@ def overridden(
             values[name] = taken
             continue
         message = f"input {quoted(name)} expects {_words(wanted)}, got {describe(value)}"
-        faults.append(Fault(message, "--set", 1, len(name) + 2, source))
+        faults.append(Diagnostic(message, "--set", 1, len(name) + 2, source))
     return values, faults
 
 

@@ -7,19 +7,19 @@ from dataclasses import dataclass, replace
 from itertools import islice
 from typing import Any
 
-from bt_mission.core.diagnostics import MOST_FAULTS, Fault, InputError, in_order
+from bt_mission.core.diagnostics import MOST_FAULTS, Diagnostic, InputError, in_order
 from bt_mission.core.yaml.composer import Place
 from bt_mission.core.yaml.document import Document
 from bt_mission.core.yaml.document import read_text as read_yaml
 from bt_mission.language.checks.warnings import scope_faults, warnings
-from bt_mission.language.expressions.expression import Plain
+from bt_mission.language.expressions.values import Plain
 from bt_mission.language.file import MissionFile
 from bt_mission.language.goal_limits import GoalLimitsTable, server_faults
 from bt_mission.language.inputs import overridden
 from bt_mission.language.mission import Mission
-from bt_mission.language.node_reader import Reader
-from bt_mission.language.nodes.steps import Action
-from bt_mission.language.trees import Shelf, all_steps, read_trees, size_faults
+from bt_mission.language.node_reader import NodeReader
+from bt_mission.language.nodes.steps import ActionStep
+from bt_mission.language.trees import TreeLibrary, all_steps, read_trees, size_faults
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Draft:
 
     document: Document
     mission: Mission | None
-    faults: tuple[Fault, ...]
+    faults: tuple[Diagnostic, ...]
 
 
 def load_text(
@@ -51,12 +51,12 @@ def draft(
     robot: str | None = None,
 ) -> Draft:
     """Return what can be read of a mission, with its faults instead of an exception."""
-    reader = Reader(document)
+    reader = NodeReader(document)
     written = reader.written(MissionFile, (), document.data)
     if written is None and isinstance(document.data, dict):
         # Without a name or a tree the rest can still be looked at.
         written = _stand_in(document.data)
-    shelf = Shelf()
+    shelf = TreeLibrary()
     if written is not None:
         shelf.gather(document, written)
         reader.limits = GoalLimitsTable.written(written)
@@ -84,7 +84,7 @@ def draft(
         document=document,
     )
     faults += [*wrong, *size_faults(document, mission)]
-    goals = (step.action for step in all_steps(mission) if isinstance(step, Action))
+    goals = (step.action for step in all_steps(mission) if isinstance(step, ActionStep))
     faults += server_faults(document, written.servers, goals)
     faults += islice(scope_faults(mission), MOST_FAULTS)
     return Draft(document, mission, in_order(faults))
@@ -92,7 +92,7 @@ def draft(
 
 def _stand_in(data: Mapping[str, Any]) -> MissionFile | None:
     named = {"inputs": data.get("inputs", {}), "mission": "?", "tree": data.get("tree")}
-    reader = Reader(Document("", named, Place(1, 1), ()))
+    reader = NodeReader(Document("", named, Place(1, 1), ()))
     return reader.written(MissionFile, (), named)
 
 

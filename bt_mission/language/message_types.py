@@ -56,31 +56,31 @@ class ListOf:
 
 
 @dataclass(frozen=True)
-class Message:
+class MessageShape:
     """A message with its fields in order."""
 
     name: str
     fields: Mapping[str, Shape]
 
 
-Shape = Scalar | ListOf | Message
+Shape = Scalar | ListOf | MessageShape
 
 
 @dataclass(frozen=True)
 class ActionShapes:
     """What the three messages of an action hold."""
 
-    goal: Message
-    result: Message
-    feedback: Message
+    goal: MessageShape
+    result: MessageShape
+    feedback: MessageShape
 
 
 @dataclass(frozen=True)
 class ServiceShapes:
     """What the two messages of a service hold."""
 
-    request: Message
-    response: Message
+    request: MessageShape
+    response: MessageShape
 
 
 class UnknownType(BtMissionError):  # noqa: N818 - what it is says more than that it is an error
@@ -106,7 +106,7 @@ class Unknowable(Exception):  # noqa: N818 - not an error
 
 
 @dataclass(frozen=True)
-class Problem:
+class TypeMismatch:
     """Something that does not fit: where (at the key or at the value), what, and a hint."""
 
     path: Path
@@ -119,18 +119,18 @@ class Problem:
         return f"{'.'.join(str(part) for part in self.path)}: {self.message}{hint}"
 
 
-Report = Callable[[Problem], None]
+Report = Callable[[TypeMismatch], None]
 """Told of everything that does not fit."""
 
 Reader = Callable[[Path, Shape, Text | Late], Any]
 """Gives the value of a text for a field. Raises Unknowable where it has none yet."""
 
 
-def field_at(message: Message, dotted: str) -> Shape:
+def field_at(message: MessageShape, dotted: str) -> Shape:
     """Return the shape of a field by its dotted name. Raises UnknownField."""
     shape: Shape = message
     for name in dotted.split("."):
-        if not isinstance(shape, Message):
+        if not isinstance(shape, MessageShape):
             raise UnknownField(f"{quoted(dotted)}: {shape.name} has no fields of its own")
         if name not in shape.fields:
             text = f"no field {quoted(name)} in {shape.name} (its fields: {listed(shape.fields)})"
@@ -182,15 +182,15 @@ def _scalar(shape: Scalar, value: Any, report: Report, path: Path) -> Any:
     if isinstance(value, bool) or not isinstance(value, int | float):
         return _refuse(shape, value, report, path)
     if not math.isfinite(value):
-        report(Problem(path, f"expected a finite number ({shape.name}), got {value}"))
+        report(TypeMismatch(path, f"expected a finite number ({shape.name}), got {value}"))
     elif shape.type == "integer" and not isinstance(value, int):
         hint = "round(...), floor(...) and // give whole numbers"
-        report(Problem(path, f"expected a whole number ({shape.name}), got {value}", hint))
+        report(TypeMismatch(path, f"expected a whole number ({shape.name}), got {value}", hint))
     elif not shape.least <= value <= shape.most:
         limits = f"{shape.least:.12g} to {shape.most:.12g}"
         if shape.type == "integer":
             limits = f"{shape.least} to {shape.most}"
-        report(Problem(path, f"the number {value} is outside {shape.name}, {limits}"))
+        report(TypeMismatch(path, f"the number {value} is outside {shape.name}, {limits}"))
     return float(value) if shape.type == "number" else value
 
 
@@ -198,7 +198,7 @@ def _text(shape: Scalar, value: Any, report: Report, path: Path) -> Any:
     if not isinstance(value, str):
         return _refuse(shape, value, report, path)
     if len(value) > shape.most:
-        report(Problem(path, f"expected at most {shape.most} characters, got {len(value)}"))
+        report(TypeMismatch(path, f"expected at most {shape.most} characters, got {len(value)}"))
     return value
 
 
@@ -206,27 +206,29 @@ _EXPECTED = {"bool": "true or false", "text": "a text", "integer": "a whole numb
 
 
 def _refuse(shape: Shape, value: Any, report: Report, path: Path) -> None:
-    words = "a mapping" if isinstance(shape, Message) else "a list"
+    words = "a mapping" if isinstance(shape, MessageShape) else "a list"
     if isinstance(shape, Scalar):
         words = _EXPECTED.get(shape.type, "a number")
-    report(Problem(path, f"expected {words} ({shape.name}), got {describe(value)}"))
+    report(TypeMismatch(path, f"expected {words} ({shape.name}), got {describe(value)}"))
 
 
 def _list(shape: ListOf, value: Any, read: Reader, report: Report, path: Path) -> Any:
     if not isinstance(value, list | tuple):
         return _refuse(shape, value, report, path)
     if shape.size is not None and len(value) != shape.size:
-        report(Problem(path, f"expected {shape.size} items ({shape.name}), got {len(value)}"))
+        report(TypeMismatch(path, f"expected {shape.size} items ({shape.name}), got {len(value)}"))
     elif shape.most is not None and len(value) > shape.most:
         report(
-            Problem(path, f"expected at most {shape.most} items ({shape.name}), got {len(value)}")
+            TypeMismatch(
+                path, f"expected at most {shape.most} items ({shape.name}), got {len(value)}"
+            )
         )
     return [
         conform(shape.item, part, read, report, (*path, index)) for index, part in enumerate(value)
     ]
 
 
-def _message(shape: Message, value: Any, read: Reader, report: Report, path: Path) -> Any:
+def _message(shape: MessageShape, value: Any, read: Reader, report: Report, path: Path) -> Any:
     if not isinstance(value, Mapping):
         return _refuse(shape, value, report, path)
     filled = {}
@@ -236,7 +238,7 @@ def _message(shape: Message, value: Any, read: Reader, report: Report, path: Pat
                 f"no field {quoted(name)} in {shape.name} (its fields: {listed(shape.fields)})"
             )
             hint = did_you_mean(name, shape.fields)
-            report(Problem((*path, name), message, hint, at_key=True))
+            report(TypeMismatch((*path, name), message, hint, at_key=True))
             continue
         filled[name] = conform(shape.fields[name], part, read, report, (*path, name))
     return filled
@@ -245,11 +247,11 @@ def _message(shape: Message, value: Any, read: Reader, report: Report, path: Pat
 _COORDINATE = Scalar("float64", "number")
 
 
-def _three(shape: Message, value: Any, read: Reader, report: Report, path: Path) -> Any:
+def _three(shape: MessageShape, value: Any, read: Reader, report: Report, path: Path) -> Any:
     """Return a pose on the map or a point, of three numbers."""
     if len(value) != 3:
         words, _ = SHORTHANDS[shape.name]
-        report(Problem(path, f"expected {words}, got {describe(value)}"))
+        report(TypeMismatch(path, f"expected {words}, got {describe(value)}"))
         return None
     parts = [
         conform(_COORDINATE, part, read, report, (*path, index)) for index, part in enumerate(value)
@@ -275,10 +277,10 @@ _LONGEST_S = 2**31 - 1
 
 def _duration(seconds: float, report: Report, path: Path) -> Any:
     if not math.isfinite(seconds):
-        report(Problem(path, f"expected a finite number of seconds, got {seconds}"))
+        report(TypeMismatch(path, f"expected a finite number of seconds, got {seconds}"))
     elif abs(seconds) > _LONGEST_S:
         message = f"{seconds:g} s are outside {DURATION}, -{_LONGEST_S} to {_LONGEST_S}"
-        report(Problem(path, message))
+        report(TypeMismatch(path, message))
     else:
         sec, nanosec = divmod(round(seconds * _NS), _NS)
         return {"sec": sec, "nanosec": nanosec}

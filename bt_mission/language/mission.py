@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
-from bt_mission.core.yaml.document import Document, Fault
-from bt_mission.language.expressions.expression import Plain, Type
-from bt_mission.language.expressions.values import type_of
+from bt_mission.core.diagnostics import Diagnostic
+from bt_mission.core.yaml.document import Document
+from bt_mission.language.expressions.values import Plain, Type, type_of
 from bt_mission.language.nodes.steps import Key, Step
 
 
@@ -56,7 +56,7 @@ class Mission:
     trees: Mapping[str, Tree] = field(default_factory=dict)
     lost: frozenset[str] = field(default=frozenset(), repr=False)
     file: str = "<text>"
-    warnings: tuple[Fault, ...] = ()
+    warnings: tuple[Diagnostic, ...] = ()
     document: Document | None = field(default=None, repr=False, compare=False)
 
     @property

@@ -13,8 +13,16 @@ from typing import Any, TypeVar
 
 import pydantic
 
-from bt_mission.core.diagnostics import MOST_FAULTS, Fault, describe, did_you_mean, listed, quoted
-from bt_mission.core.yaml.document import Document, model_faults
+from bt_mission.core.diagnostics import (
+    MOST_FAULTS,
+    Diagnostic,
+    describe,
+    did_you_mean,
+    listed,
+    quoted,
+)
+from bt_mission.core.yaml.document import Document
+from bt_mission.core.yaml.models import model_faults
 from bt_mission.language.action_names import BROKEN
 from bt_mission.language.expressions.expression import Expression
 from bt_mission.language.expressions.values import WORDS, Type, fits, type_of
@@ -22,7 +30,7 @@ from bt_mission.language.file import TreeDefinition
 from bt_mission.language.goal_limits import GoalLimitsTable
 from bt_mission.language.nodes import steps
 from bt_mission.language.nodes import written as models
-from bt_mission.language.nodes.base import Node, Written
+from bt_mission.language.nodes.base import NodeModel, Written
 from bt_mission.language.nodes.registry import step_of
 from bt_mission.language.nodes.steps import Key, Step
 from bt_mission.language.nodes.written import KINDS
@@ -47,7 +55,7 @@ class Signature:
 
 
 @dataclass
-class Reader:
+class NodeReader:
     """Reads nodes and collects the faults of all.
 
     `signatures` are the named trees that may be used, `limits` what the mission says of goals.
@@ -57,7 +65,7 @@ class Reader:
     document: Document
     signatures: Mapping[str, Signature] = field(default_factory=dict)
     limits: GoalLimitsTable = field(default_factory=GoalLimitsTable)
-    faults: list[Fault] = field(default_factory=list)
+    faults: list[Diagnostic] = field(default_factory=list)
     lost: set[str] = field(default_factory=set)
 
     def fault(
@@ -123,7 +131,7 @@ class Reader:
         }
         if written is not None and len(kept) == len(below):
             return self.built(kind, written, kept, common)
-        return steps.Sequence(children=tuple(kept), **common) if kept else None
+        return steps.SequenceStep(children=tuple(kept), **common) if kept else None
 
     def built(self, kind: str, written: Any, kept: list[Step], common: dict[str, Any]) -> Step:
         """Return a sound node as a step; note what only its parts together show."""
@@ -155,7 +163,7 @@ class Reader:
                     message += f"{listed(known) if known else 'none'})"
                     place = (*common["path"], "succeed_when", index)
                     self.fault(place, message, did_you_mean(name, known))
-        return steps.Parallel(
+        return steps.ParallelStep(
             children=tuple(kept),
             succeed_when=wanted,
             fail_when=written.fail_when,
@@ -172,7 +180,7 @@ class Reader:
             known = listed(self.signatures) if self.signatures else "none"
             message = f"no tree is called {quoted(settings.name)} (trees: {known})"
             self.fault(inside, message, did_you_mean(settings.name, self.signatures))
-            return steps.Subtree(tree=settings.name, outputs=written.outputs, **common)
+            return steps.SubtreeStep(tree=settings.name, outputs=written.outputs, **common)
         name, definition = signature.name, signature.definition
         for given, value in settings.inputs.items():
             if self.is_full:
@@ -196,7 +204,7 @@ class Reader:
                 message = f"no output {quoted(result)} of {name} (it gives: {known})"
                 hint = did_you_mean(result, definition.outputs)
                 self.fault((*common["path"], "outputs", result), message, hint, key=True)
-        return steps.Subtree(
+        return steps.SubtreeStep(
             tree=name,
             inputs=settings.inputs,
             outputs=written.outputs,
@@ -251,7 +259,7 @@ _MODIFIERS = frozenset(name for model in KINDS.values() for name in model.model_
 
 
 def _children(
-    model: type[Node], data: dict[str, Any], path: tuple[Key, ...]
+    model: type[NodeModel], data: dict[str, Any], path: tuple[Key, ...]
 ) -> Iterator[tuple[tuple[Key, ...], Any]]:
     """Yield the nodes directly inside a node, each with its path."""
     for key in model.model_fields:

@@ -13,14 +13,14 @@ from itertools import chain
 from pathlib import Path
 
 from bt_mission.core import files
-from bt_mission.core.diagnostics import Fault, InputError, quoted
+from bt_mission.core.diagnostics import Diagnostic, InputError, quoted
 from bt_mission.core.yaml.document import Document, read
 from bt_mission.language.expressions.values import Type, type_of
 from bt_mission.language.file import Library, MissionFile, TreeDefinition
 from bt_mission.language.goal_limits import GoalLimitsTable
 from bt_mission.language.mission import Mission, Tree
-from bt_mission.language.node_reader import Reader, Signature
-from bt_mission.language.nodes.steps import Key, Step, Subtree
+from bt_mission.language.node_reader import NodeReader, Signature
+from bt_mission.language.nodes.steps import Key, Step, SubtreeStep
 
 MOST_FILES = 100
 """The most files that a mission includes, directly or not."""
@@ -37,11 +37,11 @@ SHOWN_RING = 20
 
 
 @dataclass
-class Shelf:
+class TreeLibrary:
     """The named trees of a mission as they are gathered."""
 
     signatures: dict[str, Signature] = field(default_factory=dict)
-    faults: list[Fault] = field(default_factory=list)
+    faults: list[Diagnostic] = field(default_factory=list)
     _read: set[Path] = field(default_factory=set)
 
     def gather(self, document: Document, written: MissionFile | Library) -> None:
@@ -66,7 +66,7 @@ class Shelf:
                 message = f"there is a tree '{name}' already, in {other.document.file}:{line}"
                 self.faults.append(document.fault(path, message, key=True))
                 continue
-            reader = Reader(document)
+            reader = NodeReader(document)
             definition = reader.written(TreeDefinition, path, content)
             self.faults += reader.faults
             if definition is not None:
@@ -101,26 +101,28 @@ class Shelf:
             except InputError as error:
                 self.faults += error.faults
                 return
-            reader = Reader(included)
+            reader = NodeReader(included)
             library = reader.written(Library, (), included.data)
             self.faults += reader.faults
             if library is not None:
                 self._gather(included, library, (*within, path))
 
 
-def read_trees(shelf: Shelf, limits: GoalLimitsTable) -> tuple[dict[str, Tree], list[Fault]]:
+def read_trees(
+    shelf: TreeLibrary, limits: GoalLimitsTable
+) -> tuple[dict[str, Tree], list[Diagnostic]]:
     """Return the named trees of a shelf as far as they can be read, and what is wrong with them.
 
     `limits` are the mission's, also for the goals of trees that it includes.
     """
     trees: dict[str, Tree] = {}
-    faults: list[Fault] = []
+    faults: list[Diagnostic] = []
     for name, signature in shelf.signatures.items():
         document, path = signature.document, (*signature.path, "do")
         found: object = document.data
         for key in path:
             found = found[key] if isinstance(found, dict) and key in found else None
-        reader = Reader(document, shelf.signatures, limits)
+        reader = NodeReader(document, shelf.signatures, limits)
         body = reader.node(found, path)
         faults += reader.faults
         if body is not None:
@@ -137,7 +139,7 @@ def read_trees(shelf: Shelf, limits: GoalLimitsTable) -> tuple[dict[str, Tree], 
     return trees, faults
 
 
-def size_faults(document: Document, mission: Mission) -> Iterator[Fault]:
+def size_faults(document: Document, mission: Mission) -> Iterator[Diagnostic]:
     """Yield a fault for trees that use themselves, or for a mission that grows without measure."""
     trees = mission.trees
     uses = {name: [one for one in _uses(tree.body) if one in trees] for name, tree in trees.items()}
@@ -169,14 +171,18 @@ def used(mission: Mission) -> dict[str, None]:
     waiting = [mission.tree]
     while waiting:
         for step in waiting.pop().walk():
-            if isinstance(step, Subtree) and step.tree not in found and step.tree in mission.trees:
+            if (
+                isinstance(step, SubtreeStep)
+                and step.tree not in found
+                and step.tree in mission.trees
+            ):
                 found[step.tree] = None
                 waiting.append(mission.trees[step.tree].body)
     return found
 
 
 def _uses(body: Step) -> list[str]:
-    return list(dict.fromkeys(step.tree for step in body.walk() if isinstance(step, Subtree)))
+    return list(dict.fromkeys(step.tree for step in body.walk() if isinstance(step, SubtreeStep)))
 
 
 def _size(body: Step, sizes: Mapping[str, tuple[int, int]]) -> tuple[int, int]:
@@ -185,7 +191,7 @@ def _size(body: Step, sizes: Mapping[str, tuple[int, int]]) -> tuple[int, int]:
     waiting = [(body, 1)]
     while waiting:
         step, level = waiting.pop()
-        inner = sizes.get(step.tree, (0, 0)) if isinstance(step, Subtree) else (0, 0)
+        inner = sizes.get(step.tree, (0, 0)) if isinstance(step, SubtreeStep) else (0, 0)
         count += 1 + inner[0]
         levels = max(levels, level + inner[1])
         waiting += [(below, level + 1) for below in step.steps]
@@ -202,13 +208,15 @@ def _located(document: Document, entry: str) -> tuple[Path, Path]:
     if found is None:
         is_link = any(_is_link(one) for one in candidates)
         missing = f"the links of {quoted(entry)} lead to no file"
-        raise InputError([Fault(missing if is_link else f"no such file {quoted(entry)}", entry)])
+        raise InputError(
+            [Diagnostic(missing if is_link else f"no such file {quoted(entry)}", entry)]
+        )
     real = _real(found)
     assert real is not None
     allowed = [base.resolve(), *shipped]
     if not any(real.is_relative_to(folder) for folder in allowed):
         message = f"{quoted(entry)} lies outside of the folder of the file that includes it"
-        raise InputError([Fault(message, entry)])
+        raise InputError([Diagnostic(message, entry)])
     return found, real
 
 

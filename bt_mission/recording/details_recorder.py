@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from rclpy.serialization import serialize_message
 
-from bt_mission.ros.mission_details import Details
+from bt_mission.ros.mission_details import MissionDetailsBuilder
 
 if TYPE_CHECKING:
     from bt_mission.recording.tapping import Take
@@ -21,7 +21,7 @@ EVERY_NS = 500_000_000
 TYPE = "bt_mission_interfaces/msg/MissionDetails"
 
 
-class Telling:
+class DetailsRecorder:
     """Takes what is new of a mission, when something has happened and twice a second.
 
     :param take: takes it, serialized.
@@ -29,7 +29,9 @@ class Telling:
 
     def __init__(self, mission: MissionNode, take: Take) -> None:
         self._take = take
-        self._details = Details(mission.status.run, mission.run, mission.status.indices)
+        self._details = MissionDetailsBuilder(
+            mission.status.run, mission.run, mission.status.indices
+        )
         self._is_due = False
         self._told_ns: int | None = None
         """None before the first: details are of use to nobody before there is a tree."""

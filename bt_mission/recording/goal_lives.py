@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from bt_mission.recording.model import Goal
+from bt_mission.recording.model import RecordedGoal
 from bt_mission.recording.reading import Channel
 
 STATUSES = {0: "unknown", 4: "succeeded", 5: "canceled", 6: "aborted"}
@@ -18,10 +18,10 @@ class GoalLives:
     """Takes in what concerns goals, in the order of time."""
 
     def __init__(self) -> None:
-        self._goals: dict[str, Goal] = {}
+        self._goals: dict[str, RecordedGoal] = {}
 
     @property
-    def lives(self) -> tuple[Goal, ...]:
+    def lives(self) -> tuple[RecordedGoal, ...]:
         """All goals, in the order in which they were first heard of."""
         return tuple(self._goals.values())
 
@@ -84,8 +84,8 @@ class GoalLives:
             goal = self._goal(request["goal_info"]["goal_id"], action)
             goal.cancel_ns = time_ns if goal.cancel_ns is None else goal.cancel_ns
 
-    def _goal(self, goal_id: Mapping[str, Any], action: str) -> Goal:
+    def _goal(self, goal_id: Mapping[str, Any], action: str) -> RecordedGoal:
         return self._of(bytes(goal_id["uuid"]).hex(), action)
 
-    def _of(self, goal_id: str, action: str) -> Goal:
-        return self._goals.setdefault(goal_id, Goal(goal_id, action))
+    def _of(self, goal_id: str, action: str) -> RecordedGoal:
+        return self._goals.setdefault(goal_id, RecordedGoal(goal_id, action))

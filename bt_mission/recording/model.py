@@ -1,6 +1,6 @@
 """What is known of a run once its recording has been read: the base of reports and replays.
 
-All times are ROS times in ns, as in the file; :attr:`Run.start_ns` is the run's first instant.
+All times are ROS times in ns, as in the file; :attr:`RecordedRun.start_ns` is the first instant.
 Lengths are m, angles rad, in the frame of the map unless another is named.
 """
 
@@ -22,7 +22,7 @@ RUNNING, SUCCESS, FAILURE, HALTED = "running", "success", "failure", "halted"
 
 
 @dataclass(frozen=True)
-class TreeNode:
+class RecordedNode:
     """A node of the mission's tree; `parent` is its parent's index, the root's its own."""
 
     name: str
@@ -37,7 +37,7 @@ class TreeNode:
 
 
 @dataclass(frozen=True)
-class Change:
+class RecordedChange:
     """A node has changed its status: to ``running``, ``success``, ``failure`` or ``halted``."""
 
     time_ns: int
@@ -99,7 +99,7 @@ class Series:
 
 
 @dataclass(frozen=True)
-class Scan:
+class RecordedScan:
     """What the lidar measured: `points` are m, in the robot's frame (ahead, left), rows of x y.
 
     `clearance` is the distance of the nearest of them to the robot's hull, or to the lidar where
@@ -112,7 +112,7 @@ class Scan:
 
 
 @dataclass(frozen=True)
-class Grid:
+class RecordedGrid:
     """An occupancy grid: `cells` are rows from low y up; -1 unknown, 0 free to 100 occupied."""
 
     time_ns: int
@@ -123,7 +123,7 @@ class Grid:
 
 
 @dataclass
-class Goal:
+class RecordedGoal:
     """The life of a goal. Times are None for what has not happened, or is not in the file.
 
     `status` is ``succeeded``, ``canceled``, ``aborted``, ``unknown``, ``rejected``, or empty;
@@ -155,7 +155,7 @@ class Goal:
 
 
 @dataclass(frozen=True)
-class LogLine:
+class RecordedLine:
     """Something that was said; `level` is 10 debug, 20 info, 30 warning, 40 error, 50 fatal."""
 
     time_ns: int
@@ -165,7 +165,7 @@ class LogLine:
 
 
 @dataclass(frozen=True)
-class Collision:
+class RecordedCollision:
     """The robot has come into contact with something, at a point of the map."""
 
     time_ns: int
@@ -186,7 +186,7 @@ class Picture:
 
 
 @dataclass(frozen=True)
-class Run:
+class RecordedRun:
     """A recorded run of one mission."""
 
     path: Path
@@ -206,22 +206,22 @@ class Run:
     """Why the file ends before its end; empty where it does not."""
     missing: str
     """What the recorder could not record; empty where it could everything."""
-    tree: tuple[TreeNode, ...]
-    changes: tuple[Change, ...]
+    tree: tuple[RecordedNode, ...]
+    changes: tuple[RecordedChange, ...]
     spans: tuple[tuple[Span, ...], ...]
     """Of each node of the tree."""
     truth: Track
     """Where the robot was; empty where only the robot itself knows."""
     measured: Track
     """Where it took itself to be, by its odometry from the first pose on."""
-    scans: tuple[Scan, ...]
-    grid: Grid | None
+    scans: tuple[RecordedScan, ...]
+    grid: RecordedGrid | None
     """The newest map."""
-    goals: tuple[Goal, ...]
-    log: tuple[LogLine, ...]
+    goals: tuple[RecordedGoal, ...]
+    log: tuple[RecordedLine, ...]
     battery: Series
     """Percentage."""
-    collisions: tuple[Collision, ...]
+    collisions: tuple[RecordedCollision, ...]
     pictures: tuple[Picture, ...]
     files: Mapping[str, str]
     """The mission's file and those it includes, by name."""
@@ -242,12 +242,12 @@ class Run:
             statuses[change.node] = change.status
         return statuses
 
-    def scan_at(self, time_ns: int) -> Scan | None:
+    def scan_at(self, time_ns: int) -> RecordedScan | None:
         """The newest scan at a time; None before the first."""
         number = bisect_right(self.scans, time_ns, key=lambda scan: scan.time_ns)
         return self.scans[number - 1] if number else None
 
-    def goals_at(self, time_ns: int) -> list[Goal]:
+    def goals_at(self, time_ns: int) -> list[RecordedGoal]:
         """The goals that lived at a time."""
         return [
             goal

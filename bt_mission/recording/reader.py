@@ -10,11 +10,11 @@ from typing import Any
 from bt_mission.core.cdr.decoder import Decoder, DecodingError
 from bt_mission.recording.goal_lives import GoalLives
 from bt_mission.recording.model import (
-    Change,
-    LogLine,
     Picture,
-    Run,
-    TreeNode,
+    RecordedChange,
+    RecordedLine,
+    RecordedNode,
+    RecordedRun,
 )
 from bt_mission.recording.reading import Channel, RecordedFile, RecordingError
 from bt_mission.recording.robot_life import RobotLife
@@ -26,19 +26,19 @@ STATUSES = ("halted", "running", "success", "failure")
 _POSE_LINE = b'"event": "pose"'
 
 
-def read_run(path: Path) -> Run:
+def read_run(path: Path) -> RecordedRun:
     """Read a recording; one that was cut gives what stands in it.
 
     :raises RecordingError: for a file that is none, or holds no run of a mission.
     """
     file = RecordedFile(path)
-    reader = _Reader(file)
+    reader = _RunReader(file)
     for channel, time_ns, data in file.messages():
         reader.take(channel, time_ns, data)
     return reader.run()
 
 
-class _Reader:
+class _RunReader:
     """Takes messages in, topic by topic."""
 
     def __init__(self, file: RecordedFile) -> None:
@@ -47,11 +47,11 @@ class _Reader:
         self._topics: set[str] = set()
         self._first_ns: int | None = None
         self._last_ns = 0
-        self._nodes: tuple[TreeNode, ...] = ()
+        self._nodes: tuple[RecordedNode, ...] = ()
         self._mission = self._node = ""
-        self._changes: list[Change] = []
+        self._changes: list[RecordedChange] = []
         self._state = ("", "")
-        self._log: list[LogLine] = []
+        self._log: list[RecordedLine] = []
         self._pictures: list[Picture] = []
         self._goals = GoalLives()
         self._robot: RobotLife | None = None
@@ -103,13 +103,13 @@ class _Reader:
         self._node = topic.removesuffix("/tree")
         self._mission = message["mission"]
         self._nodes = tuple(
-            TreeNode(node["name"], node["kind"], node["path"], node["parent"])
+            RecordedNode(node["name"], node["kind"], node["path"], node["parent"])
             for node in message["nodes"]
         )
 
     def _take_changes(self, _topic: str, time_ns: int, message: Mapping[str, Any]) -> None:
         self._changes += [
-            Change(time_ns, one["node"], STATUSES[one["status"]], one["message"])
+            RecordedChange(time_ns, one["node"], STATUSES[one["status"]], one["message"])
             for one in message["changes"]
             if one["node"] < len(self._nodes) and one["status"] < len(STATUSES)
         ]
@@ -118,7 +118,7 @@ class _Reader:
         self._state = (message["status"], message["reason"])
 
     def _take_log(self, _topic: str, time_ns: int, message: Mapping[str, Any]) -> None:
-        self._log.append(LogLine(time_ns, message["level"], message["name"], message["msg"]))
+        self._log.append(RecordedLine(time_ns, message["level"], message["name"], message["msg"]))
 
     def _take_picture(self, topic: str, time_ns: int, message: Mapping[str, Any]) -> None:
         kind = "png" if "png" in message["format"] else "jpeg"
@@ -134,7 +134,7 @@ class _Reader:
 
     # ---- the end ---------------------------------------------------------------------------
 
-    def run(self) -> Run:
+    def run(self) -> RecordedRun:
         """All of it.
 
         :raises RecordingError: where there is no mission in it.
@@ -159,7 +159,7 @@ class _Reader:
             for one in file.attached
             if one.media_type.startswith("image/")
         ]
-        return Run(
+        return RecordedRun(
             path=file.path,
             mission=self._mission,
             node=self._node,

@@ -36,7 +36,7 @@ class Channel:
 
 
 @dataclass(frozen=True)
-class Attached:
+class RecordingAttachment:
     """A file within the file."""
 
     name: str
@@ -78,7 +78,7 @@ class RecordedFile:
         self.path = path
         self.library = ""
         self.notes: dict[str, Mapping[str, str]] = {}
-        self.attached: list[Attached] = []
+        self.attached: list[RecordingAttachment] = []
         self.is_cut = False
         """Does it end before its end?"""
         self.why_cut = ""
@@ -128,7 +128,9 @@ class RecordedFile:
                     self.notes[record.name] = record.metadata
                 case records.Attachment():
                     self.attached.append(
-                        Attached(record.name, record.media_type, record.log_time, record.data)
+                        RecordingAttachment(
+                            record.name, record.media_type, record.log_time, record.data
+                        )
                     )
                 case records.Header():
                     self.library = record.library

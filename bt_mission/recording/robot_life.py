@@ -8,7 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from bt_mission.recording.model import Collision, Floats, Grid, Scan, Series, Track
+from bt_mission.recording.model import (
+    Floats,
+    RecordedCollision,
+    RecordedGrid,
+    RecordedScan,
+    Series,
+    Track,
+)
 
 Decode = Callable[[], Mapping[str, Any]]
 Hull = tuple[float, float, float]
@@ -27,8 +34,8 @@ class RobotLife:
 
     def __init__(self, namespace: str, hull: Hull | None) -> None:
         self.hull = None if hull is None else (hull[0], hull[1], hull[2])
-        self.grid: Grid | None = None
-        self.collisions: list[Collision] = []
+        self.grid: RecordedGrid | None = None
+        self.collisions: list[RecordedCollision] = []
         self._prefix = namespace.rstrip("/") + "/"
         self._poses: dict[str, list[tuple[float, ...]]] = {TRUTH: [], ODOMETRY: []}
         self._battery: list[tuple[int, float]] = []
@@ -73,7 +80,7 @@ class RobotLife:
         return Series(np.array(times, np.int64), np.array(values, np.float64))
 
     @property
-    def scans(self) -> tuple[Scan, ...]:
+    def scans(self) -> tuple[RecordedScan, ...]:
         """All scans, as points around the robot."""
         return tuple(
             self._scan(time_ns, self._place_of(frame), message)
@@ -108,12 +115,14 @@ class RobotLife:
         shape = (info["height"], info["width"])
         if message["data"].size == shape[0] * shape[1]:
             cells = message["data"].reshape(shape)
-            self.grid = Grid(time_ns, info["resolution"], origin["x"], origin["y"], cells)
+            self.grid = RecordedGrid(time_ns, info["resolution"], origin["x"], origin["y"], cells)
 
     def _take_collision(self, time_ns: int, message: Mapping[str, Any]) -> None:
         point = message["point"]
         self.collisions.append(
-            Collision(time_ns, message["obstacle"], point["x"], point["y"], message["force"])
+            RecordedCollision(
+                time_ns, message["obstacle"], point["x"], point["y"], message["force"]
+            )
         )
 
     def _take_frames(self, _time_ns: int, message: Mapping[str, Any]) -> None:
@@ -136,14 +145,14 @@ class RobotLife:
             pose = _composed(inner, pose)
         return pose
 
-    def _scan(self, time_ns: int, at: Pose, message: Mapping[str, Any]) -> Scan:
+    def _scan(self, time_ns: int, at: Pose, message: Mapping[str, Any]) -> RecordedScan:
         ranges: Floats = message["ranges"].astype(np.float64)
         angles = message["angle_min"] + message["angle_increment"] * np.arange(len(ranges))
         with np.errstate(invalid="ignore"):
             seen = (ranges >= message["range_min"]) & (ranges <= message["range_max"])
         ranges, angles = ranges[seen], angles[seen] + at[2]
         points = np.column_stack((at[0] + ranges * np.cos(angles), at[1] + ranges * np.sin(angles)))
-        return Scan(time_ns, points, self._clearance(points, ranges))
+        return RecordedScan(time_ns, points, self._clearance(points, ranges))
 
     def _clearance(self, points: Floats, ranges: Floats) -> float:
         if not len(points):

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from bt_mission.recording.model import RUNNING, Change, Span
+from bt_mission.recording.model import RUNNING, RecordedChange, Span
 
 
-def spans_of(nodes: int, changes: Iterable[Change], end_ns: int) -> tuple[tuple[Span, ...], ...]:
+def spans_of(
+    nodes: int, changes: Iterable[RecordedChange], end_ns: int
+) -> tuple[tuple[Span, ...], ...]:
     """The spans of each node, in order.
 
     :param nodes: how many there are.
     :param end_ns: what still runs at the end ran until then.
     """
     spans: list[list[Span]] = [[] for _ in range(nodes)]
-    open_since: dict[int, Change] = {}
+    open_since: dict[int, RecordedChange] = {}
     for change in changes:
         begun = open_since.pop(change.node, None)
         if change.status == RUNNING:

@@ -52,7 +52,7 @@ class _Subscribed:
     """That it is a topic of, if any."""
 
 
-class Topics:
+class GraphTopics:
     """Takes the messages of every topic that somebody publishes.
 
     :param node: owns the subscriptions. Where an executor serves it, messages come through it;

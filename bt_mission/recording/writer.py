@@ -22,16 +22,16 @@ from bt_mission.core.dds.liveliness import TOPIC as PRESENCE
 from bt_mission.core.errors import described
 from bt_mission.recording.contents import files_of, log_line, versions
 from bt_mission.recording.details_recorder import TYPE as DETAILS_TYPE
-from bt_mission.recording.details_recorder import Telling
+from bt_mission.recording.details_recorder import DetailsRecorder
 from bt_mission.recording.file import McapFile
 from bt_mission.recording.goals import GoalEvents
 from bt_mission.recording.options import RecordingOptions
 from bt_mission.recording.pictures import PictureFolder, compressed
 from bt_mission.recording.tapping import Take
-from bt_mission.recording.topics import Topics
+from bt_mission.recording.topics import GraphTopics
 
 if TYPE_CHECKING:
-    from bt_mission.sessions.observers import Observable
+    from bt_mission.sessions.observers import ObservableSession
 
 LOOK_NS = 2_000_000_000
 """Time between two looks at what topics and pictures there are."""
@@ -48,7 +48,7 @@ STATUS_TYPES = {
 }
 
 
-class Recorder:
+class RunRecorder:
     """Records a session from now on, until it is closed.
 
     Use it as a context manager around the steps of the session, before the first one.
@@ -62,7 +62,7 @@ class Recorder:
 
     def __init__(
         self,
-        session: Observable,
+        session: ObservableSession,
         path: Path,
         options: RecordingOptions | None = None,
         *,
@@ -82,7 +82,9 @@ class Recorder:
             what: self._open_own(f"{name}/{what}", type_name)
             for what, type_name in STATUS_TYPES.items()
         }
-        self._telling = Telling(session.node, self._open_own(f"{name}/details", DETAILS_TYPE))
+        self._telling = DetailsRecorder(
+            session.node, self._open_own(f"{name}/details", DETAILS_TYPE)
+        )
         self._trace = self._open_channel(f"{name}/trace", "std_msgs/msg/String")
         self._log = self._open_channel("/rosout", "rcl_interfaces/msg/Log")
         self._pictures = PictureFolder(session.image_folder)
@@ -97,7 +99,7 @@ class Recorder:
         presence = session.node.resolve_topic_name(PRESENCE)
         # What the executive tells those who look on is taken where it arises, at another pace.
         self._own = f"{name}/"
-        self._topics = Topics(self.node, self, (*NEVER, presence), session.inside)
+        self._topics = GraphTopics(self.node, self, (*NEVER, presence), session.inside)
         self._is_closed = False
         self._goals = GoalEvents(self._open_own, self._stamp)
         self._look = self.guarded(self._take_in)

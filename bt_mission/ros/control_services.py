@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from bt_mission.executive.executive import Executive
 
 
-class Controls:
+class ControlServices:
     """Offers ``~/pause``, ``~/resume``, ``~/step``, ``~/stop`` and ``~/breakpoint``.
 
     Breakpoints that are set while no mission runs are for those to come; they last until they are

@@ -16,7 +16,7 @@ from rclpy.qos import QoSProfile
 
 from bt_mission.behaviours.runtime import NS
 from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.ros.mission_details import Details
+from bt_mission.ros.mission_details import MissionDetailsBuilder
 
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
@@ -45,12 +45,12 @@ class DetailTopics:
         self._log = node.create_publisher(MissionLog, "~/log", LOG)
         self._since_last = Stopwatch()
         self._run = ""
-        self._mission: Details | None = None
+        self._mission: MissionDetailsBuilder | None = None
         self._count = 0
 
     def begin(self, run: str, mission: MissionRun, indices: dict[Behaviour, int]) -> None:
         """Follow a mission that starts."""
-        self._run, self._mission = run, Details(run, mission, indices)
+        self._run, self._mission = run, MissionDetailsBuilder(run, mission, indices)
         self._count = 0
         mission.log_listeners.append(self._on_log)
 

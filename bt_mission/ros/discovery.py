@@ -13,8 +13,8 @@ from rclpy.type_hash import TypeHash
 
 from bt_mission.core.dds.discovery import RANGE
 from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.events.source import Found
-from bt_mission.ros.mission_client import NEWEST, TELLS, Link
+from bt_mission.events.source import FoundExecutive
+from bt_mission.ros.mission_client import NEWEST, TELLS, MissionClient
 
 if TYPE_CHECKING:
     from rclpy.node import Node
@@ -27,7 +27,7 @@ SERVE_S = 0.05
 """Wall time for which messages are received at a stretch."""
 
 
-class Hosting(Protocol):
+class HostedMission(Protocol):
     """A session that serves a further node, such as :class:`bt_mission.sessions.stage.Stage`."""
 
     node: MissionNode
@@ -39,16 +39,16 @@ class Hosting(Protocol):
     def add_node(self, node: Node) -> None:
         """Serve it, too."""
 
-    def last_words(self) -> None:
+    def drain(self) -> None:
         """Serve what is on its way, without a step."""
 
 
-class OwnExecutive:
+class LocalExecutive:
     """The executive of this process as a graph of its own: its session serves what listens."""
 
     where = "this process"
 
-    def __init__(self, session: Hosting) -> None:
+    def __init__(self, session: HostedMission) -> None:
         self.name = session.node.get_fully_qualified_name()
         self._session = session
         self._node = rclpy.create_node(
@@ -62,22 +62,22 @@ class OwnExecutive:
     def serve(self) -> None:
         """The session does, step by step; after its last one there is still what that has told."""
         if self._session.is_done:
-            self._session.last_words()
+            self._session.drain()
 
-    def find(self) -> tuple[Found, ...]:
+    def find(self) -> tuple[FoundExecutive, ...]:
         """It."""
-        return (Found(self.name),)
+        return (FoundExecutive(self.name),)
 
-    def attach(self, name: str) -> Link:
+    def attach(self, name: str) -> MissionClient:
         """Listen to it."""
-        return Link(self._node, name)
+        return MissionClient(self._node, name)
 
     def close(self) -> None:
         """Leave, before the session is closed."""
         self._node.destroy_node()
 
 
-class Observer:
+class ExecutiveDirectory:
     """A watcher's own place in a graph. Use it as a context manager."""
 
     def __init__(self) -> None:
@@ -121,7 +121,7 @@ class Observer:
         except TimeoutException:
             return
 
-    def find(self) -> tuple[Found, ...]:
+    def find(self) -> tuple[FoundExecutive, ...]:
         """The executives that are there now, by name."""
         return tuple(
             self._look_at(topic)
@@ -130,21 +130,23 @@ class Observer:
             if self._node.count_publishers(topic)
         )
 
-    def attach(self, name: str, *, with_robot: bool = True) -> Link:
+    def attach(self, name: str, *, with_robot: bool = True) -> MissionClient:
         """Listen to an executive, also one that is not there yet; and to its robot."""
-        return Link(self._node, name, with_robot=with_robot)
+        return MissionClient(self._node, name, with_robot=with_robot)
 
-    def _look_at(self, topic: str) -> Found:
+    def _look_at(self, topic: str) -> FoundExecutive:
         name = topic.removesuffix("/state")
         for (other, (kind, *_)), own in zip(TELLS.items(), self._hashes, strict=True):
             for one in self._node.get_publishers_info_by_topic(f"{name}/{other}"):
                 if one.topic_type_hash != own:
                     why = f"its {kind.__name__} messages are of another version of bt-mission: "
                     why += "install the same on both sides"
-                    return Found(name, why, is_foreign=True)
+                    return FoundExecutive(name, why, is_foreign=True)
         if (count := self._node.count_publishers(topic)) > 1:
-            return Found(name, f"{count} executives share this name: give each a --namespace")
-        return Found(name)
+            return FoundExecutive(
+                name, f"{count} executives share this name: give each a --namespace"
+            )
+        return FoundExecutive(name)
 
     def _hash_of(self, kind: Any) -> TypeHash:
         """The hash by which this version of a type is told from others."""

@@ -11,7 +11,7 @@ from unique_identifier_msgs.msg import UUID
 
 from bt_mission.core.diagnostics import listed
 from bt_mission.core.errors import BtMissionError
-from bt_mission.goals.exchange import Exchange, Overhear
+from bt_mission.goals.exchange import Exchange, ExchangeListener
 from bt_mission.goals.goal import Event, Goal, GoalStatus, Phase
 from bt_mission.ros.interface_types import action_type, fill
 
@@ -34,7 +34,7 @@ class _Client(ActionClient):
         await super().execute(taken_data)  # type: ignore[no-untyped-call]  # rclpy's
 
 
-class ActionCourier:
+class RosGoalClient:
     """Carries goals of one action to its server and brings back what it says.
 
     :param node: owns the action client.
@@ -51,7 +51,7 @@ class ActionCourier:
         name: str,
         type_name: str,
         why_rejected: Callable[[str], str],
-        listeners: Sequence[Overhear] = (),
+        listeners: Sequence[ExchangeListener] = (),
     ) -> None:
         self._why_rejected = why_rejected
         self._listeners = listeners
@@ -103,7 +103,7 @@ class ActionCourier:
             self._tell("send_goal", goal, asked)
         future.add_done_callback(on_answer)
 
-    def find_again(self, goal: Goal) -> None:
+    def recover_goal(self, goal: Goal) -> None:
         """Be able to speak of a goal whose acceptance did not come here."""
         self._handles[goal.id] = self._handle(goal)
 
@@ -160,7 +160,7 @@ class ActionCourier:
         is_over = answer.return_code == CancelGoal.Response.ERROR_GOAL_TERMINATED
         if not goal.accepted:
             if is_taken or is_over:
-                self.find_again(goal)
+                self.recover_goal(goal)
                 goal.on(Event.ACCEPTED)
         elif is_over:
             self.ask_result(goal)

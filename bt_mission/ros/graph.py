@@ -50,7 +50,7 @@ class ProcessNode:
     is_sensor: bool = False
 
 
-class JoinedGraph:
+class GraphConnection:
     """An executor on a graph that others make up.
 
     Time is the graph's: ``/clock`` where somebody publishes it, else the clock of this machine.
@@ -114,7 +114,7 @@ class JoinedGraph:
         if executive.status is MissionStatus.ENDING:
             self._see_to_the_end(executive)
 
-    def last_words(self) -> None:
+    def drain(self) -> None:
         """Let results and answers that are on their way go out."""
         for _ in range(LAST_ROUNDS):
             self.executor.spin_once(timeout_sec=0.0)

@@ -12,9 +12,9 @@ from rclpy.action import get_action_names_and_types
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 
-from bt_mission.core.diagnostics import Fault, did_you_mean, listed
+from bt_mission.core.diagnostics import Diagnostic, did_you_mean, listed
 from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.language.nodes.steps import Action, Publish, Service, Step, WaitFor
+from bt_mission.language.nodes.steps import ActionStep, PublishStep, ServiceStep, Step, WaitForStep
 from bt_mission.language.trees import used
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ class Wanted:
 
 
 @dataclass(frozen=True)
-class Finding:
+class NameFinding:
     """What the graph has of it: the types under that name, none where it is not there."""
 
     wanted: Wanted
@@ -55,17 +55,17 @@ class Finding:
         """Is it there, with the type that is wanted?"""
         return self.wanted.type in self.types
 
-    def fault(self) -> Fault:
+    def fault(self) -> Diagnostic:
         """What is wrong, at the step that wants it."""
         wanted, step = self.wanted, self.wanted.step
         if self.types:
             message = f"{wanted.name} is a {listed(self.types)} in the graph, not a {wanted.type}"
         else:
             message = f"no {wanted.what} {wanted.name} in the graph"
-        return Fault(message, wanted.file, step.line, step.column, hint=self.hint)
+        return Diagnostic(message, wanted.file, step.line, step.column, hint=self.hint)
 
 
-def look_for(mission: Mission, namespace: str | None = None) -> list[Finding]:
+def find_missing(mission: Mission, namespace: str | None = None) -> list[NameFinding]:
     """Join the graph and look for all that a mission uses, for some seconds at most.
 
     :param namespace: of the robot; names without a leading slash lie in it.
@@ -99,11 +99,11 @@ def _wanted(mission: Mission, node: Node) -> Iterator[Wanted]:
         for step in tree.body.walk():
             what: What
             match step:
-                case Action():
+                case ActionStep():
                     what, name = "action", node.resolve_topic_name(step.action)
-                case Service():
+                case ServiceStep():
                     what, name = "service", node.resolve_service_name(step.service)
-                case WaitFor() | Publish():
+                case WaitForStep() | PublishStep():
                     what, name = "topic", node.resolve_topic_name(step.topic)
                 case _:
                     continue
@@ -112,7 +112,7 @@ def _wanted(mission: Mission, node: Node) -> Iterator[Wanted]:
                 yield Wanted(what, name, step.type, step, tree.document.file)
 
 
-def _finding(wanted: Wanted, node: Node) -> Finding:
+def _finding(wanted: Wanted, node: Node) -> NameFinding:
     match wanted.what:
         case "action":
             there = dict(get_action_names_and_types(node))
@@ -121,4 +121,4 @@ def _finding(wanted: Wanted, node: Node) -> Finding:
         case "topic":
             there = dict(node.get_topic_names_and_types())
     types = tuple(there.get(wanted.name, ()))
-    return Finding(wanted, types, None if types else did_you_mean(wanted.name, sorted(there)))
+    return NameFinding(wanted, types, None if types else did_you_mean(wanted.name, sorted(there)))

@@ -17,35 +17,21 @@ from rosidl_parser import definition
 
 from bt_mission.core.diagnostics import did_you_mean, quoted
 from bt_mission.core.errors import BtMissionError
-from bt_mission.language.expressions.expression import ExpressionError, Late, Text
+from bt_mission.language.expressions.expression import Late, Text
+from bt_mission.language.expressions.values import ExpressionError
 from bt_mission.language.message_types import (
     LARGEST_FLOAT32,
     ActionShapes,
     ListOf,
-    Message,
-    Problem,
+    MessageShape,
     Scalar,
     ServiceShapes,
     Shape,
+    TypeMismatch,
     Unknowable,
     UnknownType,
     conform,
 )
-
-__all__ = [
-    "FillError",
-    "UnknownType",
-    "action_shapes",
-    "action_type",
-    "fields",
-    "fill",
-    "installed",
-    "message_type",
-    "read",
-    "service_type",
-    "shape_of",
-    "shapes",
-]
 
 _INDEX = Path("share", "ament_index", "resource_index", "rosidl_interfaces")
 _TEXT_BY_NAME = {"octet": "byte", "boolean": "bool", "float": "float32", "double": "float64"}
@@ -134,7 +120,7 @@ _PARTS = {
 
 
 @cache
-def shape_of(message_class: Any) -> Message:
+def shape_of(message_class: Any) -> MessageShape:
     """Return what a message holds."""
     names = message_class.get_fields_and_field_types()
     fields = {
@@ -143,8 +129,8 @@ def shape_of(message_class: Any) -> Message:
     package = message_class.__module__.partition(".")[0]
     name, _, part = message_class.__name__.rpartition("_")
     if name and part in _PARTS:
-        return Message(f"the {part.lower()} of {package}/{_PARTS[part]}/{name}", fields)
-    return Message(f"{package}/{message_class.__name__}", fields)
+        return MessageShape(f"the {part.lower()} of {package}/{_PARTS[part]}/{name}", fields)
+    return MessageShape(f"{package}/{message_class.__name__}", fields)
 
 
 def action_shapes(name: str) -> ActionShapes:
@@ -153,7 +139,7 @@ def action_shapes(name: str) -> ActionShapes:
     return ActionShapes(shape_of(found.Goal), shape_of(found.Result), shape_of(found.Feedback))
 
 
-def shapes(name: str) -> ActionShapes | ServiceShapes | Message:
+def shapes(name: str) -> ActionShapes | ServiceShapes | MessageShape:
     """Return what a type of any kind holds, by its full name. Raises UnknownType."""
     match name.split("/"):
         case [_, "srv", _]:
@@ -175,7 +161,7 @@ def fill(message: Any, values: Mapping[str, Any]) -> Any:
     Texts that `resolve` left open are read as their field wants them; a list of three numbers
     becomes a pose.
     """
-    problems: list[Problem] = []
+    problems: list[TypeMismatch] = []
 
     def read_late(path: tuple[str | int, ...], shape: Shape, late: Text | Late) -> Any:
         wants_text = isinstance(shape, Scalar) and shape.type == "text"
@@ -183,7 +169,7 @@ def fill(message: Any, values: Mapping[str, Any]) -> Any:
         try:
             return late.as_text() if wants_text else late.as_value()
         except ExpressionError as error:
-            problems.append(Problem(path, str(error)))
+            problems.append(TypeMismatch(path, str(error)))
             raise Unknowable from error
 
     kind: Any = type(message)
@@ -211,7 +197,7 @@ def _plain(value: Any) -> Any:
     return value.tolist() if hasattr(value, "tolist") else value
 
 
-def _assigned(message: Any, shape: Message, values: Mapping[str, Any]) -> Any:
+def _assigned(message: Any, shape: MessageShape, values: Mapping[str, Any]) -> Any:
     """Set fields of a message from values that conform to its shape, and return it."""
     for name, value in values.items():
         setattr(message, name, _ros_value(shape.fields[name], value, message, name))
@@ -220,9 +206,9 @@ def _assigned(message: Any, shape: Message, values: Mapping[str, Any]) -> Any:
 
 def _ros_value(shape: Shape, value: Any, message: Any, name: str) -> Any:
     match shape:
-        case Message():
+        case MessageShape():
             return _assigned(getattr(message, name), shape, value)
-        case ListOf(item=Message() as item):
+        case ListOf(item=MessageShape() as item):
             item_class = _item_class(message, name)
             return [_assigned(item_class(), item, part) for part in value]
         case ListOf(item=Scalar(name="byte")):

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.executive.journal.file import JournalFile
-from bt_mission.executive.journal.recorder import Recorder
-from bt_mission.executive.journal.recovery import Resumption
-from bt_mission.executive.journal.state import Story, head_of, told
+from bt_mission.executive.journal.recorder import JournalRecorder
+from bt_mission.executive.journal.recovery import Recovery
+from bt_mission.executive.journal.state import JournalState, head_of, told
 from bt_mission.ros.journal_messages import pack, unpack
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from bt_mission.ros.mission_node import MissionNode
 
 
-def keep_journal(path: Path, mission: Mission, node: MissionNode, *, resume: bool) -> JournalFile:
+def open_journal(path: Path, mission: Mission, node: MissionNode, *, resume: bool) -> JournalFile:
     """Write a journal from now on; close it after the mission's end.
 
     :param resume: go on with the mission that stands there.
@@ -30,13 +30,13 @@ def keep_journal(path: Path, mission: Mission, node: MissionNode, *, resume: boo
     try:
         if resume:
             story = told(file.read(), head, path)
-            node.executive.go_on_from(Resumption(story, node, unpack))
-            Recorder(file, story, node.executive, node, pack)
+            node.executive.resume_from(Recovery(story, node, unpack))
+            JournalRecorder(file, story, node.executive, node, pack)
         else:
             _refuse_what_matters(file)
-            story = Story(head)
+            story = JournalState(head)
             file.rewrite([head])
-            Recorder(file, story, node.executive, node, pack)
+            JournalRecorder(file, story, node.executive, node, pack)
     except BaseException:
         file.close()
         raise
@@ -47,7 +47,7 @@ def _refuse_what_matters(file: JournalFile) -> None:
     """Raise for a file that is not empty, and not the journal of a mission that has ended."""
     if file.path.stat().st_size == 0:
         return
-    story = Story({})
+    story = JournalState({})
     for record in file.read():
         story.take(record)
     if story.end is None:

@@ -27,7 +27,7 @@ from tf2_msgs.msg import TFMessage
 
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events import messages, reader
-from bt_mission.events.source import Answer, Command, Heard, Verb
+from bt_mission.events.source import ControlRequest, ControlResponse, Heard, Verb
 
 if TYPE_CHECKING:
     from rclpy.node import Node
@@ -66,7 +66,7 @@ ANSWER_S = 3.0
 TRIGGERS = {Verb.RESUME: "resume", Verb.STEP: "step", Verb.STOP: "stop"}
 
 
-class Link:
+class MissionClient:
     """One executive and its robot, as a node hears them.
 
     :param node: owns the subscriptions; somebody serves it.
@@ -82,7 +82,7 @@ class Link:
         self._raw: deque[tuple[Callable[[Any], messages.Told], Any]] = deque()
         self._robot: dict[str, tuple[Callable[[Any], messages.Robot], Any]] = {}
         self._frames: deque[Any] = deque(maxlen=100)
-        self._answers: deque[Answer] = deque()
+        self._answers: deque[ControlResponse] = deque()
         self._asked: list[tuple[Future, str, Stopwatch]] = []
         self._since_asked: Stopwatch | None = None
         self._since_look: Stopwatch | None = None
@@ -127,7 +127,7 @@ class Link:
         self._robot.clear()
         return heard
 
-    def send(self, command: Command) -> None:
+    def send(self, command: ControlRequest) -> None:
         """Pass a wish on."""
         match command.verb:
             case Verb.PAUSE | Verb.PAUSE_KEEPING_GOALS:
@@ -197,7 +197,7 @@ class Link:
 
     def _ask(self, client: Any, request: Any) -> None:
         if not client.service_is_ready():
-            self._answers.append(Answer(False, f"nobody offers {client.srv_name} now"))
+            self._answers.append(ControlResponse(False, f"nobody offers {client.srv_name} now"))
             return
         self._asked.append((client.call_async(request), client.srv_name, Stopwatch()))
 
@@ -207,9 +207,9 @@ class Link:
         for future, service, since in self._asked:
             if future.done():
                 answer = future.result()
-                self._answers.append(Answer(answer.success, answer.message))
+                self._answers.append(ControlResponse(answer.success, answer.message))
             elif since.elapsed_s > ANSWER_S:
-                self._answers.append(Answer(False, f"{service} does not answer"))
+                self._answers.append(ControlResponse(False, f"{service} does not answer"))
             else:
                 waiting.append((future, service, since))
         self._asked = waiting

@@ -21,7 +21,7 @@ from bt_mission.goals.goal import GoalStatus, Phase
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
 
-    from bt_mission.behaviours.progress import Progress
+    from bt_mission.behaviours.progress import LeafProgress
     from bt_mission.executive.executive import Change
     from bt_mission.goals.goal import Goal
     from bt_mission.ros.mission_run import MissionRun
@@ -46,7 +46,7 @@ _SHORTENED.maxother = _SHORTENED.maxstring = VALUE_CHARACTERS
 _SHORTENED.maxlist = _SHORTENED.maxtuple = _SHORTENED.maxdict = 20
 
 
-class Details:
+class MissionDetailsBuilder:
     """Describes one mission, for one who listens, from now on until it is closed.
 
     :param run: names the run.
@@ -62,7 +62,7 @@ class Details:
         self._changed: dict[bytes, None] = {}
         self._values: dict[str, str] = {}
         self._turn = 0
-        self._shown: dict[Behaviour, tuple[str, Progress | None]] = {}
+        self._shown: dict[Behaviour, tuple[str, LeafProgress | None]] = {}
         mission.executive.listeners.append(self._on_change)
         mission.executive.goal_listeners.append(self._on_goal)
 
@@ -118,7 +118,7 @@ class Details:
             stamp = _stamp(self._mission.now_ns)
             self._goals[goal.id] = GoalRecord(
                 goal_id=goal.id.hex(),
-                action=goal.courier.name,
+                action=goal.goal_client.name,
                 owner=goal.owner,
                 sent=stamp,
                 changed=stamp,
@@ -153,7 +153,7 @@ class Details:
         first, self._turn = self._turn % len(nodes), self._turn + MOST_RUNNING
         return (nodes + nodes)[first : first + MOST_RUNNING]
 
-    def _progress(self, node: Behaviour, progress: Progress | None) -> NodeProgress:
+    def _progress(self, node: Behaviour, progress: LeafProgress | None) -> NodeProgress:
         message = NodeProgress(
             node=self._indices[node],
             since=_stamp(self._since_ns[node]),

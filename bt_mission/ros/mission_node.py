@@ -17,19 +17,19 @@ from bt_mission.core.dds.liveliness import LEASE_S, TOPIC
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.mission_time import MissionTime
 from bt_mission.executive.trace import Trace
-from bt_mission.goals.exchange import Overhear
+from bt_mission.goals.exchange import ExchangeListener
 from bt_mission.goals.goal import Goal
 from bt_mission.goals.ledger import Ledger
-from bt_mission.ros.control_services import Controls
-from bt_mission.ros.goal_client import ActionCourier
+from bt_mission.ros.control_services import ControlServices
+from bt_mission.ros.goal_client import RosGoalClient
 from bt_mission.ros.leaving import destroy_actions
 from bt_mission.ros.mission_run import MissionRun
-from bt_mission.ros.publisher import TopicWriter
-from bt_mission.ros.service_client import ServiceCaller
+from bt_mission.ros.publisher import TopicPublisher
+from bt_mission.ros.service_client import RosServiceClient
 from bt_mission.ros.status_publisher import StatusFeed
 from bt_mission.ros.status_topics import StatusTopics
-from bt_mission.ros.subscriber import TopicReader
-from bt_mission.ros.waypoint_markers import WaypointTopic
+from bt_mission.ros.subscriber import LatestMessageSubscriber
+from bt_mission.ros.waypoint_markers import WaypointMarkers
 
 if TYPE_CHECKING:
     from rclpy.context import Context
@@ -45,7 +45,7 @@ PRESENCE = QoSProfile(
 CANCEL_GRACE_NS = 3_000_000_000
 """How long a mission waits for goals that it no longer wants (the default cancel limit)."""
 
-newcomers: list[Callable[[Mission, Executive], None]] = []
+on_mission_started: list[Callable[[Mission, Executive], None]] = []
 """Told of each mission of this process that is set up, such as to see what tests reach of it."""
 
 
@@ -101,24 +101,24 @@ class MissionNode(Node):
         self._say = say or self._log_line
         self._time = MissionTime(self._on_clock_jump)
         self._tick_ns: int | None = None
-        self.overhear: list[Overhear] = []
+        self.overhear: list[ExchangeListener] = []
         """Told of every request to an action, and of every answer."""
-        self._couriers: dict[tuple[str, str], ActionCourier] = {}
-        self._callers: dict[tuple[str, str], ServiceCaller] = {}
-        self._readers: dict[tuple[str, str], TopicReader] = {}
-        self._writers: dict[tuple[str, str], TopicWriter] = {}
+        self._couriers: dict[tuple[str, str], RosGoalClient] = {}
+        self._callers: dict[tuple[str, str], RosServiceClient] = {}
+        self._readers: dict[tuple[str, str], LatestMessageSubscriber] = {}
+        self._writers: dict[tuple[str, str], TopicPublisher] = {}
         self.scope = Scope(dict(mission.inputs), mission.seed)
         self.trace = trace or Trace()
         self.ledger = Ledger(goal_seed or mission.seed, CANCEL_GRACE_NS, self._on_goal)
         self.executive = Executive(build_tree(mission, self.scope), self, self.trace)
-        for tell in newcomers:
+        for tell in on_mission_started:
             tell(mission, self.executive)
         self.status = StatusFeed(self.get_clock())
         self.status.begin(mission.name, self.executive)
-        self._waypoints: WaypointTopic | None = None
+        self._waypoints: WaypointMarkers | None = None
         if has_controls if has_controls is not None else not lean:
             self.show_waypoints()
-            Controls(self, lambda: self.executive)
+            ControlServices(self, lambda: self.executive)
             topics = StatusTopics(self, self.status)
             topics.begin(self.run)
             self.executive.after_tick.append(topics.flush)
@@ -136,7 +136,7 @@ class MissionNode(Node):
     def show_waypoints(self) -> None:
         """From now on publish the poses that goals name; once is enough."""
         if self._waypoints is None:
-            self._waypoints = WaypointTopic(self)
+            self._waypoints = WaypointMarkers(self)
             self.executive.goal_listeners.append(self._waypoints.on_goal)
 
     @property
@@ -158,34 +158,34 @@ class MissionNode(Node):
         finally:
             self._tick_ns = None
 
-    def courier(self, action: str, type_name: str) -> ActionCourier:
+    def goal_client(self, action: str, type_name: str) -> RosGoalClient:
         """The client of an action; one for each name and type."""
         key = (self.resolve_topic_name(action), type_name)
         if key not in self._couriers:
-            self._couriers[key] = ActionCourier(
+            self._couriers[key] = RosGoalClient(
                 self, action, type_name, self._why_rejected, self.overhear
             )
         return self._couriers[key]
 
-    def caller(self, service: str, type_name: str) -> ServiceCaller:
+    def service_client(self, service: str, type_name: str) -> RosServiceClient:
         """The client of a service; one for each name and type."""
         key = (self.resolve_service_name(service), type_name)
         if key not in self._callers:
-            self._callers[key] = ServiceCaller(self, service, type_name)
+            self._callers[key] = RosServiceClient(self, service, type_name)
         return self._callers[key]
 
-    def reader(self, topic: str, type_name: str) -> TopicReader:
+    def subscriber(self, topic: str, type_name: str) -> LatestMessageSubscriber:
         """The messages of a topic; one for each name and type."""
         key = (self.resolve_topic_name(topic), type_name)
         if key not in self._readers:
-            self._readers[key] = TopicReader(self, topic, type_name)
+            self._readers[key] = LatestMessageSubscriber(self, topic, type_name)
         return self._readers[key]
 
-    def speech(self, topic: str, type_name: str) -> TopicWriter:
+    def publisher(self, topic: str, type_name: str) -> TopicPublisher:
         """The publisher of a topic; one for each name and type."""
         key = (self.resolve_topic_name(topic), type_name)
         if key not in self._writers:
-            self._writers[key] = TopicWriter(self, topic, type_name)
+            self._writers[key] = TopicPublisher(self, topic, type_name)
         return self._writers[key]
 
     def destroy_node(self) -> None:

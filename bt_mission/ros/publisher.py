@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 DEPTH = 10
 
 
-class TopicWriter:
+class TopicPublisher:
     """Publishes on one topic, reliable and volatile.
 
     :param node: owns the publisher.

@@ -34,7 +34,7 @@ Pose = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
-class Look:
+class RobotSnapshot:
     """What is told of a robot.
 
     :param time_ns: ROS time.
@@ -61,7 +61,7 @@ class RobotRelay:
     :param look: called when somebody listens and it is time.
     """
 
-    def __init__(self, node: Node, look: Callable[[], Look]) -> None:
+    def __init__(self, node: Node, look: Callable[[], RobotSnapshot]) -> None:
         self._look = look
         self._frames = node.create_publisher(TFMessage, "~/tf", QOS)
         self._scan = node.create_publisher(LaserScan, "~/scan", QOS)

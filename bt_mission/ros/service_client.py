@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from rclpy.task import Future
 
 
-class ServiceCaller:
+class RosServiceClient:
     """Carries requests to the server of one service, and answers back.
 
     :param node: owns the client.

@@ -27,7 +27,7 @@ LATCHED_PUBLISHER = QoSProfile(
 """Also brings what was published before."""
 
 
-class TopicReader:
+class LatestMessageSubscriber:
     """Subscribes once, and hands each message to those who listen at the moment.
 
     A second subscription is made where a latched publisher is in the graph; not otherwise,

@@ -9,7 +9,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from visualization_msgs.msg import Marker, MarkerArray
 
 from bt_mission.goals.goal import Goal
-from bt_mission.goals.poses import Place, places_of
+from bt_mission.goals.poses import NamedPose, poses_of
 
 if TYPE_CHECKING:
     from rclpy.node import Node
@@ -23,7 +23,7 @@ _LENGTH, _TEXT = 0.25, 0.15
 """m: an arrow, and how high its number is written."""
 
 
-class WaypointTopic:
+class WaypointMarkers:
     """Publishes ``waypoints`` whenever a goal names a pose that none has named before.
 
     :param node: that of the executive; what is latched tells of all poses so far.
@@ -31,14 +31,14 @@ class WaypointTopic:
 
     def __init__(self, node: Node) -> None:
         self._publisher = node.create_publisher(MarkerArray, "waypoints", LATCHED)
-        self._markers: dict[Place, list[Marker]] = {}
+        self._markers: dict[NamedPose, list[Marker]] = {}
 
     def on_goal(self, what: str, goal: Goal) -> None:
         """Look at a goal that is sent (the executive calls this)."""
         if what != "sent":
             return
         known = len(self._markers)
-        for place in places_of(goal.request):
+        for place in poses_of(goal.request):
             if place not in self._markers and len(self._markers) < MOST:
                 self._markers[place] = _shown(place, len(self._markers) + 1)
         if len(self._markers) > known:
@@ -46,7 +46,7 @@ class WaypointTopic:
             self._publisher.publish(MarkerArray(markers=every))
 
 
-def _shown(place: Place, number: int) -> list[Marker]:
+def _shown(place: NamedPose, number: int) -> list[Marker]:
     """An arrow, and its number above it."""
     arrow = _marker(place, "waypoints", number, Marker.ARROW)
     arrow.scale.x, arrow.scale.y, arrow.scale.z = _LENGTH, 0.04, 0.04
@@ -61,7 +61,7 @@ def _shown(place: Place, number: int) -> list[Marker]:
     return [arrow, name]
 
 
-def _marker(place: Place, namespace: str, number: int, kind: int) -> Marker:
+def _marker(place: NamedPose, namespace: str, number: int, kind: int) -> Marker:
     """A marker without a stamp: it stays with its frame."""
     marker = Marker(ns=namespace, id=number, type=kind)
     marker.header.frame_id = place.frame or "map"

@@ -8,8 +8,8 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
-from bt_mission.ros.graph import JoinedGraph
-from bt_mission.ros.journal import keep_journal
+from bt_mission.ros.graph import GraphConnection
+from bt_mission.ros.journal import open_journal
 from bt_mission.ros.mission_node import MissionNode
 
 if TYPE_CHECKING:
@@ -17,10 +17,10 @@ if TYPE_CHECKING:
 
     from bt_mission.language.mission import Mission
     from bt_mission.ros.graph import ProcessNode
-    from bt_mission.sessions.observers import Observer
+    from bt_mission.sessions.observers import SessionObserver
 
 
-class Attached:
+class AttachedSession:
     """Runs one mission against action servers in other processes.
 
     :param mission: what to carry out.
@@ -48,9 +48,9 @@ class Attached:
     ) -> None:
         self.mission = mission
         self.facts: dict[str, str] = {}
-        self._observers: list[Observer] = []
+        self._observers: list[SessionObserver] = []
         with ExitStack() as made:
-            self._graph = JoinedGraph(wall_clock=wall_clock)
+            self._graph = GraphConnection(wall_clock=wall_clock)
             made.callback(self._graph.close)
             self.node = MissionNode(
                 mission,
@@ -64,7 +64,7 @@ class Attached:
             made.callback(self.node.destroy_node)
             self._graph.host(self.node)
             if journal is not None:
-                made.callback(keep_journal(journal, mission, self.node, resume=resume).close)
+                made.callback(open_journal(journal, mission, self.node, resume=resume).close)
             self._exit = made.pop_all()
         self.executive = self.node.executive
         self.trace = self.node.trace
@@ -94,9 +94,9 @@ class Attached:
         """Serve a node of somebody who looks on, too; its owner destroys it."""
         self._graph.host(node)
 
-    def last_words(self) -> None:
+    def drain(self) -> None:
         """Serve what is on its way once the mission has ended."""
-        self._graph.last_words()
+        self._graph.drain()
 
     def step(self) -> None:
         """Serve what comes next, for at most a tenth of a second."""
@@ -108,12 +108,12 @@ class Attached:
         """None: all of the graph is heard by subscriptions."""
         return ()
 
-    def add_observer(self, observer: Observer) -> None:
+    def add_observer(self, observer: SessionObserver) -> None:
         """Serve an observer's node, too, and call it after each step."""
         self._graph.host(observer.node)
         self._observers.append(observer)
 
-    def remove_observer(self, observer: Observer) -> None:
+    def remove_observer(self, observer: SessionObserver) -> None:
         """Call it no more, and destroy its node."""
         self._observers.remove(observer)
         self._graph.drop(observer.node)

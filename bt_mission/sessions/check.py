@@ -15,7 +15,7 @@ from pathlib import Path
 from bt_mission.core import files
 from bt_mission.core.diagnostics import (
     MOST_FAULTS,
-    Fault,
+    Diagnostic,
     InputError,
     did_you_mean,
     in_order,
@@ -25,21 +25,21 @@ from bt_mission.core.diagnostics import (
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.robot.model import load_robot
 from bt_mission.core.yaml.document import Document, read_text
-from bt_mission.language.action_names import SHORT_NAMES
+from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.checks.python import python_faults
 from bt_mission.language.checks.types import type_faults
 from bt_mission.language.checks.warnings import warnings
-from bt_mission.language.expressions.expression import Plain
+from bt_mission.language.expressions.values import Plain
 from bt_mission.language.loader import Draft, draft
 from bt_mission.language.mission import Mission
-from bt_mission.language.nodes.steps import Action, Parallel, Step, Subtree
+from bt_mission.language.nodes.steps import ActionStep, ParallelStep, Step, SubtreeStep
 from bt_mission.sessions.load import read_mission
 
-NEEDS_A_CAMERA = frozenset(short.type for short in SHORT_NAMES.values() if short.needs_camera)
-MOVES_THE_BASE = frozenset(short.type for short in SHORT_NAMES.values() if short.moves_base)
+NEEDS_A_CAMERA = frozenset(short.type for short in ACTION_NAMES.values() if short.needs_camera)
+MOVES_THE_BASE = frozenset(short.type for short in ACTION_NAMES.values() if short.moves_base)
 
 
-def check(mission: Mission) -> tuple[Fault, ...]:
+def check(mission: Mission) -> tuple[Diagnostic, ...]:
     """Return every fault of a mission, errors and warnings, in the order of the file.
 
     The warnings that loading gave (`mission.warnings`) are not repeated.
@@ -53,7 +53,7 @@ def examine(
     seed: int | None = None,
     world: str | None = None,
     robot: str | None = None,
-) -> tuple[Mission | None, tuple[Fault, ...]]:
+) -> tuple[Mission | None, tuple[Diagnostic, ...]]:
     """Load and check a mission file; return it with all warnings, or None with all faults.
 
     What `load` refuses is checked as far as it goes, so that nothing hides behind something
@@ -69,12 +69,12 @@ def examine_text(
     seed: int | None = None,
     world: str | None = None,
     robot: str | None = None,
-) -> tuple[Mission | None, tuple[Fault, ...]]:
+) -> tuple[Mission | None, tuple[Diagnostic, ...]]:
     """Load and check a mission in a text, as `examine` does a file."""
     return _examined(lambda: draft(read_text(text, file), set, seed, world, robot))
 
 
-def _examined(read_draft: Callable[[], Draft]) -> tuple[Mission | None, tuple[Fault, ...]]:
+def _examined(read_draft: Callable[[], Draft]) -> tuple[Mission | None, tuple[Diagnostic, ...]]:
     try:
         found = read_draft()
     except InputError as error:
@@ -88,7 +88,7 @@ def _examined(read_draft: Callable[[], Draft]) -> tuple[Mission | None, tuple[Fa
     return replace(found.mission, warnings=noted), in_order([*noted, *faults])
 
 
-def _faults(mission: Mission) -> list[Fault]:
+def _faults(mission: Mission) -> list[Diagnostic]:
     document = mission.document
     assert document is not None, "a mission to check comes from a file or a text"
     faults = [*_place_faults(document, mission), *_base_faults(mission), *_camera_faults(mission)]
@@ -98,14 +98,14 @@ def _faults(mission: Mission) -> list[Fault]:
     except ImportError as error:
         message = f"ROS 2 is not there ({error}), so types and fields were not checked"
         hint = "try 'bt-mission doctor'"
-        faults.append(Fault(message, mission.file, hint=hint, severity="warning"))
+        faults.append(Diagnostic(message, mission.file, hint=hint, severity="warning"))
     else:
         found = type_faults(mission, interface_types.shapes)
         faults += islice(found, MOST_FAULTS)
     return faults
 
 
-def _place_faults(document: Document, mission: Mission) -> Iterator[Fault]:
+def _place_faults(document: Document, mission: Mission) -> Iterator[Diagnostic]:
     """Yield a fault for a world or robot that is not there."""
     places: tuple[tuple[files.Kind, str, str | None], ...] = (
         ("worlds", "world", mission.world),
@@ -121,15 +121,15 @@ def _place_faults(document: Document, mission: Mission) -> Iterator[Fault]:
         yield (
             document.fault((key,), message, hint)
             if written
-            else Fault(message, f"--{key}", hint=hint)
+            else Diagnostic(message, f"--{key}", hint=hint)
         )
 
 
-def _base_faults(mission: Mission) -> Iterator[Fault]:
+def _base_faults(mission: Mission) -> Iterator[Diagnostic]:
     """Yield a warning for every parallel of which two children move the base."""
     for tree in mission.all_trees:
         for step in tree.body.walk():
-            if not isinstance(step, Parallel):
+            if not isinstance(step, ParallelStep):
                 continue
             movers = [child for child in step.children if _moves(child, mission)]
             if len(movers) > 1:
@@ -138,13 +138,13 @@ def _base_faults(mission: Mission) -> Iterator[Fault]:
                 yield tree.document.fault(movers[1].path, message, severity="warning")
 
 
-def _camera_faults(mission: Mission) -> Iterator[Fault]:
+def _camera_faults(mission: Mission) -> Iterator[Diagnostic]:
     """Yield a fault for every goal that takes pictures with a robot that has no camera."""
     found = [
         (tree.document, step)
         for tree in mission.all_trees
         for step in tree.body.walk()
-        if isinstance(step, Action) and step.type in NEEDS_A_CAMERA
+        if isinstance(step, ActionStep) and step.type in NEEDS_A_CAMERA
     ]
     if not found:
         return
@@ -163,9 +163,13 @@ def _moves(step: Step, mission: Mission) -> bool:
     waiting, seen = [step], set[str]()
     while waiting:
         for part in waiting.pop().walk():
-            if isinstance(part, Action) and part.type in MOVES_THE_BASE:
+            if isinstance(part, ActionStep) and part.type in MOVES_THE_BASE:
                 return True
-            if isinstance(part, Subtree) and part.tree not in seen and part.tree in mission.trees:
+            if (
+                isinstance(part, SubtreeStep)
+                and part.tree not in seen
+                and part.tree in mission.trees
+            ):
                 seen.add(part.tree)
                 waiting.append(mission.trees[part.tree].body)
     return False

@@ -18,9 +18,10 @@ from bt_mission.core.robot.model import load_robot
 from bt_mission.executive.trace import Trace
 from bt_mission.ros.mission_node import MissionNode
 from bt_mission.sessions.stage import START_NS, StageError, free_folder
-from bt_mission.virtual_time import LockstepExecutor, self_test
+from bt_mission.virtual_time import VirtualTimeExecutor, self_test
+from sim.physics.spawn import RobotSpawn
+from sim.robot.robot import SimulatedRobot
 from sim.ros.node import SimNode
-from sim.simulation import Entrant, SimRobot
 from sim.world.loader import load_world
 from sim.world.world import Spawn
 
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Member:
+class FleetRobot:
     """A robot of the fleet: the namespace of all its names, its mission, and where it starts.
 
     The mission says which model of robot it is for; `x`, `y` are metres, `yaw` degrees.
@@ -44,11 +45,11 @@ class Member:
 
 
 @dataclass(frozen=True)
-class Ride:
+class FleetRun:
     """One member while the fleet runs."""
 
-    member: Member
-    robot: SimRobot
+    member: FleetRobot
+    robot: SimulatedRobot
     node: MissionNode
 
     @property
@@ -79,7 +80,7 @@ class FleetStage:
     def __init__(
         self,
         world: str | Path,
-        members: Sequence[Member],
+        members: Sequence[FleetRobot],
         *,
         seed: int,
         image_folder: Path,
@@ -93,7 +94,7 @@ class FleetStage:
                 )
         scene = load_world(world)
         entrants = [
-            Entrant(
+            RobotSpawn(
                 load_robot(member.mission.robot, near=member.mission.file),
                 member.name,
                 Spawn(x=member.x, y=member.y, yaw=member.yaw),
@@ -133,9 +134,9 @@ class FleetStage:
                     trace=Trace(hide={str(images): "<images>"}),
                 )
                 made.callback(node.destroy_node)
-                rides.append(Ride(member, self.sim.fleet[member.name], node))
+                rides.append(FleetRun(member, self.sim.fleet[member.name], node))
             self.rides = tuple(rides)
-            self.clock = LockstepExecutor(start_ns=START_NS, world=self.sim, context=context)
+            self.clock = VirtualTimeExecutor(start_ns=START_NS, world=self.sim, context=context)
             made.callback(self.clock.shutdown)
             for each in (self.sim, *servers, *(ride.node for ride in rides)):
                 self.clock.add_node(each)
@@ -147,7 +148,7 @@ class FleetStage:
     def __exit__(self, *_: object) -> None:
         self._exit.close()
 
-    def __getitem__(self, name: str) -> Ride:
+    def __getitem__(self, name: str) -> FleetRun:
         """The member of that name. Raises KeyError."""
         return {ride.member.name: ride for ride in self.rides}[name]
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from bt_mission.btcpp.document import read_xml
 from bt_mission.core.yaml.document import Document, read
-from bt_mission.language.expressions.expression import Plain
+from bt_mission.language.expressions.values import Plain
 from bt_mission.language.loader import draft, finished
 from bt_mission.language.mission import Mission
 

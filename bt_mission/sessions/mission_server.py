@@ -24,7 +24,7 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import find
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.executive.executive import MissionStatus
-from bt_mission.ros.control_services import Controls
+from bt_mission.ros.control_services import ControlServices
 from bt_mission.ros.mission_node import MissionNode
 from bt_mission.ros.status_publisher import StatusFeed
 from bt_mission.ros.status_topics import StatusTopics
@@ -61,7 +61,7 @@ class _Run:
     told_ns: int = 0
 
 
-class ServeNode(Node):
+class MissionServer(Node):
     """Offers ``execute_mission``, and holds the missions that it runs.
 
     :param context: the rclpy context.
@@ -114,7 +114,7 @@ class ServeNode(Node):
         self._feed = StatusFeed(self.get_clock())
         self._topics = StatusTopics(self, self._feed)
         self._feed.rest()
-        self._controls = Controls(self, lambda: self.executive)
+        self._controls = ControlServices(self, lambda: self.executive)
         self._server = ActionServer(
             self,
             ExecuteMission,

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from bt_mission.ros.mission_node import MissionNode
 
 
-class Observer(Protocol):
+class SessionObserver(Protocol):
     """What looks on, such as a recorder."""
 
     node: Node
@@ -24,7 +24,7 @@ class Observer(Protocol):
         """Called after each step of the session."""
 
 
-class Observable(Session, Protocol):
+class ObservableSession(Session, Protocol):
     """A session that can be looked on at: on the stage, or attached."""
 
     node: MissionNode
@@ -40,8 +40,8 @@ class Observable(Session, Protocol):
     def inside(self) -> Iterable[ProcessNode]:
         """The nodes of the process that take part."""
 
-    def add_observer(self, observer: Observer, /) -> None:
+    def add_observer(self, observer: SessionObserver, /) -> None:
         """Call an observer after each step; serve its node where messages do not come at once."""
 
-    def remove_observer(self, observer: Observer, /) -> None:
+    def remove_observer(self, observer: SessionObserver, /) -> None:
         """Call it no more, and destroy its node."""

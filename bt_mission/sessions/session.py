@@ -13,7 +13,7 @@ from typing import Protocol, Self
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.wall_clock import Pacer, Stopwatch, rest
 from bt_mission.executive.executive import Change, Executive
-from bt_mission.executive.leaf_statistics import LeafTally
+from bt_mission.executive.leaf_statistics import LeafStatistics
 from bt_mission.executive.report import Report
 from bt_mission.executive.trace import Trace
 from bt_mission.language.mission import Mission
@@ -71,7 +71,7 @@ class View(AbstractContextManager["View"], Protocol):
         """The mission says something."""
 
 
-class Interrupts:
+class InterruptSignals:
     """Ctrl-C and SIGTERM as wishes that are looked at between steps."""
 
     def __init__(self) -> None:
@@ -97,7 +97,7 @@ class Interrupts:
         self.note("Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name)
 
 
-class Audience:
+class SessionViews:
     """A view that may lose its reader: a pipe that closes ends the mission in good order."""
 
     def __init__(self, view: View) -> None:
@@ -133,7 +133,7 @@ def drive(
     session: Session, view: View, *, speed: float | None = None, trace_file: Path | None = None
 ) -> Report:
     """Step a session to its end, paced and shown; gives the report: see :func:`driving`."""
-    return finish(driving(session, view, Interrupts(), speed=speed, trace_file=trace_file))
+    return finish(driving(session, view, InterruptSignals(), speed=speed, trace_file=trace_file))
 
 
 def finish(steps: Steps) -> Report:
@@ -149,7 +149,7 @@ def finish(steps: Steps) -> Report:
 def driving(
     session: Session,
     view: View,
-    interrupts: Interrupts,
+    interrupts: InterruptSignals,
     *,
     speed: float | None = None,
     trace_file: Path | None = None,
@@ -171,9 +171,9 @@ def driving(
         stack.enter_context(interrupts)
         view.open(session, wall)
         stack.enter_context(view)
-        audience = Audience(view)
+        audience = SessionViews(view)
         session.executive.listeners.append(audience.on_change)
-        tally = LeafTally(lambda: session.distance_travelled_m)
+        tally = LeafStatistics(lambda: session.distance_travelled_m)
         session.executive.listeners.append(tally.on_change)
         pacer = Pacer(speed, session.start_ns)
         while not session.is_done:

@@ -26,18 +26,18 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.core.robot.model import load_robot
 from bt_mission.executive.executive import MissionStatus
 from bt_mission.executive.trace import Trace
-from bt_mission.language.nodes.steps import Action, Python
+from bt_mission.language.nodes.steps import ActionStep, PythonStep
 from bt_mission.language.trees import all_steps
 from bt_mission.ros.graph import ProcessNode
 from bt_mission.ros.mission_node import MissionNode
-from bt_mission.ros.robot_relay import Look, RobotRelay
-from bt_mission.virtual_time import LockstepExecutor, self_test
+from bt_mission.ros.robot_relay import RobotRelay, RobotSnapshot
+from bt_mission.virtual_time import VirtualTimeExecutor, self_test
 from sim.ros.node import SimNode
 from sim.world.loader import load_world
 
 if TYPE_CHECKING:
     from bt_mission.language.mission import Mission
-    from bt_mission.sessions.observers import Observer
+    from bt_mission.sessions.observers import SessionObserver
 
 START_NS = 1_000_000_000
 DEFAULT_WORLD = "empty_arena"
@@ -55,7 +55,7 @@ def free_folder(parent: Path) -> Path:
 
 def _has_code_of_its_own(mission: Mission) -> bool:
     """Is there any behaviour of which only its author knows what it asks for?"""
-    return any(isinstance(step, Python) for step in all_steps(mission))
+    return any(isinstance(step, PythonStep) for step in all_steps(mission))
 
 
 class Stage:
@@ -141,7 +141,7 @@ class Stage:
                 why_rejected=self._why_rejected,
             )
             made.callback(self.node.destroy_node)
-            self.clock = LockstepExecutor(start_ns=START_NS, world=self.sim, context=context)
+            self.clock = VirtualTimeExecutor(start_ns=START_NS, world=self.sim, context=context)
             made.callback(self.clock.shutdown)
             for node in (self.sim, self.servers, self.mapper, self.node):
                 if node is not None:
@@ -158,7 +158,7 @@ class Stage:
             "world": world.name,
             "robot_hull": json.dumps([robot.hull.front, robot.hull.rear, robot.hull.half_width]),
         }
-        self._observers: list[Observer] = []
+        self._observers: list[SessionObserver] = []
         self._beats = 0
         self.trace.record(
             START_NS,
@@ -200,11 +200,11 @@ class Stage:
         """The true length of the robot's path, m."""
         return self.sim.simulation.distance_travelled
 
-    def _look(self) -> Look:
+    def _look(self) -> RobotSnapshot:
         """What people who look on see of the robot."""
         robot = self.sim.simulation
         spec, battery = robot.robot.lidar, robot.battery
-        return Look(
+        return RobotSnapshot(
             time_ns=self.now_ns,
             pose=robot.pose,
             lidar=(spec.x, spec.y, 0.0),
@@ -247,7 +247,7 @@ class Stage:
             self.has_servers = True
             self.clock.add_node(self.servers)
 
-    def last_words(self) -> None:
+    def drain(self) -> None:
         """Serve what is on its way once the mission has ended; time stands still."""
         self.clock.run_until_quiet()
 
@@ -264,8 +264,8 @@ class Stage:
             if self.executive.status is not MissionStatus.RUNNING:
                 raise StageError(f"the stage broke while the mission ended: {failing}") from error
             self.executive.fail(f"a callback failed: {failing}")
-        if self.executive.beats != self._beats:
-            self._beats = self.executive.beats
+        if self.executive.cycles != self._beats:
+            self._beats = self.executive.cycles
             x, y, yaw = self.sim.simulation.pose
             self.trace.record(
                 self.now_ns, "pose", x=x, y=y, yaw=yaw, collisions=self.sim.simulation.collisions
@@ -280,14 +280,14 @@ class Stage:
         for node in self.clock.get_nodes():
             yield ProcessNode(node, is_sensor=node is self.sim)
 
-    def add_observer(self, observer: Observer) -> None:
+    def add_observer(self, observer: SessionObserver) -> None:
         """Call an observer after each step, when all of that instant has happened.
 
         Its node is not served: it takes by itself what it was sent, without an effect on the run.
         """
         self._observers.append(observer)
 
-    def remove_observer(self, observer: Observer) -> None:
+    def remove_observer(self, observer: SessionObserver) -> None:
         """Call it no more, and destroy its node."""
         self._observers.remove(observer)
         observer.node.destroy_node()
@@ -297,7 +297,7 @@ class Stage:
         if self._offers_all:
             return None
         steps = all_steps(self.mission)
-        return {step.action.strip("/") for step in steps if isinstance(step, Action)}
+        return {step.action.strip("/") for step in steps if isinstance(step, ActionStep)}
 
     def _why_rejected(self, action: str) -> str:
         return self.servers.why_rejected(action)

@@ -13,7 +13,7 @@ from typing import Any
 
 from bt_mission.core.errors import described
 from bt_mission.testing.errors import ScenarioError
-from bt_mission.testing.moment import Condition, Moment, Witness
+from bt_mission.testing.moment import AttributeRecorder, Condition, Moment
 
 READ = 6
 """So many of the values that a condition read are told in the one line of a verdict."""
@@ -55,7 +55,7 @@ def holds(condition: Condition, moment: Moment) -> bool:
         ) from error
 
 
-class Claims(ABC):
+class Assertions(ABC):
     """The claims that can be made of a run; :class:`bt_mission.testing.Run` is one."""
 
     def __init__(self) -> None:
@@ -175,7 +175,7 @@ class Claims(ABC):
 def read_by(condition: Condition, moment: Moment) -> dict[str, Any]:
     """What a condition reads of a moment."""
     seen: dict[str, Any] = {}
-    condition(Witness(moment, seen))  # type: ignore[arg-type]  # it is there to pass for one
+    condition(AttributeRecorder(moment, seen))  # type: ignore[arg-type]  # it is there to pass for one
     return seen
 
 

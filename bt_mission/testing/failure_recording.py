@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.core.errors import BtMissionError
-from bt_mission.recording.writer import Recorder
+from bt_mission.recording.writer import RunRecorder
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from bt_mission.sessions.stage import Stage
 
 
-class Keeping:
+class FailureRecording:
     """Records a run from now on. Whatever goes wrong with that is no concern of its test.
 
     :param path: where the recording is until somebody wants it.
@@ -23,11 +23,11 @@ class Keeping:
 
     def __init__(self, stage: Stage, path: Path) -> None:
         self._path = path
-        self._recorder: Recorder | None = None
+        self._recorder: RunRecorder | None = None
         self._fault = ""
         self._has_ended = False
         try:
-            self._recorder = Recorder(stage, path)
+            self._recorder = RunRecorder(stage, path)
         except BtMissionError as error:
             self._fault = str(error)
 

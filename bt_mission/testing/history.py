@@ -18,7 +18,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from bt_mission.events.status_marks import UNICODE
-from bt_mission.events.trace_lines import told
+from bt_mission.events.trace_lines import line_of
 from bt_mission.goals.goal import Goal, Phase
 
 if TYPE_CHECKING:
@@ -182,7 +182,7 @@ class History:
     def last_events(self, most: int) -> list[str]:
         """The newest events of the trace that are no poses, in words."""
         events = [one for one in self.read_events() if one.get("event", "pose") != "pose"]
-        return [f"{self.seconds(one['t']):8.2f} s  {told(one)}" for one in events[-most:]]
+        return [f"{self.seconds(one['t']):8.2f} s  {line_of(one)}" for one in events[-most:]]
 
     # ---- listening -----------------------------------------------------------------------
 
@@ -193,7 +193,7 @@ class History:
     def _on_goal(self, what: str, goal: Goal) -> None:
         life = self.goals.get(goal.id)
         if life is None:
-            life = GoalLife(goal.id.hex(), goal.courier.name, goal.owner)
+            life = GoalLife(goal.id.hex(), goal.goal_client.name, goal.owner)
             self.goals[goal.id] = life
         time_s = self.seconds(self._stage.now_ns)
         life.events.append((time_s, what, goal.phase))

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from bt_mission.testing.recorded import Recorded
 
 
-class RecordedRun(Protocol):
+class MomentSource(Protocol):
     """The run that a moment belongs to."""
 
     history: History
@@ -27,10 +27,10 @@ class RecordedRun(Protocol):
         """Return the recorded messages of a topic. Raises ScenarioError."""
 
 
-class Leaf:
+class NodeView:
     """A node of the tree at one moment; not only of leaves."""
 
-    def __init__(self, run: RecordedRun, node: Behaviour, changes: int) -> None:
+    def __init__(self, run: MomentSource, node: Behaviour, changes: int) -> None:
         self._run = run
         self._node = node
         self._changes = changes
@@ -87,7 +87,7 @@ class Leaf:
 class Moment:
     """A control step: where everything stood after it."""
 
-    def __init__(self, run: RecordedRun, record: Record) -> None:
+    def __init__(self, run: MomentSource, record: Record) -> None:
         self._run = run
         self._record = record
 
@@ -169,12 +169,12 @@ class Moment:
 
     # ---- the mission ---------------------------------------------------------------------
 
-    def leaf(self, name: str) -> Leaf:
+    def leaf(self, name: str) -> NodeView:
         """The node of this name, or at this path (``0.1``).
 
         :raises ScenarioError: when there is none, or several; their paths stand in it.
         """
-        return Leaf(self._run, self._run.find(name), self._record.changes)
+        return NodeView(self._run, self._run.find(name), self._record.changes)
 
     @property
     def running(self) -> tuple[str, ...]:
@@ -182,7 +182,7 @@ class Moment:
         return tuple(
             node.name
             for node in self._run.history.nodes
-            if not node.children and Leaf(self._run, node, self._record.changes).running
+            if not node.children and NodeView(self._run, node, self._record.changes).running
         )
 
     @property
@@ -241,7 +241,7 @@ Condition = Callable[[Moment], Any]
 """Something that holds at a moment, or does not."""
 
 
-class Witness:
+class AttributeRecorder:
     """Stands for a moment, and notes what a condition reads of it."""
 
     def __init__(self, target: Any, seen: dict[str, Any], path: str = "") -> None:
@@ -254,8 +254,8 @@ class Witness:
         return self._note(path, getattr(self._target, name))
 
     def _note(self, path: str, value: Any) -> Any:
-        if isinstance(value, Leaf):
-            return Witness(value, self._seen, path)
+        if isinstance(value, NodeView):
+            return AttributeRecorder(value, self._seen, path)
         if callable(value):
 
             def call(*arguments: Any, **options: Any) -> Any:

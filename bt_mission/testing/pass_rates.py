@@ -51,7 +51,7 @@ class Failure:
 
 
 @dataclass
-class Rate:
+class PassRate:
     """What became of the seeds of one test."""
 
     test: str
@@ -115,10 +115,10 @@ class Rate:
 
 
 @dataclass
-class Rates:
+class PassRates:
     """The rates of all scenarios of a session."""
 
-    by_test: dict[str, Rate] = field(default_factory=dict)
+    by_test: dict[str, PassRate] = field(default_factory=dict)
 
     def add(self, report: pytest.TestReport, told: dict[str, Any]) -> None:
         """Count a report, with what ``scenarios`` has put into it."""
@@ -126,19 +126,19 @@ class Rates:
         if test not in self.by_test:
             path, line, name = report.location
             place = (path, line, name.partition("[")[0] + test[len(told["function"]) :])
-            self.by_test[test] = Rate(test, told["function"], told["at_least"], place)
+            self.by_test[test] = PassRate(test, told["function"], told["at_least"], place)
         self.by_test[test].add(report, told)
 
     def __bool__(self) -> bool:
         return bool(self.run)
 
     @property
-    def run(self) -> list[Rate]:
+    def run(self) -> list[PassRate]:
         """Those of which at least one seed ran to an end."""
         return [rate for rate in self.by_test.values() if rate.total]
 
     @property
-    def missed(self) -> list[Rate]:
+    def missed(self) -> list[PassRate]:
         """Tests that allow some seeds to fail, of which too few passed."""
         return [rate for rate in self.run if rate.at_least is not None and not rate.reached]
 

@@ -106,9 +106,9 @@ def pytest_configure(config: pytest.Config) -> None:
     config.pluginmanager.register(Scenarios(config), "bt_mission_scenarios")
     asked = ("", "_source", "_report", "_fail_under")
     if any(config.getoption(f"mission_cov{one}") not in (False, None, []) for one in asked):
-        from bt_mission.testing.coverage.hooks import Coverage
+        from bt_mission.testing.coverage.hooks import CoverageHooks
 
-        config.pluginmanager.register(Coverage(config), "bt_mission_coverage")
+        config.pluginmanager.register(CoverageHooks(config), "bt_mission_coverage")
 
 
 @pytest.fixture

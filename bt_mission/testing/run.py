@@ -12,10 +12,10 @@ from rclpy.node import Node
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.executive.report import Report
-from bt_mission.ros.subscriber import TopicReader
+from bt_mission.ros.subscriber import LatestMessageSubscriber
 from bt_mission.sessions.session import report_on
 from bt_mission.sessions.stage import Stage
-from bt_mission.testing.assertions import Claims, holds
+from bt_mission.testing.assertions import Assertions, holds
 from bt_mission.testing.errors import ScenarioError, no_such
 from bt_mission.testing.history import GoalLife, History, Pose
 from bt_mission.testing.moment import Condition, Moment
@@ -23,8 +23,8 @@ from bt_mission.testing.recorded import Recorded
 
 if TYPE_CHECKING:
     from bt_mission.language.mission import Mission
-    from bt_mission.testing.failure_recording import Keeping
-    from bt_mission.testing.faults import Occurrence
+    from bt_mission.testing.failure_recording import FailureRecording
+    from bt_mission.testing.faults import FaultInstance
 
 Action = Callable[["Run"], Any]
 """Something that a test does to a run at its time, such as a fault."""
@@ -39,7 +39,7 @@ class NeverHeldError(AssertionError):
     """A run did not come where its test expected it; the tree stands in the message."""
 
 
-class Run(Claims):
+class Run(Assertions):
     """A mission on the stage, moved on by a test and asked by it.
 
     Times are virtual, in seconds since the start. The run can be asked about after it is closed.
@@ -56,8 +56,8 @@ class Run(Claims):
         self.history = History(self.stage)
         self._moments: list[Moment] = []
         self._topics: dict[str, Recorded] = {}
-        self.faults: list[Occurrence] = []
-        self.recording: Keeping | None = None
+        self.faults: list[FaultInstance] = []
+        self.recording: FailureRecording | None = None
         """Where the run is recorded."""
         self._observer: Node | None = None
         self._error: Exception | None = None
@@ -73,14 +73,14 @@ class Run(Claims):
         :raises ScenarioError: when the mission has ended.
         """
         executive = self.stage.executive
-        while executive.beats == self._beats:
+        while executive.cycles == self._beats:
             if self.is_done or self._is_closed:
                 raise ScenarioError(f"the mission has ended: {self._ended}")
             self.stage.step()
             if self._error is not None:
                 error, self._error = self._error, None
                 raise error
-        self._beats = executive.beats
+        self._beats = executive.cycles
         self.history.record()
         moment = Moment(self, self.history.records[-1])
         self._moments.append(moment)
@@ -248,7 +248,7 @@ class Run(Claims):
             if name not in known:
                 raise no_such("topic", name, sorted(known))
             recorded = self._topics[name] = Recorded(name, self.stage.start_ns)
-            reader = TopicReader(node, name, known[name])
+            reader = LatestMessageSubscriber(node, name, known[name])
             reader.listen(partial(self._write_down, recorded))
 
     def blame_test(self, error: Exception) -> None:

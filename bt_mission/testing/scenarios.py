@@ -18,7 +18,7 @@ from bt_mission.testing.options import MARKER
 if TYPE_CHECKING:
     from _pytest.terminal import TerminalReporter
 
-    from bt_mission.testing.pass_rates import Rates
+    from bt_mission.testing.pass_rates import PassRates
 
 TITLE = "scenarios: seeds that passed, as a rate with its 95 % interval"
 
@@ -28,7 +28,7 @@ class Scenarios:
 
     def __init__(self, config: pytest.Config) -> None:
         self._config = config
-        self._rates: Rates | None = None
+        self._rates: PassRates | None = None
         self._is_worker = hasattr(config, "workerinput")
         text = f"{MARKER}(seeds, at_least=1.0): run with each seed (docs/testing.md of bt-mission)"
         config.addinivalue_line("markers", text)
@@ -79,9 +79,9 @@ class Scenarios:
         if told is None or self._is_worker:
             return
         if self._rates is None:
-            from bt_mission.testing.pass_rates import Rates
+            from bt_mission.testing.pass_rates import PassRates
 
-            self._rates = Rates()
+            self._rates = PassRates()
         self._rates.add(report, told)
 
     @pytest.hookimpl(wrapper=True)
@@ -109,7 +109,7 @@ class Scenarios:
         return result
 
 
-def _remember(cache: pytest.Cache, rates: Rates) -> None:
+def _remember(cache: pytest.Cache, rates: PassRates) -> None:
     from bt_mission.testing.seeds import FAILING, failing_seeds
 
     before = failing_seeds(cache)

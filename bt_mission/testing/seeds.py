@@ -23,7 +23,7 @@ class MarkerError(Exception):
 
 
 @dataclass(frozen=True)
-class Scenario:
+class ScenarioMark:
     """What a marker asks for.
 
     :param seeds: one test for each.
@@ -35,7 +35,7 @@ class Scenario:
 
 
 @dataclass(frozen=True)
-class Seeded:
+class SeededTest:
     """One test of a scenario.
 
     :param seed: of this one.
@@ -49,7 +49,7 @@ class Seeded:
     at_least: float | None
 
 
-def read_marker(mark: pytest.Mark) -> Scenario:
+def read_marker(mark: pytest.Mark) -> ScenarioMark:
     """What the marker of a test asks for.
 
     :raises MarkerError: when it is not as in :data:`USAGE`.
@@ -61,7 +61,7 @@ def read_marker(mark: pytest.Mark) -> Scenario:
         raise MarkerError(f"'{unknown[0]}' is not known; as in {USAGE}")
     if "seeds" not in mark.kwargs:
         raise MarkerError(f"it has to say which seeds: {USAGE}")
-    return Scenario(_seeds(mark.kwargs["seeds"]), _at_least(mark.kwargs.get("at_least")))
+    return ScenarioMark(_seeds(mark.kwargs["seeds"]), _at_least(mark.kwargs.get("at_least")))
 
 
 def _seeds(given: Any) -> tuple[int, ...]:
@@ -157,7 +157,7 @@ def failing_seeds(cache: pytest.Cache | None) -> dict[str, list[int]]:
     return found if isinstance(found, dict) else {}
 
 
-def seeded(item: pytest.Item) -> Seeded | None:
+def seeded(item: pytest.Item) -> SeededTest | None:
     """What a test is among those of a scenario; None where it is none."""
     mark = item.get_closest_marker(MARKER)
     call = getattr(item, "callspec", None)
@@ -168,7 +168,7 @@ def seeded(item: pytest.Item) -> Seeded | None:
     rest = call.id.split("-")
     rest.remove(name_of(seed))
     others = f"[{'-'.join(rest)}]" if rest else ""
-    return Seeded(seed, function + others, function, read_marker(mark).at_least)
+    return SeededTest(seed, function + others, function, read_marker(mark).at_least)
 
 
 def line_to_repeat(config: pytest.Config, nodeid: str) -> str:

@@ -15,18 +15,18 @@ from rclpy.node import Node
 from bt_mission.core.dds.discovery import isolate
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.files import find
-from bt_mission.language.action_names import SHORT_NAMES
+from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.mission import Mission
 from bt_mission.sessions.check import examine, examine_text
 from bt_mission.testing.errors import ScenarioError, no_such
-from bt_mission.testing.failure_recording import Keeping
+from bt_mission.testing.failure_recording import FailureRecording
 from bt_mission.testing.faults import Faults
 from bt_mission.testing.options import MOST_RUNS
 from bt_mission.testing.run import Run
 from bt_mission.testing.scripted_server import ScriptedServer
 
 if TYPE_CHECKING:
-    from bt_mission.language.expressions.expression import Plain
+    from bt_mission.language.expressions.values import Plain
 
 
 PROPS = 4
@@ -147,9 +147,9 @@ class Stages:
         """
         self._clear()
         if type_name is None:
-            if name not in SHORT_NAMES:
-                raise no_such("short name of an action", name, sorted(SHORT_NAMES))
-            short = SHORT_NAMES[name]
+            if name not in ACTION_NAMES:
+                raise no_such("short name of an action", name, sorted(ACTION_NAMES))
+            short = ACTION_NAMES[name]
             name, type_name = short.action, short.type
         server = ScriptedServer(self.node(f"scripted_{name}"), type_name, name, **habits)
         self.scripted[server.node.resolve_topic_name(name)] = server
@@ -185,7 +185,9 @@ class Stages:
             self._exit.close()
 
     def _record(self, run: Run) -> None:
-        run.recording = Keeping(run.stage, self.folder / f"recording_{len(self.runs)}.mcap")
+        run.recording = FailureRecording(
+            run.stage, self.folder / f"recording_{len(self.runs)}.mcap"
+        )
         for old in self.runs[-MOST_RUNS - 1 : -MOST_RUNS]:
             if old.recording is not None:
                 old.recording.discard()

@@ -1,6 +1,6 @@
 """The virtual clock: real rclpy nodes, on a time that waits for them.
 
-- ``executor``: :class:`LockstepExecutor`, order and time
+- ``executor``: :class:`VirtualTimeExecutor`, order and time
 - ``entities``: what a node can be woken by, and which of it is ready
 - ``serving``: one callback of each kind
 - ``tasks``: what was begun and has not ended
@@ -13,8 +13,8 @@
 
 from bt_mission.virtual_time.discovery import DiscoveryError
 from bt_mission.virtual_time.errors import NestedStepError, NothingDueError, TimeStuckError
-from bt_mission.virtual_time.executor import LockstepExecutor, World
-from bt_mission.virtual_time.self_test import NotLockstepError, self_test
+from bt_mission.virtual_time.executor import SteppedWorld, VirtualTimeExecutor
+from bt_mission.virtual_time.self_test import NoVirtualTimeError, self_test
 from bt_mission.virtual_time.taps import (
     ACTION_PARTS,
     Answer,
@@ -32,15 +32,15 @@ __all__ = [
     "Delivery",
     "DiscoveryError",
     "Gate",
-    "LockstepExecutor",
     "NestedStepError",
-    "NotLockstepError",
+    "NoVirtualTimeError",
     "NothingDueError",
     "Passing",
     "Side",
+    "SteppedWorld",
     "Tap",
     "Taps",
     "TimeStuckError",
-    "World",
+    "VirtualTimeExecutor",
     "self_test",
 ]

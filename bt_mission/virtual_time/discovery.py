@@ -2,7 +2,7 @@
 
 Within one rclpy context (one DDS participant) matching is done when the call that makes an
 endpoint returns; between contexts it takes a moment of wall time, during which virtual time must
-stand still. :func:`settle` checks, and waits where it has to.
+stand still. :func:`wait_for_matching` checks, and waits where it has to.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class DiscoveryError(BtMissionError):
     """Endpoints of this process did not find each other."""
 
 
-def settle(nodes: Sequence[Node]) -> None:
+def wait_for_matching(nodes: Sequence[Node]) -> None:
     """Return when all endpoints of ``nodes`` that belong together are matched.
 
     :raises DiscoveryError: when some are not after about five seconds.

@@ -1,7 +1,7 @@
 """The virtual clock: an rclpy executor under which time moves only when nothing is in flight.
 
 A stock executor waits for whatever comes first, so what a callback sees depends on the wall
-clock and on the scheduler. :class:`LockstepExecutor` turns that round. It owns the ROS time of
+clock and on the scheduler. :class:`VirtualTimeExecutor` turns that round. It owns the ROS time of
 every node it serves and repeats one step:
 
 1. find the next instant at which anything is due: a timer, or the world (a simulator);
@@ -30,7 +30,7 @@ from rclpy.task import Task
 
 from bt_mission.virtual_time.callbacks import serve, serve_timer
 from bt_mission.virtual_time.coroutines import Tasks
-from bt_mission.virtual_time.discovery import settle
+from bt_mission.virtual_time.discovery import wait_for_matching
 from bt_mission.virtual_time.entities import Entities, describe, describe_timer, exists, tells_once
 from bt_mission.virtual_time.errors import NestedStepError, NothingDueError, TimeStuckError
 from bt_mission.virtual_time.node_clocks import Clocks
@@ -49,7 +49,7 @@ STEPS_PER_INSTANT = 1_000
 """Steps in a row that do not move time, after which it is taken for stuck."""
 
 
-class World(Protocol):
+class SteppedWorld(Protocol):
     """What moves with time besides the timers, such as a simulator."""
 
     @property
@@ -60,7 +60,7 @@ class World(Protocol):
         """Move on to ``time_ns`` and publish everything due at or before it."""
 
 
-class LockstepExecutor(Spinning):
+class VirtualTimeExecutor(Spinning):
     """Serves nodes on one virtual clock.
 
     :param start_ns: the first instant, ns; above zero, since ROS takes zero for "not set".
@@ -72,7 +72,7 @@ class LockstepExecutor(Spinning):
         self,
         *,
         start_ns: int = 1_000_000_000,
-        world: World | None = None,
+        world: SteppedWorld | None = None,
         context: Context | None = None,
     ) -> None:
         self._structure_changed = True
@@ -241,7 +241,7 @@ class LockstepExecutor(Spinning):
             nodes = [] if self._is_over else self._ordered_nodes
             try:
                 self._entities = Entities(nodes, self._context)
-                settle(nodes)
+                wait_for_matching(nodes)
             except BaseException:
                 self._structure_changed = True  # so that the next step sees it, too
                 raise

@@ -14,7 +14,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from bt_mission.core.errors import BtMissionError
-from bt_mission.virtual_time.executor import LockstepExecutor
+from bt_mission.virtual_time.executor import VirtualTimeExecutor
 
 if TYPE_CHECKING:
     from rclpy.task import Future
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 ROUNDS = 25
 
 
-class NotLockstepError(BtMissionError):
+class NoVirtualTimeError(BtMissionError):
     """Messages within this process arrive late, so virtual time cannot be trusted."""
 
 
@@ -50,7 +50,7 @@ def _exchange(context: Context) -> None:
         Node(name, context=context, enable_rosout=False, start_parameter_services=False)
         for name in ("lockstep_test_sender", "lockstep_test_receiver")
     )
-    executor = LockstepExecutor(context=context)
+    executor = VirtualTimeExecutor(context=context)
     executor.add_node(sender)
     executor.add_node(receiver)
     got: list[str] = []
@@ -81,7 +81,7 @@ def _exchange(context: Context) -> None:
         node.destroy_node()
     executor.shutdown()
     if late:
-        raise NotLockstepError(
+        raise NoVirtualTimeError(
             f"{late} of {2 * ROUNDS} exchanges within this process came late with "
             f"{get_rmw_implementation_identifier()}; virtual time needs synchronous delivery: "
             "set RMW_IMPLEMENTATION=rmw_fastrtps_cpp and unset FASTRTPS_DEFAULT_PROFILES_FILE"

@@ -11,7 +11,8 @@ import math
 
 import mujoco
 
-from bt_mission.core.robot.model import Camera, RobotModel
+from bt_mission.core.robot.model import RobotModel
+from bt_mission.core.robot.parts import CameraModel
 from sim.physics.looks import looks
 from sim.physics.names import (
     ACCELEROMETER,
@@ -32,7 +33,7 @@ from sim.physics.names import (
     WHEELS,
 )
 from sim.physics.scenery import yaw_quaternion
-from sim.physics.spawn import Entrant
+from sim.physics.spawn import RobotSpawn
 from sim.world.colours import rgba
 from sim.world.world import Spawn
 
@@ -55,7 +56,7 @@ its wheels catch and let go in turns, and it trembles by 6 mm.
 
 
 def add_robot(
-    spec: mujoco.MjSpec, entrant: Entrant, spawn: Spawn, *, group: int, contype: int
+    spec: mujoco.MjSpec, entrant: RobotSpawn, spawn: Spawn, *, group: int, contype: int
 ) -> mujoco.MjsBody:
     """Add one, its motors in an actuator group of their own; returns its base."""
     robot, prefix = entrant.robot, entrant.prefix
@@ -191,7 +192,9 @@ def _add_sensors(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: RobotModel, p
     )
 
 
-def _add_camera(spec: mujoco.MjSpec, base: mujoco.MjsBody, camera: Camera, prefix: str) -> None:
+def _add_camera(
+    spec: mujoco.MjSpec, base: mujoco.MjsBody, camera: CameraModel, prefix: str
+) -> None:
     aspect = camera.height / camera.width
     base.add_camera(
         name=prefix + CAMERA,

@@ -29,7 +29,7 @@ from sim.world.shapes import Obstacle
 
 
 @dataclass(frozen=True, slots=True)
-class State:
+class SimulationState:
     """Where everything was at one instant, and how fast.
 
     `qpos` and `qvel` are MuJoCo's, as bytes, so that states can be compared; `props` is what each
@@ -56,24 +56,24 @@ class Reviewer:
         self._contacts = Contacts(self._model, self._names, prefix)
         joint = model.joint(prefix + BASE)
         self._q, self._v = int(joint.qposadr[0]), int(joint.dofadr[0])
-        self._shown: State | None = None
+        self._shown: SimulationState | None = None
 
-    def pose(self, state: State) -> tuple[float, float, float]:
+    def pose(self, state: SimulationState) -> tuple[float, float, float]:
         """Return the true pose of `base_footprint` in the map: x m, y m, yaw rad."""
         return pose_of(np.frombuffer(state.qpos)[self._q :])
 
-    def velocity(self, state: State) -> tuple[float, float]:
+    def velocity(self, state: SimulationState) -> tuple[float, float]:
         """Return the true velocity of the base: ahead m/s, left turn rad/s."""
         return velocity_of(
             np.frombuffer(state.qpos)[self._q :], np.frombuffer(state.qvel)[self._v :]
         )
 
-    def clearance(self, state: State, within: float = math.inf) -> Clearance:
+    def clearance(self, state: SimulationState, within: float = math.inf) -> Clearance:
         """Return how much room the robot had; what was `within` m or farther is not looked at."""
         self._show(state)
         return self._gauge.measure(self._data, within)
 
-    def contacts(self, state: State) -> dict[str, Point]:
+    def contacts(self, state: SimulationState) -> dict[str, Point]:
         """Return what the robot was touching, and a point of each contact in the map (m)."""
         self._show(state)
         mujoco.mj_comPos(self._model, self._data)
@@ -84,7 +84,7 @@ class Reviewer:
             for name, index in self._contacts.touched(self._data).items()
         }
 
-    def _show(self, state: State) -> None:
+    def _show(self, state: SimulationState) -> None:
         if state is self._shown:
             return
         self._bodies.match(state.props)

@@ -11,7 +11,7 @@ Triple = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
-class Look:
+class LookShape:
     """A box of half edges, or an upright cylinder of radius and half height (and 0), m."""
 
     kind: Literal["box", "cylinder"]
@@ -20,13 +20,13 @@ class Look:
     colour: str
 
 
-def looks(robot: RobotModel) -> list[Look]:
+def looks(robot: RobotModel) -> list[LookShape]:
     """Return plates, a core, the lidar, and a bar in front."""
     length, width, height = robot.body.size
     x, y, z = robot.body.centre
     plate = 0.004
     plates = [
-        Look(
+        LookShape(
             "box",
             (length / 2, width / 2, plate),
             (x, y, z + level * (height / 2 - plate)),
@@ -39,7 +39,7 @@ def looks(robot: RobotModel) -> list[Look]:
     bar = (robot.hull.front - 0.012, 0.0, z + height / 2)
     return [
         *plates,
-        Look("box", core, (x, y, z), "#5b6570"),
-        Look("cylinder", (0.035, 0.02, 0.0), lidar, "black"),
-        Look("box", (0.006, width / 4, 0.006), bar, "orange"),
+        LookShape("box", core, (x, y, z), "#5b6570"),
+        LookShape("cylinder", (0.035, 0.02, 0.0), lidar, "black"),
+        LookShape("box", (0.006, width / 4, 0.006), bar, "orange"),
     ]

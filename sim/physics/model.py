@@ -10,7 +10,7 @@ from sim.physics.body import add_robot, add_screen, add_touch
 from sim.physics.names import BASE, ROBOT_BIT, STEP_NS
 from sim.physics.prop_bodies import add_bodies, keep_figures
 from sim.physics.scenery import add_world
-from sim.physics.spawn import Entrant
+from sim.physics.spawn import RobotSpawn
 from sim.world.world import World
 
 SCREEN_COLOURS = ("purple", "orange", "brown", "black", "grey", "white")
@@ -19,7 +19,7 @@ _OVER = 0.03
 """Metres by which a robot's screen stands above the highest lidar."""
 
 
-def compile_model(world: World, entrants: Sequence[Entrant], props: int = 0) -> mujoco.MjModel:
+def compile_model(world: World, entrants: Sequence[RobotSpawn], props: int = 0) -> mujoco.MjModel:
     """Return the compiled model; each robot stands where it starts. `props`: spare bodies."""
     spec = mujoco.MjSpec()
     spec.modelname = world.name

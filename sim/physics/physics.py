@@ -14,13 +14,13 @@ import numpy as np
 from bt_mission.core.errors import BtMissionError
 from sim.physics import spawn as entrants_
 from sim.physics.grip import Grip
-from sim.physics.history import State
+from sim.physics.history import SimulationState
 from sim.physics.model import compile_model
 from sim.physics.movers import Movers
 from sim.physics.names import OBSTACLE_PREFIX, PROP_PREFIX, STEP_NS
 from sim.physics.prop_bodies import bodies_of
 from sim.physics.props import Props, check_count
-from sim.physics.spawn import Entrant
+from sim.physics.spawn import RobotSpawn
 from sim.world.world import World
 
 _SETTLING_STEPS = 40
@@ -53,7 +53,7 @@ class Physics:
     """
 
     def __init__(
-        self, world: World, entrants: Sequence[Entrant], start_ns: int, props: int = 0
+        self, world: World, entrants: Sequence[RobotSpawn], start_ns: int, props: int = 0
     ) -> None:
         entrants_.check(entrants)
         check_count(props)
@@ -146,10 +146,12 @@ class Physics:
             # What was computed within a step is that of its beginning.
             mujoco.mj_kinematics(model, data)
 
-    def record(self) -> State:
+    def record(self) -> SimulationState:
         """Return what everything stands like now, to be looked at later (`sim.physics.history`)."""
         data = self.data
-        return State(self.time_ns, data.qpos.tobytes(), data.qvel.tobytes(), self.props.shown)
+        return SimulationState(
+            self.time_ns, data.qpos.tobytes(), data.qvel.tobytes(), self.props.shown
+        )
 
     def _place(self) -> None:
         if self._movers is not None:

@@ -8,7 +8,7 @@ from itertools import pairwise
 from typing import Protocol
 
 from bt_mission.core.errors import BtMissionError
-from sim.world.motion import Course, Drifting, Passing, Point
+from sim.world.motion import Course, Drifting, PassingCourse, Point
 from sim.world.shapes import Obstacle
 from sim.world.world import FARTHEST, FASTEST, SHORTEST
 
@@ -89,7 +89,7 @@ class Prop:
             )
         # Standing at a point for no time is to pass it.
         way = [points[0], *(b for a, b in pairwise(points) if math.dist(a, b) > 0)]
-        self._go(Passing(tuple(way), speed) if len(way) > 1 else Drifting(way[0]))
+        self._go(PassingCourse(tuple(way), speed) if len(way) > 1 else Drifting(way[0]))
 
     def move_at(self, vx: float, vy: float) -> None:
         """Go on at this velocity, along x and y of the map, until told otherwise."""

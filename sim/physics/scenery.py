@@ -21,7 +21,7 @@ from sim.physics.names import (
 )
 from sim.world.colours import rgba
 from sim.world.shapes import Obstacle
-from sim.world.world import Patch, World, Zone
+from sim.world.world import SlipperyPatch, World, Zone
 
 TON = 1000.0
 """kg, and kg m^2."""
@@ -32,7 +32,7 @@ def add_world(spec: mujoco.MjSpec, world: World) -> None:
     _add_sky_and_light(spec)
     _add_floor(spec, world.size, grip=0.0 if world.slippery else 1.0)
     _add_obstacles(spec, world.obstacles)
-    marks: tuple[Zone | Patch, ...] = (*world.slippery, *world.zones)
+    marks: tuple[Zone | SlipperyPatch, ...] = (*world.slippery, *world.zones)
     for mark in marks:
         _add_mark(spec, mark)
 
@@ -139,7 +139,7 @@ def _mover(static: mujoco.MjsBody, obstacle: Obstacle) -> mujoco.MjsBody:
     return body
 
 
-def _add_mark(spec: mujoco.MjSpec, zone: Zone | Patch) -> None:
+def _add_mark(spec: mujoco.MjSpec, zone: Zone | SlipperyPatch) -> None:
     """Add a zone or a slippery place, a millimetre thick."""
     spec.worldbody.add_geom(
         type=mujoco.mjtGeom.mjGEOM_CYLINDER,

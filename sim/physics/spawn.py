@@ -22,12 +22,12 @@ _EXPECTED = (
 )
 
 
-class EntrantError(BtMissionError):
+class RobotSpawnError(BtMissionError):
     """Robots that cannot stand in one world as they are named."""
 
 
 @dataclass(frozen=True)
-class Entrant:
+class RobotSpawn:
     """A robot: its model, its name, and where it starts (None: at the world's spawn).
 
     The name is also the namespace of its topics. A robot alone needs none.
@@ -43,7 +43,7 @@ class Entrant:
         return f"{self.name}/" if self.name else ""
 
 
-def read(text: str) -> Entrant:
+def read(text: str) -> RobotSpawn:
     """Read a robot written as `NAME=MODEL@X,Y,YAW` (m, m, degrees), such as `one=waffle@-1,0,90`.
 
     MODEL is a robot's name or file; the yaw, or the whole place, may be left out. Raises
@@ -51,30 +51,30 @@ def read(text: str) -> Entrant:
     """
     written = _WRITTEN.fullmatch(text)
     if written is None:
-        raise EntrantError(_EXPECTED + f"got '{text}'")
+        raise RobotSpawnError(_EXPECTED + f"got '{text}'")
     name, model, *place = written.groups()
     given = {field: float(number) for field, number in zip(_PLACE, place, strict=True) if number}
     try:
         spawn = Spawn(**given) if given else None
     except ValueError as error:
-        raise EntrantError(_EXPECTED + f"within the world, got '{text}'") from error
-    return Entrant(load_robot(model), name, spawn)
+        raise RobotSpawnError(_EXPECTED + f"within the world, got '{text}'") from error
+    return RobotSpawn(load_robot(model), name, spawn)
 
 
-def check(entrants: Sequence[Entrant]) -> None:
+def check(entrants: Sequence[RobotSpawn]) -> None:
     """Raise EntrantError unless there are robots, and several have a name each of its own."""
     if not 1 <= len(entrants) <= MOST:
-        raise EntrantError(f"expected 1 to {MOST} robots in a world, got {len(entrants)}")
+        raise RobotSpawnError(f"expected 1 to {MOST} robots in a world, got {len(entrants)}")
     seen: set[str] = set()
     for entrant in entrants:
         name = entrant.name
         if len(entrants) == 1 and not name:
             return
         if not _NAME.fullmatch(name):
-            raise EntrantError(
+            raise RobotSpawnError(
                 f"expected a name of small letters, digits and '_', such as robot1, got '{name}':"
                 " a robot's name is the namespace of its topics"
             )
         if name in seen:
-            raise EntrantError(f"two robots are named '{name}'; give each a name of its own")
+            raise RobotSpawnError(f"two robots are named '{name}'; give each a name of its own")
         seen.add(name)

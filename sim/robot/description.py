@@ -12,7 +12,7 @@ from xml.etree import ElementTree as ET
 from bt_mission.core.robot.model import RobotModel
 from sim.physics.looks import looks
 from sim.robot import frames
-from sim.robot.frames import Frame, Quaternion, Vector
+from sim.robot.frames import FramePose, Quaternion, Vector
 from sim.world.colours import rgba
 
 _CAMERA = (0.02, 0.06, 0.02)
@@ -40,7 +40,7 @@ def description(robot: RobotModel) -> str:
     return '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
 
 
-def _add_joint(root: ET.Element, frame: Frame) -> None:
+def _add_joint(root: ET.Element, frame: FramePose) -> None:
     turns = frame.child.startswith("wheel_")
     name = frame.child.removesuffix("_link") + "_joint"
     joint = ET.SubElement(root, "joint", name=name, type="continuous" if turns else "fixed")

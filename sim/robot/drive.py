@@ -13,7 +13,7 @@ from bt_mission.core.robot.model import RobotModel
 
 
 @dataclass
-class Drive:
+class DifferentialDrive:
     """Turns commands into wheel speeds, one physics step at a time."""
 
     robot: RobotModel

@@ -29,7 +29,7 @@ _OPTICAL: Quaternion = (-0.5, 0.5, -0.5, 0.5)
 
 
 @dataclass(frozen=True)
-class Frame:
+class FramePose:
     """A frame in its parent: translation in m, rotation as x, y, z, w."""
 
     parent: str
@@ -38,25 +38,25 @@ class Frame:
     rotation: Quaternion = _AHEAD
 
 
-def fixed_frames(robot: RobotModel) -> list[Frame]:
+def fixed_frames(robot: RobotModel) -> list[FramePose]:
     """Return everything below `base_footprint`. Wheels are shown as they stand at the start."""
     axle_z = robot.wheel_radius - robot.base_height
     lidar, imu, camera = robot.lidar, robot.imu, robot.camera
     frames = [
-        Frame(BASE_FOOTPRINT, BASE_LINK, (0.0, 0.0, robot.base_height)),
-        Frame(BASE_LINK, "wheel_left_link", (0.0, robot.wheel_y, axle_z), _SIDEWAYS),
-        Frame(BASE_LINK, "wheel_right_link", (0.0, -robot.wheel_y, axle_z), _SIDEWAYS),
-        *(Frame(BASE_LINK, _caster(at), at, _SIDEWAYS) for at in robot.casters),
-        Frame(BASE_LINK, IMU_LINK, (imu.x, imu.y, imu.z)),
-        Frame(BASE_LINK, SCAN_FRAME, (lidar.x, lidar.y, lidar.z)),
+        FramePose(BASE_FOOTPRINT, BASE_LINK, (0.0, 0.0, robot.base_height)),
+        FramePose(BASE_LINK, "wheel_left_link", (0.0, robot.wheel_y, axle_z), _SIDEWAYS),
+        FramePose(BASE_LINK, "wheel_right_link", (0.0, -robot.wheel_y, axle_z), _SIDEWAYS),
+        *(FramePose(BASE_LINK, _caster(at), at, _SIDEWAYS) for at in robot.casters),
+        FramePose(BASE_LINK, IMU_LINK, (imu.x, imu.y, imu.z)),
+        FramePose(BASE_LINK, SCAN_FRAME, (lidar.x, lidar.y, lidar.z)),
     ]
     if camera is not None:
         x, y, z = camera.link
         lens = (camera.x - x, camera.y - y, camera.z - z)
         frames += [
-            Frame(BASE_LINK, CAMERA_LINK, camera.link),
-            Frame(CAMERA_LINK, CAMERA_FRAME, lens),
-            Frame(CAMERA_FRAME, CAMERA_OPTICAL_FRAME, (0.0, 0.0, 0.0), _OPTICAL),
+            FramePose(BASE_LINK, CAMERA_LINK, camera.link),
+            FramePose(CAMERA_LINK, CAMERA_FRAME, lens),
+            FramePose(CAMERA_FRAME, CAMERA_OPTICAL_FRAME, (0.0, 0.0, 0.0), _OPTICAL),
         ]
     return frames
 

@@ -10,16 +10,16 @@ import numpy.typing as npt
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.robot.model import RobotModel
-from sim.faults import Faults
+from sim.faults import RobotFaultState
 from sim.physics.clearance import Clearance, robot_gauge
 from sim.physics.contacts import Collision, Contacts
-from sim.physics.history import Reviewer, State, pose_of, velocity_of
+from sim.physics.history import Reviewer, SimulationState, pose_of, velocity_of
 from sim.physics.names import BASE, STEP_NS, TOUCH, WHEELS
 from sim.physics.physics import Physics
 from sim.physics.pushes import Frame, Pushes
-from sim.physics.spawn import Entrant
+from sim.physics.spawn import RobotSpawn
 from sim.physics.wheels import Wheels
-from sim.robot.drive import Drive
+from sim.robot.drive import DifferentialDrive
 from sim.sensors.battery import Battery
 from sim.sensors.encoders import Encoders
 from sim.sensors.imu import Imu, Inertial
@@ -35,13 +35,13 @@ class SpawnError(BtMissionError):
     """The robot does not fit where it is to start."""
 
 
-class SimRobot:
+class SimulatedRobot:
     """A robot of a simulation, in its own words. `seed` decides all its sensor noise.
 
     It is made before time begins, and told by `restart` when it does.
     """
 
-    def __init__(self, physics: Physics, entrant: Entrant, *, seed: int) -> None:
+    def __init__(self, physics: Physics, entrant: RobotSpawn, *, seed: int) -> None:
         self.physics = physics
         self.name = entrant.name
         self.seed = seed
@@ -55,7 +55,7 @@ class SimRobot:
         self._qvel = data.qvel[joint.dofadr[0] : joint.dofadr[0] + 8]
         self._wheels = Wheels(model, physics.grip, prefix)
         self._pushes = Pushes(model, data, prefix)
-        self.faults = Faults(self._wheels.suffer)
+        self.faults = RobotFaultState(self._wheels.suffer)
         """What is broken."""
         motor = model.actuator(prefix + WHEELS[0]).id
         self._ctrl = data.ctrl[motor : motor + 2]
@@ -75,7 +75,7 @@ class SimRobot:
         self._lidar = Lidar(model, self.robot, seed, prefix)
         self._imu = Imu(model, self.robot, seed, math.radians(spawn.yaw), prefix)
         self._encoders = Encoders(self.robot.sensors.odometry.slip, seed, prefix)
-        self._drive = Drive(self.robot, STEP_NS / 1e9)
+        self._drive = DifferentialDrive(self.robot, STEP_NS / 1e9)
         self.patience = 1.0
         self.odometry = Odometry(self.robot)
         self.battery = Battery(self.robot.battery)
@@ -90,7 +90,7 @@ class SimRobot:
         self._last_scan = None
         self._encoders.start(*self._qpos[7:9].tolist())
         self._milestone = self.pose[:2]
-        self._drive = Drive(self.robot, STEP_NS / 1e9, patience=self.patience)
+        self._drive = DifferentialDrive(self.robot, STEP_NS / 1e9, patience=self.patience)
         self.battery = Battery(self.robot.battery)
         self._contacts.forget()
         self._switch_motors(on=True)
@@ -214,7 +214,7 @@ class SimRobot:
         """
         return self._gauge.measure(self.physics.data, within)
 
-    def record(self) -> State:
+    def record(self) -> SimulationState:
         """Return what the whole simulation is like now, for a reviewer. Costs microseconds."""
         return self.physics.record()
 

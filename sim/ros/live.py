@@ -18,7 +18,7 @@ from rclpy.signals import SignalHandlerOptions
 from bt_mission.core.robot.model import load_robot
 from sim.physics.spawn import read
 from sim.ros.node import SimNode
-from sim.ros.pacing import FASTEST, SLOWEST, Pacer, check_speed
+from sim.ros.pacing import FASTEST, SLOWEST, SpeedPacer, check_speed
 from sim.ros.topics import log
 from sim.views.window import Window, check_display
 from sim.world.loader import load_world
@@ -110,7 +110,7 @@ def _pace(node: SimNode, speed: float) -> None:
     description = "How many times faster than the wall clock virtual time runs."
     descriptor = ParameterDescriptor(description=description, floating_point_range=[allowed])
     speed = node.declare_parameter("speed", speed, descriptor).value
-    pacer = Pacer(speed, wall.now().nanoseconds, node.next_due_ns)
+    pacer = SpeedPacer(speed, wall.now().nanoseconds, node.next_due_ns)
     _be_patient(node, speed)
 
     def tick() -> None:

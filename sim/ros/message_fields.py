@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from bt_mission.core.robot.model import Battery as BatterySpec
-from bt_mission.core.robot.model import Camera, Lidar
-from bt_mission.core.robot.model import Imu as ImuSpec
+from bt_mission.core.robot.parts import BatteryModel as BatterySpec
+from bt_mission.core.robot.parts import CameraModel, LidarModel
+from bt_mission.core.robot.parts import ImuModel as ImuSpec
 from sim.physics.contacts import Collision
-from sim.robot.frames import MAP, Frame, Vector
+from sim.robot.frames import MAP, FramePose, Vector
 from sim.sensors.battery import Battery
 from sim.sensors.imu import Inertial
 from sim.sensors.odometry import Odometry
@@ -41,7 +41,7 @@ def header(message: Any, stamp: Any, frame: str, child: str | None = None) -> An
     return message
 
 
-def transform(message: Any, frame: Frame, stamp: Any) -> Any:
+def transform(message: Any, frame: FramePose, stamp: Any) -> Any:
     """Fill a TransformStamped with a fixed frame, and return it."""
     header(message, stamp, frame.parent, frame.child)
     t, r = message.transform.translation, message.transform.rotation
@@ -109,7 +109,7 @@ def inertial_limits(message: Any, spec: ImuSpec) -> None:
         covariance[[0, 4, 8]] = sigma**2
 
 
-def scan_limits(message: Any, spec: Lidar) -> npt.NDArray[np.float32]:
+def scan_limits(message: Any, spec: LidarModel) -> npt.NDArray[np.float32]:
     """Fill the constant part of a LaserScan, and return a view of its ranges.
 
     As the driver of the LDS-01 has it: 0 to one step before a full turn. All rays are measured
@@ -150,7 +150,7 @@ def battery(message: Any, state: Battery) -> None:
     message.percentage = state.percentage
 
 
-def image_format(message: Any, spec: Camera) -> npt.NDArray[np.uint8]:
+def image_format(message: Any, spec: CameraModel) -> npt.NDArray[np.uint8]:
     """Fill the constant part of an Image, and return a view of its pixels, rows x columns x 3."""
     message.width, message.height = spec.width, spec.height
     message.encoding, message.step = "rgb8", 3 * spec.width
@@ -158,7 +158,7 @@ def image_format(message: Any, spec: Camera) -> npt.NDArray[np.uint8]:
     return view(message.data, np.uint8).reshape(spec.height, spec.width, 3)
 
 
-def camera_info(message: Any, spec: Camera) -> None:
+def camera_info(message: Any, spec: CameraModel) -> None:
     """Fill a CameraInfo: a pinhole without distortion, square pixels, centre in the middle."""
     focal = spec.width / (2 * math.tan(spec.hfov / 2))
     cx, cy = spec.width / 2, spec.height / 2

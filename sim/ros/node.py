@@ -22,13 +22,14 @@ from visualization_msgs.msg import MarkerArray
 
 from bt_mission.core.robot.model import RobotModel
 from sim.physics.names import STEP_NS
+from sim.physics.spawn import RobotSpawn
 from sim.robot import frames
-from sim.robot.robot import SimRobot
+from sim.robot.robot import SimulatedRobot
 from sim.ros import message_fields, zone_markers
 from sim.ros.pictures import CameraTopics
 from sim.ros.schedule import Schedule
-from sim.ros.topics import LATCHED, RELIABLE, RobotTopics, log, wanted
-from sim.simulation import Entrant, Fleet, Simulation
+from sim.ros.topics import LATCHED, RELIABLE, RobotPublishers, log, wanted
+from sim.simulation import Fleet, Simulation
 from sim.world.checks import unseen
 from sim.world.occupancy import OccupancyMap, rasterise
 from sim.world.world import World
@@ -52,7 +53,7 @@ class SimNode(Node):
     def __init__(  # noqa: PLR0913 - keywords, each with a default that is almost always right
         self,
         world: World,
-        robot: RobotModel | Sequence[Entrant],
+        robot: RobotModel | Sequence[RobotSpawn],
         *,
         seed: int,
         start_ns: int = 1_000_000_000,
@@ -65,7 +66,7 @@ class SimNode(Node):
     ) -> None:
         if isinstance(robot, RobotModel):
             self.simulation = Simulation(world, robot, seed=seed, start_ns=start_ns, props=props)
-            self.robots: tuple[SimRobot, ...] = (self.simulation,)
+            self.robots: tuple[SimulatedRobot, ...] = (self.simulation,)
         else:
             self.fleet = Fleet(world, robot, seed=seed, start_ns=start_ns, props=props)
             self.robots = self.fleet.robots
@@ -85,14 +86,14 @@ class SimNode(Node):
         self._stamp = self._time.clock  # shared by all messages
         self._time_out = self.create_publisher(Clock, "/clock", RELIABLE)
         drawn = rasterise(world) if with_map else None
-        self._topics: list[RobotTopics] = []
+        self._topics: list[RobotPublishers] = []
         self._cameras: list[CameraTopics] = []
         for one in self.robots:
             if drawn is not None:
                 self._make_map(drawn, one.prefix)
             if world.zones:
                 self._make_zones(world, one.prefix)
-            self._topics.append(RobotTopics(self, self._schedule, self._stamp, one))
+            self._topics.append(RobotPublishers(self, self._schedule, self._stamp, one))
             if camera and one.robot.camera is not None:
                 made = CameraTopics(self, self._schedule, self._stamp, one, one.robot.camera)
                 self._cameras.append(made)

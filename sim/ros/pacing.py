@@ -27,7 +27,7 @@ def check_speed(speed: float) -> None:
 
 
 @dataclass
-class Pacer:
+class SpeedPacer:
     """Maps wall time to virtual time at a speed (1 is real time), from one instant of both on."""
 
     speed: float

@@ -7,14 +7,15 @@ from typing import Any
 from rclpy.node import Node
 from sensor_msgs.msg import CameraInfo, Image
 
-from bt_mission.core.robot.model import Camera as CameraSpec
+from bt_mission.core.robot.parts import CameraModel as CameraSpec
 from sim.faults import NO_CAMERA_FAULTS
 from sim.robot import frames
-from sim.robot.robot import SimRobot
+from sim.robot.robot import SimulatedRobot
 from sim.ros import message_fields
 from sim.ros.schedule import Schedule
 from sim.ros.topics import RELIABLE, log, wanted
-from sim.sensors.camera import Camera, NoCameraError
+from sim.sensors.camera import Camera
+from sim.sensors.canvas import NoCameraError
 from sim.sensors.noise import PictureNoise
 from sim.sensors.raycast import RaycastCamera
 from sim.sensors.sensor_faults import PictureDistortion
@@ -24,7 +25,7 @@ class CameraTopics:
     """The topics of one robot's camera. `stamp` is shared by all messages."""
 
     def __init__(
-        self, node: Node, schedule: Schedule, stamp: Any, robot: SimRobot, spec: CameraSpec
+        self, node: Node, schedule: Schedule, stamp: Any, robot: SimulatedRobot, spec: CameraSpec
     ) -> None:
         self._node = node
         self._robot = robot

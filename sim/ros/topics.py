@@ -22,10 +22,10 @@ from std_srvs.srv import SetBool, Trigger
 from tf2_msgs.msg import TFMessage
 
 from bt_mission.core.cdr import reader
-from bt_mission.core.cdr.writer import Packed
+from bt_mission.core.cdr.writer import MessageTemplate
 from sim.robot import frames
 from sim.robot.description import description
-from sim.robot.robot import SimRobot
+from sim.robot.robot import SimulatedRobot
 from sim.ros import message_fields
 from sim.ros.schedule import Schedule
 
@@ -55,10 +55,10 @@ BATTERY_RATE = 20.0
 """Hz [turtlebot3_node]."""
 
 
-class RobotTopics:
+class RobotPublishers:
     """The topics and services of one robot, apart from its camera. `stamp` is shared by all."""
 
-    def __init__(self, node: Node, schedule: Schedule, stamp: Any, robot: SimRobot) -> None:
+    def __init__(self, node: Node, schedule: Schedule, stamp: Any, robot: SimulatedRobot) -> None:
         self._node = node
         self._schedule = schedule
         self._stamp = stamp
@@ -85,8 +85,10 @@ class RobotTopics:
     def _publisher(self, kind: Any, topic: str, qos: QoSProfile = RELIABLE) -> Publisher:
         return self._node.create_publisher(kind, self._name(topic), qos)
 
-    def _packed(self, message: Any, *parts: tuple[Any, tuple[str, ...]], unused: int = 0) -> Packed:
-        return Packed(message, self._stamp, parts, serialize_message, unused)
+    def _packed(
+        self, message: Any, *parts: tuple[Any, tuple[str, ...]], unused: int = 0
+    ) -> MessageTemplate:
+        return MessageTemplate(message, self._stamp, parts, serialize_message, unused)
 
     # ---- commands and services -----------------------------------------------------------
 

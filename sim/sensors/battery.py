@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bt_mission.core.robot.model import Battery as BatterySpec
+from bt_mission.core.robot.parts import BatteryModel as BatterySpec
 from sim.faults import FaultError
 
 

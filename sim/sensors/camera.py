@@ -5,11 +5,9 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from bt_mission.core.robot.model import Camera as CameraSpec
+from bt_mission.core.robot.parts import CameraModel as CameraSpec
 from sim.physics.names import BASE, CAMERA, LOOKS, ROBOT, SCREENS
-from sim.sensors.canvas import Canvas, Image, NoCameraError
-
-__all__ = ["Camera", "Image", "NoCameraError"]
+from sim.sensors.canvas import Canvas, Image
 
 
 class Camera:

@@ -12,9 +12,9 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from bt_mission.core.robot.model import Camera as CameraSpec
+from bt_mission.core.robot.parts import CameraModel as CameraSpec
 from sim.physics.names import BASE, CAMERA, FLOOR, MARKS, SCREENS, SOLID
-from sim.sensors.camera import Image
+from sim.sensors.canvas import Image
 
 Floats = npt.NDArray[np.float64]
 

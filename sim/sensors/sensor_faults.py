@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sim.faults import CameraFaults, LidarFaults
-from sim.sensors.camera import Image
+from sim.sensors.canvas import Image
 from sim.sensors.noise import Noise, PictureNoise
 
 

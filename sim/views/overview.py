@@ -38,7 +38,7 @@ Mask = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
-class Patch:
+class OverviewPatch:
     """Something that moves, with what is around it: its place in the picture, and its pixels.
 
     :param left: and `top`: pixels from the picture's edges.
@@ -99,7 +99,7 @@ class Overview:
         u = width / 2 + (x - self._centre[0]) * self.scale
         return u, height / 2 - (y - self._centre[1]) * self.scale
 
-    def moving(self) -> list[Patch]:
+    def moving(self) -> list[OverviewPatch]:
         """Return what can move, where it is now."""
         found = []
         for body, geoms in self._things:
@@ -152,7 +152,7 @@ class Overview:
         half = np.abs(data.geom_xmat[geoms].reshape(-1, 3, 3)[:, 2]) * model.geom_aabb[geoms, 3:]
         return float((data.geom_xpos[geoms, 2] + half.sum(axis=1)).max())
 
-    def _around(self, body: int, geoms: npt.NDArray[np.intp]) -> Patch | None:
+    def _around(self, body: int, geoms: npt.NDArray[np.intp]) -> OverviewPatch | None:
         u, v = (round(part) for part in self.pixel(*self._data.xpos[body, :2].tolist()))
         (width, height), half = self._size, self._half(body, geoms)
         across, down = (min(half, most // 2) for most in self._most)
@@ -164,7 +164,7 @@ class Overview:
         thing = _differ(picture, self._lit[top:bottom, left:right])
         to_right, up = (part * self._height(geoms) * self.scale for part in _SHADOW)
         shade = _swept(thing, to_right, up) & ~self._shaded[top:bottom, left:right] & ~thing
-        return Patch(left, top, picture, thing, shade)
+        return OverviewPatch(left, top, picture, thing, shade)
 
     def _draw(self, canvas: Canvas, left: int, top: int, width: int, height: int) -> Image:
         """Draw a part of the picture; on whole pixels, so that all parts are alike."""

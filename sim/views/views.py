@@ -20,19 +20,19 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from sim.physics.history import State, pose_of
+from sim.physics.history import SimulationState, pose_of
 from sim.physics.names import BASE, CAMERA, LOOKS, ROBOT
 from sim.physics.prop_bodies import bodies_of
 from sim.sensors.canvas import Canvas, Image
 from sim.sensors.lidar import Lidar
 from sim.simulation import Simulation
-from sim.views.overview import Overview, Patch
+from sim.views.overview import Overview, OverviewPatch
 
 _FOVY = 45.0
 """Degrees, of the view from behind."""
 
 
-class Views:
+class WorldViews:
     """Pictures of a robot alone in its world; `above` and `ahead` are widths and heights in pixels.
 
     Raises NoCameraError where there is no EGL.
@@ -65,7 +65,7 @@ class Views:
         """Have the next pictures be those of the present instant."""
         self.show(self._simulation.record())
 
-    def show(self, state: State) -> None:
+    def show(self, state: SimulationState) -> None:
         """Have the next pictures be those of a recorded state."""
         self._bodies.match(state.props)
         self._data.qpos[:] = np.frombuffer(state.qpos)
@@ -81,7 +81,7 @@ class Views:
         """Return where points of the map lie from above: pixels from the left and from the top."""
         return self._overview.pixel(x, y)
 
-    def moving(self) -> list[Patch]:
+    def moving(self) -> list[OverviewPatch]:
         """Return what can move, from above."""
         return self._overview.moving()
 

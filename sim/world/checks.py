@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Problem:
+class WorldProblem:
     """Something wrong with a world, and the path of it in what was written."""
 
     path: tuple[str | int, ...]
@@ -24,7 +24,7 @@ class Problem:
     hint: str | None = None
 
 
-def problems(world: World) -> list[Problem]:
+def problems(world: World) -> list[WorldProblem]:
     """Return everything wrong with a world whose fields are well-formed."""
     return [*_names(world), *_places(world), *_spawn(world)]
 
@@ -46,13 +46,13 @@ def unseen(world: World, robot: RobotModel) -> list[str]:
     ]
 
 
-def _names(world: World) -> Iterator[Problem]:
+def _names(world: World) -> Iterator[WorldProblem]:
     seen: dict[str, str] = {}
     for placed in world.placed:
         section, index = placed.path
         name = placed.obstacle.name
         if name in seen:
-            yield Problem(
+            yield WorldProblem(
                 (section, index, "name"),
                 f"the name '{name}' is taken by {seen[name]}",
                 "give every obstacle a name of its own: collisions are reported by it",
@@ -61,40 +61,42 @@ def _names(world: World) -> Iterator[Problem]:
     zones: set[str] = set()
     for index, zone in enumerate(world.zones):
         if zone.name in zones:
-            yield Problem(("zones", index, "name"), f"there are two zones named '{zone.name}'")
+            yield WorldProblem(("zones", index, "name"), f"there are two zones named '{zone.name}'")
         zones.add(zone.name)
 
 
-def _places(world: World) -> Iterator[Problem]:
+def _places(world: World) -> Iterator[WorldProblem]:
     for placed in world.placed:
         obstacle = placed.obstacle
         if not _on_floor(world, obstacle.x, obstacle.y):
-            yield Problem(
+            yield WorldProblem(
                 placed.path, f"'{obstacle.name}' stands {_beside(world, obstacle.x, obstacle.y)}"
             )
         for x, y in obstacle.motion.reach if obstacle.motion else ():
             if not _on_floor(world, x, y):
                 where = f"'{obstacle.name}' moves to where it would stand {_beside(world, x, y)}"
-                yield Problem((*placed.path, "motion"), where)
+                yield WorldProblem((*placed.path, "motion"), where)
                 break
     for index, patch in enumerate(world.slippery):
         if not _on_floor(world, patch.x, patch.y):
             where = f"'{patch.name}' lies {_beside(world, patch.x, patch.y)}"
-            yield Problem(("slippery", index), where)
+            yield WorldProblem(("slippery", index), where)
     for index, zone in enumerate(world.zones):
         path = ("zones", index)
         if not _on_floor(world, zone.x, zone.y):
-            yield Problem(path, f"zone '{zone.name}' lies {_beside(world, zone.x, zone.y)}")
+            yield WorldProblem(path, f"zone '{zone.name}' lies {_beside(world, zone.x, zone.y)}")
         elif inside := _obstacle_at(world, zone.x, zone.y):
-            yield Problem(path, f"the centre of zone '{zone.name}' lies inside '{inside.name}'")
+            yield WorldProblem(
+                path, f"the centre of zone '{zone.name}' lies inside '{inside.name}'"
+            )
 
 
-def _spawn(world: World) -> Iterator[Problem]:
+def _spawn(world: World) -> Iterator[WorldProblem]:
     spawn = world.spawn
     if not _on_floor(world, spawn.x, spawn.y):
-        yield Problem(("spawn",), f"the spawn lies {_beside(world, spawn.x, spawn.y)}")
+        yield WorldProblem(("spawn",), f"the spawn lies {_beside(world, spawn.x, spawn.y)}")
     elif inside := _obstacle_at(world, spawn.x, spawn.y):
-        yield Problem(
+        yield WorldProblem(
             ("spawn",),
             f"the spawn ({spawn.x:g}, {spawn.y:g}) lies inside '{inside.name}'",
             "move it to where the robot has room",

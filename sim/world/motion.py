@@ -52,7 +52,7 @@ class Circling:
         return (x + radius, y), (x - radius, y), (x, y + radius), (x, y - radius)
 
 
-class Passing:
+class PassingCourse:
     """From the first point through the others at `speed` m/s, to stand at the last.
 
     Each differs from the one before it.
@@ -83,7 +83,7 @@ class Passing:
         return x + along * ahead_x, y + along * ahead_y, speed * ahead_x, speed * ahead_y
 
 
-class Patrolling(Passing):
+class Patrolling(PassingCourse):
     """From its place through the points and back to its place, again and again, at `speed` m/s."""
 
     def __init__(self, points: tuple[Point, ...], speed: float) -> None:

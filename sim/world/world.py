@@ -193,7 +193,7 @@ class Zone(BaseModel):
     colour: Colour = "yellow"
 
 
-class Patch(BaseModel):
+class SlipperyPatch(BaseModel):
     """A round slippery place on the floor: wheels grip there with this coefficient of friction.
 
     On the rest of the floor it is 1. The robot's lidar does not see it, its camera does.
@@ -232,7 +232,7 @@ class World(BaseModel):
     boxes: Annotated[tuple[Box, ...], Field(max_length=2000)] = ()
     cylinders: Annotated[tuple[Cylinder, ...], Field(max_length=2000)] = ()
     zones: Annotated[tuple[Zone, ...], Field(max_length=200)] = ()
-    slippery: Annotated[tuple[Patch, ...], Field(max_length=200)] = ()
+    slippery: Annotated[tuple[SlipperyPatch, ...], Field(max_length=200)] = ()
 
     @cached_property
     def obstacles(self) -> tuple[Obstacle, ...]:

@@ -6,7 +6,7 @@ import pytest
 from rich.console import Console
 
 from bt_mission.cli import doctor_report
-from bt_mission.cli.doctor_report import Answer, Check, Finding
+from bt_mission.cli.doctor_report import CheckResult, DoctorCheck, ProbeResult
 
 
 def _report(*checks):
@@ -16,19 +16,21 @@ def _report(*checks):
 
 
 def _finds(state, found, remedy=""):
-    return lambda: Finding(state, found, remedy)
+    return lambda: CheckResult(state, found, remedy)
 
 
 def test_all_well_ends_with_0():
     """One line a check, and a verdict."""
-    code, text = _report(Check("Python", _finds("ok", "3.11")))
+    code, text = _report(DoctorCheck("Python", _finds("ok", "3.11")))
     assert (code, text) == (0, "ok      Python: 3.11\nEverything needed is there.\n")
 
 
 def test_something_missing_ends_with_1_and_says_what_to_do():
     """The remedy stands below the finding, on a line that is not broken by a narrow terminal."""
     code, text = _report(
-        Check("ROS 2", _finds("missing", "No module named 'rclpy'", "pip install [this] and that"))
+        DoctorCheck(
+            "ROS 2", _finds("missing", "No module named 'rclpy'", "pip install [this] and that")
+        )
     )
     assert code == 1
     assert text == (
@@ -40,7 +42,7 @@ def test_something_missing_ends_with_1_and_says_what_to_do():
 
 def test_a_warning_is_not_missing():
     """What is optional never fails the doctor."""
-    code, text = _report(Check("EGL", _finds("warning", "absent", "apt install libegl1")))
+    code, text = _report(DoctorCheck("EGL", _finds("warning", "absent", "apt install libegl1")))
     assert code == 0
     assert text.startswith("warning EGL: absent\n        apt install libegl1\n")
 
@@ -48,9 +50,9 @@ def test_a_warning_is_not_missing():
 def test_what_needs_something_missing_is_skipped():
     """One cause is reported once, and not again by everything that builds on it."""
     code, text = _report(
-        Check("ROS 2", _finds("missing", "absent")),
-        Check("DDS", lambda: pytest.fail("was tried"), needs=("ROS 2",)),
-        Check("Python", _finds("ok", "3.12")),
+        DoctorCheck("ROS 2", _finds("missing", "absent")),
+        DoctorCheck("DDS", lambda: pytest.fail("was tried"), needs=("ROS 2",)),
+        DoctorCheck("Python", _finds("ok", "3.12")),
     )
     assert code == 1
     assert "skipped DDS: not tried without ROS 2\nok      Python: 3.12\nMissing: ROS 2.\n" in text
@@ -85,14 +87,14 @@ def test_packages_that_are_absent_are_named():
 @pytest.mark.process
 def test_a_probe_that_fails_tells_its_reason():
     """The last line of the traceback is the reason."""
-    assert doctor_report.probe("nothing") == Answer(False, "KeyError: 'nothing'")
+    assert doctor_report.probe("nothing") == ProbeResult(False, "KeyError: 'nothing'")
 
 
 @pytest.mark.process
 def test_a_probe_that_hangs_is_given_up():
     """A limit on the wall clock, since what hangs may be anything."""
     answer = doctor_report.probe("talk", "nobody_listens", limit_s=0.5)
-    assert answer == Answer(False, "no answer within 0.5 s")
+    assert answer == ProbeResult(False, "no answer within 0.5 s")
 
 
 @pytest.mark.process

@@ -29,10 +29,10 @@ def test_in_a_pipe_a_recording_is_told_as_its_trace_is(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Line by line."""
-    from bt_mission.recording.replay.timeline import read_film  # noqa: PLC0415 - as the command does
+    from bt_mission.recording.replay.timeline import read_timeline  # noqa: PLC0415 - as the command does
 
     trace = tmp_path / "trace.jsonl"
-    trace.write_text("\n".join(read_film(recording()).trace) + "\n", encoding="utf-8")
+    trace.write_text("\n".join(read_timeline(recording()).trace) + "\n", encoding="utf-8")
     lines = said(capsys, recording())
     assert lines == said(capsys, trace)
     assert lines[0].endswith("mission there and back in empty_arena, robot waffle, seed 3")

@@ -6,7 +6,7 @@ from bt_mission.core.diagnostics import (
     LIKENED_NAMES,
     SHOWN_FAULTS,
     SHOWN_WIDTH,
-    Fault,
+    Diagnostic,
     InputError,
     describe,
     did_you_mean,
@@ -20,7 +20,7 @@ from bt_mission.core.errors import BtMissionError
 def test_a_fault_shows_place_words_hint_line_and_caret():
     """The first line can be clicked in an editor; the caret stands under the column."""
     source = "    turn: {angel: 90}"
-    fault = Fault("no field 'angel' in turn", "a.yaml", 7, 12, source, "did you mean 'angle'?")
+    fault = Diagnostic("no field 'angel' in turn", "a.yaml", 7, 12, source, "did you mean 'angle'?")
     assert str(fault).splitlines() == [
         "a.yaml:7:12: error: no field 'angel' in turn; did you mean 'angle'?",
         "        turn: {angel: 90}",
@@ -30,34 +30,34 @@ def test_a_fault_shows_place_words_hint_line_and_caret():
 
 def test_a_warning_says_so():
     """Severity stands where compilers put it."""
-    fault = Fault("never read", "a.yaml", 1, 1, "x: 1", severity="warning")
+    fault = Diagnostic("never read", "a.yaml", 1, 1, "x: 1", severity="warning")
     assert str(fault).startswith("a.yaml:1:1: warning: never read")
 
 
 def test_a_fault_of_a_whole_file_has_no_place():
     """A missing file has no line to show."""
-    assert str(Fault("no such file", "a.yaml")) == "a.yaml: error: no such file"
+    assert str(Diagnostic("no such file", "a.yaml")) == "a.yaml: error: no such file"
 
 
 @pytest.mark.parametrize("column", [1, 400, 1000])
 def test_a_long_line_is_cut_around_the_caret(column):
     """What is shown is the part that the fault is about, and the caret stays under it."""
     source = "".join(str(i % 10) for i in range(1000))
-    _, shown, caret = str(Fault("wrong", "a.yaml", 1, column, source)).splitlines()
+    _, shown, caret = str(Diagnostic("wrong", "a.yaml", 1, column, source)).splitlines()
     assert len(shown) <= SHOWN_WIDTH + len("    ...  ...")
     assert shown[caret.index("^")] == source[column - 1]
 
 
 def test_wide_and_control_characters_keep_the_caret_in_place():
     """A CJK character takes two cells; a tab is shown as one blank."""
-    _, shown, caret = str(Fault("wrong", "a.yaml", 1, 4, "\t前x: 1")).splitlines()
+    _, shown, caret = str(Diagnostic("wrong", "a.yaml", 1, 4, "\t前x: 1")).splitlines()
     assert shown == "     前x: 1"
     assert caret.index("^") == len("     ") + len("前x") + 1
 
 
 def test_an_input_error_joins_its_faults_and_counts_what_it_leaves_out():
     """A file with a thousand faults does not fill a thousand screens."""
-    faults = [Fault(f"fault {i}", "a.yaml") for i in range(SHOWN_FAULTS + 7)]
+    faults = [Diagnostic(f"fault {i}", "a.yaml") for i in range(SHOWN_FAULTS + 7)]
     error = InputError(faults)
     assert isinstance(error, BtMissionError)
     assert error.faults == tuple(faults)
@@ -69,7 +69,7 @@ def test_an_input_error_joins_its_faults_and_counts_what_it_leaves_out():
 
 def test_faults_are_put_in_the_order_of_the_file_each_once():
     """What two passes find is said once."""
-    late, early = Fault("late", "a", 2, 1), Fault("early", "a", 1, 9)
+    late, early = Diagnostic("late", "a", 2, 1), Diagnostic("early", "a", 1, 9)
     assert in_order([late, early, late]) == (early, late)
 
 

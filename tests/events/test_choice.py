@@ -6,9 +6,9 @@ import pytest
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.events.choice import choose, nobody, wanted_name
-from bt_mission.events.source import Found
+from bt_mission.events.source import FoundExecutive
 
-ONE, TWO = Found("/robot1/bt_mission"), Found("/robot2/bt_mission")
+ONE, TWO = FoundExecutive("/robot1/bt_mission"), FoundExecutive("/robot2/bt_mission")
 
 
 @pytest.mark.parametrize("text", ["robot1", "/robot1", "/robot1/", "/robot1/bt_mission"])
@@ -44,7 +44,10 @@ def test_of_several_one_has_to_be_named():
 def test_another_version_is_refused():
     """Its messages would be read as what they are not."""
     with pytest.raises(BtMissionError, match="/a/bt_mission: its Tree messages are of another"):
-        choose([Found("/a/bt_mission", "its Tree messages are of another", is_foreign=True)], None)
+        choose(
+            [FoundExecutive("/a/bt_mission", "its Tree messages are of another", is_foreign=True)],
+            None,
+        )
 
 
 def test_nobody_there_is_told_with_what_was_looked_for():

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from bt_mission.events.json_stream import as_line, as_object
-from bt_mission.events.messages import Goal
+from bt_mission.events.messages import GoalInfo
 from bt_mission.events.mission_state import WatchedMission
 from tests.support.watched import S, ScriptedExecutive
 
@@ -105,7 +105,7 @@ def test_goals_and_progress(lines: Any):
     executive = ScriptedExecutive()
     executive.begin()
     executive.change(drive="running")
-    goal = Goal("ab", "/turn", "turn away", S, 2 * S, "active")
+    goal = GoalInfo("ab", "/turn", "turn away", S, 2 * S, "active")
     executive.detail(running=(executive.progress("drive", 1.0, 2.0, "1 m"),), goals=(goal,))
     executive.detail(running=(executive.progress("drive", float("nan"), 2.0, "1 m"),))
     progress, moved, odd = lines(executive)[-3:]

@@ -4,41 +4,45 @@ from __future__ import annotations
 
 from py_trees.common import Status
 
-from bt_mission.events.events import Began, Changed, Spoke, Stood
-from bt_mission.events.log import Entry, entry_of
-from bt_mission.events.messages import Node, State
+from bt_mission.events.events import LogLine, MissionStarted, MissionStateChanged, NodeStatusChanged
+from bt_mission.events.log import LogEntry, entry_of
+from bt_mission.events.messages import MissionStateInfo, NodeInfo
 from tests.support.watched import S, tree
 
-DRIVE = Node("drive", "ActionLeaf", "0.1", 0)
+DRIVE = NodeInfo("drive", "ActionLeaf", "0.1", 0)
 
 
-def change(status: Status, message: str = "", *, node: Node = DRIVE, leaf: bool = True) -> Changed:
+def change(
+    status: Status, message: str = "", *, node: NodeInfo = DRIVE, leaf: bool = True
+) -> NodeStatusChanged:
     """A change of a node, at one second."""
-    return Changed(S, 1, node, status, message, leaf)
+    return NodeStatusChanged(S, 1, node, status, message, leaf)
 
 
 def test_leaves_start_and_end():
     """What they say while they run changes all the time, and is in the tree."""
-    assert entry_of(change(Status.RUNNING, "sent")) == Entry(S, Status.RUNNING, "drive", "")
-    assert entry_of(change(Status.FAILURE, "aborted")) == Entry(
+    assert entry_of(change(Status.RUNNING, "sent")) == LogEntry(S, Status.RUNNING, "drive", "")
+    assert entry_of(change(Status.FAILURE, "aborted")) == LogEntry(
         S, Status.FAILURE, "drive", "aborted"
     )
-    assert entry_of(change(Status.INVALID, "halted")) == Entry(S, Status.INVALID, "drive", "halted")
+    assert entry_of(change(Status.INVALID, "halted")) == LogEntry(
+        S, Status.INVALID, "drive", "halted"
+    )
 
 
 def test_what_follows_from_other_lines_is_left_out():
     """Composites, leaves made ready again, log nodes, and what was before the watcher came."""
     assert entry_of(change(Status.RUNNING, leaf=False)) is None
     assert entry_of(change(Status.INVALID)) is None
-    assert entry_of(change(Status.SUCCESS, "hi", node=Node("say", "Log", "0.1", 0))) is None
-    assert entry_of(Changed(None, 1, DRIVE, Status.SUCCESS, "", True)) is None
+    assert entry_of(change(Status.SUCCESS, "hi", node=NodeInfo("say", "Log", "0.1", 0))) is None
+    assert entry_of(NodeStatusChanged(None, 1, DRIVE, Status.SUCCESS, "", True)) is None
 
 
 def test_words_and_the_state_of_the_mission_stand_in_it():
     """An executive that is idle has none."""
-    assert entry_of(Spoke(S, "hello")) == Entry(S, None, "", "hello")
-    assert entry_of(Began(tree())) == Entry(S, None, "explore", "begins")
-    assert entry_of(Stood(State(S, "r", "m", "paused", "by hand"))) == Entry(
-        S, None, "mission paused", "by hand"
-    )
-    assert entry_of(Stood(State(S, "", "", "idle", ""))) is None
+    assert entry_of(LogLine(S, "hello")) == LogEntry(S, None, "", "hello")
+    assert entry_of(MissionStarted(tree())) == LogEntry(S, None, "explore", "begins")
+    assert entry_of(
+        MissionStateChanged(MissionStateInfo(S, "r", "m", "paused", "by hand"))
+    ) == LogEntry(S, None, "mission paused", "by hand")
+    assert entry_of(MissionStateChanged(MissionStateInfo(S, "", "", "idle", ""))) is None

@@ -4,15 +4,22 @@ from __future__ import annotations
 
 from py_trees.common import Status
 
-from bt_mission.events.events import Assigned, Began, Changed, GoalMoved, Happening, Stood
-from bt_mission.events.messages import Goal, Standing, Statuses
+from bt_mission.events.events import (
+    GoalChanged,
+    MissionEvent,
+    MissionStarted,
+    MissionStateChanged,
+    NodeStatusChanged,
+    VariableChanged,
+)
+from bt_mission.events.messages import GoalInfo, NodeStatus, Statuses
 from bt_mission.events.mission_state import WatchedMission
 from tests.support.watched import S, ScriptedExecutive
 
 
-def take_all(mission: WatchedMission, executive: ScriptedExecutive) -> list[Happening]:
+def take_all(mission: WatchedMission, executive: ScriptedExecutive) -> list[MissionEvent]:
     """Hand over what waits, with the service for latecomers."""
-    happened: list[Happening] = []
+    happened: list[MissionEvent] = []
     for _ in range(2):
         for message in executive.take(needs_statuses=mission.needs_statuses).messages:
             happened += mission.take(message)
@@ -37,7 +44,13 @@ def test_changes_from_the_first_on_need_no_question():
         for message in executive.take(needs_statuses=False).messages
         for one in mission.take(message)
     ]
-    assert [type(one) for one in happened] == [Began, Stood, Changed, Changed, Changed]
+    assert [type(one) for one in happened] == [
+        MissionStarted,
+        MissionStateChanged,
+        NodeStatusChanged,
+        NodeStatusChanged,
+        NodeStatusChanged,
+    ]
     assert named(mission)["look around"] == "success"
     assert mission.messages[1] == "canceled by condition"
     assert (mission.ran_ns[1], mission.elapsed_ns) == (round(2.5 * S), round(2.5 * S))
@@ -81,7 +94,9 @@ def test_a_gap_is_noticed_and_closed():
     executive.change(1.0, look_around="failure: aborted")
     happened = take_all(mission, executive)
     assert executive.asked == 1
-    assert [one.status for one in happened if isinstance(one, Changed)] == [Status.FAILURE]
+    assert [one.status for one in happened if isinstance(one, NodeStatusChanged)] == [
+        Status.FAILURE
+    ]
     assert mission.messages[1] == "aborted"
 
 
@@ -110,7 +125,7 @@ def test_another_run_begins_anew():
     assert mission.take(stale) == mission.take(stale_details) == []
     assert (mission.variables, mission.running) == ({}, {})
     assert set(named(mission).values()) == {"invalid"}
-    assert mission.take(Statuses("one", 9, (Standing(0, Status.RUNNING, ""),))) == []
+    assert mission.take(Statuses("one", 9, (NodeStatus(0, Status.RUNNING, ""),))) == []
 
 
 def test_the_tip_is_the_newest_running_node_without_running_children():
@@ -153,13 +168,13 @@ def test_goals_and_variables_happen_when_they_change():
     """Complete details, which come for latecomers, are no news."""
     executive, mission = ScriptedExecutive(), WatchedMission()
     executive.begin()
-    goal = Goal("ab", "/turn", "turn away", S, S, "sent")
+    goal = GoalInfo("ab", "/turn", "turn away", S, S, "sent")
     executive.detail(goals=(goal,), variables=(("legs", "6"),), goals_sent=1)
     executive.detail(goals=(goal,), variables=(("legs", "6"),), goals_sent=1)
     happened = take_all(mission, executive)
-    assert [one for one in happened if isinstance(one, GoalMoved | Assigned)] == [
-        GoalMoved(goal),
-        Assigned(S, "legs", "6"),
+    assert [one for one in happened if isinstance(one, GoalChanged | VariableChanged)] == [
+        GoalChanged(goal),
+        VariableChanged(S, "legs", "6"),
     ]
     assert (mission.goals_sent, mission.goals["ab"].state) == (1, "sent")
 
@@ -169,4 +184,4 @@ def test_an_index_beyond_the_tree_is_ignored():
     executive, mission = ScriptedExecutive(), WatchedMission()
     executive.begin()
     take_all(mission, executive)
-    assert mission.take(Statuses("run", 1, (Standing(99, Status.RUNNING, ""),))) == []
+    assert mission.take(Statuses("run", 1, (NodeStatus(99, Status.RUNNING, ""),))) == []

@@ -55,13 +55,13 @@ def test_details_keep_times_and_places():
         variables=[Variable(name="legs", value="6")],
         breakpoints=["0.1"],
     )
-    assert reader.details(message) == messages.Details(
+    assert reader.details(message) == messages.DetailsUpdate(
         3_000_000_005,
         "r",
         7,
         2,
-        (messages.Progress(1, 1_000_000_000, "", "s", 2.0, 30.0),),
-        (messages.Goal("ab", "", "", 0, 0, "active", ((1.0, -2.0),)),),
+        (messages.NodeProgress(1, 1_000_000_000, "", "s", 2.0, 30.0),),
+        (messages.GoalInfo("ab", "", "", 0, 0, "active", ((1.0, -2.0),)),),
         (("legs", "6"),),
         ("0.1",),
     )

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import pytest
 
-from bt_mission.events.real_time_factor import Pace
+from bt_mission.events.real_time_factor import RealTimeFactor
 
 S = 1_000_000_000
 
 
 def test_the_factor_is_taken_over_the_last_seconds():
     """A mission that has become faster is soon shown as such."""
-    pace = Pace()
+    pace = RealTimeFactor()
     assert pace.factor is None
     for tenth in range(101):
         pace.note(tenth * S, tenth / 10)
@@ -23,7 +23,7 @@ def test_the_factor_is_taken_over_the_last_seconds():
 
 def test_time_that_begins_anew_is_no_backwards_pace():
     """The simulation was started again."""
-    pace = Pace()
+    pace = RealTimeFactor()
     pace.note(50 * S, 0.0)
     pace.note(51 * S, 1.0)
     pace.note(1 * S, 2.0)

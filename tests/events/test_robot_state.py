@@ -6,17 +6,17 @@ import math
 
 import pytest
 
-from bt_mission.events.messages import Battery, Scan, Transform
-from bt_mission.events.robot_state import Pose, WatchedRobot
+from bt_mission.events.messages import BatteryState, FrameTransform, ScanPoints
+from bt_mission.events.robot_state import FloorPose, WatchedRobot
 
 QUARTER = math.pi / 2
 
 
-def at(x: float, y: float, yaw: float = 0.0) -> tuple[Transform, ...]:
+def at(x: float, y: float, yaw: float = 0.0) -> tuple[FrameTransform, ...]:
     """The base of a robot that is localised on a map."""
     return (
-        Transform("map", "odom", 1.0, 0.0, QUARTER),
-        Transform("odom", "base_footprint", x, y, yaw),
+        FrameTransform("map", "odom", 1.0, 0.0, QUARTER),
+        FrameTransform("odom", "base_footprint", x, y, yaw),
     )
 
 
@@ -34,7 +34,7 @@ def test_the_trail_grows_as_the_robot_moves():
     """Not while it stands; a robot that becomes localised begins a new one."""
     robot = WatchedRobot()
     for step in range(10):
-        robot.take((Transform("odom", "base_footprint", 0.02 * step, 0.0, 0.0),))
+        robot.take((FrameTransform("odom", "base_footprint", 0.02 * step, 0.0, 0.0),))
     assert (len(robot.trail), robot.frame) == (4, "odom")
     robot.take(at(0.2, 0.0))
     assert (len(robot.trail), robot.frame) == (1, "map")
@@ -43,18 +43,18 @@ def test_the_trail_grows_as_the_robot_moves():
 def test_a_frame_with_a_prefix_is_the_base_too():
     """As robots of a fleet may have."""
     robot = WatchedRobot()
-    robot.take((Transform("odom", "robot1/base_link", 3.0, 4.0, 0.0),))
-    assert robot.pose == Pose(3.0, 4.0, 0.0)
+    robot.take((FrameTransform("odom", "robot1/base_link", 3.0, 4.0, 0.0),))
+    assert robot.pose == FloorPose(3.0, 4.0, 0.0)
 
 
 def test_a_scan_is_seen_from_its_own_frame():
     """Rays without an echo, and those that are not numbers, are left out."""
     robot = WatchedRobot()
     rays = (1.0, math.inf, math.nan, 0.05, 2.0)
-    robot.take(Scan("base_scan", 0.0, QUARTER, 0.1, 3.5, rays))
+    robot.take(ScanPoints("base_scan", 0.0, QUARTER, 0.1, 3.5, rays))
     assert robot.scan_points() == [], "its frame is not known"
     robot.take(at(0.0, 0.0))
-    robot.take((Transform("base_footprint", "base_scan", 0.1, 0.0, 0.0),))
+    robot.take((FrameTransform("base_footprint", "base_scan", 0.1, 0.0, 0.0),))
     first, last = robot.scan_points()
     assert first == pytest.approx((1.0, 1.1))
     assert last == pytest.approx((1.0, 2.1))
@@ -63,8 +63,10 @@ def test_a_scan_is_seen_from_its_own_frame():
 def test_frames_in_a_circle_end():
     """A broken tree of frames hangs nobody's view."""
     robot = WatchedRobot()
-    robot.take((Transform("a", "base_link", 0, 0, 0), Transform("base_link", "a", 0, 0, 0)))
-    assert robot.pose == Pose(0.0, 0.0, 0.0)
+    robot.take(
+        (FrameTransform("a", "base_link", 0, 0, 0), FrameTransform("base_link", "a", 0, 0, 0))
+    )
+    assert robot.pose == FloorPose(0.0, 0.0, 0.0)
 
 
 @pytest.mark.parametrize(
@@ -75,5 +77,5 @@ def test_a_battery_has_percent(charges: list[float], percent: float | None):
     robot = WatchedRobot()
     assert robot.charge is None
     for charge in charges:
-        robot.take(Battery(charge, 12.0))
+        robot.take(BatteryState(charge, 12.0))
     assert robot.charge == percent

@@ -13,7 +13,7 @@ from py_trees.composites import Sequence
 
 from bt_mission.cli import main
 from bt_mission.executive.executive import Change
-from bt_mission.executive.leaf_statistics import LeafSummary, LeafTally
+from bt_mission.executive.leaf_statistics import LeafStatistics, LeafSummary
 
 S = 1_000_000_000
 
@@ -23,7 +23,7 @@ class Counted:
 
     def __init__(self, metres: float | None = 0.0) -> None:
         self.metres = metres
-        self.tally = LeafTally(lambda: self.metres)
+        self.tally = LeafStatistics(lambda: self.metres)
         self.leaf = Dummy("leaf")
 
     def change(self, time_s: float, status: Status) -> None:

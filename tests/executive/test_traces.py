@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from bt_mission.cli import main
-from bt_mission.events.trace_lines import told
+from bt_mission.events.trace_lines import line_of
 from bt_mission.executive.stored_trace import TraceError, read_trace
 from bt_mission.executive.trace import Trace
 from bt_mission.executive.trace_diff import first_difference
@@ -89,7 +89,7 @@ def test_what_cannot_be_read_is_refused(tmp_path: Path, name: str) -> None:
 
 def test_events_in_words(path: Path) -> None:
     """One line each; an event of a kind that is not known is told by its fields."""
-    assert [told(event) for event in read_trace(path).events] == [
+    assert [line_of(event) for event in read_trace(path).events] == [
         "mission m in w, robot waffle, seed 1",
         "  goal aaaaaaaa at /turn sent (t)",
         "▶ t",
@@ -97,16 +97,16 @@ def test_events_in_words(path: Path) -> None:
         "✓ t  90 deg",
         "mission ended: success",
     ]
-    assert told({"t": 1, "event": "fault", "name": "drop"}) == "  fault: name drop"
+    assert line_of({"t": 1, "event": "fault", "name": "drop"}) == "  fault: name drop"
     fault = {"t": 1, "event": "fault", "number": 2, "what": "drop"}
     given = {"state": "begins", "with": {"topic": "scan", "share": 0.3}}
-    assert told(fault | given) == "  fault 2 begins: drop(topic='scan', share=0.3)"
-    assert told(fault | {"state": "ends"}) == "  fault 2 ends: drop"
+    assert line_of(fault | given) == "  fault 2 begins: drop(topic='scan', share=0.3)"
+    assert line_of(fault | {"state": "ends"}) == "  fault 2 ends: drop"
     clock = {"t": 1, "event": "clock"}
-    assert told(clock | {"jump": -9.5}) == "  the clock was set back by 9.5 s"
-    assert told(clock | {"jump": 100.0}) == "  the clock skipped 100 s"
-    assert told({"t": 1, "event": "status", "node": 3}) == "  status: node 3"
-    assert told({"t": 1, "event": "quiet"}) == "  quiet"
+    assert line_of(clock | {"jump": -9.5}) == "  the clock was set back by 9.5 s"
+    assert line_of(clock | {"jump": 100.0}) == "  the clock skipped 100 s"
+    assert line_of({"t": 1, "event": "status", "node": 3}) == "  status: node 3"
+    assert line_of({"t": 1, "event": "quiet"}) == "  quiet"
 
 
 def test_the_same_runs_do_not_differ(path: Path, tmp_path: Path) -> None:

@@ -32,7 +32,7 @@ class Story:
         ending = self.attempt.poll(self.now)
         if was_quiet:  # a leaf does not even ask
             assert (ending, self.attempt.stage) == (None, stage)
-        self.ledger.tend(self.now)
+        self.ledger.update(self.now)
         return ending.outcome if ending else None
 
     @property
@@ -283,7 +283,7 @@ def test_halt_while_active_cancels_at_once(story: Story, server: Any) -> None:
     assert server.cancels == [server.goal]
     assert not story.ledger.is_settled
     server.cancel()
-    story.ledger.tend(story.now)
+    story.ledger.update(story.now)
     assert story.ledger.is_settled
 
 
@@ -307,7 +307,7 @@ def test_a_late_result_does_not_reach_the_next_attempt(server: Any) -> None:
     assert second.poll(first.now + TICK) is None
     assert len(server.goals) == 1, "not sent while the old goal lives"
     old.on_result(5, "old result")
-    first.ledger.tend(first.now + TICK)
+    first.ledger.update(first.now + TICK)
     assert second.poll(first.now + 2 * TICK) is None
     assert len(server.goals) == 2
     assert second.feedback is None
@@ -319,7 +319,7 @@ def test_an_earlier_goal_that_never_ends_is_the_reason_given(server: Any) -> Non
     ledger = Ledger(seed=1, grace_ns=60 * S)
     old = ledger.send(server, "old", {})
     server.accept()
-    ledger.hand_over(old, S)
+    ledger.release_goal(old, S)
     attempt = Attempt(server, ledger, "new", {}, Limits(), None, S)
     ending = attempt.poll(6 * S)
     assert ending is not None

@@ -28,7 +28,7 @@ class Requests:
     def send(self, goal: Goal, request: Any) -> None:
         self.asked.append("send")
 
-    def find_again(self, goal: Goal) -> None:
+    def recover_goal(self, goal: Goal) -> None:
         raise NotImplementedError
 
     def ask_result(self, goal: Goal) -> None:

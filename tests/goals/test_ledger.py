@@ -27,12 +27,12 @@ def test_a_refused_cancel_is_asked_again_each_second(server: Any) -> None:
     ledger = Ledger(1, 10 * S)
     goal = ledger.send(server, "leaf", {})
     server.accept()
-    ledger.hand_over(goal, 0)
+    ledger.release_goal(goal, 0)
     for second in range(1, 4):
         server.refuse_cancel()
-        ledger.tend(second * S - 1)
+        ledger.update(second * S - 1)
         assert len(server.cancels) == second
-        ledger.tend(second * S)
+        ledger.update(second * S)
         assert len(server.cancels) == second + 1
 
 
@@ -50,8 +50,8 @@ def test_handing_over_twice_is_the_same_as_once(server: Any) -> None:
     ledger = Ledger(1, 3 * S)
     goal = ledger.send(server, "leaf", {})
     server.accept()
-    ledger.hand_over(goal, 0)
-    ledger.hand_over(goal, S)
+    ledger.release_goal(goal, 0)
+    ledger.release_goal(goal, S)
     assert len(server.cancels) == 1
     assert goal.orphaned_ns == 0
 
@@ -61,13 +61,13 @@ def test_a_goal_given_up_is_named_until_its_end_is_heard_after_all(server: Any) 
     ledger = Ledger(1, 3 * S)
     goal = ledger.send(server, "look around", {})
     server.accept()
-    ledger.hand_over(goal, 0)
-    ledger.tend(3 * S)
+    ledger.release_goal(goal, 0)
+    ledger.update(3 * S)
     assert goal.phase is Phase.LOST
     assert ledger.is_settled
     assert ledger.describe_left_behind() == (f"/turn goal {goal.short_id} of 'look around' (lost)",)
     server.cancel()
-    ledger.tend(4 * S)
+    ledger.update(4 * S)
     assert ledger.describe_left_behind() == ()
 
 
@@ -77,9 +77,9 @@ def test_every_step_is_told(server: Any) -> None:
     ledger = Ledger(1, 3 * S, lambda what, goal: told.append(what))
     goal = ledger.send(server, "leaf", {})
     server.accept()
-    ledger.hand_over(goal, 0)
+    ledger.release_goal(goal, 0)
     server.cancel()
-    ledger.tend(0)
+    ledger.update(0)
     assert told == ["sent", "handed over", "ended"]
 
 
@@ -87,10 +87,10 @@ def test_a_goal_that_is_heard_of_after_it_was_given_up_has_its_time_again(server
     """From then on, and it is named again if that passes, too."""
     ledger = Ledger(1, 3 * S)
     goal = ledger.send(server, "leaf", {})
-    ledger.hand_over(goal, 0)
+    ledger.release_goal(goal, 0)
     phases = []
     for moment, moves in ((3, server.accept), (20, None), (23 - 1e-9, None), (23, None)):
-        ledger.tend(round(moment * S))
+        ledger.update(round(moment * S))
         phases.append((str(goal.phase), ledger.is_settled))
         if moves:
             moves()
@@ -103,11 +103,11 @@ def test_a_cancel_is_asked_again_until_it_is_answered(server: Any) -> None:
     ledger = Ledger(1, 3 * S)
     goal = ledger.send(server, "leaf", {})
     asked = []
-    ledger.hand_over(goal, 0)
+    ledger.release_goal(goal, 0)
     for tenth in range(31):
         if tenth == 15:
             server.accept()
-        ledger.tend(tenth * S // 10)
+        ledger.update(tenth * S // 10)
         asked.append(len(server.cancels))
     changes = [n for n in range(1, 31) if asked[n] != asked[n - 1]]
     assert (asked[0], changes, goal.phase) == (1, [10, 15, 20], Phase.LOST)
@@ -119,19 +119,19 @@ def test_each_goal_has_the_grace_of_its_sender(server: Any) -> None:
     patient = ledger.send(server, "patient", {}, grace_ns=10 * S)
     usual = ledger.send(server, "usual", {})
     for goal in (patient, usual):
-        ledger.hand_over(goal, 0)
-    ledger.tend(3 * S)
+        ledger.release_goal(goal, 0)
+    ledger.update(3 * S)
     assert (patient.phase, usual.phase) == (Phase.RECALLED, Phase.LOST)
-    ledger.tend(10 * S)
+    ledger.update(10 * S)
     assert patient.phase is Phase.LOST
 
 
 def test_a_goal_of_another_process_is_asked_after_and_cancelled(server: Any) -> None:
     """What was asked of the server is not known; how the goal ends is."""
     ledger = Ledger(seed=1, grace_ns=3 * S)
-    goal = ledger.find_again(b"\x01" * 16, server, "drive", now_ns=5 * S)
+    goal = ledger.recover_goal(b"\x01" * 16, server, "drive", now_ns=5 * S)
     assert (goal.phase, goal.request, goal.owner) == (Phase.CANCELING, None, "drive")
     assert (server.cancels, server.results_asked) == ([goal], [goal])
     goal.on_result(5, "partial")
-    ledger.tend(6 * S)
+    ledger.update(6 * S)
     assert (ledger.open_goals, goal.status) == ((), GoalStatus.CANCELED)

@@ -46,7 +46,7 @@ class Server:
         assert not unwanted, "a goal was sent while an earlier one may still run there"
         self.sent.append(goal)
 
-    def find_again(self, goal: Goal) -> None:
+    def recover_goal(self, goal: Goal) -> None:
         raise NotImplementedError
 
     def ask_result(self, goal: Goal) -> None:
@@ -94,7 +94,7 @@ class Conversation(RuleBasedStateMachine):
             if self.attempt.ending is not None:
                 self.begin()
             self.attempt.poll(self.now_ns)
-            self.ledger.tend(self.now_ns)
+            self.ledger.update(self.now_ns)
         return self.server.sent[-1] if len(self.server.sent) > before else None
 
     @rule()
@@ -178,10 +178,10 @@ class Conversation(RuleBasedStateMachine):
         """Whatever has happened: a halt and the grace bring everything to rest."""
         self.attempt.halt(self.now_ns)
         for goal in self.ledger.open_goals:
-            self.ledger.hand_over(goal, self.now_ns)
+            self.ledger.release_goal(goal, self.now_ns)
         for _ in range(3):
             self.now_ns += round(GRACE_S * S)
-            self.ledger.tend(self.now_ns)
+            self.ledger.update(self.now_ns)
         assert self.ledger.is_settled
         left = {goal.id for goal in self.ledger.open_goals}
         assert left.isdisjoint(self.ended)

@@ -7,7 +7,7 @@ from bt_mission_interfaces.action import Turn
 from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import FollowWaypoints, NavigateToPose
 
-from bt_mission.goals.poses import Place, places_of
+from bt_mission.goals.poses import NamedPose, poses_of
 
 
 def stamped(x: float, y: float, yaw: float, frame: str = "map") -> PoseStamped:
@@ -21,7 +21,7 @@ def stamped(x: float, y: float, yaw: float, frame: str = "map") -> PoseStamped:
 
 def test_one_pose():
     """With its direction and its frame."""
-    (place,) = places_of(NavigateToPose.Goal(pose=stamped(1.0, 2.0, 0.5, "odom")))
+    (place,) = poses_of(NavigateToPose.Goal(pose=stamped(1.0, 2.0, 0.5, "odom")))
     assert (place.x, place.y, place.frame) == (1.0, 2.0, "odom")
     assert place.yaw == pytest.approx(0.5)
 
@@ -29,10 +29,10 @@ def test_one_pose():
 def test_many_poses():
     """In their order."""
     goal = FollowWaypoints.Goal(poses=[stamped(1.0, 0.0, 0.0), stamped(0.0, 1.0, 0.0)])
-    assert places_of(goal) == [Place(1.0, 0.0, 0.0, "map"), Place(0.0, 1.0, 0.0, "map")]
+    assert poses_of(goal) == [NamedPose(1.0, 0.0, 0.0, "map"), NamedPose(0.0, 1.0, 0.0, "map")]
 
 
 def test_other_goals_name_none():
     """Nor does what is no message."""
-    assert places_of(Turn.Goal()) == []
-    assert places_of(None) == []
+    assert poses_of(Turn.Goal()) == []
+    assert poses_of(None) == []

@@ -14,9 +14,9 @@ from rclpy.task import Future
 from rich.console import Console
 
 from bt_mission.graph_tools import canceling
-from bt_mission.graph_tools.interface_description import about
+from bt_mission.graph_tools.interface_description import describe_interface
 from bt_mission.graph_tools.watch_views import WatchLines, WatchObjects, WatchPicture, watch_view
-from bt_mission.graph_tools.watching import Watch
+from bt_mission.graph_tools.watching import GoalWatch
 from tests.support.graph import TURN
 
 
@@ -155,7 +155,7 @@ def test_goals_under_way_are_told_to_those_who_come_later(
     turning = robot(2)
     out = io.StringIO()
     view = WatchObjects(out)
-    Watch(hand, "/turn", TURN, view)
+    GoalWatch(hand, "/turn", TURN, view)
     for _ in range(2000):
         hand.step()
         view.flush()
@@ -175,7 +175,7 @@ def test_on_a_terminal_feedback_is_drawn_in_place() -> None:
     """States stay above it; a goal that has ended takes its feedback with it."""
     page = io.StringIO()
     console = Console(file=page, width=80, force_terminal=True, color_system=None)
-    view = WatchPicture(console, about(TURN))
+    view = WatchPicture(console, describe_interface(TURN))
     view.state("0123456789", 0.0, "executing", is_end=False)
     view.feedback("0123456789", 0.5, Turn.Feedback(current_angle=4.0))
     view.flush()
@@ -199,11 +199,11 @@ def test_what_is_shown_fits_the_output(monkeypatch: pytest.MonkeyPatch) -> None:
         def isatty(self) -> bool:
             return True
 
-    assert isinstance(watch_view(io.StringIO(), about(TURN), json=True), WatchObjects)
-    assert isinstance(watch_view(io.StringIO(), about(TURN), json=False), WatchLines)
+    assert isinstance(watch_view(io.StringIO(), describe_interface(TURN), json=True), WatchObjects)
+    assert isinstance(watch_view(io.StringIO(), describe_interface(TURN), json=False), WatchLines)
     monkeypatch.setenv("TERM", "dumb")
-    assert isinstance(watch_view(Terminal(), about(TURN), json=False), WatchLines)
+    assert isinstance(watch_view(Terminal(), describe_interface(TURN), json=False), WatchLines)
     monkeypatch.setenv("TERM", "xterm")
-    view = watch_view(Terminal(), about(TURN), json=False)
+    view = watch_view(Terminal(), describe_interface(TURN), json=False)
     view.close()
     assert isinstance(view, WatchPicture)

@@ -13,9 +13,13 @@ from textual.widgets import Checkbox, Input, Static
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.graph_tools.form import FormLine, GoalForm
-from bt_mission.graph_tools.goal_request import How
+from bt_mission.graph_tools.goal_request import GoalOutcome
 from bt_mission.graph_tools.interface_comments import Section
-from bt_mission.graph_tools.interface_description import About, Part, about
+from bt_mission.graph_tools.interface_description import (
+    InterfaceDescription,
+    InterfacePart,
+    describe_interface,
+)
 from bt_mission.graph_tools.sending import Sender
 from tests.support.graph import TURN
 
@@ -32,7 +36,7 @@ def fill_in(hand: Any) -> Callable[..., GoalForm]:
         form = GoalForm(
             hand,
             Sender(hand, "/turn", type_name),
-            about(type_name),
+            describe_interface(type_name),
             "/turn",
             fields,
             server_s=5.0,
@@ -88,8 +92,8 @@ def test_a_goal_is_typed_and_sent(ros: Any, fill_in: Any) -> None:
 
     form = fill_in(script)
     assert (server.goal.request.angle, server.goal.request.angular_velocity) == (90.0, 0.5)
-    assert form.return_value.how is How.SUCCEEDED
-    assert form.last_words[1:] == [
+    assert form.return_value.how is GoalOutcome.SUCCEEDED
+    assert form.drain[1:] == [
         "  angle_turned  90 deg",
         "  error_code    0  (NONE)",
         "  error_msg     ''",
@@ -122,7 +126,7 @@ def test_a_field_says_what_is_wrong_while_it_is_typed(ros: Any, fill_in: Any) ->
         await pilot.press("ctrl+s")
         assert shown(form, "#state") == "a goal is under way; Escape cancels it"
         server.goal.succeed()
-        await until(form, pilot, lambda: form.last_words[0].startswith("succeeded"))
+        await until(form, pilot, lambda: form.drain[0].startswith("succeeded"))
 
     fill_in(script)
     assert server.goal.request.angle == 9.0
@@ -147,7 +151,7 @@ def test_escape_cancels_the_goal_and_the_form_stays(ros: Any, fill_in: Any) -> N
         await pilot.press("ctrl+c")
 
     form = fill_in(script, angle=30.0)
-    assert form.return_value.how is How.ABORTED
+    assert form.return_value.how is GoalOutcome.ABORTED
     assert [goal.request.angle for goal in server.goals] == [30.0, 30.0]
 
 
@@ -162,7 +166,7 @@ def test_a_terminal_without_unicode_has_bars_in_ascii(ros: Any, fill_in: Any) ->
         await until(form, pilot, lambda: "##########.......... of 90" in _page(form))
         assert _page(form).isascii()
         server.goal.succeed()
-        await until(form, pilot, lambda: form.last_words[0].startswith("succeeded"))
+        await until(form, pilot, lambda: form.drain[0].startswith("succeeded"))
 
     fill_in(script, encoding="ascii")
 
@@ -184,9 +188,9 @@ def test_leaving_cancels_the_goal_first(ros: Any, fill_in: Any, cancels: Any) ->
                 form.beat()
 
     form = fill_in(script)
-    assert form.return_value.how is (How.CANCELED if cancels else How.LEFT)
+    assert form.return_value.how is (GoalOutcome.CANCELED if cancels else GoalOutcome.LEFT)
     if cancels is None:
-        assert "left behind: /turn goal" in form.last_words[0]
+        assert "left behind: /turn goal" in form.drain[0]
 
 
 def test_a_signal_leaves_as_ctrl_q_does(ros: Any, hand: Any, fill_in: Any) -> None:
@@ -222,8 +226,10 @@ def test_truths_are_ticked(hand: Any) -> None:
             sent.append(fields)
             raise BtMissionError("enough")
 
-    parts = tuple(Part(name, SetBool.Request, Section()) for name in ("goal", "result", "feedback"))
-    known = About("x/action/Y", "", parts)
+    parts = tuple(
+        InterfacePart(name, SetBool.Request, Section()) for name in ("goal", "result", "feedback")
+    )
+    known = InterfaceDescription("x/action/Y", "", parts)
     sender: Any = Sender()
     form = GoalForm(hand, sender, known, "/y", {}, server_s=1.0, beat_s=None)
 

@@ -6,15 +6,15 @@ from typing import Any
 
 import pytest
 
-from bt_mission.graph_tools.form_fields import Line, lines_of, nested, texts
-from bt_mission.graph_tools.interface_description import Field, about
-from bt_mission.language.message_types import ListOf, Message, Scalar
+from bt_mission.graph_tools.form_fields import FormField, lines_of, nested, texts
+from bt_mission.graph_tools.interface_description import InterfaceField, describe_interface
+from bt_mission.language.message_types import ListOf, MessageShape, Scalar
 from bt_mission.ros.interface_types import fill
 
 
-def line(shape: Any, default: Any = 0) -> Line:
+def line(shape: Any, default: Any = 0) -> FormField:
     """A line for one field."""
-    return Line(Field("name", shape, "", default, "what it is"))
+    return FormField(InterfaceField("name", shape, "", default, "what it is"))
 
 
 @pytest.mark.parametrize(
@@ -27,12 +27,12 @@ def line(shape: Any, default: Any = 0) -> Line:
 )
 def test_every_field_of_a_goal_has_one_line(type_name: str, names: list[str]) -> None:
     """A point, a duration and a list are one."""
-    assert [one.name for one in lines_of(about(type_name).part("goal"))] == names
+    assert [one.name for one in lines_of(describe_interface(type_name).part("goal"))] == names
 
 
 def test_messages_without_a_short_form_are_unfolded() -> None:
     """By dotted names, which come together again."""
-    lines = lines_of(about("geometry_msgs/msg/TwistStamped").part("message"))
+    lines = lines_of(describe_interface("geometry_msgs/msg/TwistStamped").part("message"))
     assert [one.name for one in lines] == [
         "header.stamp.sec",
         "header.stamp.nanosec",
@@ -59,8 +59,13 @@ def test_messages_without_a_short_form_are_unfolded() -> None:
         (Scalar("string<=3", "text", most=3), "long", "long", "expected at most 3 characters"),
         (ListOf(Scalar("int8", "integer", 0, 9)), "[1, 2]", [1, 2], ""),
         (ListOf(Scalar("int8", "integer", 0, 9)), "[1, 22]", None, "1: the number 22 is outside"),
-        (Message("geometry_msgs/Point", {}), "[1, 2, 3]", {"x": 1.0, "y": 2.0, "z": 3.0}, ""),
-        (Message("builtin_interfaces/Duration", {}), "1.5", {"sec": 1, "nanosec": 5 * 10**8}, ""),
+        (MessageShape("geometry_msgs/Point", {}), "[1, 2, 3]", {"x": 1.0, "y": 2.0, "z": 3.0}, ""),
+        (
+            MessageShape("builtin_interfaces/Duration", {}),
+            "1.5",
+            {"sec": 1, "nanosec": 5 * 10**8},
+            "",
+        ),
     ],
 )
 def test_what_is_typed_is_read_as_the_field_wants_it(
@@ -79,12 +84,14 @@ def test_notes_say_how_to_write_it_and_its_limits() -> None:
     assert line(Scalar("uint8", "integer", 0, 255)).note == "0 to 255; what it is"
     assert line(Scalar("int32", "integer", -(2**31), 2**31 - 1)).note == "what it is"
     assert line(ListOf(Scalar("bool", "bool"), size=3)).note == "a list: [...]; 3 items; what it is"
-    assert line(Message("geometry_msgs/Point", {})).note == "a point [x m, y m, z m]; what it is"
+    assert (
+        line(MessageShape("geometry_msgs/Point", {})).note == "a point [x m, y m, z m]; what it is"
+    )
 
 
 def test_a_goal_that_is_given_fills_the_lines() -> None:
     """In a form in which it can be read back."""
-    part = about("nav2_msgs/action/FollowWaypoints").part("goal")
+    part = describe_interface("nav2_msgs/action/FollowWaypoints").part("goal")
     lines = lines_of(part)
     given = {"goal_index": 2, "poses": [{"header": {"frame_id": "it's"}}]}
     typed = texts(lines, given)

@@ -12,11 +12,11 @@ from rich.console import Console
 
 from bt_mission.graph_tools.goal_lines import GoalLines, GoalObjects
 from bt_mission.graph_tools.goal_picture import GoalPicture
-from bt_mission.graph_tools.goal_request import End, How
-from bt_mission.graph_tools.interface_description import about
+from bt_mission.graph_tools.goal_request import GoalOutcome, GoalResult
+from bt_mission.graph_tools.interface_description import describe_interface
 from bt_mission.graph_tools.sending import audience_for
 
-SWEEP = about("bt_mission_interfaces/action/CameraSweep")
+SWEEP = describe_interface("bt_mission_interfaces/action/CameraSweep")
 GOAL: Any = SimpleNamespace(short_id="0123abcd")
 
 
@@ -58,7 +58,7 @@ def test_the_end_stays_on_the_screen() -> None:
     picture.canceling("because")
     picture.refused()
     result = CameraSweep.Result(image_paths=[f"/a/long/path/image_{i}.png" for i in range(3)])
-    picture.ended(End(How.CANCELED, "canceled: because", result), 2.0)
+    picture.ended(GoalResult(GoalOutcome.CANCELED, "canceled: because", result), 2.0)
     text = console.file.getvalue()  # type: ignore[attr-defined]
     assert "waiting for a server of /sweep" in text
     assert "the server refused to cancel; asking again each second" in text

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from bt_mission.graph_tools.goal_request import How, OneGoal
+from bt_mission.graph_tools.goal_request import GoalOutcome, GoalRequest
 
 S = 1_000_000_000
 
@@ -42,9 +42,9 @@ def record() -> Record:
     return Record()
 
 
-def opened(server: Any, record: Record, **options: Any) -> OneGoal:
+def opened(server: Any, record: Record, **options: Any) -> GoalRequest:
     """A goal that is not sent yet."""
-    return OneGoal(server, {"angle": 9}, record, "seed", 0, server_s=5.0, **options)
+    return GoalRequest(server, {"angle": 9}, record, "seed", 0, server_s=5.0, **options)
 
 
 def test_a_server_that_comes_late_is_waited_for(server: Any, record: Record) -> None:
@@ -84,7 +84,7 @@ def test_a_result_that_comes_with_feedback_ends_after_it(server: Any, record: Re
     server.goal.on_result(4, "result")
     end = goal.poll(3 * S)
     assert end is not None
-    assert (end.how, end.result) == (How.SUCCEEDED, "result")
+    assert (end.how, end.result) == (GoalOutcome.SUCCEEDED, "result")
     assert record.told == ["accepted", "last 2", "succeeded 2"]
     assert goal.poll(4 * S) is end
 
@@ -106,7 +106,7 @@ def test_a_refused_cancel_is_asked_again_each_second_until_the_grace_is_over(
         if end:
             break
     assert end is not None
-    assert end.how is How.UNCONFIRMED
+    assert end.how is GoalOutcome.UNCONFIRMED
     assert end.reason.startswith("/turn refused to cancel within 10 s; left behind: /turn goal ")
     assert record.told == ["accepted", "canceling because", "refused", "unconfirmed 11"]
     assert len(server.cancels) == 10
@@ -122,7 +122,7 @@ def test_a_cancel_that_nobody_confirms_ends_after_the_grace(server: Any, record:
     assert goal.poll(10 * S) is None
     end = goal.poll(11 * S)
     assert end is not None
-    assert end.how is How.UNCONFIRMED
+    assert end.how is GoalOutcome.UNCONFIRMED
     assert "did not confirm the cancel within 10 s" in end.reason
 
 
@@ -134,7 +134,7 @@ def test_a_server_that_never_answers(server: Any, record: Record) -> None:
     assert record.told == ["canceling no answer within 5 s"]
     end = goal.poll(15 * S)
     assert end is not None
-    assert end.how is How.NO_ANSWER
+    assert end.how is GoalOutcome.NO_ANSWER
     assert end.reason.startswith("/turn did not answer; left behind: /turn goal ")
     assert server.cancels == [server.goal]
     server.accept()
@@ -148,7 +148,10 @@ def test_a_cancel_before_anything_was_sent_sends_nothing(server: Any, record: Re
     goal.poll(0)
     goal.cancel("interrupted", S)
     assert goal.end is not None
-    assert (goal.end.how, goal.end.reason) == (How.NOT_SENT, "interrupted; nothing was sent")
+    assert (goal.end.how, goal.end.reason) == (
+        GoalOutcome.NOT_SENT,
+        "interrupted; nothing was sent",
+    )
     server.ready = True
     goal.poll(2 * S)
     assert server.requests == []
@@ -163,7 +166,7 @@ def test_a_server_without_memory_has_lost_the_goal(server: Any, record: Record) 
     end = goal.poll(S)
     assert end is not None
     assert (end.how, end.reason) == (
-        How.LOST,
+        GoalOutcome.LOST,
         "/turn no longer knows the goal (restarted?)",
     )
 
@@ -179,7 +182,7 @@ def test_the_words_of_a_rejection_are_waited_for_a_second(server: Any, record: R
     end = goal.poll(S)
     assert end is not None
     assert (end.how, end.reason) == (
-        How.REJECTED,
+        GoalOutcome.REJECTED,
         "/turn rejected the goal; its log says: too fast",
     )
 

@@ -74,7 +74,7 @@ def test_what_only_we_take_part_in_is_no_topic(ros: Any, type_in: Any) -> None:
 def test_a_graph_is_known_when_nothing_new_has_come_for_a_second(ros: Any, hand: Any) -> None:
     """What comes up meanwhile begins the second anew."""
     hand.at(0.5, lambda: ros.server("turn"))
-    graph_query.look_around(hand)
+    graph_query.query_graph(hand)
     assert 1.5 <= ros.now_s <= 1.6
 
 

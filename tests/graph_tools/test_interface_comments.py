@@ -6,7 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from bt_mission.graph_tools.interface_comments import NamedValue, Remark, read_interface, remark_of
+from bt_mission.graph_tools.interface_comments import (
+    FieldComment,
+    NamedValue,
+    field_comment,
+    read_interface,
+)
 from tests.support.project import ROOT
 
 
@@ -30,7 +35,7 @@ from tests.support.project import ROOT
 )
 def test_units_are_found_where_authors_write_them(comment: str, unit: str, text: str) -> None:
     """First with a comma, in brackets, or in words."""
-    assert remark_of(comment) == Remark(unit, text)
+    assert field_comment(comment) == FieldComment(unit, text)
 
 
 def test_headings_do_not_belong_to_the_first_field() -> None:
@@ -44,11 +49,11 @@ def test_headings_do_not_belong_to_the_first_field() -> None:
     assert found.text == "Turn on the spot, by an angle."
     goal, result = found.sections
     assert goal.remarks == {
-        "angle": Remark("deg", "how far"),
-        "way": Remark("", "which way"),
-        "speed": Remark("", "how fast, at most"),
+        "angle": FieldComment("deg", "how far"),
+        "way": FieldComment("", "which way"),
+        "speed": FieldComment("", "how fast, at most"),
     }
-    assert result.remarks == {"said": Remark()}
+    assert result.remarks == {"said": FieldComment()}
     assert result.constants == [NamedValue("string", "mark", "'#'", "a sign")]
     assert found.section(7).remarks == {}
 
@@ -86,4 +91,4 @@ def test_a_title_says_nothing() -> None:
     """Many files begin with one."""
     found = read_interface("#goal definition\nint32 order\n---\n#result definition\nint32 x\n")
     assert found.text == ""
-    assert found.sections[0].remarks == {"order": Remark()}
+    assert found.sections[0].remarks == {"order": FieldComment()}

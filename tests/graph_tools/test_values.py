@@ -11,7 +11,7 @@ from geometry_msgs.msg import PointStamped
 from sensor_msgs.msg import Image, LaserScan
 from std_msgs.msg import ByteMultiArray, String
 
-from bt_mission.core.text import harmless
+from bt_mission.core.text import escape_control
 from bt_mission.graph_tools.values import as_json, as_yaml, flat, plain, short
 
 
@@ -51,7 +51,7 @@ def test_bytes_are_numbers() -> None:
 )
 def test_no_sign_reaches_a_terminal_that_it_would_obey(text: str, shown: str) -> None:
     """In lines, in YAML and in JSON."""
-    assert harmless(text) == shown
+    assert escape_control(text) == shown
     for written in (as_yaml({"a": text}), as_json({"a": text}), short({"a": text})):
         assert all(c.isprintable() or c == "\n" for c in written), written
 

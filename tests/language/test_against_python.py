@@ -8,9 +8,9 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from bt_mission.language.expressions.expression import Expression, ExpressionError
+from bt_mission.language.expressions.expression import Expression
 from bt_mission.language.expressions.parser import MAX_LENGTH
-from bt_mission.language.expressions.values import MAX_MAGNITUDE
+from bt_mission.language.expressions.values import MAX_MAGNITUDE, ExpressionError
 
 NAMES = {"a": 3, "b": -2.5, "c": 0, "d": 0.1}
 FUNCTIONS = {

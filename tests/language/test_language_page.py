@@ -6,7 +6,8 @@ from typing import Any
 
 import pytest
 
-from bt_mission.language.expressions.expression import RESERVED, Expression
+from bt_mission.language.expressions.expression import Expression
+from bt_mission.language.expressions.parser import RESERVED
 from bt_mission.language.expressions.values import show
 from bt_mission.language.file import MissionFile
 from bt_mission.language.loader import load_text

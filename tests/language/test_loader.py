@@ -8,14 +8,14 @@ from bt_mission.core.diagnostics import MOST_FAULTS, InputError
 from bt_mission.language.expressions.expression import Expression, Template, Text
 from bt_mission.language.loader import load_text
 from bt_mission.language.nodes.steps import (
-    Action,
-    Fallback,
-    Log,
-    Parallel,
-    Repeat,
-    Retry,
-    Sequence,
-    Wait,
+    ActionStep,
+    FallbackStep,
+    LogStep,
+    ParallelStep,
+    RepeatStep,
+    RetryStep,
+    SequenceStep,
+    WaitStep,
 )
 from bt_mission.sessions.load import load
 
@@ -50,7 +50,7 @@ def test_the_head_of_a_mission():
         plain.seed = 1  # type: ignore[misc]
 
 
-@pytest.mark.parametrize(("kind", "step"), [("sequence", Sequence), ("fallback", Fallback)])
+@pytest.mark.parametrize(("kind", "step"), [("sequence", SequenceStep), ("fallback", FallbackStep)])
 def test_sequences_and_fallbacks(kind, step):
     """Children in order; memory unless said otherwise."""
     found = tree(f"{kind}:\n  - wait: 1\n  - wait: 2\nmemory: false\nname: both")
@@ -64,7 +64,7 @@ def test_sequences_and_fallbacks(kind, step):
 def test_parallel():
     """All must succeed, unless any will do."""
     found = tree("parallel: [{wait: 1}, {wait: 2}]\nsucceed_when: any")
-    assert isinstance(found, Parallel)
+    assert isinstance(found, ParallelStep)
     assert (len(found.children), found.succeed_when) == (2, "any")
     assert tree("parallel: [{wait: 1}]").succeed_when == "all"
 
@@ -72,11 +72,11 @@ def test_parallel():
 def test_repeat_and_retry():
     """Numbers may be expressions; a retry pauses only when told to."""
     found = tree("repeat: {count: $legs}\ndo: {wait: 1}")
-    assert isinstance(found, Repeat)
+    assert isinstance(found, RepeatStep)
     assert found.count == Expression("$legs")
-    assert isinstance(found.child, Wait)
+    assert isinstance(found.child, WaitStep)
     again = tree("retry: {attempts: 3, pause: 2.0}\ndo: {wait: 1}")
-    assert isinstance(again, Retry)
+    assert isinstance(again, RetryStep)
     assert (again.attempts, again.pause) == (3, 2.0)
     assert tree("retry: {attempts: 3}\ndo: {wait: 1}").pause == 0.0
 
@@ -86,7 +86,7 @@ def test_wait_and_log():
     assert tree("wait: 0.5").seconds == 0.5
     assert tree("wait: 2 * speed").seconds == Expression("2 * speed")
     found = tree("log: at $speed m/s")
-    assert isinstance(found, Log)
+    assert isinstance(found, LogStep)
     assert found.message == Template("at $speed m/s")
 
 
@@ -96,7 +96,7 @@ def test_an_action_by_its_short_name():
         "turn: {angle: $legs * 30}\nname: around\ntimeout: 30\ncancel_when: current_angle > 9\n"
         "on_cancel: success\noutputs: {angle_turned: turned}\nsilence_timeout: 1"
     )
-    assert found == Action(
+    assert found == ActionStep(
         name="around",
         line=4,
         column=3,

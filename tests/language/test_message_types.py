@@ -8,7 +8,7 @@ import pytest
 from bt_mission.language.expressions.expression import Text
 from bt_mission.language.message_types import (
     ListOf,
-    Message,
+    MessageShape,
     Scalar,
     Unknowable,
     UnknownField,
@@ -19,8 +19,8 @@ from bt_mission.language.message_types import (
 
 INT8 = Scalar("int8", "integer", -128, 127)
 FLOAT = Scalar("float32", "number", -3.4e38, 3.4e38)
-POSE = Message("geometry_msgs/PoseStamped", {})
-GOAL = Message(
+POSE = MessageShape("geometry_msgs/PoseStamped", {})
+GOAL = MessageShape(
     "the goal of a/action/B",
     {
         "count": INT8,
@@ -30,9 +30,9 @@ GOAL = Message(
         "three": ListOf(FLOAT, size=3),
         "few": ListOf(INT8, most=2),
         "poses": ListOf(POSE),
-        "inner": Message("a/Inner", {"x": FLOAT}),
-        "at": Message("geometry_msgs/Point", {"x": FLOAT, "y": FLOAT, "z": FLOAT}),
-        "limit": Message("builtin_interfaces/Duration", {"sec": INT8, "nanosec": INT8}),
+        "inner": MessageShape("a/Inner", {"x": FLOAT}),
+        "at": MessageShape("geometry_msgs/Point", {"x": FLOAT, "y": FLOAT, "z": FLOAT}),
+        "limit": MessageShape("builtin_interfaces/Duration", {"sec": INT8, "nanosec": INT8}),
     },
 )
 

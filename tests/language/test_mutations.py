@@ -10,7 +10,7 @@ from bt_mission.core.diagnostics import InputError
 from bt_mission.core.yaml.document import read_text
 from bt_mission.language.expressions.expression import names_in, resolve
 from bt_mission.language.loader import draft, load_text
-from bt_mission.language.nodes.steps import Action, Service
+from bt_mission.language.nodes.steps import ActionStep, ServiceStep
 from bt_mission.ros.interface_types import action_type, fill, service_type
 from bt_mission.sessions.check import check
 from tests.support.project import ROOT
@@ -81,9 +81,9 @@ def constant_goals_can_be_sent(text):
     """What the check lets pass does not fail for a reason that it could have seen."""
     mission = load_text(text)
     for step in mission.tree.walk():
-        if isinstance(step, Action) and names_in(step.goal) <= mission.inputs.keys():
+        if isinstance(step, ActionStep) and names_in(step.goal) <= mission.inputs.keys():
             goal = resolve(step.goal, mission.inputs, random.Random(0))
             fill(action_type(step.type).Goal(), goal)
-        if isinstance(step, Service) and names_in(step.request) <= mission.inputs.keys():
+        if isinstance(step, ServiceStep) and names_in(step.request) <= mission.inputs.keys():
             request = resolve(step.request, mission.inputs, random.Random(0))
             fill(service_type(step.type).Request(), request)

@@ -3,15 +3,15 @@
 import pytest
 
 from bt_mission.core.yaml.document import read_text
-from bt_mission.language.node_reader import Reader
-from bt_mission.language.nodes.steps import Sequence
+from bt_mission.language.node_reader import NodeReader
+from bt_mission.language.nodes.steps import SequenceStep
 from bt_mission.language.nodes.written import KINDS
 
 
 def read_node(text):
     """Return the reader and what it made of a node."""
     document = read_text(text, "n.yaml")
-    reader = Reader(document)
+    reader = NodeReader(document)
     return reader, reader.node(document.data, ())
 
 
@@ -130,7 +130,7 @@ def test_what_is_below_a_node_that_cannot_be_kept_is_read_all_the_same():
         "'count' is missing",
         "expected seconds, 0 or more, got the number -1",
     ]
-    assert isinstance(step, Sequence)
+    assert isinstance(step, SequenceStep)
 
 
 def test_outputs_of_nodes_with_faults_are_remembered():

@@ -13,9 +13,9 @@ from bt_mission.language.plugins import PythonError, find_class
 MODULE = """
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
-from bt_mission.language.action_names import ShortName
+from bt_mission.language.action_names import ActionName
 
-DOCK = ShortName("dock", "bt_mission_interfaces/action/Turn")
+DOCK = ActionName("dock", "bt_mission_interfaces/action/Turn")
 WRONG = "no short name"
 
 class Blink(Behaviour):
@@ -71,8 +71,8 @@ def test_a_package_brings_leaves_and_actions(installed: Path) -> None:
         "from bt_mission.sessions.check import examine\n"
         "_, faults = examine('mission.yaml')\n"
         "print(*(str(one).splitlines()[0] for one in faults), sep='\\n')\n"
-        "from bt_mission.language.action_names import SHORT_NAMES\n"
-        "print(SHORT_NAMES['turn'].action, SHORT_NAMES['dock'].action)\n"
+        "from bt_mission.language.action_names import ACTION_NAMES\n"
+        "print(ACTION_NAMES['turn'].action, ACTION_NAMES['dock'].action)\n"
     )
     done = subprocess.run(
         [sys.executable, "-c", f"import sys; sys.path.insert(0, '.')\n{code}"],
@@ -92,7 +92,7 @@ def test_a_package_brings_leaves_and_actions(installed: Path) -> None:
         ),
         (
             "mission.yaml:11:7: error: the plug-in 'wrong' does not work: my_robot:WRONG is no "
-            "ShortName, but str"
+            "ActionName, but str"
         ),
         (
             "mission.yaml:12:7: error: the plug-in 'missing' does not work: my_robots:DOCK cannot "

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from bt_mission.language.nodes.steps import Action
+from bt_mission.language.nodes.steps import ActionStep
 from bt_mission.sessions.check import examine
 from tests.support.project import ROOT
 
@@ -47,7 +47,7 @@ def test_inputs_can_be_set(name, given):
 def test_explore_bounds_every_leg_and_turns_away():
     """Images, distance, and the sign of the turn are in the mission, not in code."""
     sweep, drive, turn = (
-        step for step in mission_of("explore").tree.walk() if isinstance(step, Action)
+        step for step in mission_of("explore").tree.walk() if isinstance(step, ActionStep)
     )
     assert sweep.cancel_when is not None
     assert sweep.cancel_when.text == "current_image >= 5"

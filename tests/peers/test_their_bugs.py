@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from py_trees.common import Status
 
-from bt_mission.ros.goal_client import ActionCourier
+from bt_mission.ros.goal_client import RosGoalClient
 from tests.support.graph import outcome
 
 TURN = "mission: m\ntree:\n  turn: {angle: 90}\n  timeout: 60\n"
@@ -161,14 +161,14 @@ def test_halting_never_blocks_a_tick(ros: Any) -> None:
     ros.until(lambda: turn.goals)
     ros.run(0.2)
     halts = []
-    cancel = ActionCourier.send_cancel
+    cancel = RosGoalClient.send_cancel
 
-    def noted(courier: ActionCourier, goal: Any) -> None:
+    def noted(courier: RosGoalClient, goal: Any) -> None:
         halts.append((ros.now_s, node.executive.ticks))
         cancel(courier, goal)
 
-    node.courier("turn", turn.type_name).send_cancel = noted.__get__(
-        node.courier("turn", turn.type_name)
+    node.goal_client("turn", turn.type_name).send_cancel = noted.__get__(
+        node.goal_client("turn", turn.type_name)
     )
     ros.until(lambda: halts)
     first_wait = next(

@@ -12,7 +12,7 @@ import pytest
 from mcap.writer import Writer
 from py_trees.common import Status
 
-from bt_mission.recording.model import Run
+from bt_mission.recording.model import RecordedRun
 from bt_mission.recording.reader import read_run
 from bt_mission.recording.reading import RecordingError
 
@@ -44,13 +44,13 @@ tree:
 
 
 @pytest.fixture
-def recorded(record: Callable[..., Any]) -> tuple[Run, Any]:
+def recorded(record: Callable[..., Any]) -> tuple[RecordedRun, Any]:
     """A run in which goals end in four ways, and its stage."""
     run = record(text=BLOCKED)
     return read_run(run.path), run
 
 
-def test_what_it_was_and_came_to(recorded: tuple[Run, Any]) -> None:
+def test_what_it_was_and_came_to(recorded: tuple[RecordedRun, Any]) -> None:
     """Also what it was run with."""
     run, made = recorded
     assert (run.mission, run.node, run.status) == ("blocked", "/bt_mission", "failure")
@@ -63,7 +63,7 @@ def test_what_it_was_and_came_to(recorded: tuple[Run, Any]) -> None:
     assert run.versions["mujoco"].startswith("4.")
 
 
-def test_the_tree_and_its_statuses(recorded: tuple[Run, Any]) -> None:
+def test_the_tree_and_its_statuses(recorded: tuple[RecordedRun, Any]) -> None:
     """At the end, and at every instant in between."""
     run, made = recorded
     nodes = made.stage.executive.nodes
@@ -85,7 +85,7 @@ def test_the_tree_and_its_statuses(recorded: tuple[Run, Any]) -> None:
             assert before.end_ns <= after.start_ns
 
 
-def test_goals_and_their_lives(recorded: tuple[Run, Any]) -> None:
+def test_goals_and_their_lives(recorded: tuple[RecordedRun, Any]) -> None:
     """In the order in which they were sent."""
     run, _ = recorded
     rejected, cut, halted = run.goals
@@ -110,7 +110,7 @@ def test_goals_and_their_lives(recorded: tuple[Run, Any]) -> None:
     assert run.goals_at(run.end_ns) == []
 
 
-def test_where_it_was(recorded: tuple[Run, Any]) -> None:
+def test_where_it_was(recorded: tuple[RecordedRun, Any]) -> None:
     """Truly, and by its odometry, which starts where it stood."""
     run, made = recorded
     assert run.truth.at(run.end_ns) == pytest.approx(made.stage.sim.simulation.pose, abs=1e-9)
@@ -122,7 +122,7 @@ def test_where_it_was(recorded: tuple[Run, Any]) -> None:
     assert 99 < run.battery.values[-1] < 100
 
 
-def test_what_it_saw(recorded: tuple[Run, Any]) -> None:
+def test_what_it_saw(recorded: tuple[RecordedRun, Any]) -> None:
     """The points of a scan, put where the robot was, lie on the walls of the map."""
     run, _ = recorded
     assert run.grid is not None
@@ -144,7 +144,7 @@ def test_what_it_saw(recorded: tuple[Run, Any]) -> None:
     assert run.scan_at(0) is None
 
 
-def test_what_was_said(recorded: tuple[Run, Any]) -> None:
+def test_what_was_said(recorded: tuple[RecordedRun, Any]) -> None:
     """The end is an error when the mission failed."""
     run, _ = recorded
     assert run.log[-1].text == f"mission: failure: {run.reason}"

@@ -13,9 +13,9 @@ from sensor_msgs.msg import BatteryState
 
 from bt_mission.events import messages
 from bt_mission.events.mission_state import WatchedMission
-from bt_mission.events.source import Answer, Command, Verb
-from bt_mission.ros.discovery import Observer
-from bt_mission.ros.mission_client import LATCHED, Link
+from bt_mission.events.source import ControlRequest, ControlResponse, Verb
+from bt_mission.ros.discovery import ExecutiveDirectory
+from bt_mission.ros.mission_client import LATCHED, MissionClient
 
 # A watcher finds the graph in wall time, while virtual time runs on: no limit is ever reached.
 TWO = "mission: m\ntree:\n  sequence:\n    - turn: {angle: 90}\n      timeout: 1e8\n    - wait: 1\n"
@@ -25,9 +25,9 @@ class Watcher:
     """A link, and what is known through it."""
 
     def __init__(self, ros: Any, name: str = "/bt_mission") -> None:
-        self.link = Link(ros.client, name)
+        self.link = MissionClient(ros.client, name)
         self.mission = WatchedMission()
-        self.answers: list[Answer] = []
+        self.answers: list[ControlResponse] = []
         self.robot: list[messages.Robot] = []
 
     def look(self) -> WatchedMission:
@@ -85,7 +85,7 @@ def test_wishes_are_passed_on(ros: Any, verb: Verb, state: str):
     watcher, turn = Watcher(ros), ros.server()
     node = ros.mission(TWO, has_controls=True)
     ros.until(lambda: turn.goals)
-    watcher.link.send(Command(verb))
+    watcher.link.send(ControlRequest(verb))
     ros.until(lambda: watcher.look().status == state)
     assert [answer.is_done for answer in watcher.answers] == [True]
     assert (turn.goal.cancels > 0) is (verb is not Verb.PAUSE_KEEPING_GOALS)
@@ -96,22 +96,24 @@ def test_a_breakpoint_is_set_and_removed_by_its_path(ros: Any):
     """Names may be given twice in a tree, paths are not."""
     watcher = Watcher(ros)
     node = ros.mission(TWO, has_controls=True)
-    watcher.link.send(Command(Verb.BREAK, "0.1"))
+    watcher.link.send(ControlRequest(Verb.BREAK, "0.1"))
     ros.until(lambda: watcher.answered(1))
     assert node.executive.breakpoints.names == ("0.1",)
-    watcher.link.send(Command(Verb.UNBREAK, "0.1"))
-    watcher.link.send(Command(Verb.STEP))
+    watcher.link.send(ControlRequest(Verb.UNBREAK, "0.1"))
+    watcher.link.send(ControlRequest(Verb.STEP))
     ros.until(lambda: watcher.answered(3))
     assert node.executive.breakpoints.names == ()
-    assert watcher.answers[2] == Answer(False, "the mission is not paused: pause it first")
+    assert watcher.answers[2] == ControlResponse(False, "the mission is not paused: pause it first")
 
 
 def test_without_an_executive_a_wish_is_answered_too(ros: Any):
     """By name of what is not there."""
     watcher = Watcher(ros, "/robot9/bt_mission")
-    watcher.link.send(Command(Verb.RESUME))
+    watcher.link.send(ControlRequest(Verb.RESUME))
     watcher.look()
-    assert watcher.answers == [Answer(False, "nobody offers /robot9/bt_mission/resume now")]
+    assert watcher.answers == [
+        ControlResponse(False, "nobody offers /robot9/bt_mission/resume now")
+    ]
     assert not watcher.link.is_there
 
 
@@ -126,8 +128,8 @@ def test_a_robot_is_heard_in_the_namespace_of_its_executive(ros: Any):
         battery.publish(BatteryState(percentage=percentage, voltage=11.5))
     ros.run(0.2)
     watcher.look()
-    assert {type(one) for one in watcher.robot} == {messages.Map, messages.Battery}
-    assert messages.Battery(79.0, 11.5) in watcher.robot
+    assert {type(one) for one in watcher.robot} == {messages.Map, messages.BatteryState}
+    assert messages.BatteryState(79.0, 11.5) in watcher.robot
     watcher.look()
     assert len(watcher.robot) == 2
 
@@ -135,14 +137,14 @@ def test_a_robot_is_heard_in_the_namespace_of_its_executive(ros: Any):
 def test_a_link_that_is_closed_leaves_nothing_behind(ros: Any):
     """As many subscriptions and clients as before."""
     before = len([*ros.client.subscriptions]), len([*ros.client.clients])
-    link = Link(ros.client, "/bt_mission")
+    link = MissionClient(ros.client, "/bt_mission")
     link.close()
     assert (len([*ros.client.subscriptions]), len([*ros.client.clients])) == before
 
 
 def test_executives_are_found_by_what_they_publish(monkeypatch: pytest.MonkeyPatch):
     """By name; two of one name, and those of another version, are told."""
-    with Observer() as observer:
+    with ExecutiveDirectory() as observer:
 
         def publish(name: str) -> None:
             observer._node.create_publisher(MissionState, f"{name}/state", LATCHED)

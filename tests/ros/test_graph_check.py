@@ -50,7 +50,7 @@ def robot(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 def test_each_name_is_found_or_missing_or_of_another_type(monkeypatch: pytest.MonkeyPatch) -> None:
     """Once each, in the robot's namespace; trees that are not used ask for nothing."""
     monkeypatch.setattr(graph_check, "LOOK_S", 1.0)
-    found = graph_check.look_for(MISSION, "robot1")
+    found = graph_check.find_missing(MISSION, "robot1")
     assert [(one.wanted.what, one.wanted.name, one.is_there) for one in found] == [
         ("action", "/robot1/turn", True),
         ("service", "/robot1/stop", False),

@@ -5,12 +5,17 @@ import sys
 
 import pytest
 
-from bt_mission.language.action_names import SHORT_NAMES
+from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.expressions.expression import Expression, Text, resolve
-from bt_mission.language.message_types import ListOf, Message, Scalar, ServiceShapes
+from bt_mission.language.message_types import (
+    ListOf,
+    MessageShape,
+    Scalar,
+    ServiceShapes,
+    UnknownType,
+)
 from bt_mission.ros.interface_types import (
     FillError,
-    UnknownType,
     action_shapes,
     action_type,
     fields,
@@ -30,7 +35,7 @@ FOLLOW = action_type("nav2_msgs/action/FollowWaypoints")
 
 def test_every_short_name_has_an_installed_type():
     """And its goal has fields."""
-    types = {short.type for short in SHORT_NAMES.values()}
+    types = {short.type for short in ACTION_NAMES.values()}
     assert types <= set(installed("action"))
     for name in types:
         assert action_shapes(name).goal.fields
@@ -80,7 +85,7 @@ def test_shapes_of_every_kind_of_type():
     assert isinstance(found, ServiceShapes)
     assert found.request.name == "the request of std_srvs/srv/SetBool"
     assert list(found.response.fields) == ["success", "message"]
-    assert isinstance(shapes("std_msgs/msg/Bool"), Message)
+    assert isinstance(shapes("std_msgs/msg/Bool"), MessageShape)
     assert shapes("bt_mission_interfaces/action/Turn") == action_shapes(
         "bt_mission_interfaces/action/Turn"
     )

@@ -9,13 +9,14 @@ from std_msgs.msg import Bool, String
 
 from bt_mission.core.dds.liveliness import RECORDER
 from bt_mission.core.errors import BtMissionError
-from bt_mission.ros.interface_types import FillError, UnknownType
-from bt_mission.ros.publisher import TopicWriter
+from bt_mission.language.message_types import UnknownType
+from bt_mission.ros.interface_types import FillError
+from bt_mission.ros.publisher import TopicPublisher
 
 
 def test_a_message_reaches_whoever_listens(graph: Any) -> None:
     """Readers are counted, and each gets it once."""
-    writer = TopicWriter(graph.node("mission"), "lamp", "std_msgs/msg/Bool")
+    writer = TopicPublisher(graph.node("mission"), "lamp", "std_msgs/msg/Bool")
     assert (writer.name, writer.count_readers()) == ("/lamp", 0)
     heard: list[Bool] = []
     graph.node("lamp").create_subscription(Bool, "lamp", heard.append, 10)
@@ -27,7 +28,7 @@ def test_a_message_reaches_whoever_listens(graph: Any) -> None:
 
 def test_a_recorder_does_not_count_as_a_reader(graph: Any) -> None:
     """A mission that waits for somebody to listen waits on while it is recorded."""
-    writer = TopicWriter(graph.node("mission"), "lamp", "std_msgs/msg/Bool")
+    writer = TopicPublisher(graph.node("mission"), "lamp", "std_msgs/msg/Bool")
     graph.node(RECORDER).create_subscription(Bool, "lamp", lambda _: None, 10)
     graph.settle(lambda: writer._publisher.get_subscription_count() == 1)
     assert writer.count_readers() == 0
@@ -35,7 +36,7 @@ def test_a_recorder_does_not_count_as_a_reader(graph: Any) -> None:
 
 def test_a_value_that_does_not_fit_is_refused(graph: Any) -> None:
     """Before anything is sent."""
-    writer = TopicWriter(graph.node("mission"), "lamp", "std_msgs/msg/Bool")
+    writer = TopicPublisher(graph.node("mission"), "lamp", "std_msgs/msg/Bool")
     with pytest.raises(FillError, match="expected true or false"):
         writer.prepare({"data": 3})
 
@@ -43,7 +44,7 @@ def test_a_value_that_does_not_fit_is_refused(graph: Any) -> None:
 def test_a_type_that_is_not_installed_is_refused(graph: Any) -> None:
     """With the nearest that is."""
     with pytest.raises(UnknownType, match="std_msgs/msg/Bool"):
-        TopicWriter(graph.node("mission"), "lamp", "std_msgs/msg/Boool")
+        TopicPublisher(graph.node("mission"), "lamp", "std_msgs/msg/Boool")
 
 
 def test_a_topic_of_another_type_is_refused(graph: Any) -> None:
@@ -53,4 +54,4 @@ def test_a_topic_of_another_type_is_refused(graph: Any) -> None:
     other = graph.node("mission")
     graph.settle(lambda: bool(dict(other.get_topic_names_and_types()).get("/lamp")))
     with pytest.raises(BtMissionError, match=r"/lamp is a std_msgs/msg/String, not a std_msgs"):
-        TopicWriter(other, "lamp", "std_msgs/msg/Bool")
+        TopicPublisher(other, "lamp", "std_msgs/msg/Bool")

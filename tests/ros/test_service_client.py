@@ -8,8 +8,9 @@ import pytest
 from std_srvs.srv import SetBool
 
 from bt_mission.core.errors import BtMissionError
-from bt_mission.ros.interface_types import FillError, UnknownType
-from bt_mission.ros.service_client import ServiceCaller
+from bt_mission.language.message_types import UnknownType
+from bt_mission.ros.interface_types import FillError
+from bt_mission.ros.service_client import RosServiceClient
 
 
 def serve(node: Any, name: str) -> list[bool]:
@@ -29,7 +30,7 @@ def serve(node: Any, name: str) -> list[bool]:
 def test_an_answer_is_handed_over_once(graph: Any) -> None:
     """When the node's executor serves it, and not within the call."""
     client, server = graph.node("client"), graph.node("server")
-    caller = ServiceCaller(client, "ask", "std_srvs/srv/SetBool")
+    caller = RosServiceClient(client, "ask", "std_srvs/srv/SetBool")
     assert caller.name == "/ask"
     graph.settle()
     assert not caller.is_ready()
@@ -47,7 +48,7 @@ def test_an_answer_is_handed_over_once(graph: Any) -> None:
 def test_a_forgotten_call_is_not_heard_of_any_more(graph: Any) -> None:
     """The server is asked all the same; the next call has its own answer."""
     client, server = graph.node("client"), graph.node("server")
-    caller = ServiceCaller(client, "ask", "std_srvs/srv/SetBool")
+    caller = RosServiceClient(client, "ask", "std_srvs/srv/SetBool")
     asked = serve(server, "ask")
     graph.settle(caller.is_ready)
     late: list[Any] = []
@@ -66,13 +67,13 @@ def test_a_service_of_another_type_is_refused(graph: Any) -> None:
     """Its answer would never come."""
     serve(graph.node("server"), "ask")
     with pytest.raises(BtMissionError, match="/ask is a std_srvs/srv/SetBool, not a std_srvs/srv/"):
-        ServiceCaller(graph.node("client"), "ask", "std_srvs/srv/Trigger")
+        RosServiceClient(graph.node("client"), "ask", "std_srvs/srv/Trigger")
 
 
 def test_what_does_not_fit_is_refused_before_the_call(graph: Any) -> None:
     """Values by field, and types by name."""
     node = graph.node("client")
     with pytest.raises(FillError, match="data: expected true or false"):
-        ServiceCaller(node, "ask", "std_srvs/srv/SetBool").prepare({"data": 1})
+        RosServiceClient(node, "ask", "std_srvs/srv/SetBool").prepare({"data": 1})
     with pytest.raises(UnknownType, match="std_srvs/srv/Sat is not installed"):
-        ServiceCaller(node, "ask", "std_srvs/srv/Sat")
+        RosServiceClient(node, "ask", "std_srvs/srv/Sat")

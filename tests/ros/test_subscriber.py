@@ -9,8 +9,8 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy, qos_profi
 from std_msgs.msg import Int32, String
 
 from bt_mission.core.errors import BtMissionError
-from bt_mission.ros.interface_types import UnknownType
-from bt_mission.ros.subscriber import TopicReader
+from bt_mission.language.message_types import UnknownType
+from bt_mission.ros.subscriber import LatestMessageSubscriber
 
 LATCHED = QoSProfile(
     depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL
@@ -21,7 +21,7 @@ BEST_EFFORT_LATCHED = QoSProfile(
 TYPE = "std_msgs/msg/Int32"
 
 
-def heard(reader: TopicReader) -> list[int]:
+def heard(reader: LatestMessageSubscriber) -> list[int]:
     """Listen; gives the list to which each message's number is added."""
     numbers: list[int] = []
     reader.listen(lambda message: numbers.append(message.data))
@@ -32,7 +32,7 @@ def heard(reader: TopicReader) -> list[int]:
 def test_every_publisher_is_heard_once(graph: Any, qos: Any) -> None:
     """Reliable or not."""
     publisher = graph.node("talker").create_publisher(Int32, "n", qos)
-    reader = TopicReader(graph.node("listener"), "n", TYPE)
+    reader = LatestMessageSubscriber(graph.node("listener"), "n", TYPE)
     numbers = heard(reader)
     graph.settle()
     publisher.publish(Int32(data=7))
@@ -44,7 +44,7 @@ def test_a_latched_message_from_before_is_heard(graph: Any) -> None:
     """As soon as it has come, and again by whoever listens later."""
     publisher = graph.node("talker").create_publisher(Int32, "n", LATCHED)
     publisher.publish(Int32(data=7))
-    reader = TopicReader(graph.node("listener"), "n", TYPE)
+    reader = LatestMessageSubscriber(graph.node("listener"), "n", TYPE)
     first = heard(reader)
     graph.settle(lambda: first != [])
     assert heard(reader) == [7]
@@ -53,7 +53,7 @@ def test_a_latched_message_from_before_is_heard(graph: Any) -> None:
 def test_a_latched_publisher_that_comes_later_is_found(graph: Any) -> None:
     """By looking around; the wait for it does so at every tick."""
     listener = graph.node("listener")
-    reader = TopicReader(listener, "n", TYPE)
+    reader = LatestMessageSubscriber(listener, "n", TYPE)
     numbers = heard(reader)
     assert len(list(listener.subscriptions)) == 1
     publisher = graph.node("talker").create_publisher(Int32, "n", LATCHED)
@@ -71,7 +71,7 @@ def test_a_latched_publisher_that_comes_later_is_found(graph: Any) -> None:
 def test_who_leaves_hears_nothing_more(graph: Any) -> None:
     """Others do."""
     publisher = graph.node("talker").create_publisher(Int32, "n", 10)
-    reader = TopicReader(graph.node("listener"), "n", TYPE)
+    reader = LatestMessageSubscriber(graph.node("listener"), "n", TYPE)
     numbers = heard(reader)
     gone: list[Any] = []
     reader.listen(gone.append)
@@ -85,7 +85,7 @@ def test_who_leaves_hears_nothing_more(graph: Any) -> None:
 
 def test_silence_is_explained(graph: Any) -> None:
     """Nobody, or publishers that say nothing."""
-    reader = TopicReader(graph.node("listener"), "n", TYPE)
+    reader = LatestMessageSubscriber(graph.node("listener"), "n", TYPE)
     assert reader.why_silent() == "nobody publishes it"
     graph.node("talker").create_publisher(Int32, "n", 10)
     assert reader.why_silent() == "its publishers are silent"
@@ -97,10 +97,10 @@ def test_a_topic_of_another_type_is_refused(graph: Any) -> None:
     with pytest.raises(
         BtMissionError, match=f"/n is published as std_msgs/msg/String, not as {TYPE}"
     ):
-        TopicReader(graph.node("listener"), "n", TYPE)
+        LatestMessageSubscriber(graph.node("listener"), "n", TYPE)
 
 
 def test_a_type_that_is_not_installed_is_refused(graph: Any) -> None:
     """With the nearest one."""
     with pytest.raises(UnknownType, match="did you mean 'std_msgs/msg/Int32'"):
-        TopicReader(graph.node("listener"), "n", "std_msgs/msg/Int31")
+        LatestMessageSubscriber(graph.node("listener"), "n", "std_msgs/msg/Int31")

@@ -7,7 +7,7 @@ from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import FollowWaypoints
 from visualization_msgs.msg import Marker
 
-from bt_mission.ros.waypoint_markers import MOST, WaypointTopic
+from bt_mission.ros.waypoint_markers import MOST, WaypointMarkers
 
 
 class Sent(list[Any]):
@@ -31,7 +31,7 @@ def goal(*places: tuple[float, float], frame: str = "map") -> Any:
 def test_each_pose_is_an_arrow_with_a_number() -> None:
     """In the frame that the goal names."""
     node: Any = Sent()
-    WaypointTopic(node).on_goal("sent", goal((1.0, 2.0), (3.0, 4.0), frame="odom"))
+    WaypointMarkers(node).on_goal("sent", goal((1.0, 2.0), (3.0, 4.0), frame="odom"))
     arrow, number, _, second = node[-1].markers
     assert (arrow.type, arrow.header.frame_id) == (Marker.ARROW, "odom")
     assert (arrow.pose.position.x, arrow.pose.position.y) == (1.0, 2.0)
@@ -41,7 +41,7 @@ def test_each_pose_is_an_arrow_with_a_number() -> None:
 def test_what_is_latched_tells_of_all() -> None:
     """A goal with a new pose adds it; one without says nothing."""
     node: Any = Sent()
-    topic = WaypointTopic(node)
+    topic = WaypointMarkers(node)
     topic.on_goal("sent", goal((1.0, 2.0)))
     topic.on_goal("sent", goal((1.0, 2.0)))
     topic.on_goal("ended", goal((9.0, 9.0)))
@@ -53,6 +53,6 @@ def test_what_is_latched_tells_of_all() -> None:
 def test_poses_without_end_are_not_all_shown() -> None:
     """They would cover the map."""
     node: Any = Sent()
-    topic = WaypointTopic(node)
+    topic = WaypointMarkers(node)
     topic.on_goal("sent", goal(*((float(x), 0.0) for x in range(MOST + 50))))
     assert len(node[-1].markers) == 2 * MOST

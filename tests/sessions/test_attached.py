@@ -14,7 +14,7 @@ from rclpy.time import Time
 from rosgraph_msgs.msg import Clock
 
 from bt_mission.language.loader import load_text
-from bt_mission.sessions.attached import Attached
+from bt_mission.sessions.attached import AttachedSession
 from bt_mission.testing.live_graph import own_domain
 from bt_mission.testing.processes import LOCAL
 
@@ -30,18 +30,18 @@ class Keeper:
         self.node = Node("keeper", context=context, enable_rosout=False)
         self.publisher = self.node.create_publisher(Clock, "/clock", 10)
 
-    def show(self, session: Attached, time_ms: int) -> None:
+    def show(self, session: AttachedSession, time_ms: int) -> None:
         """Publish a time, until the executive has it; then let it do what is due."""
         message = Clock(clock=Time(nanoseconds=time_ms * MS).to_msg())
         for _ in range(PATIENCE):
             self.publisher.publish(message)
             session.step()
             if session.node.get_clock().now().nanoseconds == time_ms * MS:
-                session.last_words()
+                session.drain()
                 return
         raise AssertionError("the executive does not follow the clock")
 
-    def run(self, session: Attached, first_ms: int, last_ms: int) -> None:
+    def run(self, session: AttachedSession, first_ms: int, last_ms: int) -> None:
         """Show one time after the other, 50 ms apart."""
         for time_ms in range(first_ms, last_ms + 1, 50):
             self.show(session, time_ms)
@@ -64,7 +64,7 @@ def keeper(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Keeper]:
 
 def test_a_mission_outlives_a_simulator_that_starts_anew(keeper: Keeper) -> None:
     """Its clock starts at zero, stands still, is set back to zero, and goes on."""
-    with Attached(load_text(WAIT)) as session:
+    with AttachedSession(load_text(WAIT)) as session:
         keeper.run(session, 0, 2000)
         for _ in range(5):
             keeper.show(session, 2000)
@@ -79,7 +79,7 @@ def test_a_mission_outlives_a_simulator_that_starts_anew(keeper: Keeper) -> None
 
 def test_a_mission_takes_skipped_time_as_passed(keeper: Keeper) -> None:
     """As everybody in the graph does."""
-    with Attached(load_text(WAIT)) as session:
+    with AttachedSession(load_text(WAIT)) as session:
         keeper.run(session, 500, 1000)
         keeper.show(session, 101_000)
         keeper.show(session, 101_050)

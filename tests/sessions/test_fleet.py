@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from bt_mission.language.loader import load_text
-from bt_mission.sessions.fleet import FleetStage, Member
+from bt_mission.sessions.fleet import FleetRobot, FleetStage
 from bt_mission.sessions.stage import StageError
 
 LIMIT_NS = 300_000_000_000
@@ -45,7 +45,7 @@ def fleet(tmp_path: Path) -> Iterator[Make]:
     """Put robots into one world: ``fleet(Member(...), Member(...))``."""
     with ExitStack() as stages:
 
-        def start(*members: Member, world: str = "dqn_stage1") -> FleetStage:
+        def start(*members: FleetRobot, world: str = "dqn_stage1") -> FleetStage:
             stages.close()
             return stages.enter_context(FleetStage(world, members, seed=3, image_folder=tmp_path))
 
@@ -57,11 +57,11 @@ def legs(robot: str = "waffle", *, speed: float = 0.2, angle: float = 120.0, cou
     return load_text(LEGS.format(robot=robot, speed=speed, angle=angle, count=count))
 
 
-def two() -> tuple[Member, Member]:
+def two() -> tuple[FleetRobot, FleetRobot]:
     """A Waffle and a Burger that start a metre and a half apart, back to back."""
     return (
-        Member("robot1", legs(), x=0.75, y=0.3, yaw=20.0),
-        Member("robot2", legs("burger", speed=0.15, angle=-100.0), x=-0.75, yaw=180.0),
+        FleetRobot("robot1", legs(), x=0.75, y=0.3, yaw=20.0),
+        FleetRobot("robot2", legs("burger", speed=0.15, angle=-100.0), x=-0.75, yaw=180.0),
     )
 
 
@@ -86,8 +86,8 @@ def test_two_robots_run_two_missions_at_once(fleet):
 
 def test_goals_go_to_the_servers_of_the_own_robot(fleet):
     """By the namespace; the other robot stays where it is."""
-    alone = Member("robot1", legs(count=1), x=0.75, yaw=20.0)
-    idle = Member("robot2", load_text("mission: idle\ntree:\n  wait: 30\n"), x=-0.75)
+    alone = FleetRobot("robot1", legs(count=1), x=0.75, yaw=20.0)
+    idle = FleetRobot("robot2", load_text("mission: idle\ntree:\n  wait: 30\n"), x=-0.75)
     stage = fleet(alone, idle)
     actions: set[str] = set()
     stage["robot1"].trace.listeners.append(
@@ -103,13 +103,13 @@ def test_a_mission_that_maps_is_refused(fleet):
     """Before anything starts."""
     maps = load_text("mission: map\nmap: unknown\ntree:\n  wait: 1\n")
     with pytest.raises(StageError, match="robot1: a fleet has no mapper"):
-        fleet(Member("robot1", maps))
+        fleet(FleetRobot("robot1", maps))
 
 
 def test_robots_see_each_other(fleet):
     """One that stands in the way of the other is an obstacle like any other."""
-    driver = Member("robot1", legs(count=1), x=-1.2)
-    idle = Member("robot2", load_text("mission: idle\ntree:\n  wait: 30\n"), x=0.8, yaw=90.0)
+    driver = FleetRobot("robot1", legs(count=1), x=-1.2)
+    idle = FleetRobot("robot2", load_text("mission: idle\ntree:\n  wait: 30\n"), x=0.8, yaw=90.0)
     stage = finished(fleet(driver, idle, world="empty_arena"))
     assert stage.collisions == 0
     x, _, _ = stage["robot1"].robot.pose

@@ -13,7 +13,7 @@ from rclpy.context import Context
 
 from action_servers.server.node import ServersNode
 from bt_mission.core.robot.model import load_robot
-from bt_mission.language.action_names import SHORT_NAMES
+from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.sessions.check import examine
 from sim.world.loader import load_world
 from tests.support.paths import path_length
@@ -57,7 +57,7 @@ def test_names_and_types_are_in_the_graph(tmp_path: Path) -> None:
     services = dict(servers.get_service_names_and_types())
     servers.destroy_node()
     context.shutdown()
-    names = {f"/{short.action}": [short.type] for short in SHORT_NAMES.values()}
+    names = {f"/{short.action}": [short.type] for short in ACTION_NAMES.values()}
     del names["/execute_mission"]  # it is the executive that serves this one
     assert names.items() <= served.items()
     assert services["/stop"] == services["/release"] == ["std_srvs/srv/Trigger"]

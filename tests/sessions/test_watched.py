@@ -11,7 +11,7 @@ from bt_mission.events.mission_state import WatchedMission
 from bt_mission.events.robot_state import WatchedRobot
 from bt_mission.language.loader import load_text
 from bt_mission.ros import detail_topics, robot_relay
-from bt_mission.ros.discovery import OwnExecutive
+from bt_mission.ros.discovery import LocalExecutive
 from bt_mission.sessions.stage import Stage
 
 DRIVE = """\
@@ -33,7 +33,7 @@ def run(folder: Path, watcher: Any = None) -> str:
     with Stage(
         load_text(DRIVE), image_folder=folder, say=lambda _: None, watched=watcher is not None
     ) as stage:
-        graph = OwnExecutive(stage) if watcher is not None else None
+        graph = LocalExecutive(stage) if watcher is not None else None
         link = graph.attach(graph.name) if graph is not None else None
         while not stage.is_done:
             stage.step()

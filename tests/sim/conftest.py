@@ -16,7 +16,7 @@ from std_msgs.msg import Bool
 from tf2_msgs.msg import TFMessage
 
 from bt_mission.core.robot.model import load_robot
-from bt_mission.virtual_time import LockstepExecutor
+from bt_mission.virtual_time import VirtualTimeExecutor
 from sim.ros.node import SimNode
 from sim.simulation import Simulation
 from sim.world.world import World
@@ -96,7 +96,7 @@ class Stage:
         for topic in topics:
             self.listen(topic)
         self.commands = self.ear.create_publisher(TwistStamped, "cmd_vel", 10)
-        self.clock = LockstepExecutor(world=self.sim, context=self.context)
+        self.clock = VirtualTimeExecutor(world=self.sim, context=self.context)
         for node in (self.sim, self.ear):
             self.clock.add_node(node)
 

@@ -9,8 +9,8 @@ from sim.faults import (
     NO_LIDAR_FAULTS,
     CameraFaults,
     FaultError,
-    Faults,
     LidarFaults,
+    RobotFaultState,
     WheelFaults,
 )
 
@@ -24,7 +24,7 @@ def wheels():
 @pytest.fixture
 def faults(wheels):
     """Those of a robot with which nothing is wrong."""
-    return Faults(wheels.append)
+    return RobotFaultState(wheels.append)
 
 
 def test_at_the_start_nothing_is_wrong(faults):

@@ -9,8 +9,11 @@ from nav_msgs.msg import Odometry
 from rclpy.qos import QoSProfile
 
 from bt_mission.core.robot.model import load_robot
-from sim.sensors.camera import Camera, NoCameraError
-from sim.simulation import Entrant, Fleet, Simulation, SpawnError
+from sim.physics.spawn import RobotSpawn
+from sim.robot.robot import SpawnError
+from sim.sensors.camera import Camera
+from sim.sensors.canvas import NoCameraError
+from sim.simulation import Fleet, Simulation
 from sim.world.world import Spawn
 
 S, MS = 1_000_000_000, 1_000_000
@@ -24,8 +27,8 @@ def pair(waffle, make_world):
         return Fleet(
             make_world(**fields),
             [
-                Entrant(waffle, "one", Spawn(x=-gap / 2)),
-                Entrant(second, "two", Spawn(x=gap / 2, yaw=180)),
+                RobotSpawn(waffle, "one", Spawn(x=-gap / 2)),
+                RobotSpawn(second, "two", Spawn(x=gap / 2, yaw=180)),
             ],
             seed=seed,
         )
@@ -124,7 +127,7 @@ def test_noise_depends_on_the_name_and_not_on_the_company(pair, waffle, make_wor
     """With or without the other, robot one reads the same."""
     walls = [{"from": [-3, -9], "to": [-3, 9]}]
     fleet = pair(walls=walls)
-    alone = Fleet(make_world(walls=walls), [Entrant(waffle, "one", Spawn(x=-1))], seed=1)
+    alone = Fleet(make_world(walls=walls), [RobotSpawn(waffle, "one", Spawn(x=-1))], seed=1)
     assert fleet["one"].scan(3)[180] == alone["one"].scan(3)[180]
     assert fleet["one"].inertial(3).angular_velocity == pytest.approx(
         alone["one"].inertial(3).angular_velocity, abs=1e-9
@@ -142,14 +145,14 @@ def test_one_without_power_leaves_the_other_its_own(pair):
 
 def test_two_at_one_place_are_refused(waffle, make_world):
     """Both are named."""
-    there = [Entrant(waffle, "one", Spawn(x=0)), Entrant(waffle, "two", Spawn(x=0.2))]
+    there = [RobotSpawn(waffle, "one", Spawn(x=0)), RobotSpawn(waffle, "two", Spawn(x=0.2))]
     with pytest.raises(SpawnError, match=r"a waffle \(one\) does not fit .* it touches 'two'"):
         Fleet(make_world(), there, seed=0)
 
 
 def test_a_node_serves_them_under_their_names(make_stage, make_world, waffle):
     """Topics and services of each below its name, one clock, one reset."""
-    entrants = [Entrant(waffle, "one", Spawn(x=-1)), Entrant(waffle, "two", Spawn(x=1))]
+    entrants = [RobotSpawn(waffle, "one", Spawn(x=-1)), RobotSpawn(waffle, "two", Spawn(x=1))]
     here = make_stage(make_world(), robots=entrants)
     topics = {publisher.topic_name for publisher in here.sim.publishers}
     for name in ("one", "two"):
@@ -170,7 +173,7 @@ def test_a_node_serves_them_under_their_names(make_stage, make_world, waffle):
 
 def test_a_command_reaches_the_robot_of_its_namespace(make_stage, make_world, waffle):
     """And its odometry comes back there, in frames without a prefix."""
-    entrants = [Entrant(waffle, "one", Spawn(x=-1)), Entrant(waffle, "two", Spawn(x=1))]
+    entrants = [RobotSpawn(waffle, "one", Spawn(x=-1)), RobotSpawn(waffle, "two", Spawn(x=1))]
     here = make_stage(make_world(), robots=entrants)
     heard: list[Odometry] = []
     here.ear.create_subscription(Odometry, "two/odom", heard.append, QoSProfile(depth=10))

@@ -6,8 +6,8 @@ import pytest
 from geometry_msgs.msg import TwistStamped
 from std_srvs.srv import SetBool, Trigger
 
-from bt_mission.core.robot.model import Battery, Sensors
-from sim.simulation import Entrant
+from bt_mission.core.robot.parts import BatteryModel, SensorsModel
+from sim.physics.spawn import RobotSpawn
 from sim.world.loader import load_world
 from sim.world.world import Spawn
 
@@ -71,7 +71,7 @@ def test_with_power_again_it_waits_for_a_new_command(make_stage, make_world, cal
 def test_an_empty_battery_takes_the_motors_power(make_stage, make_world, waffle, call):
     """They go off by themselves, and cannot be switched on."""
     # A few joules: they last for less than a second.
-    weak = Battery(start_charge=5 / (1.8 * 3600 * 11.1))
+    weak = BatteryModel(start_charge=5 / (1.8 * 3600 * 11.1))
     robot = waffle.model_copy(update={"battery": weak})
     here = make_stage(make_world(), "motors_on", "battery_state", robots=robot)
     here.run(1 * S)
@@ -125,7 +125,9 @@ def told(message: Any) -> str:
 
 def test_after_reset_simulation_a_run_repeats(make_stage, waffle, call):
     """Every message, bit for bit: what moves, noise, slip, battery; only the clock goes on."""
-    options = Sensors.model_validate({"lidar": {"model": "LDS-02"}, "odometry": {"slip": 0.05}})
+    options = SensorsModel.model_validate(
+        {"lidar": {"model": "LDS-02"}, "odometry": {"slip": 0.05}}
+    )
     here = make_stage(
         load_world("dqn_stage3"), *TOLD, "/clock", robots=waffle.with_sensors(options), seed=3
     )
@@ -164,7 +166,7 @@ def test_reset_simulation_gives_power_back(make_stage, make_world, call):
 
 def test_a_reset_in_company_is_one_for_all(make_stage, make_world, waffle, call):
     """Each robot is where it started."""
-    entrants = [Entrant(waffle, "one", Spawn(x=-1)), Entrant(waffle, "two", Spawn(x=1))]
+    entrants = [RobotSpawn(waffle, "one", Spawn(x=-1)), RobotSpawn(waffle, "two", Spawn(x=1))]
     here = make_stage(make_world(), robots=entrants)
     commands = here.ear.create_publisher(TwistStamped, "one/cmd_vel", 10)
     here.run(1 * S)

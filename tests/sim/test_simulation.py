@@ -6,7 +6,8 @@ import math
 import pytest
 
 from bt_mission.core.robot.model import load_robot
-from sim.simulation import Simulation, SpawnError
+from sim.robot.robot import SpawnError
+from sim.simulation import Simulation
 from sim.world.loader import load_world
 
 S = 1_000_000_000

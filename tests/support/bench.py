@@ -19,7 +19,7 @@ from unique_identifier_msgs.msg import UUID
 from action_servers.core.maneuver import ZERO, Twist2D
 from action_servers.server.node import ServersNode
 from bt_mission.ros.leaving import destroy_actions
-from bt_mission.virtual_time import LockstepExecutor
+from bt_mission.virtual_time import VirtualTimeExecutor
 from tests.support.robot_node import LATCHED, PERIOD_NS, START_NS, RobotNode
 from tests.support.served import SERVED, goal
 
@@ -82,7 +82,7 @@ class Bench:
             context=self.context,
             parameters=parameters,
         )
-        self.clock = LockstepExecutor(start_ns=START_NS, world=self.robot, context=self.context)
+        self.clock = VirtualTimeExecutor(start_ns=START_NS, world=self.robot, context=self.context)
         for node in (*self.clients, self.robot, self.servers):
             self.clock.add_node(node)
         self.events: list[Any] = []

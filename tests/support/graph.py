@@ -13,9 +13,9 @@ from bt_mission.executive.executive import Change, Executive
 from bt_mission.language.loader import load_text
 from bt_mission.ros.leaving import destroy_actions
 from bt_mission.ros.mission_node import MissionNode
-from bt_mission.sessions.mission_server import ServeNode
+from bt_mission.sessions.mission_server import MissionServer
 from bt_mission.testing.scripted_server import ScriptedServer
-from bt_mission.virtual_time import LockstepExecutor
+from bt_mission.virtual_time import VirtualTimeExecutor
 
 S = 1_000_000_000
 TURN = "bt_mission_interfaces/action/Turn"
@@ -28,13 +28,13 @@ class Graph:
     def __init__(self) -> None:
         self.context = Context()
         rclpy.init(context=self.context)
-        self.clock = LockstepExecutor(context=self.context)
+        self.clock = VirtualTimeExecutor(context=self.context)
         self.client = self.node("client")
         self.client.create_timer(0.05, lambda: None)
         self.start_ns = self.clock.now_ns
         self.changes: list[Change] = []
         self.said: list[str] = []
-        self.served: ServeNode | None = None
+        self.served: MissionServer | None = None
 
     def close(self) -> None:
         """Take everything down, what waits at this instant first."""
@@ -66,9 +66,9 @@ class Graph:
         node.executive.listeners.append(self.changes.append)
         return node
 
-    def serve(self, **options: Any) -> ServeNode:
+    def serve(self, **options: Any) -> MissionServer:
         """The executive as a server."""
-        self.served = ServeNode(
+        self.served = MissionServer(
             context=self.context,
             host=self.clock.add_node,
             drop=self.drop,

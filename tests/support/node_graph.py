@@ -10,7 +10,7 @@ import rclpy
 from rclpy.context import Context
 from rclpy.node import Node
 
-from bt_mission.virtual_time import LockstepExecutor
+from bt_mission.virtual_time import VirtualTimeExecutor
 from bt_mission.virtual_time.discovery import pause
 
 
@@ -20,7 +20,7 @@ class Graph:
     def __init__(self, context: Context, stack: ExitStack) -> None:
         self._context = context
         self._stack = stack
-        self._executor = LockstepExecutor(context=context)
+        self._executor = VirtualTimeExecutor(context=context)
         stack.callback(self._executor.shutdown)
 
     def node(self, name: str) -> Node:

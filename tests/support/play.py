@@ -121,19 +121,19 @@ class Play:
     def _on_goal(self, what: str, goal: Goal) -> None:
         self.executive.record_goal(what, goal)
 
-    def courier(self, action: str, type_name: str) -> Any:
+    def goal_client(self, action: str, type_name: str) -> Any:
         name = f"/{action.removeprefix('/')}"  # there is no namespace here
         if name not in self.servers:
             self.servers[name] = self._server_type(name)
         return self.servers[name]
 
-    def caller(self, service: str, type_name: str) -> ScriptedService:
+    def service_client(self, service: str, type_name: str) -> ScriptedService:
         return self.services.setdefault(service, ScriptedService(service))
 
-    def reader(self, topic: str, type_name: str) -> ScriptedTopic:
+    def subscriber(self, topic: str, type_name: str) -> ScriptedTopic:
         return self.topics.setdefault(topic, ScriptedTopic(topic))
 
-    def speech(self, topic: str, type_name: str) -> ScriptedSpeech:
+    def publisher(self, topic: str, type_name: str) -> ScriptedSpeech:
         return self.speeches.setdefault(topic, ScriptedSpeech(topic))
 
     def log(self, text: str) -> None:

@@ -16,7 +16,7 @@ from bt_mission.core.files import find
 from bt_mission.language.loader import load_text
 from bt_mission.recording.file import McapFile
 from bt_mission.recording.options import RecordingOptions
-from bt_mission.recording.writer import Recorder
+from bt_mission.recording.writer import RunRecorder
 from bt_mission.sessions.load import load
 from bt_mission.sessions.session import summarise
 from bt_mission.sessions.stage import Stage
@@ -65,7 +65,7 @@ class Recorded:
 
     path: Path
     stage: Stage
-    recorder: Recorder
+    recorder: RunRecorder
     status: str
     trace: str
 
@@ -90,7 +90,7 @@ def record(tmp_path: Path) -> Iterator[Callable[..., Recorded]]:
             )
             path = tmp_path / "run.mcap"
             options = RecordingOptions(camera=camera)
-            recorder = stages.enter_context(Recorder(stage, path, options, file=file))
+            recorder = stages.enter_context(RunRecorder(stage, path, options, file=file))
             while not stage.is_done and (steps is None or steps > 0):
                 stage.step()
                 steps = None if steps is None else steps - 1

@@ -37,7 +37,7 @@ tree:
 def recording() -> Path:
     """A recorded run of the mission; made once."""
     from bt_mission.language.loader import load_text  # noqa: PLC0415 - after the environment is set
-    from bt_mission.recording.writer import Recorder  # noqa: PLC0415
+    from bt_mission.recording.writer import RunRecorder  # noqa: PLC0415
     from bt_mission.sessions.session import summarise  # noqa: PLC0415
     from bt_mission.sessions.stage import Stage  # noqa: PLC0415
 
@@ -45,7 +45,7 @@ def recording() -> Path:
     path = folder / "run.mcap"
     with (
         Stage(load_text(MISSION), image_folder=folder, say=lambda _: None) as stage,
-        Recorder(stage, path) as recorder,
+        RunRecorder(stage, path) as recorder,
     ):
         while not stage.is_done:
             stage.step()

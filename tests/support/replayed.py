@@ -9,7 +9,7 @@ from typing import Any
 from textual.pilot import Pilot
 
 from bt_mission.recording.replay.player import Player
-from bt_mission.recording.replay.timeline import read_film
+from bt_mission.recording.replay.timeline import read_timeline
 from bt_mission.views.terminal.marks import SIGNS, Marks
 from bt_mission.views.tui.replay_app import ReplayApp
 from tests.support.recordings import recording
@@ -62,7 +62,7 @@ def on_replay(
     **options: Any,
 ) -> None:
     """Play a scene on a view of this size, of the short mission or another file."""
-    player = Player(read_film(path or recording()), **options)
+    player = Player(read_timeline(path or recording()), **options)
 
     async def scene() -> None:
         app = ReplayApp(player, marks)

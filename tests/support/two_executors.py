@@ -17,7 +17,7 @@ from rclpy.node import Node
 from rclpy.time import Time
 
 from bt_mission.ros.leaving import destroy_actions
-from bt_mission.virtual_time import LockstepExecutor, NothingDueError
+from bt_mission.virtual_time import NothingDueError, VirtualTimeExecutor
 from bt_mission.virtual_time.discovery import pause
 
 S = 1_000_000_000
@@ -104,11 +104,11 @@ class Play(ABC):
 class LockstepPlay(Play):
     """Under our executor."""
 
-    executor: LockstepExecutor
+    executor: VirtualTimeExecutor
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self.executor = LockstepExecutor(context=context, start_ns=START_NS)
+        self.executor = VirtualTimeExecutor(context=context, start_ns=START_NS)
 
     def settle(self) -> None:
         self.advance(0.0)

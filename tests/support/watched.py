@@ -7,7 +7,7 @@ from typing import Any
 from py_trees.common import Status
 
 from bt_mission.events import messages
-from bt_mission.events.source import Answer, Command, Found, Heard
+from bt_mission.events.source import ControlRequest, ControlResponse, FoundExecutive, Heard
 
 S = 1_000_000_000
 
@@ -27,9 +27,9 @@ WORDS = {
 }
 
 
-def tree(outline: str = EXPLORE, *, run: str = "run", time_ns: int = S) -> messages.Tree:
+def tree(outline: str = EXPLORE, *, run: str = "run", time_ns: int = S) -> messages.TreeInfo:
     """A tree, from names indented by two blanks a level."""
-    nodes: list[messages.Node] = []
+    nodes: list[messages.NodeInfo] = []
     above: list[int] = []
     counts: dict[int, int] = {}
     lines = outline.rstrip("\n").split("\n")
@@ -42,8 +42,8 @@ def tree(outline: str = EXPLORE, *, run: str = "run", time_ns: int = S) -> messa
         if depth:
             path = f"{nodes[parent].path}.{counts.get(parent, 0)}"
             counts[parent] = counts.get(parent, 0) + 1
-        nodes.append(messages.Node(line.strip(), "ActionLeaf", path, parent))
-    return messages.Tree(time_ns, run, nodes[0].name, tuple(nodes))
+        nodes.append(messages.NodeInfo(line.strip(), "ActionLeaf", path, parent))
+    return messages.TreeInfo(time_ns, run, nodes[0].name, tuple(nodes))
 
 
 class ScriptedExecutive:
@@ -55,24 +55,24 @@ class ScriptedExecutive:
         self.outline = outline
         self.run = ""
         self.now_ns = S
-        self.commands: list[Command] = []
+        self.commands: list[ControlRequest] = []
         self.asked = 0
         self.closed = False
         self._sequence = 0
-        self._statuses: list[messages.Standing] = []
+        self._statuses: list[messages.NodeStatus] = []
         self._told: list[messages.Told] = []
         self._robot: list[messages.Robot] = []
-        self._answers: list[Answer] = []
+        self._answers: list[ControlResponse] = []
 
     # ---- what the test has it tell -------------------------------------------------------
 
-    def begin(self, run: str = "run") -> messages.Tree:
+    def begin(self, run: str = "run") -> messages.TreeInfo:
         """A mission starts."""
         self.run, self._sequence = run, 0
         found = tree(self.outline, run=run, time_ns=self.now_ns)
         self.names = [node.name for node in found.nodes]
         self._statuses = [
-            messages.Standing(index, Status.INVALID, "") for index in range(len(found.nodes))
+            messages.NodeStatus(index, Status.INVALID, "") for index in range(len(found.nodes))
         ]
         self._told.append(found)
         self.stand("running")
@@ -86,7 +86,7 @@ class ScriptedExecutive:
         for name, words in statuses.items():
             status, _, message = words.partition(": ")
             index = self.names.index(name.replace("_", " "))
-            changes.append(messages.Standing(index, WORDS[status], message))
+            changes.append(messages.NodeStatus(index, WORDS[status], message))
             self._statuses[index] = changes[-1]
         found = messages.Changes(self.now_ns, self.run, self._sequence, tuple(changes))
         self._told.append(found)
@@ -94,13 +94,15 @@ class ScriptedExecutive:
 
     def stand(self, status: str, reason: str = "") -> None:
         """The mission's state changes."""
-        self._told.append(messages.State(self.now_ns, self.run, "explore", status, reason))
+        self._told.append(
+            messages.MissionStateInfo(self.now_ns, self.run, "explore", status, reason)
+        )
 
     def say(self, text: str) -> None:
         """The mission says something."""
-        self._told.append(messages.Said(self.now_ns, self.run, text))
+        self._told.append(messages.LogText(self.now_ns, self.run, text))
 
-    def detail(self, after_s: float = 0.0, **fields: Any) -> messages.Details:
+    def detail(self, after_s: float = 0.0, **fields: Any) -> messages.DetailsUpdate:
         """Details, with nothing in them but what is given."""
         self.now_ns += round(after_s * S)
         empty: dict[str, Any] = {
@@ -111,16 +113,16 @@ class ScriptedExecutive:
             "variables": (),
             "breakpoints": (),
         }
-        found = messages.Details(self.now_ns, self.run, **{**empty, **fields})
+        found = messages.DetailsUpdate(self.now_ns, self.run, **{**empty, **fields})
         self._told.append(found)
         return found
 
     def progress(
         self, name: str, value: float, limit: float, message: str = ""
-    ) -> messages.Progress:
+    ) -> messages.NodeProgress:
         """How far a node has come, for :meth:`detail`."""
         index = self.names.index(name)
-        return messages.Progress(index, self.now_ns, message, "travelled", value, limit)
+        return messages.NodeProgress(index, self.now_ns, message, "travelled", value, limit)
 
     def show(self, *robot: messages.Robot) -> None:
         """The robot tells of itself."""
@@ -128,7 +130,7 @@ class ScriptedExecutive:
 
     def answer(self, text: str, *, is_done: bool = True) -> None:
         """What became of a wish."""
-        self._answers.append(Answer(is_done, text))
+        self._answers.append(ControlResponse(is_done, text))
 
     def forget(self) -> None:
         """What was told so far is lost on its way."""
@@ -150,7 +152,7 @@ class ScriptedExecutive:
             queue.clear()
         return heard
 
-    def send(self, command: Command) -> None:
+    def send(self, command: ControlRequest) -> None:
         self.commands.append(command)
 
     def close(self) -> None:
@@ -164,15 +166,15 @@ class ScriptedGraph:
 
     def __init__(self, *executives: ScriptedExecutive) -> None:
         self.executives = list(executives)
-        self.faults: dict[str, Found] = {}
+        self.faults: dict[str, FoundExecutive] = {}
         self.served = 0
 
     def serve(self) -> None:
         self.served += 1
 
-    def find(self) -> tuple[Found, ...]:
+    def find(self) -> tuple[FoundExecutive, ...]:
         there = [one.name for one in self.executives if one.is_there]
-        return tuple(self.faults.get(name, Found(name)) for name in there)
+        return tuple(self.faults.get(name, FoundExecutive(name)) for name in there)
 
     def attach(self, name: str) -> ScriptedExecutive:
         for one in self.executives:

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from bt_mission.recording.replay.scene import Projector
-from bt_mission.recording.replay.timeline import read_film
+from bt_mission.recording.replay.timeline import read_timeline
 from bt_mission.testing.stages import Stages
 
 MISSION = """\
@@ -61,7 +61,7 @@ def test_a_recorded_run_is_the_same(what: str, tmp_path: Path) -> None:
     assert recorded.recording.missing == ""
     path = tmp_path / "left.mcap"
     assert recorded.recording.leave(path)
-    film = read_film(path)
+    film = read_timeline(path)
     assert [line for line in film.trace if '"event": "pose"' not in line] == [
         line for line in recorded.history.events if '"event": "pose"' not in line
     ]
@@ -84,5 +84,5 @@ def test_what_a_test_plays_is_recorded_too(tmp_path: Path) -> None:
     path = tmp_path / "left.mcap"
     assert run.recording is not None
     run.recording.leave(path)
-    shown = Projector(film := read_film(path)).show(film.end_ns - 500_000_000)
+    shown = Projector(film := read_timeline(path)).show(film.end_ns - 500_000_000)
     assert shown.mission.messages[0] == "current_angle 10.00, remaining_angle 30.00"

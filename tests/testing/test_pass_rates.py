@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from bt_mission.testing.pass_rates import Rates, wilson
+from bt_mission.testing.pass_rates import PassRates, wilson
 
 
 def reported(seed: int, *, failed: bool = False, at_least: float | None = None, when="call"):
@@ -28,9 +28,9 @@ def reported(seed: int, *, failed: bool = False, at_least: float | None = None, 
     return report, told
 
 
-def counted(failing: list[int], total: int, at_least: float | None = None) -> Rates:
+def counted(failing: list[int], total: int, at_least: float | None = None) -> PassRates:
     """Rates of one test."""
-    rates = Rates()
+    rates = PassRates()
     for seed in range(total):
         rates.add(*reported(seed, failed=seed in failing, at_least=at_least))
     return rates

@@ -10,7 +10,7 @@ import pytest
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.executive.stored_trace import read_trace
-from bt_mission.recording.replay.timeline import read_film
+from bt_mission.recording.replay.timeline import read_timeline
 from bt_mission.testing import failure_recording
 from bt_mission.testing.results import folder_name
 
@@ -88,7 +88,7 @@ def test_a_failed_test_leaves_its_traces(session, pytester):
     (end,) = (event for event in trace.events if event["event"] == "mission")
     assert end["reason"] == "the test is over", "what came after the failure is in it, too"
     assert "waits: interrupted" in (folder / "test_a.test_stops-seed7/run.txt").read_text()
-    film = read_film(folder / "test_a.test_stops-seed7/recording.mcap")
+    film = read_timeline(folder / "test_a.test_stops-seed7/recording.mcap")
     assert film.why_cut == ""
     assert json.dumps(end, sort_keys=True) in film.trace
 
@@ -197,7 +197,7 @@ def test_of_many_runs_the_last_are_recorded(pytester):
     left = [path for path in left_in(pytester.path / "scenario_results") if "mcap" in path]
     assert left == [f"test_a.test_many/recording_{number}.mcap" for number in range(1, 6)]
     seeds = [
-        json.loads(read_film(pytester.path / "scenario_results" / path).trace[1])["seed"]
+        json.loads(read_timeline(pytester.path / "scenario_results" / path).trace[1])["seed"]
         for path in left
     ]
     assert seeds == [2, 3, 4, 5, 6]
@@ -209,7 +209,7 @@ def test_a_recording_that_fails_fails_no_test(session, pytester, monkeypatch):
     def full(*_: object) -> None:
         raise BtMissionError("run.mcap: cannot write the recording: No space left on device")
 
-    monkeypatch.setattr(failure_recording, "Recorder", full)
+    monkeypatch.setattr(failure_recording, "RunRecorder", full)
     session("-k", "passes", fails=False).assert_outcomes(passed=1, deselected=3)
     result = session("-k", "two", fails=True)
     result.stdout.fnmatch_lines(

@@ -12,7 +12,7 @@ from types import SimpleNamespace
 import pytest
 
 from bt_mission.behaviours import leaves
-from bt_mission.core.diagnostics import Fault
+from bt_mission.core.diagnostics import Diagnostic
 from bt_mission.goals.ledger import Ledger
 from bt_mission.language.checks import scope
 from bt_mission.sessions import check
@@ -203,7 +203,7 @@ def look_away(*_args, **_kwargs):
 
 def misplace(*_args, **_kwargs):
     """See something wrong, and not say where."""
-    return iter([Fault("planted", "m.yaml")])
+    return iter([Diagnostic("planted", "m.yaml")])
 
 
 @pytest.mark.parametrize(

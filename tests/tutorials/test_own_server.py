@@ -18,7 +18,7 @@ from rclpy.context import Context
 from bt_mission.language.loader import load_text
 from bt_mission.ros.mission_node import MissionNode
 from bt_mission.sessions.load import load
-from bt_mission.virtual_time import LockstepExecutor
+from bt_mission.virtual_time import VirtualTimeExecutor
 from tests.support.project import ROOT
 
 CODE = ROOT / "docs" / "tutorials" / "code"
@@ -45,7 +45,7 @@ class Classroom:
         self.fibonacci = student("fibonacci_server", "FibonacciServer")(context=context)
         adder = student("adder_server", "AdderServer")(context=context)
         self.mission = MissionNode(mission, context=context, lean=True, say=self.said.append)
-        self.clock = LockstepExecutor(context=context)
+        self.clock = VirtualTimeExecutor(context=context)
         stack.callback(self.clock.shutdown)
         for node in (self.fibonacci, adder, self.mission):
             stack.callback(node.destroy_node)

@@ -10,7 +10,7 @@ from rclpy.context import Context
 from rclpy.node import Node
 
 from bt_mission.ros.leaving import destroy_actions
-from bt_mission.virtual_time import LockstepExecutor
+from bt_mission.virtual_time import VirtualTimeExecutor
 
 
 class Rig:
@@ -18,7 +18,7 @@ class Rig:
 
     def __init__(self, context: Context) -> None:
         self.context = context
-        self.executor = LockstepExecutor(context=context)
+        self.executor = VirtualTimeExecutor(context=context)
         self.nodes: list[Node] = []
 
     def node(self, name: str) -> Node:

@@ -22,7 +22,7 @@ def test_endpoints_that_come_a_little_later_are_waited_for(
             yield "publisher of /late"
 
     monkeypatch.setattr(discovery, "unmatched", later)
-    discovery.settle([rig.node("a")])
+    discovery.wait_for_matching([rig.node("a")])
     assert len(looks) == 5
 
 
@@ -32,4 +32,4 @@ def test_endpoints_that_never_come_are_named(rig: Any, monkeypatch: pytest.Monke
     monkeypatch.setattr(discovery, "ATTEMPTS", 3)
     monkeypatch.setattr(discovery, "unmatched", lambda _: iter(["publisher of /never"]))
     with pytest.raises(DiscoveryError, match="publisher of /never; run `bt-mission doctor`"):
-        discovery.settle([node])
+        discovery.wait_for_matching([node])

@@ -11,10 +11,10 @@ from std_msgs.msg import Int64
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.virtual_time import (
-    LockstepExecutor,
     NothingDueError,
-    NotLockstepError,
+    NoVirtualTimeError,
     TimeStuckError,
+    VirtualTimeExecutor,
     self_test,
 )
 from bt_mission.virtual_time import executor as executor_module
@@ -28,7 +28,7 @@ def hear(callback: Callable[[Any], None]) -> Any:
     return callback
 
 
-def step_for_ever(executor: LockstepExecutor) -> None:
+def step_for_ever(executor: VirtualTimeExecutor) -> None:
     """Until something is raised."""
     while True:
         executor.step()
@@ -42,9 +42,9 @@ def test_this_machine_delivers_at_once() -> None:
 def test_a_machine_on_which_messages_come_late_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """With what to set: virtual time would not repeat there."""
     self_test.cache_clear()
-    monkeypatch.setattr(LockstepExecutor, "run_until_quiet", lambda self: None)
+    monkeypatch.setattr(VirtualTimeExecutor, "run_until_quiet", lambda self: None)
     with pytest.raises(
-        NotLockstepError, match=r"50 of 50 exchanges .* came late with rmw_fastrtps"
+        NoVirtualTimeError, match=r"50 of 50 exchanges .* came late with rmw_fastrtps"
     ):
         self_test()
 
@@ -52,7 +52,7 @@ def test_a_machine_on_which_messages_come_late_is_refused(monkeypatch: pytest.Mo
 def test_time_starts_above_zero(rig: Any) -> None:
     """ROS takes zero for "not set", so an executor refuses to start there."""
     with pytest.raises(ValueError, match="start_ns must be above 0"):
-        LockstepExecutor(start_ns=0, context=rig.context)
+        VirtualTimeExecutor(start_ns=0, context=rig.context)
 
 
 def test_every_node_has_the_same_time_without_a_clock_topic(rig: Any) -> None:

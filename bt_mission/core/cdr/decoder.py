@@ -1,7 +1,8 @@
 """Serialized messages (CDR) as plain values, by the definitions that a file brings along.
 
 Pure: no ROS, no generated classes, so any message of any file can be read. A message becomes a
-dict (:class:`Message`); an array of numbers a NumPy array; other arrays and sequences become lists.
+dict (:class:`DecodedMessage`); an array of numbers a NumPy array; other arrays and sequences become
+lists.
 """
 
 from __future__ import annotations
@@ -95,7 +96,7 @@ def _short(name: str) -> str:
     return f"{name.partition('/')[0]}/{name.rpartition('/')[2]}"
 
 
-class Message(dict[str, Any]):
+class DecodedMessage(dict[str, Any]):
     """The values of a message by the names of its fields, which are attributes, too."""
 
     __slots__ = ()
@@ -128,7 +129,7 @@ class Decoder:
             for field in fields
         )
 
-    def decode(self, data: bytes) -> Message:
+    def decode(self, data: bytes) -> DecodedMessage:
         """Give the values of a message by the names of its fields.
 
         :raises DecodingError: when the definition does not fit it.
@@ -142,7 +143,7 @@ class Decoder:
         """
         return data[: self._read(data)[1]]
 
-    def _read(self, data: bytes) -> tuple[Message, int]:
+    def _read(self, data: bytes) -> tuple[DecodedMessage, int]:
         try:
             order = "<" if data[1] & 1 else ">"
             if order not in self._steps:
@@ -172,13 +173,13 @@ class _Compiler:
         fields = [(field.name, self._field(field)) for field in self._specs[name]]
 
         def read(data: bytes, at: int) -> tuple[Any, int]:
-            values = Message()
+            values = DecodedMessage()
             for key, step in fields:
                 values[key], at = step(data, at)
             return values, at
 
         def read_nothing(_: bytes, at: int) -> tuple[Any, int]:
-            return Message(), at + 1  # a message without fields is sent with one byte
+            return DecodedMessage(), at + 1  # a message without fields is sent with one byte
 
         self._known[name] = read if fields else read_nothing
         return self._known[name]

@@ -58,7 +58,7 @@ class Quaternion(NamedTuple):
     w: float
 
 
-class Pose(NamedTuple):
+class PoseFields(NamedTuple):
     """As `geometry_msgs/Pose`."""
 
     position: Vector3
@@ -75,7 +75,7 @@ class Twist(NamedTuple):
 class PoseOnly(NamedTuple):
     """As `geometry_msgs/PoseWithCovariance`, without that."""
 
-    pose: Pose
+    pose: PoseFields
 
 
 class TwistOnly(NamedTuple):
@@ -84,7 +84,7 @@ class TwistOnly(NamedTuple):
     twist: Twist
 
 
-class Odometry(NamedTuple):
+class OdometryFields(NamedTuple):
     """As `nav_msgs/Odometry`."""
 
     header: Header
@@ -93,7 +93,7 @@ class Odometry(NamedTuple):
     twist: TwistOnly
 
 
-class Transform(NamedTuple):
+class TransformFields(NamedTuple):
     """As `geometry_msgs/Transform`."""
 
     translation: Vector3
@@ -105,7 +105,7 @@ class TransformStamped(NamedTuple):
 
     header: Header
     child_frame_id: str
-    transform: Transform
+    transform: TransformFields
 
 
 class TwistStamped(NamedTuple):
@@ -129,34 +129,34 @@ class LaserScan(NamedTuple):
     ranges: npt.NDArray[np.float32]
 
 
-def odometry(data: bytes) -> Odometry:
+def odometry(data: bytes) -> OdometryFields:
     """Read a `nav_msgs/Odometry`. Raises CdrError."""
-    reader = _Reader(data)
+    reader = _FieldReader(data)
     header, child = reader.header(), reader.text()
     pose = reader.pose()
     reader.skip(COVARIANCE)
-    return Odometry(header, child, PoseOnly(Pose(*pose)), TwistOnly(reader.twist()))
+    return OdometryFields(header, child, PoseOnly(PoseFields(*pose)), TwistOnly(reader.twist()))
 
 
 def twist_stamped(data: bytes) -> TwistStamped:
     """Read a `geometry_msgs/TwistStamped`. Raises CdrError."""
-    reader = _Reader(data)
+    reader = _FieldReader(data)
     return TwistStamped(reader.header(), reader.twist())
 
 
 def transforms(data: bytes) -> list[TransformStamped]:
     """Read a `tf2_msgs/TFMessage`. Raises CdrError."""
-    reader = _Reader(data)
+    reader = _FieldReader(data)
     (count,) = reader.numbers("I", 4)
     return [
-        TransformStamped(reader.header(), reader.text(), Transform(*reader.pose()))
+        TransformStamped(reader.header(), reader.text(), TransformFields(*reader.pose()))
         for _ in range(count)
     ]
 
 
 def scan(data: bytes) -> LaserScan:
     """Read a `sensor_msgs/LaserScan`. Raises CdrError."""
-    reader = _Reader(data)
+    reader = _FieldReader(data)
     header, limits = reader.header(), reader.numbers("7f", 4)
     return LaserScan._make((header, *limits, reader.floats()))
 
@@ -166,7 +166,7 @@ def _struct(order: str, layout: str) -> Struct:
     return Struct(order + layout)
 
 
-class _Reader:
+class _FieldReader:
     """Reads one field after the other. Raises CdrError where the message is too short."""
 
     def __init__(self, data: bytes) -> None:

@@ -36,7 +36,7 @@ class _Field:
         return self.at + struct.calcsize(self.form) * (self.count or 1)
 
 
-class Packed:
+class MessageTemplate:
     """One message, of which some numbers and the stamps change.
 
     :param message: as it is to be sent, but for the numbers.

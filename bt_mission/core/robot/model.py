@@ -15,30 +15,19 @@ from pydantic import BaseModel, Field, model_validator
 from bt_mission.core import files
 from bt_mission.core.robot.parts import (
     STRICT,
-    Battery,
+    BatteryModel,
     Body,
-    Camera,
+    CameraModel,
     Hull,
-    Imu,
-    Lidar,
+    ImuModel,
+    LidarModel,
     Point3,
     Positive,
-    Sensors,
+    SensorsModel,
     Size3,
 )
 from bt_mission.core.yaml import document as located
-
-__all__ = [
-    "Battery",
-    "Body",
-    "Camera",
-    "Hull",
-    "Imu",
-    "Lidar",
-    "RobotModel",
-    "Sensors",
-    "load_robot",
-]
+from bt_mission.core.yaml.models import validate
 
 _TOLERANCE = 1e-6
 """Metres by which figures that follow from each other may differ."""
@@ -74,13 +63,13 @@ class RobotModel(BaseModel):
     casters: Annotated[tuple[Point3, ...], Field(min_length=1)]
     hull: Hull
     odometry_rate: Positive = 20.0
-    lidar: Lidar
-    camera: Camera | None = None
-    imu: Imu
-    battery: Battery = Battery()
-    sensors: Sensors = Sensors()
+    lidar: LidarModel
+    camera: CameraModel | None = None
+    imu: ImuModel
+    battery: BatteryModel = BatteryModel()
+    sensors: SensorsModel = SensorsModel()
 
-    def with_sensors(self, sensors: Sensors) -> RobotModel:
+    def with_sensors(self, sensors: SensorsModel) -> RobotModel:
         """Return the same robot with its simulated sensors set so."""
         model = sensors.lidar.model
         lidar = self.lidar if model is None else self.lidar.as_model(model)
@@ -115,7 +104,7 @@ def load_robot(name_or_path: str | Path, near: str | Path | None = None) -> Robo
     `near` is a file beside which a robot of that name is looked for first, such as a mission.
     """
     document = located.read(files.find("robots", name_or_path, near))
-    robot = located.validate(document, RobotModel)
+    robot = validate(document, RobotModel)
     return robot.with_sensors(robot.sensors)
 
 

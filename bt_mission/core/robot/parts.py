@@ -41,7 +41,7 @@ class Hull(BaseModel):
     half_width: Positive
 
 
-class Lidar(BaseModel):
+class LidarModel(BaseModel):
     """A planar lidar: place (m), ranges (m), rays per turn, rate (Hz), noise (m, 1 sigma).
 
     `model` decides what it says of a direction without a reading, and whether the number of rays
@@ -61,14 +61,14 @@ class Lidar(BaseModel):
     model: LidarName = "LDS-01"
 
     @model_validator(mode="after")
-    def _ranges_in_order(self) -> Lidar:
+    def _ranges_in_order(self) -> LidarModel:
         if self.min_range >= self.max_range:
             raise ValueError(
                 f"min_range {self.min_range} m must be below max_range {self.max_range} m"
             )
         return self
 
-    def as_model(self, model: LidarName) -> Lidar:
+    def as_model(self, model: LidarName) -> LidarModel:
         """Return a lidar of that model at the same place and rate. Figures: ROBOTIS e-manual."""
         if model == "LDS-01":
             figures = {"min_range": 0.12, "max_range": 3.5, "rays": 360}
@@ -78,7 +78,7 @@ class Lidar(BaseModel):
         return self.model_copy(update={"model": model, **figures})
 
 
-class Camera(BaseModel):
+class CameraModel(BaseModel):
     """A camera that looks ahead: place of its lens and of `camera_link` (m), picture, rate (Hz).
 
     `width` and `height` are pixels, `hfov` the horizontal field of view in radians.
@@ -96,7 +96,7 @@ class Camera(BaseModel):
     rate: Positive
 
 
-class Imu(BaseModel):
+class ImuModel(BaseModel):
     """Gyroscope and accelerometer: place (m), rate (Hz), noise (rad/s and m/s^2, 1 sigma)."""
 
     model_config = STRICT
@@ -109,7 +109,7 @@ class Imu(BaseModel):
     accel_noise: NotNegative
 
 
-class Battery(BaseModel):
+class BatteryModel(BaseModel):
     """The battery: capacity (Ah), voltages (V), and what is drawn from it.
 
     `idle_power` (W) is drawn all the time, `drive_energy` (J) for each radian that a wheel turns;
@@ -128,7 +128,7 @@ class Battery(BaseModel):
     drive_energy: NotNegative = 0.19
 
     @model_validator(mode="after")
-    def _voltages_in_order(self) -> Battery:
+    def _voltages_in_order(self) -> BatteryModel:
         if self.empty_voltage >= self.full_voltage:
             raise ValueError(
                 f"empty_voltage {self.empty_voltage} V must be below"
@@ -168,7 +168,7 @@ class OdometryOptions(BaseModel):
     slip: Annotated[float, Field(ge=0, le=0.5, allow_inf_nan=False)] = 0.0
 
 
-class Sensors(BaseModel):
+class SensorsModel(BaseModel):
     """Options of the simulated sensors, apart from where they sit. Noise is seeded."""
 
     model_config = STRICT

@@ -14,7 +14,7 @@ from typing import Any
 
 import yaml  # type: ignore[import-untyped]
 
-from bt_mission.core.diagnostics import MOST_FAULTS, Fault, InputError, quoted
+from bt_mission.core.diagnostics import MOST_FAULTS, Diagnostic, InputError, quoted
 from bt_mission.core.yaml.parser_messages import translate
 
 MAX_DEPTH = 200
@@ -93,7 +93,7 @@ def split_lines(text: str) -> tuple[str, ...]:
 
 def compose(text: str, file: str) -> tuple[Any, Place]:
     """Return the data of the one document in a text, and its places. Raises InputError."""
-    reader = _Reader(text.removeprefix("\ufeff"), file)
+    reader = _EventReader(text.removeprefix("\ufeff"), file)
     reader.refuse_characters()
     try:
         for event in yaml.parse(reader.text, Loader=_LOADER):
@@ -107,11 +107,11 @@ def compose(text: str, file: str) -> tuple[Any, Place]:
 
 
 @dataclass
-class _Reader:
+class _EventReader:
     text: str
     file: str
     lines: tuple[str, ...] = ()
-    faults: list[Fault] = field(default_factory=list)
+    faults: list[Diagnostic] = field(default_factory=list)
     stack: list[_Open] = field(default_factory=list)
     anchors: dict[str, _Open] = field(default_factory=dict)
     values: int = 0
@@ -125,7 +125,7 @@ class _Reader:
         if len(self.faults) >= MOST_FAULTS:
             raise InputError(self.faults)
         source = self.lines[line - 1] if 0 < line <= len(self.lines) else ""
-        self.faults.append(Fault(message, self.file, line, column, source))
+        self.faults.append(Diagnostic(message, self.file, line, column, source))
 
     def fail(self, message: str, line: int, column: int) -> None:
         self.note(message, line, column)

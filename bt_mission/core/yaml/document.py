@@ -11,22 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from bt_mission.core.diagnostics import Fault, InputError, Severity
+from bt_mission.core.diagnostics import Diagnostic, InputError, Severity
 from bt_mission.core.yaml.composer import Place, compose, split_lines
-from bt_mission.core.yaml.models import model_faults, validate
-
-__all__ = [
-    "MAX_BYTES",
-    "Document",
-    "Fault",
-    "InputError",
-    "Key",
-    "model_faults",
-    "read",
-    "read_source",
-    "read_text",
-    "validate",
-]
 
 MAX_BYTES = 1_000_000
 """The largest file that is read. A mission of 10,000 nodes takes about 0.9 of it."""
@@ -70,7 +56,7 @@ class Document:
         key: bool = False,
         severity: Severity = "error",
         offset: int | None = None,
-    ) -> Fault:
+    ) -> Diagnostic:
         """Return a fault at the value at `path`, or at its key.
 
         `offset` (from 0) moves the caret into a text value, where its characters stand in the
@@ -89,10 +75,10 @@ class Document:
         hint: str | None = None,
         *,
         severity: Severity = "error",
-    ) -> Fault:
+    ) -> Diagnostic:
         """Return a fault at a line and column (from 1)."""
         source = self.lines[line - 1] if 0 < line <= len(self.lines) else ""
-        return Fault(message, self.file, line, column, source, hint, severity)
+        return Diagnostic(message, self.file, line, column, source, hint, severity)
 
     def _shift(self, place: Place, offset: int) -> int:
         if place.text is None:
@@ -108,7 +94,7 @@ def read_text(text: str, file: str = "<text>") -> Document:
     """Read YAML from a text. Raises InputError."""
     if len(text) > MAX_BYTES or len(text.encode("utf-8", "replace")) > MAX_BYTES:
         size = len(text.encode("utf-8", "replace"))
-        raise InputError([Fault(_too_large(size), file)])
+        raise InputError([Diagnostic(_too_large(size), file)])
     data, place = compose(text, file)
     return Document(file, data, place, split_lines(text))
 
@@ -127,21 +113,21 @@ def read_source(path: str | Path) -> str:
 def _contents(path: Path, file: str) -> bytes:
     try:
         if path.is_dir():
-            raise InputError([Fault("expected a file, got a folder", file)])
+            raise InputError([Diagnostic("expected a file, got a folder", file)])
         if not path.exists():
-            raise InputError([Fault("no such file", file)])
+            raise InputError([Diagnostic("no such file", file)])
         if not path.is_file():
-            raise InputError([Fault("expected a file, got a device or pipe", file)])
+            raise InputError([Diagnostic("expected a file, got a device or pipe", file)])
         size = path.stat().st_size
         if size > MAX_BYTES:
-            raise InputError([Fault(_too_large(size), file)])
+            raise InputError([Diagnostic(_too_large(size), file)])
         with path.open("rb") as stream:
             contents = stream.read(MAX_BYTES + 1)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-        raise InputError([Fault(f"cannot read the file: {reason}", file)]) from error
+        raise InputError([Diagnostic(f"cannot read the file: {reason}", file)]) from error
     if len(contents) > MAX_BYTES:
-        raise InputError([Fault(_too_large(len(contents)), file)])
+        raise InputError([Diagnostic(_too_large(len(contents)), file)])
     return contents
 
 
@@ -154,7 +140,7 @@ def _decoded(contents: bytes, file: str) -> str:
         column = len(before[before.rfind(b"\n") + 1 :].decode("utf-8", "replace")) + 1
         byte = contents[error.start]
         message = f"expected text in UTF-8, got the byte 0x{byte:02x}"
-        raise InputError([Fault(message, file, line, column)]) from error
+        raise InputError([Diagnostic(message, file, line, column)]) from error
 
 
 def _too_large(size: int) -> str:

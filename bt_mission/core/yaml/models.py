@@ -21,7 +21,7 @@ import pydantic
 
 from bt_mission.core.diagnostics import (
     MOST_FAULTS,
-    Fault,
+    Diagnostic,
     InputError,
     Severity,
     describe,
@@ -83,7 +83,7 @@ class Located(Protocol):
         key: bool = False,
         severity: Severity = "error",
         offset: int | None = None,
-    ) -> Fault:
+    ) -> Diagnostic:
         """Return a fault at the place of a part, or of its key."""
 
 
@@ -104,9 +104,9 @@ def validate(document: Located, model: type[Model], path: Sequence[Key] = ()) ->
 
 def model_faults(
     document: Located, error: pydantic.ValidationError, model: Any, path: Sequence[Key] = ()
-) -> list[Fault]:
+) -> list[Diagnostic]:
     """Return a pydantic error as faults, in the order of the file, one for each place."""
-    found: dict[tuple[int, int, str], Fault] = {}
+    found: dict[tuple[int, int, str], Diagnostic] = {}
     for detail in error.errors(include_url=False)[:MOST_FAULTS]:
         fault = _fault(document, detail, model, path)
         is_type = fault.message.startswith("expected")
@@ -115,17 +115,17 @@ def model_faults(
     return sorted(found.values(), key=lambda fault: (fault.line, fault.column))
 
 
-def _merged(one: Fault, other: Fault) -> Fault:
+def _merged(one: Diagnostic, other: Diagnostic) -> Diagnostic:
     """Return the complaints of two members of a union as one: "expected a or b, got c"."""
     first, separator, got = one.message.partition(", got ")
     second, _, other_got = other.message.partition(", got ")
     if not separator or got != other_got or second in first:
         return one
     message = f"{first} or {second.removeprefix('expected ')}, got {got}"
-    return Fault(message, one.file, one.line, one.column, one.source, one.hint, one.severity)
+    return Diagnostic(message, one.file, one.line, one.column, one.source, one.hint, one.severity)
 
 
-def _fault(document: Located, detail: ErrorDetails, model: Any, path: Sequence[Key]) -> Fault:
+def _fault(document: Located, detail: ErrorDetails, model: Any, path: Sequence[Key]) -> Diagnostic:
     where, names = _in_document(document, detail["loc"], model, path)
     kind, got = detail["type"], describe(detail["input"])
     context: Mapping[str, Any] = detail.get("ctx", {})

@@ -13,7 +13,7 @@ from bt_mission.behaviours.subtree import Subtree
 from bt_mission.core.errors import BtMissionError
 from bt_mission.executive.executive import Change, Executive
 from bt_mission.executive.journal.file import JournalFile
-from bt_mission.executive.journal.state import Record, Story
+from bt_mission.executive.journal.state import JournalState, Record
 from bt_mission.executive.journal.values import Pack, encode, pack_generator
 from bt_mission.goals.goal import Goal
 
@@ -21,7 +21,7 @@ HEARTBEAT_NS = NS
 """The journal shows at least this often that the mission's time goes on."""
 
 
-class Recorder:
+class JournalRecorder:
     """Follows an executive. A goal stands in the journal before it is sent.
 
     :param file: where to write.
@@ -32,7 +32,12 @@ class Recorder:
     """
 
     def __init__(
-        self, file: JournalFile, story: Story, executive: Executive, runtime: Runtime, pack: Pack
+        self,
+        file: JournalFile,
+        story: JournalState,
+        executive: Executive,
+        runtime: Runtime,
+        pack: Pack,
     ) -> None:
         self._file = file
         self._story = story
@@ -59,7 +64,7 @@ class Recorder:
         if what == "sent":
             # Its leaf remembers it from this tick on.
             self._dirty |= dict.fromkeys(self._executive.running_leaves)
-            name, kind = goal.courier.name, goal.courier.type_name
+            name, kind = goal.goal_client.name, goal.goal_client.type_name
             sent = {"id": goal.id.hex(), "action": name, "type": kind, "owner": goal.owner}
             self._write({"t": self._runtime.now_ns, "sent": [sent]})
 

@@ -13,15 +13,15 @@ from bt_mission.behaviours.runtime import NS, Runtime
 from bt_mission.behaviours.snapshot import load
 from bt_mission.behaviours.subtree import Subtree
 from bt_mission.core.errors import BtMissionError
-from bt_mission.executive.journal.state import Story
+from bt_mission.executive.journal.state import JournalState
 from bt_mission.executive.journal.values import Unpack, decode, unpack_generator
-from bt_mission.goals.goal import Courier, Goal, GoalStatus
+from bt_mission.goals.goal import Goal, GoalClient, GoalStatus
 
 SERVER_WAIT_NS = 10 * NS
 """How long the servers of goals in flight may take to be found."""
 
 
-class Resumption:
+class Recovery:
     """Sees to the goals that were in flight, and puts the tree where the journal left it.
 
     Each goal is asked after and cancelled. One that had succeeded meanwhile counts for the leaf
@@ -32,11 +32,11 @@ class Resumption:
     :param unpack: a message from its JSON.
     """
 
-    def __init__(self, story: Story, runtime: Runtime, unpack: Unpack) -> None:
+    def __init__(self, story: JournalState, runtime: Runtime, unpack: Unpack) -> None:
         self._story = story
         self._runtime = runtime
         self._unpack = unpack
-        self._couriers: dict[str, Courier] = {}
+        self._couriers: dict[str, GoalClient] = {}
         self._goals: dict[str, Goal] = {}
         self._since_ns: int | None = None
 
@@ -49,13 +49,13 @@ class Resumption:
         if self._since_ns is None:
             self._since_ns = now_ns
             for goal_id, sent in self._story.goals.items():
-                self._couriers[goal_id] = self._runtime.courier(sent["action"], sent["type"])
+                self._couriers[goal_id] = self._runtime.goal_client(sent["action"], sent["type"])
         for goal_id, courier in self._couriers.items():
             if goal_id in self._goals:
                 continue
             owner = self._story.goals[goal_id]["owner"]
             if courier.is_ready():
-                self._goals[goal_id] = self._runtime.ledger.find_again(
+                self._goals[goal_id] = self._runtime.ledger.recover_goal(
                     bytes.fromhex(goal_id), courier, owner, now_ns
                 )
             elif now_ns - self._since_ns >= SERVER_WAIT_NS:

@@ -17,7 +17,7 @@ Record = dict[str, Any]
 
 
 @dataclass
-class Story:
+class JournalState:
     """Nodes, variables, random generators and goals, as JSON.
 
     :param head: the first record: whose journal this is.
@@ -84,13 +84,13 @@ def head_of(mission: Mission, namespace: str) -> Record:
     }
 
 
-def told(records: list[Record], head: Mapping[str, Any], path: object) -> Story:
+def told(records: list[Record], head: Mapping[str, Any], path: object) -> JournalState:
     """The story of these records, for a mission that goes on with it.
 
     :param head: of the mission that is to go on.
     :raises BtMissionError: when it is another mission's, or has come to its end.
     """
-    story = Story(records[0])
+    story = JournalState(records[0])
     for record in records[1:]:
         story.take(record)
     theirs = story.head

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from bt_mission.core.diagnostics import MOST_FAULTS, Fault
+from bt_mission.core.diagnostics import MOST_FAULTS, Diagnostic
 from bt_mission.core.yaml.document import Document
 from bt_mission.language.checks.scope import expression_faults, located, template_faults
 from bt_mission.language.checks.variables import Variables
@@ -16,19 +16,23 @@ from bt_mission.language.expressions.values import WORDS, ExpressionError, Loose
 from bt_mission.language.message_types import (
     SHORTHANDS,
     ListOf,
-    Message,
+    MessageShape,
     Path,
-    Problem,
     Scalar,
     Shape,
+    TypeMismatch,
     Unknowable,
     conform,
 )
 
 
 def goal_faults(
-    document: Document, at: Path, values: Mapping[str, Value], shape: Message, variables: Variables
-) -> list[Fault]:
+    document: Document,
+    at: Path,
+    values: Mapping[str, Value],
+    shape: MessageShape,
+    variables: Variables,
+) -> list[Diagnostic]:
     """Return everything in a goal or request, which stands at a path, that does not fit."""
     reader = _GoalReader(document, at, variables)
     conform(shape, values, reader.read, reader.report)
@@ -42,9 +46,9 @@ class _GoalReader:
     document: Document
     at: Path
     variables: Variables
-    faults: list[Fault] = field(default_factory=list)
+    faults: list[Diagnostic] = field(default_factory=list)
 
-    def report(self, problem: Problem) -> None:
+    def report(self, problem: TypeMismatch) -> None:
         if len(self.faults) >= MOST_FAULTS:
             return
         path = (*self.at, *problem.path)

@@ -4,25 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from bt_mission.core.diagnostics import Fault, describe, did_you_mean, listed, quoted
+from bt_mission.core.diagnostics import Diagnostic, describe, did_you_mean, listed, quoted
 from bt_mission.language.checks.scope import expression_faults, walk
 from bt_mission.language.checks.variables import Variables
 from bt_mission.language.expressions.expression import Expression
 from bt_mission.language.expressions.values import WORDS, Type, fits, type_of
 from bt_mission.language.mission import Mission, Tree
-from bt_mission.language.nodes.steps import Python
+from bt_mission.language.nodes.steps import PythonStep
 from bt_mission.language.plugins import PythonError, attributes_of, find_class
 
 
-def python_faults(mission: Mission) -> Iterator[Fault]:
+def python_faults(mission: Mission) -> Iterator[Diagnostic]:
     """Yield what is wrong with the uses of Python behaviours. Their modules are imported."""
     for tree in mission.all_trees:
         for step, variables in walk(tree, lambda _step, _field: None):
-            if isinstance(step, Python):
+            if isinstance(step, PythonStep):
                 yield from _faults(tree, step, variables)
 
 
-def _faults(tree: Tree, step: Python, variables: Variables) -> Iterator[Fault]:
+def _faults(tree: Tree, step: PythonStep, variables: Variables) -> Iterator[Diagnostic]:
     document, place = tree.document, (*step.path, "python")
     try:
         kind = find_class(step.target, document.file)
@@ -51,7 +51,7 @@ def _faults(tree: Tree, step: Python, variables: Variables) -> Iterator[Fault]:
 
 def _constant_faults(
     tree: Tree, path: tuple[str | int, ...], value: object, wanted: Type | None
-) -> Iterator[Fault]:
+) -> Iterator[Diagnostic]:
     if wanted is not None and not fits(type_of(value), wanted):
         message = f"expected {WORDS[wanted]}, got {describe(value)}"
         yield tree.document.fault(path, message)

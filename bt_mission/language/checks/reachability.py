@@ -8,27 +8,27 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from bt_mission.core.diagnostics import Fault
+from bt_mission.core.diagnostics import Diagnostic
 from bt_mission.core.yaml.document import Document
 from bt_mission.language.nodes.steps import (
-    Check,
-    Choose,
-    Fallback,
-    Force,
-    ForEach,
-    Guard,
-    Invert,
-    Log,
-    Parallel,
-    Repeat,
-    Retry,
-    Sequence,
-    Set,
+    CheckStep,
+    ChooseStep,
+    FallbackStep,
+    ForceStep,
+    ForEachStep,
+    GuardStep,
+    InvertStep,
+    LogStep,
+    ParallelStep,
+    RepeatStep,
+    RetryStep,
+    SequenceStep,
+    SetStep,
     Step,
-    Subtree,
-    Timeout,
-    Wait,
-    When,
+    SubtreeStep,
+    TimeoutStep,
+    WaitStep,
+    WhenStep,
     Writer,
 )
 
@@ -48,7 +48,7 @@ def ends_of(tree: Step, uses: Mapping[str, Ends] | None = None) -> dict[int, End
     """
     ends: dict[int, Ends] = {}
     for step in reversed(list(tree.walk())):
-        if uses and isinstance(step, Subtree):
+        if uses and isinstance(step, SubtreeStep):
             ends[id(step)] = uses.get(step.tree, EITHER)
         else:
             ends[id(step)] = _ends(step, [ends[id(below)] for below in step.steps])
@@ -64,11 +64,11 @@ def _parallel(_step: Any, below: list[Ends]) -> Ends:
     return EITHER if any("failure" in one for one in below) else frozenset().union(*below)
 
 
-def _guard(step: Guard, below: list[Ends]) -> Ends:
+def _guard(step: GuardStep, below: list[Ends]) -> Ends:
     return below[0] if step.condition is True else below[0] | _FAILURE
 
 
-def _check(step: Check, _below: list[Ends]) -> Ends:
+def _check(step: CheckStep, _below: list[Ends]) -> Ends:
     if isinstance(step.condition, bool):
         return _SUCCESS if step.condition else _FAILURE
     return EITHER
@@ -85,34 +85,34 @@ def _in_turn(below: list[Ends], goes_on: str) -> Ends:
 
 
 _RULES: dict[type[Step], Callable[[Any, list[Ends]], Ends]] = {
-    Sequence: lambda _, below: _in_turn(below, "success"),
-    Fallback: lambda _, below: _in_turn(below, "failure"),
-    Parallel: _parallel,
-    Choose: lambda _, below: frozenset().union(*below),
-    When: lambda _, below: frozenset().union(*below, _SUCCESS if len(below) == 1 else ()),
-    Repeat: lambda _, below: below[0],
-    Retry: lambda _, below: below[0],
-    ForEach: lambda _, below: below[0] | _SUCCESS,
-    Timeout: lambda _, below: below[0] | _FAILURE,
-    Guard: _guard,
-    Invert: lambda _, below: frozenset(_SWAP[end] for end in below[0]),
-    Force: lambda step, below: frozenset({step.status}) if below[0] else below[0],
-    Check: _check,
-    Wait: lambda _step, _below: _SUCCESS,
-    Log: lambda _step, _below: _SUCCESS,
-    Set: lambda _step, _below: _SUCCESS,
+    SequenceStep: lambda _, below: _in_turn(below, "success"),
+    FallbackStep: lambda _, below: _in_turn(below, "failure"),
+    ParallelStep: _parallel,
+    ChooseStep: lambda _, below: frozenset().union(*below),
+    WhenStep: lambda _, below: frozenset().union(*below, _SUCCESS if len(below) == 1 else ()),
+    RepeatStep: lambda _, below: below[0],
+    RetryStep: lambda _, below: below[0],
+    ForEachStep: lambda _, below: below[0] | _SUCCESS,
+    TimeoutStep: lambda _, below: below[0] | _FAILURE,
+    GuardStep: _guard,
+    InvertStep: lambda _, below: frozenset(_SWAP[end] for end in below[0]),
+    ForceStep: lambda step, below: frozenset({step.status}) if below[0] else below[0],
+    CheckStep: _check,
+    WaitStep: lambda _step, _below: _SUCCESS,
+    LogStep: lambda _step, _below: _SUCCESS,
+    SetStep: lambda _step, _below: _SUCCESS,
 }
 """How a step of each kind ends, from how those below it can; others can end either way."""
 
 
-def unreached(document: Document, tree: Step) -> Iterator[Fault]:
+def unreached(document: Document, tree: Step) -> Iterator[Diagnostic]:
     """Yield a warning for every child that stands behind one at which its parent always ends."""
     ends = ends_of(tree)
     for step in tree.walk():
-        if not isinstance(step, Sequence | Fallback):
+        if not isinstance(step, SequenceStep | FallbackStep):
             continue
-        goes_on = "success" if isinstance(step, Sequence) else "failure"
-        never = "succeeds" if isinstance(step, Sequence) else "fails"
+        goes_on = "success" if isinstance(step, SequenceStep) else "failure"
+        never = "succeeds" if isinstance(step, SequenceStep) else "fails"
         for before, after in zip(step.children, step.children[1:], strict=False):
             if goes_on not in ends[id(before)]:
                 message = f"never reached: the node before it, in line {before.line}, never {never}"
@@ -120,18 +120,18 @@ def unreached(document: Document, tree: Step) -> Iterator[Fault]:
                 break
 
 
-def restarted(document: Document, tree: Step) -> Iterator[Fault]:
+def restarted(document: Document, tree: Step) -> Iterator[Diagnostic]:
     """Yield a warning for every child that takes time and is begun anew in each tick.
 
     That is what `memory: false` does to all but the last child: whoever has ended is asked again
     in the next tick, with new goals, while a later sibling runs.
     """
     for step in tree.walk():
-        if not isinstance(step, Sequence | Fallback) or step.memory:
+        if not isinstance(step, SequenceStep | FallbackStep) or step.memory:
             continue
-        ended = "succeeded" if isinstance(step, Sequence) else "failed"
+        ended = "succeeded" if isinstance(step, SequenceStep) else "failed"
         for child in step.children[:-1]:
-            if any(isinstance(part, Wait | Writer) for part in child.walk()):
+            if any(isinstance(part, WaitStep | Writer) for part in child.walk()):
                 message = (
                     f"once it has {ended}, this {child.kind} begins anew in every tick while a "
                     f"later one runs: the {step.kind} in line {step.line} has 'memory: false'"

@@ -11,41 +11,35 @@ from collections import ChainMap
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
-from bt_mission.core.diagnostics import Fault, describe, quoted
+from bt_mission.core.diagnostics import Diagnostic, describe, quoted
 from bt_mission.core.yaml.document import Document
 from bt_mission.language.checks.variables import Variables
 from bt_mission.language.expressions.constants import evaluate_constants
-from bt_mission.language.expressions.expression import (
-    Expression,
-    ExpressionError,
-    Name,
-    Template,
-    Type,
-    Value,
-    names_in,
-)
+from bt_mission.language.expressions.expression import Expression, Template, Value, names_in
+from bt_mission.language.expressions.syntax import Name
+from bt_mission.language.expressions.values import ExpressionError, Type
 from bt_mission.language.mission import Tree
 from bt_mission.language.nodes.fields import LIMIT, SECONDS, TIMES, NumberRule
 from bt_mission.language.nodes.steps import (
-    Action,
-    Check,
-    ForEach,
-    Guard,
+    ActionStep,
+    CheckStep,
+    ForEachStep,
+    GuardStep,
     Key,
-    Log,
-    Publish,
-    Python,
-    Repeat,
-    Retry,
-    Service,
-    Set,
+    LogStep,
+    PublishStep,
+    PythonStep,
+    RepeatStep,
+    RetryStep,
+    ServiceStep,
+    SetStep,
     Speaker,
     Step,
-    Subtree,
-    Timeout,
-    Wait,
-    WaitFor,
-    When,
+    SubtreeStep,
+    TimeoutStep,
+    WaitForStep,
+    WaitStep,
+    WhenStep,
     Writer,
 )
 
@@ -78,7 +72,7 @@ def _walk(
     step: Step, variables: Variables, output_type: OutputType
 ) -> Iterator[tuple[Step, Variables]]:
     yield step, variables
-    if not isinstance(step, ForEach):
+    if not isinstance(step, ForEachStep):
         for name, found in _written(step, variables, output_type):
             variables.note(name, found)
         for below in step.steps:
@@ -102,13 +96,13 @@ def _written(
 ) -> Iterator[tuple[str, Type | None]]:
     """Yield the variables that a step writes, each with its type as far as it is known."""
     match step:
-        case Subtree():
+        case SubtreeStep():
             yield from ((name, step.gives.get(field)) for field, name in step.outputs.items())
         case Speaker():
             yield from ((name, output_type(step, field)) for field, name in step.outputs.items())
         case Writer():
             yield from ((name, None) for name in step.outputs.values())
-        case Set():
+        case SetStep():
             yield from ((name, variables.type_of(value)) for name, value in step.values.items())
 
 
@@ -117,7 +111,7 @@ def written_by(step: Step) -> tuple[str, ...]:
     match step:
         case Writer():
             return tuple(step.outputs.values())
-        case Set():
+        case SetStep():
             return tuple(step.values)
     return ()
 
@@ -126,19 +120,19 @@ def values_of(step: Step) -> Iterator[tuple[tuple[Key, ...], Value, NumberRule]]
     """Yield the numbers of a step: path in the document, value, rule. Goals are left out."""
     path = step.path
     match step:
-        case Repeat():
+        case RepeatStep():
             yield (*path, "repeat", "count"), step.count, TIMES
-        case Retry():
+        case RetryStep():
             yield (*path, "retry", "attempts"), step.attempts, TIMES
             yield (*path, "retry", "pause"), step.pause, SECONDS
-        case Wait():
+        case WaitStep():
             yield (*path, "wait"), step.seconds, SECONDS
-        case Timeout():
+        case TimeoutStep():
             yield (*path, "timeout"), step.seconds, LIMIT
-        case Service() | WaitFor():
+        case ServiceStep() | WaitForStep():
             if step.timeout is not None:
                 yield (*path, "timeout"), step.timeout, LIMIT
-        case Action():
+        case ActionStep():
             if step.timeout is not None:
                 yield (*path, "timeout"), step.timeout, LIMIT
             if step.silence_timeout is not None:
@@ -151,31 +145,31 @@ def asked_of(step: Step) -> Iterator[tuple[tuple[Key, ...], Expression, Type | N
     Numbers with a rule, goals, requests, `set`, and conditions on messages are left out.
     """
     match step:
-        case Guard(condition=Expression() as condition):
+        case GuardStep(condition=Expression() as condition):
             yield (*step.path, "guard"), condition, "bool"
-        case When(condition=Expression() as condition):
+        case WhenStep(condition=Expression() as condition):
             yield (*step.path, "when"), condition, "bool"
-        case Check(condition=Expression() as condition):
+        case CheckStep(condition=Expression() as condition):
             yield (*step.path, "check"), condition, "bool"
-        case ForEach(elements=Expression() as elements):
+        case ForEachStep(elements=Expression() as elements):
             yield (*step.path, "for_each", step.variable), elements, "list"
-        case Subtree() | Python():
-            at = ("tree", "inputs") if isinstance(step, Subtree) else ("inputs",)
-            takes = step.takes if isinstance(step, Subtree) else {}
+        case SubtreeStep() | PythonStep():
+            at = ("tree", "inputs") if isinstance(step, SubtreeStep) else ("inputs",)
+            takes = step.takes if isinstance(step, SubtreeStep) else {}
             for name, value in step.inputs.items():
                 if isinstance(value, Expression):
                     yield (*step.path, *at, name), value, takes.get(name)
 
 
-def step_faults(document: Document, step: Step, variables: Variables) -> Iterator[Fault]:
+def step_faults(document: Document, step: Step, variables: Variables) -> Iterator[Diagnostic]:
     """Yield what is wrong with the names and types in a step, goals and conditions left out."""
     for path, value, rule in values_of(step):
         if isinstance(value, Expression):
             yield from number_faults(document, path, value, variables, rule)
-    if isinstance(step, Log):
+    if isinstance(step, LogStep):
         path = (*step.path, "log")
         yield from template_faults(document, path, step.message, variables)
-    if isinstance(step, Set):
+    if isinstance(step, SetStep):
         # Each value may read what the ones before it have set.
         variables = replace(variables, types=ChainMap({}, variables.types))
         for name, value in step.values.items():
@@ -188,7 +182,7 @@ def step_faults(document: Document, step: Step, variables: Variables) -> Iterato
     yield from _naming_faults(document, step, variables)
 
 
-def _naming_faults(document: Document, step: Step, variables: Variables) -> Iterator[Fault]:
+def _naming_faults(document: Document, step: Step, variables: Variables) -> Iterator[Diagnostic]:
     """Yield the variables that a step must not write."""
     match step:
         case Writer():
@@ -196,12 +190,12 @@ def _naming_faults(document: Document, step: Step, variables: Variables) -> Iter
                 why = variables.fixed(name)
                 if why is not None:
                     yield document.fault((*step.path, "outputs", result_field), why)
-        case Set():
+        case SetStep():
             for name in step.values:
                 why = variables.fixed(name)
                 if why is not None:
                     yield document.fault((*step.path, "set", name), why, key=True)
-        case ForEach(variable=name):
+        case ForEachStep(variable=name):
             if name in variables.types:
                 message = f"'{name}' is a variable already; choose another name"
                 yield document.fault((*step.path, "for_each", name), message, key=True)
@@ -213,7 +207,7 @@ def number_faults(
     value: Expression,
     variables: Variables,
     rule: NumberRule,
-) -> Iterator[Fault]:
+) -> Iterator[Diagnostic]:
     """Yield what is wrong with an expression that must give a number."""
     if value.draws or not variables.fixes(value.names):
         yield from expression_faults(
@@ -238,7 +232,7 @@ def expression_faults(
     field_type: FieldType | None = None,
     offset: int = 0,
     expected: str | None = None,
-) -> Iterator[Fault]:
+) -> Iterator[Diagnostic]:
     """Yield the names in an expression that are not known, or else the clash of types in it.
 
     `expected` says in words what stands here; one loose word is measured by it.
@@ -283,7 +277,7 @@ def reference_faults(
     variables: Variables,
     field_type: FieldType | None = None,
     offset: int = 0,
-) -> Iterator[Fault]:
+) -> Iterator[Diagnostic]:
     """Yield a fault for every name that is neither a field nor a variable known here."""
     for name in references:
         if field_type is not None and not name.variable and _has(field_type, name.name):
@@ -304,7 +298,7 @@ def _has(field_type: FieldType, name: str) -> bool:
 
 def template_faults(
     document: Document, path: Sequence[Key], value: Template, variables: Variables
-) -> Iterator[Fault]:
+) -> Iterator[Diagnostic]:
     """Yield what is wrong with the names in a template."""
     for offset, expression in value.expressions:
         yield from expression_faults(document, path, expression, variables, None, offset=offset)
@@ -312,7 +306,7 @@ def template_faults(
 
 def located(
     document: Document, path: Sequence[Key], error: ExpressionError, offset: int = 0
-) -> Fault:
+) -> Diagnostic:
     """Return an error in an expression as a fault at its place in the document."""
     return document.fault(path, error.message, error.hint, offset=error.column - 1 + offset)
 
@@ -321,16 +315,16 @@ def names_read(step: Step) -> frozenset[str]:
     """Return every variable that a step may read."""
     read = [names_in(value) for _, value, _ in values_of(step)]
     read += [value.names for _, value, _ in asked_of(step)]
-    if isinstance(step, Set):
+    if isinstance(step, SetStep):
         read += [names_in(value) for value in step.values.values()]
-    if isinstance(step, Log):
+    if isinstance(step, LogStep):
         read.append(step.message.names)
-    if isinstance(step, Action):
+    if isinstance(step, ActionStep):
         read += [names_in(step.goal), names_in(step.cancel_when)]
-    if isinstance(step, Service):
+    if isinstance(step, ServiceStep):
         read.append(names_in(step.request))
-    if isinstance(step, WaitFor):
+    if isinstance(step, WaitForStep):
         read.append(step.until.names)
-    if isinstance(step, Publish):
+    if isinstance(step, PublishStep):
         read.append(names_in(step.message))
     return frozenset().union(*read)

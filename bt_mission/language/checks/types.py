@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from bt_mission.core.diagnostics import Fault, listed, quoted
+from bt_mission.core.diagnostics import Diagnostic, listed, quoted
 from bt_mission.core.yaml.document import Document
 from bt_mission.language.checks.goals import goal_faults
 from bt_mission.language.checks.scope import expression_faults, step_faults, walk
 from bt_mission.language.checks.variables import Variables
 from bt_mission.language.checks.warnings import condition, sent, short_name
-from bt_mission.language.expressions.expression import Name
+from bt_mission.language.expressions.syntax import Name
 from bt_mission.language.expressions.values import Type
 from bt_mission.language.message_types import (
     ActionShapes,
-    Message,
+    MessageShape,
     Path,
     ServiceShapes,
     UnknownField,
@@ -24,14 +24,14 @@ from bt_mission.language.message_types import (
     value_type,
 )
 from bt_mission.language.mission import Mission
-from bt_mission.language.nodes.steps import Action, Publish, Speaker
+from bt_mission.language.nodes.steps import ActionStep, PublishStep, Speaker
 
-Shapes = ActionShapes | ServiceShapes | Message
+Shapes = ActionShapes | ServiceShapes | MessageShape
 FindShapes = Callable[[str], Shapes]
 """Gives what a type holds, by its full name. Raises UnknownType."""
 
 
-def type_faults(mission: Mission, find: FindShapes) -> Iterator[Fault]:
+def type_faults(mission: Mission, find: FindShapes) -> Iterator[Diagnostic]:
     """Yield everything in a mission that does not fit its types."""
     known: dict[str, _Talk | UnknownType] = {}
     for tree in mission.all_trees:
@@ -46,9 +46,9 @@ def type_faults(mission: Mission, find: FindShapes) -> Iterator[Fault]:
 class _Talk:
     """The messages of one step: what it sends, what its condition reads, what it can keep."""
 
-    sends: Message | None
-    asks: Message | None
-    keeps: Message
+    sends: MessageShape | None
+    asks: MessageShape | None
+    keeps: MessageShape
 
 
 def _talk(shapes: Shapes) -> _Talk:
@@ -89,13 +89,13 @@ class _Checker:
         except UnknownField:
             return None
 
-    def faults(self, step: Speaker, variables: Variables) -> Iterator[Fault]:
+    def faults(self, step: Speaker, variables: Variables) -> Iterator[Diagnostic]:
         """Yield everything in one step that does not fit its type."""
         talk = self.talk(step)
         if isinstance(talk, UnknownType):
             yield self.type_fault(step, talk)
             return
-        sends = talk.keeps if isinstance(step, Publish) else talk.sends
+        sends = talk.keeps if isinstance(step, PublishStep) else talk.sends
         if sends is not None:
             values, path = sent(self.document, step)
             yield from goal_faults(self.document, path, values, sends, variables)
@@ -103,7 +103,7 @@ class _Checker:
             yield from self.condition_faults(step, talk.asks, variables)
         yield from self.output_faults(step, talk.keeps)
 
-    def type_fault(self, step: Speaker, error: UnknownType) -> Fault:
+    def type_fault(self, step: Speaker, error: UnknownType) -> Diagnostic:
         """Return the fault of a step whose type is not installed."""
         short = short_name(self.document, step)
         if short is not None:
@@ -111,8 +111,8 @@ class _Checker:
         return self.document.fault((*step.path, step.kind, "type"), error.message, error.hint)
 
     def condition_faults(
-        self, step: Speaker, message: Message, variables: Variables
-    ) -> Iterator[Fault]:
+        self, step: Speaker, message: MessageShape, variables: Variables
+    ) -> Iterator[Diagnostic]:
         """Yield what is wrong with a condition on the feedback, or on the message of a topic."""
         path, asked = condition(step)
         if asked is None:
@@ -131,13 +131,13 @@ class _Checker:
             return
         yield from expression_faults(self.document, path, asked, variables, "bool", field_type)
         if not any(name.name.partition(".")[0] in message.fields for name in bare):
-            what = "the feedback" if isinstance(step, Action) else message.name
+            what = "the feedback" if isinstance(step, ActionStep) else message.name
             text = f"the condition reads no field of {what} ({listed(message.fields)})"
             yield self.document.fault(path, text)
 
     def unknown_names(
-        self, path: Path, names: list[Name], message: Message, variables: Variables
-    ) -> Iterator[Fault]:
+        self, path: Path, names: list[Name], message: MessageShape, variables: Variables
+    ) -> Iterator[Diagnostic]:
         """Yield the bare names of a condition that name no value, of a field or a variable."""
         for name in names:
             offset = name.column - 1
@@ -147,10 +147,10 @@ class _Checker:
                 if name.name not in variables.types:
                     yield self.document.fault(path, error.message, error.hint, offset=offset)
                 continue
-            if isinstance(shape, Message):
+            if isinstance(shape, MessageShape):
                 yield self.document.fault(path, _too_much(name.name, shape), offset=offset)
 
-    def output_faults(self, step: Speaker, kept: Message) -> Iterator[Fault]:
+    def output_faults(self, step: Speaker, kept: MessageShape) -> Iterator[Diagnostic]:
         """Yield the outputs that a result, response or message does not have."""
         for field in step.outputs:
             path = (*step.path, "outputs", field)
@@ -159,10 +159,10 @@ class _Checker:
             except UnknownField as error:
                 yield self.document.fault(path, error.message, error.hint, key=True)
                 continue
-            if isinstance(shape, Message):
+            if isinstance(shape, MessageShape):
                 yield self.document.fault(path, _too_much(field, shape), key=True)
 
 
-def _too_much(field: str, shape: Message) -> str:
+def _too_much(field: str, shape: MessageShape) -> str:
     fields = listed(f"{field}.{name}" for name in shape.fields)
     return f"{quoted(field)} is a {shape.name}; name one of its fields: {fields}"

@@ -7,15 +7,9 @@ from collections.abc import Mapping, MutableMapping
 from dataclasses import dataclass, field
 
 from bt_mission.core.diagnostics import did_you_mean, listed
-from bt_mission.language.expressions.expression import (
-    Expression,
-    ExpressionError,
-    Name,
-    Plain,
-    Type,
-    Value,
-)
-from bt_mission.language.expressions.values import joined, type_of
+from bt_mission.language.expressions.expression import Expression, Value
+from bt_mission.language.expressions.syntax import Name
+from bt_mission.language.expressions.values import ExpressionError, Plain, Type, joined, type_of
 
 
 @dataclass

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from bt_mission.core.diagnostics import Fault
+from bt_mission.core.diagnostics import Diagnostic
 from bt_mission.core.yaml.document import Document
-from bt_mission.language.action_names import SHORT_NAMES
+from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.checks.reachability import restarted, unreached
 from bt_mission.language.checks.scope import (
     names_read,
@@ -22,21 +22,21 @@ from bt_mission.language.expressions.expression import Expression, Text, Value
 from bt_mission.language.expressions.values import WORDS, fits
 from bt_mission.language.mission import Mission, Tree
 from bt_mission.language.nodes.steps import (
-    Action,
-    ForEach,
+    ActionStep,
+    ForEachStep,
     Key,
-    Publish,
-    Service,
-    Set,
+    PublishStep,
+    ServiceStep,
+    SetStep,
     Speaker,
     Step,
-    WaitFor,
+    WaitForStep,
     Writer,
 )
 from bt_mission.language.trees import used
 
 
-def scope_faults(mission: Mission) -> Iterator[Fault]:
+def scope_faults(mission: Mission) -> Iterator[Diagnostic]:
     """Yield the names that are not known where they stand, and clashes of types."""
     for tree in mission.all_trees:
         for step, variables in walk(tree, lambda _step, _field: None):
@@ -46,7 +46,7 @@ def scope_faults(mission: Mission) -> Iterator[Fault]:
         yield from _promise_faults(tree)
 
 
-def _promise_faults(tree: Tree) -> Iterator[Fault]:
+def _promise_faults(tree: Tree) -> Iterator[Diagnostic]:
     """Yield the outputs of a tree that nothing in it writes, or that have another type."""
     if not tree.outputs:
         return
@@ -62,7 +62,9 @@ def _promise_faults(tree: Tree) -> Iterator[Fault]:
             yield tree.document.fault(path, message, key=True)
 
 
-def _speaker_faults(document: Document, step: Speaker, variables: Variables) -> Iterator[Fault]:
+def _speaker_faults(
+    document: Document, step: Speaker, variables: Variables
+) -> Iterator[Diagnostic]:
     """Yield what is wrong with the names in a step, as far as that is seen without its types."""
     for path, text in texts(*sent(document, step)):
         readings = (text.template, text.expression)
@@ -80,13 +82,13 @@ def _speaker_faults(document: Document, step: Speaker, variables: Variables) -> 
 def sent(document: Document, step: Step) -> tuple[Mapping[str, Value], tuple[Key, ...]]:
     """Return the fields that a step sends, of a goal or a request, and where they stand."""
     match step:
-        case Action(goal=goal):
+        case ActionStep(goal=goal):
             short = short_name(document, step)
             place = ("action", "goal") if short is None else (short,)
             return goal, (*step.path, *place)
-        case Service(request=request):
+        case ServiceStep(request=request):
             return request, (*step.path, "service", "request")
-        case Publish(message=message):
+        case PublishStep(message=message):
             return message, (*step.path, "publish", "message")
     return {}, step.path
 
@@ -94,9 +96,9 @@ def sent(document: Document, step: Step) -> tuple[Mapping[str, Value], tuple[Key
 def condition(step: Step) -> tuple[tuple[Key, ...], Expression | None]:
     """Return where the condition of a step stands, and the condition, if it has one."""
     match step:
-        case WaitFor(until=until):
+        case WaitForStep(until=until):
             return (*step.path, "wait_for", "until"), until
-        case Action(cancel_when=cancel_when):
+        case ActionStep(cancel_when=cancel_when):
             return (*step.path, "cancel_when"), cancel_when
     return step.path, None
 
@@ -104,7 +106,7 @@ def condition(step: Step) -> tuple[tuple[Key, ...], Expression | None]:
 def short_name(document: Document, step: Step) -> str | None:
     """Return the short name that an action is written with, or None."""
     keys = document.find(step.path).keys or {}
-    return next((key for key in SHORT_NAMES if key in keys), None)
+    return next((key for key in ACTION_NAMES if key in keys), None)
 
 
 def texts(value: Any, path: tuple[Key, ...]) -> Iterator[tuple[tuple[Key, ...], Text]]:
@@ -120,7 +122,7 @@ def texts(value: Any, path: tuple[Key, ...]) -> Iterator[tuple[tuple[Key, ...], 
                 yield from texts(part, (*path, index))
 
 
-def warnings(mission: Mission) -> Iterator[Fault]:
+def warnings(mission: Mission) -> Iterator[Diagnostic]:
     """Yield what a mission would better not do, as far as that is seen without ROS.
 
     Of named trees only those are looked at that the mission uses.
@@ -135,7 +137,7 @@ def warnings(mission: Mission) -> Iterator[Fault]:
             yield tree.document.fault(tree.path, message, key=True, severity="warning")
 
 
-def _tree_warnings(tree: Tree) -> Iterator[Fault]:
+def _tree_warnings(tree: Tree) -> Iterator[Diagnostic]:
     document = tree.document
     read = frozenset(tree.outputs).union(*(names_read(step) for step in tree.body.walk()))
     head = () if tree.is_main else tree.path
@@ -162,22 +164,22 @@ def _has(document: Document, path: tuple[Key, ...], name: str) -> bool:
 def _written(step: Step) -> Iterator[tuple[tuple[Key, ...], str, str]]:
     """Yield where a step writes something, what, and its name."""
     match step:
-        case Set():
+        case SetStep():
             for name in step.values:
                 yield (*step.path, "set", name), "variable", name
-        case ForEach(variable=name):
+        case ForEachStep(variable=name):
             yield (*step.path, "for_each", name), "variable", name
         case Writer():
             for result_field, name in step.outputs.items():
                 yield (*step.path, "outputs", result_field), "output", name
 
 
-def _unlimited(document: Document, step: Step) -> Iterator[Fault]:
+def _unlimited(document: Document, step: Step) -> Iterator[Diagnostic]:
     """Yield a warning for what may take for ever."""
     match step:
-        case Action(timeout=None):
+        case ActionStep(timeout=None):
             what = step.action
-        case WaitFor(timeout=None):
+        case WaitForStep(timeout=None):
             what = f"the wait for {step.topic}"
         case _:
             return

@@ -5,7 +5,14 @@ from __future__ import annotations
 import random
 from collections.abc import Callable, Mapping
 
-from bt_mission.language.expressions.syntax import Arithmetic, Call, Logic, Name, Node, Scope
+from bt_mission.language.expressions.syntax import (
+    Arithmetic,
+    EvaluationScope,
+    FunctionCall,
+    Logic,
+    Name,
+    SyntaxNode,
+)
 from bt_mission.language.expressions.values import (
     ExpressionError,
     Plain,
@@ -19,7 +26,7 @@ _DIVIDES = frozenset(("/", "//", "%"))
 
 
 def evaluate_constants(
-    root: Node,
+    root: SyntaxNode,
     values: Mapping[str, Plain],
     is_constant: Callable[[Name], bool],
     wanted: Type | None = None,
@@ -29,14 +36,16 @@ def evaluate_constants(
     `values` are those of the names that are constant. What `and` and `or` do not look at is left
     out. Where the whole expression is constant it must be of the wanted type.
     """
-    scope = Scope(values, {}, random.Random(0))
+    scope = EvaluationScope(values, {}, random.Random(0))
     if _is_constant(root, scope, is_constant):
         value = root.evaluate(scope)
         if wanted is not None and not fits(type_of(value), wanted):
             raise mismatch(value, wanted, root.column)
 
 
-def _is_constant(node: Node, scope: Scope, is_constant: Callable[[Name], bool]) -> bool:
+def _is_constant(
+    node: SyntaxNode, scope: EvaluationScope, is_constant: Callable[[Name], bool]
+) -> bool:
     """Return whether a part is constant; if not, evaluate the largest parts in it that are."""
     if isinstance(node, Name):
         return is_constant(node)
@@ -48,7 +57,7 @@ def _is_constant(node: Node, scope: Scope, is_constant: Callable[[Name], bool]) 
             left: bool = part.need(scope, "bool")
             if left == (node.symbol == "or"):
                 return False
-    if len(constant) == len(node.parts) and not (isinstance(node, Call) and node.draws):
+    if len(constant) == len(node.parts) and not (isinstance(node, FunctionCall) and node.draws):
         return True
     for part in constant:
         value = part.evaluate(scope)

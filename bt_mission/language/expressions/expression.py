@@ -14,27 +14,9 @@ from functools import lru_cache
 from types import MappingProxyType
 from typing import Any
 
-from bt_mission.language.expressions.parser import MAX_LENGTH, RESERVED, parse
-from bt_mission.language.expressions.syntax import Name, Node, Scope, Types
+from bt_mission.language.expressions.parser import parse
+from bt_mission.language.expressions.syntax import EvaluationScope, Name, SyntaxNode, Types
 from bt_mission.language.expressions.values import ExpressionError, Plain, Type, show
-
-__all__ = [
-    "MAX_LENGTH",
-    "MAX_TEMPLATE",
-    "RESERVED",
-    "Expression",
-    "ExpressionError",
-    "Late",
-    "Name",
-    "Plain",
-    "Template",
-    "Text",
-    "Type",
-    "Value",
-    "draws",
-    "names_in",
-    "resolve",
-]
 
 MAX_TEMPLATE = 10_000
 """Characters of a text with holes."""
@@ -53,7 +35,7 @@ class Expression:
     """
 
     text: str
-    root: Node = field(init=False, repr=False, compare=False)
+    root: SyntaxNode = field(init=False, repr=False, compare=False)
     references: tuple[Name, ...] = field(init=False, repr=False, compare=False)
     draws: bool = field(init=False, repr=False, compare=False)
 
@@ -79,7 +61,7 @@ class Expression:
         A bare name that is in `fields` (the feedback, in a `cancel_when`) is that field;
         `$name` always is the variable.
         """
-        return self.root.evaluate(Scope(names, fields, rng))
+        return self.root.evaluate(EvaluationScope(names, fields, rng))
 
     def infer(self, types: Types) -> Type | None:
         """Return the type, or None where it is not known. Raises ExpressionError on a clash."""

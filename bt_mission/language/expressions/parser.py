@@ -23,14 +23,14 @@ from bt_mission.core.diagnostics import did_you_mean, listed, quoted
 from bt_mission.language.expressions.functions import FUNCTIONS
 from bt_mission.language.expressions.syntax import (
     Arithmetic,
-    Call,
     Comparison,
     Constant,
+    FunctionCall,
     Logic,
     Name,
     Negation,
-    Node,
     Not,
+    SyntaxNode,
 )
 from bt_mission.language.expressions.values import MAX_MAGNITUDE, ExpressionError, LooseText, Plain
 
@@ -64,7 +64,7 @@ class Token:
     column: int
 
 
-Parsed = tuple[Node, tuple[Name, ...], bool]
+Parsed = tuple[SyntaxNode, tuple[Name, ...], bool]
 
 
 def parse(text: str) -> Parsed:
@@ -161,7 +161,7 @@ class _Parser:
             message = f"expected an operator or the end, got {quoted(token.text)}"
             raise LooseText(message, token.column)
 
-    def either(self) -> Node:
+    def either(self) -> SyntaxNode:
         self.deeper()
         node = self.both()
         chain = 0
@@ -175,7 +175,7 @@ class _Parser:
         self.deeper()
         return chain + 1
 
-    def both(self) -> Node:
+    def both(self) -> SyntaxNode:
         node = self.inverted()
         chain = 0
         while token := self.takes("and"):
@@ -184,7 +184,7 @@ class _Parser:
         self.depth -= chain
         return node
 
-    def inverted(self) -> Node:
+    def inverted(self) -> SyntaxNode:
         token = self.takes("not")
         if token is None:
             return self.comparison()
@@ -193,14 +193,14 @@ class _Parser:
         self.depth -= 1
         return node
 
-    def comparison(self) -> Node:
+    def comparison(self) -> SyntaxNode:
         first = self.sum()
         rest = []
         while token := self.takes("<", "<=", ">", ">=", "==", "!="):
             rest.append((token.text, token.column, self.sum()))
         return Comparison(rest[0][1], first, tuple(rest)) if rest else first
 
-    def sum(self) -> Node:
+    def sum(self) -> SyntaxNode:
         node = self.product()
         chain = 0
         while token := self.takes("+", "-"):
@@ -209,7 +209,7 @@ class _Parser:
         self.depth -= chain
         return node
 
-    def product(self) -> Node:
+    def product(self) -> SyntaxNode:
         node = self.signed()
         chain = 0
         while token := self.takes("*", "/", "//", "%"):
@@ -218,7 +218,7 @@ class _Parser:
         self.depth -= chain
         return node
 
-    def signed(self) -> Node:
+    def signed(self) -> SyntaxNode:
         token = self.takes("-", "+")
         if token is None:
             return self.power()
@@ -227,7 +227,7 @@ class _Parser:
         self.depth -= 1
         return node
 
-    def power(self) -> Node:
+    def power(self) -> SyntaxNode:
         base = self.atom()
         token = self.takes("**")
         if token is None:
@@ -237,7 +237,7 @@ class _Parser:
         self.depth -= 1
         return node
 
-    def atom(self) -> Node:
+    def atom(self) -> SyntaxNode:
         token = self.take()
         if token.kind == "number":
             return Constant(token.column, _number(token))
@@ -271,7 +271,7 @@ class _Parser:
             message = f"expected ')' for the '(' in column {opened.column}"
             raise ExpressionError(message, self.next.column)
 
-    def call(self, token: Token) -> Node:
+    def call(self, token: Token) -> SyntaxNode:
         function = FUNCTIONS.get(token.text)
         if function is None:
             message = f"no function {quoted(token.text)} (known: {listed(FUNCTIONS)})"
@@ -287,7 +287,7 @@ class _Parser:
             message = f"expected {function.usage}, got {len(arguments)} arguments"
             raise ExpressionError(message, token.column)
         self.draws = self.draws or function.random
-        return Call(token.column, token.text, tuple(arguments), function.random)
+        return FunctionCall(token.column, token.text, tuple(arguments), function.random)
 
 
 def _number(token: Token) -> float:

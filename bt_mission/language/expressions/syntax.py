@@ -35,7 +35,7 @@ Types = Callable[["Name"], Type | None]
 
 
 @dataclass(frozen=True)
-class Scope:
+class EvaluationScope:
     """What names mean in one evaluation: variables, and the fields that come before them."""
 
     variables: Mapping[str, Plain]
@@ -44,25 +44,25 @@ class Scope:
 
 
 @dataclass(frozen=True)
-class Node(ABC):
+class SyntaxNode(ABC):
     """A part of an expression, and its column in the text (from 1)."""
 
     column: int
 
     @property
-    def parts(self) -> tuple[Node, ...]:
+    def parts(self) -> tuple[SyntaxNode, ...]:
         """The parts directly inside this one."""
         return ()
 
     @abstractmethod
-    def evaluate(self, scope: Scope) -> Plain:
+    def evaluate(self, scope: EvaluationScope) -> Plain:
         """Return the value. Raises ExpressionError."""
 
     @abstractmethod
     def infer(self, types: Types) -> Type | None:
         """Return the type, None where it is not known. Raises ExpressionError on a clash."""
 
-    def need(self, scope: Scope, wanted: Type) -> Any:
+    def need(self, scope: EvaluationScope, wanted: Type) -> Any:
         """Evaluate to a value of one type."""
         value = self.evaluate(scope)
         if not fits(type_of(value), wanted) or type_of(value) is None:
@@ -78,13 +78,13 @@ class Node(ABC):
 
 
 @dataclass(frozen=True)
-class Constant(Node):
+class Constant(SyntaxNode):
     """A number, a text, true, false, or pi."""
 
     value: Plain
 
     @override
-    def evaluate(self, scope: Scope) -> Plain:
+    def evaluate(self, scope: EvaluationScope) -> Plain:
         return self.value
 
     @override
@@ -93,7 +93,7 @@ class Constant(Node):
 
 
 @dataclass(frozen=True)
-class Name(Node):
+class Name(SyntaxNode):
     """A name: `$x` (a variable), or `x` and `x.y` (a field first, else a variable)."""
 
     name: str
@@ -105,7 +105,7 @@ class Name(Node):
         return f"${self.name}" if self.variable else self.name
 
     @override
-    def evaluate(self, scope: Scope) -> Plain:
+    def evaluate(self, scope: EvaluationScope) -> Plain:
         if not self.variable and self.name in scope.fields:
             return scope.fields[self.name]
         if self.name in scope.variables:
@@ -120,19 +120,19 @@ class Name(Node):
 
 
 @dataclass(frozen=True)
-class Negation(Node):
+class Negation(SyntaxNode):
     """-x or +x."""
 
     sign: int
-    operand: Node
+    operand: SyntaxNode
 
     @property
     @override
-    def parts(self) -> tuple[Node, ...]:
+    def parts(self) -> tuple[SyntaxNode, ...]:
         return (self.operand,)
 
     @override
-    def evaluate(self, scope: Scope) -> Plain:
+    def evaluate(self, scope: EvaluationScope) -> Plain:
         value: float = self.operand.need(scope, "number")
         return -value if self.sign < 0 else value
 
@@ -142,20 +142,20 @@ class Negation(Node):
 
 
 @dataclass(frozen=True)
-class Arithmetic(Node):
+class Arithmetic(SyntaxNode):
     """Two numbers and one of + - * / // % **."""
 
     symbol: str
-    left: Node
-    right: Node
+    left: SyntaxNode
+    right: SyntaxNode
 
     @property
     @override
-    def parts(self) -> tuple[Node, ...]:
+    def parts(self) -> tuple[SyntaxNode, ...]:
         return self.left, self.right
 
     @override
-    def evaluate(self, scope: Scope) -> Plain:
+    def evaluate(self, scope: EvaluationScope) -> Plain:
         left = self.left.need(scope, "number")
         right = self.right.need(scope, "number")
         was_finite = math.isfinite(left) and math.isfinite(right)
@@ -184,19 +184,19 @@ class Arithmetic(Node):
 
 
 @dataclass(frozen=True)
-class Comparison(Node):
+class Comparison(SyntaxNode):
     """a < b, or a chain as in Python: 0 < a <= 3."""
 
-    first: Node
-    rest: tuple[tuple[str, int, Node], ...]
+    first: SyntaxNode
+    rest: tuple[tuple[str, int, SyntaxNode], ...]
 
     @property
     @override
-    def parts(self) -> tuple[Node, ...]:
+    def parts(self) -> tuple[SyntaxNode, ...]:
         return (self.first, *(node for _, _, node in self.rest))
 
     @override
-    def evaluate(self, scope: Scope) -> Plain:
+    def evaluate(self, scope: EvaluationScope) -> Plain:
         left = self.first.evaluate(scope)
         for symbol, column, node in self.rest:
             right = node.evaluate(scope)
@@ -218,20 +218,20 @@ class Comparison(Node):
 
 
 @dataclass(frozen=True)
-class Logic(Node):
+class Logic(SyntaxNode):
     """a and b, a or b; the second is looked at only where it matters."""
 
     symbol: str
-    left: Node
-    right: Node
+    left: SyntaxNode
+    right: SyntaxNode
 
     @property
     @override
-    def parts(self) -> tuple[Node, ...]:
+    def parts(self) -> tuple[SyntaxNode, ...]:
         return self.left, self.right
 
     @override
-    def evaluate(self, scope: Scope) -> Plain:
+    def evaluate(self, scope: EvaluationScope) -> Plain:
         left: bool = self.left.need(scope, "bool")
         if left == (self.symbol == "or"):
             return left
@@ -246,18 +246,18 @@ class Logic(Node):
 
 
 @dataclass(frozen=True)
-class Not(Node):
+class Not(SyntaxNode):
     """not a."""
 
-    operand: Node
+    operand: SyntaxNode
 
     @property
     @override
-    def parts(self) -> tuple[Node, ...]:
+    def parts(self) -> tuple[SyntaxNode, ...]:
         return (self.operand,)
 
     @override
-    def evaluate(self, scope: Scope) -> Plain:
+    def evaluate(self, scope: EvaluationScope) -> Plain:
         return not self.operand.need(scope, "bool")
 
     @override
@@ -267,20 +267,20 @@ class Not(Node):
 
 
 @dataclass(frozen=True)
-class Call(Node):
+class FunctionCall(SyntaxNode):
     """A call of one of the known functions, with a number of arguments it takes."""
 
     name: str
-    arguments: tuple[Node, ...]
+    arguments: tuple[SyntaxNode, ...]
     draws: bool
 
     @property
     @override
-    def parts(self) -> tuple[Node, ...]:
+    def parts(self) -> tuple[SyntaxNode, ...]:
         return self.arguments
 
     @override
-    def evaluate(self, scope: Scope) -> Plain:
+    def evaluate(self, scope: EvaluationScope) -> Plain:
         function = FUNCTIONS[self.name]
         wanted = function.takes
         values = [

@@ -43,7 +43,7 @@ Elements = Annotated[
     Any, PlainValidator(fields.elements), WithJsonSchema({"type": ["array", "string"]})
 ]
 Message = Annotated[Any, PlainValidator(fields.message), TEXT_SCHEMA]
-ActionName = Annotated[str, PlainValidator(fields.action_name), TEXT_SCHEMA]
+ActionNameField = Annotated[str, PlainValidator(fields.action_name), TEXT_SCHEMA]
 Variable = Annotated[str, PlainValidator(fields.variable), TEXT_SCHEMA]
 TreeName = Annotated[str, PlainValidator(fields.tree_name), TEXT_SCHEMA]
 ResultField = Annotated[str, PlainValidator(fields.result_field), TEXT_SCHEMA]
@@ -60,7 +60,7 @@ class Written(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
-class Node(Written):
+class NodeModel(Written):
     """A node's modifiers that every kind takes."""
 
     name: Line = ""

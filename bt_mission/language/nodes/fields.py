@@ -11,7 +11,8 @@ from typing import Any, TypeVar
 from pydantic_core import PydanticCustomError
 
 from bt_mission.core.diagnostics import describe
-from bt_mission.language.expressions.expression import RESERVED, Expression, Template, Text
+from bt_mission.language.expressions.expression import Expression, Template, Text
+from bt_mission.language.expressions.parser import RESERVED
 from bt_mission.language.expressions.values import ExpressionError, LooseText, Type
 
 VARIABLE = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")

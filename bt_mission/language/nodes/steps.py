@@ -12,7 +12,8 @@ from typing import ClassVar, Literal, TypeAlias
 
 from typing_extensions import override
 
-from bt_mission.language.expressions.expression import Expression, Template, Type, Value
+from bt_mission.language.expressions.expression import Expression, Template, Value
+from bt_mission.language.expressions.values import Type
 
 Key = str | int
 
@@ -58,7 +59,7 @@ class Composite(Step):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Sequence(Composite):
+class SequenceStep(Composite):
     """One child after another until one fails. With memory, done children are not asked again."""
 
     kind: ClassVar[str] = "sequence"
@@ -66,7 +67,7 @@ class Sequence(Composite):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Fallback(Composite):
+class FallbackStep(Composite):
     """One child after another until one succeeds. With memory, failed ones are not asked again."""
 
     kind: ClassVar[str] = "fallback"
@@ -74,7 +75,7 @@ class Fallback(Composite):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Parallel(Composite):
+class ParallelStep(Composite):
     """All children at once.
 
     It succeeds when all children have, when any has, or when those of these indices have. It fails
@@ -88,7 +89,7 @@ class Parallel(Composite):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Choose(Composite):
+class ChooseStep(Composite):
     """One child, drawn at each entry; `weights` are in proportion, none means all alike."""
 
     kind: ClassVar[str] = "choose"
@@ -108,7 +109,7 @@ class Decorator(Step):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Repeat(Decorator):
+class RepeatStep(Decorator):
     """Runs its child `count` times (a whole number), as long as it succeeds."""
 
     kind: ClassVar[str] = "repeat"
@@ -116,7 +117,7 @@ class Repeat(Decorator):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Retry(Decorator):
+class RetryStep(Decorator):
     """Runs its child up to `attempts` times until it succeeds, with `pause` seconds between."""
 
     kind: ClassVar[str] = "retry"
@@ -125,7 +126,7 @@ class Retry(Decorator):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Timeout(Decorator):
+class TimeoutStep(Decorator):
     """Runs its child, and halts it and fails after some seconds."""
 
     kind: ClassVar[str] = "timeout"
@@ -133,14 +134,14 @@ class Timeout(Decorator):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Invert(Decorator):
+class InvertStep(Decorator):
     """Takes its child's success for failure, and its failure for success."""
 
     kind: ClassVar[str] = "invert"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Force(Decorator):
+class ForceStep(Decorator):
     """Takes its child's end for success, or for failure."""
 
     kind: ClassVar[str] = "force"
@@ -148,7 +149,7 @@ class Force(Decorator):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Guard(Decorator):
+class GuardStep(Decorator):
     """Runs its child while a condition holds, which is looked at before every tick."""
 
     kind: ClassVar[str] = "guard"
@@ -156,7 +157,7 @@ class Guard(Decorator):
 
 
 @dataclass(frozen=True, kw_only=True)
-class When(Composite):
+class WhenStep(Composite):
     """Runs its first child if a condition holds at entry, else its second; succeeds without one."""
 
     kind: ClassVar[str] = "when"
@@ -164,7 +165,7 @@ class When(Composite):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ForEach(Decorator):
+class ForEachStep(Decorator):
     """Runs its child once for each element of a list, with `variable` set to it."""
 
     kind: ClassVar[str] = "for_each"
@@ -173,7 +174,7 @@ class ForEach(Decorator):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Check(Step):
+class CheckStep(Step):
     """Succeeds where a condition holds, else fails."""
 
     kind: ClassVar[str] = "check"
@@ -181,7 +182,7 @@ class Check(Step):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Set(Step):
+class SetStep(Step):
     """Gives variables new values, one after another."""
 
     kind: ClassVar[str] = "set"
@@ -189,7 +190,7 @@ class Set(Step):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Wait(Step):
+class WaitStep(Step):
     """Waits for some seconds."""
 
     kind: ClassVar[str] = "wait"
@@ -197,7 +198,7 @@ class Wait(Step):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Log(Step):
+class LogStep(Step):
     """Says something, once."""
 
     kind: ClassVar[str] = "log"
@@ -212,7 +213,7 @@ class Writer(Step):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Subtree(Writer):
+class SubtreeStep(Writer):
     """A named tree with values for its inputs; `outputs` takes variables of the tree.
 
     `takes` and `gives` are the types of its inputs and outputs.
@@ -227,7 +228,7 @@ class Subtree(Writer):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Python(Writer):
+class PythonStep(Writer):
     """A behaviour written in Python: "module:Class", "file.py:Class", or the name of a plug-in.
 
     `inputs` become attributes of it whenever it is entered; `outputs` takes attributes.
@@ -249,7 +250,7 @@ class Speaker(Writer):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Publish(Speaker):
+class PublishStep(Speaker):
     """One message on a topic ("/lamp"), once at least `readers` subscriptions are matched.
 
     `server_timeout` bounds the wait for them.
@@ -263,7 +264,7 @@ class Publish(Speaker):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Service(Speaker):
+class ServiceStep(Speaker):
     """One call of a ROS 2 service.
 
     `service` is the name ("/stop"), `request` holds fields by name. `timeout` bounds the time from
@@ -279,7 +280,7 @@ class Service(Speaker):
 
 
 @dataclass(frozen=True, kw_only=True)
-class WaitFor(Speaker):
+class WaitForStep(Speaker):
     """Waits until a message of a topic meets a condition.
 
     `topic` is the name ("/battery_state").
@@ -294,7 +295,7 @@ class WaitFor(Speaker):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Action(Speaker):
+class ActionStep(Speaker):
     """One goal of a ROS 2 action, from sending it to its end.
 
     `action` is the name ("/turn").

@@ -17,13 +17,13 @@ from pydantic import (
     create_model,
 )
 
-from bt_mission.language.action_names import SHORT_NAMES
+from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.nodes import fields as rules
 from bt_mission.language.nodes.base import (
     NUMBER_SCHEMA,
     OBJECT_SCHEMA,
     TEXT_SCHEMA,
-    ActionName,
+    ActionNameField,
     Child,
     Children,
     Computed,
@@ -35,7 +35,7 @@ from bt_mission.language.nodes.base import (
     Limit,
     Line,
     Message,
-    Node,
+    NodeModel,
     ResultField,
     Seconds,
     Times,
@@ -46,21 +46,21 @@ from bt_mission.language.nodes.base import (
 )
 
 
-class SequenceNode(Node):
+class SequenceNode(NodeModel):
     """Children one after another, until one fails."""
 
     sequence: Children
     memory: bool = True
 
 
-class FallbackNode(Node):
+class FallbackNode(NodeModel):
     """Children one after another, until one succeeds."""
 
     fallback: Children
     memory: bool = True
 
 
-class ParallelNode(Node):
+class ParallelNode(NodeModel):
     """Children all at once."""
 
     parallel: Children
@@ -69,7 +69,7 @@ class ParallelNode(Node):
     rest: Literal["halt", "finish"] = "halt"
 
 
-class ChooseNode(Node):
+class ChooseNode(NodeModel):
     """One of the children, drawn by lot each time."""
 
     choose: Children
@@ -82,7 +82,7 @@ class RepeatSettings(Written):
     count: Times
 
 
-class RepeatNode(Node):
+class RepeatNode(NodeModel):
     """A node, several times."""
 
     repeat: RepeatSettings
@@ -96,41 +96,41 @@ class RetrySettings(Written):
     pause: Seconds = 0.0
 
 
-class RetryNode(Node):
+class RetryNode(NodeModel):
     """A node, until it succeeds."""
 
     retry: RetrySettings
     do: Child
 
 
-class TimeoutNode(Node):
+class TimeoutNode(NodeModel):
     """A node, for some seconds at most."""
 
     timeout: Annotated[Any, PlainValidator(rules.LIMIT.parse), NUMBER_SCHEMA]
     do: Child
 
 
-class InvertNode(Node):
+class InvertNode(NodeModel):
     """A node, its success for failure and its failure for success."""
 
     invert: Child
 
 
-class ForceNode(Node):
+class ForceNode(NodeModel):
     """A node whose end counts as success, or as failure."""
 
     force: Literal["success", "failure"]
     do: Child
 
 
-class GuardNode(Node):
+class GuardNode(NodeModel):
     """A node, as long as a condition holds."""
 
     guard: Condition
     do: Child
 
 
-class _WhenNode(Node):
+class _WhenNode(NodeModel):
     """A node if a condition holds, and another one if not."""
 
     when: Condition
@@ -143,38 +143,38 @@ WhenNode = create_model(
 )  # type: ignore[call-overload]
 
 
-class ForEachNode(Node):
+class ForEachNode(NodeModel):
     """A node, once for each element of a list."""
 
     for_each: Annotated[dict[Variable, Elements], BeforeValidator(rules.one_name), OBJECT_SCHEMA]
     do: Child
 
 
-class CheckNode(Node):
+class CheckNode(NodeModel):
     """Success where a condition holds, else failure."""
 
     check: Condition
 
 
-class SetNode(Node):
+class SetNode(NodeModel):
     """New values for variables."""
 
     set: Annotated[dict[Variable, Computed], Field(min_length=1)]
 
 
-class WaitNode(Node):
+class WaitNode(NodeModel):
     """Nothing, for some seconds."""
 
     wait: Seconds
 
 
-class LogNode(Node):
+class LogNode(NodeModel):
     """A line in the log."""
 
     log: Message
 
 
-class GoalNode(Node):
+class GoalNode(NodeModel):
     """The modifiers of every action. Times are seconds of ROS time."""
 
     timeout: Limit = None
@@ -190,7 +190,7 @@ class GoalNode(Node):
 class ActionSettings(Written):
     """An action by its ROS name and type, and a goal for it."""
 
-    name: ActionName
+    name: ActionNameField
     type: Annotated[str, PlainValidator(rules.action_type), TEXT_SCHEMA]
     goal: Goal = {}
 
@@ -209,7 +209,7 @@ class ServiceSettings(Written):
     request: Goal = {}
 
 
-class ServiceNode(Node):
+class ServiceNode(NodeModel):
     """A call of any service. Times are seconds of ROS time."""
 
     service: ServiceSettings
@@ -226,7 +226,7 @@ class WaitForSettings(Written):
     until: Annotated[Any, PlainValidator(rules.until), TEXT_SCHEMA]
 
 
-class WaitForNode(Node):
+class WaitForNode(NodeModel):
     """A pause until a message meets a condition."""
 
     wait_for: WaitForSettings
@@ -242,7 +242,7 @@ class PublishSettings(Written):
     message: Goal = {}
 
 
-class PublishNode(Node):
+class PublishNode(NodeModel):
     """A message on any topic. Times are seconds of ROS time."""
 
     publish: PublishSettings
@@ -257,7 +257,7 @@ class TreeSettings(Written):
     inputs: dict[Variable, Computed] = {}
 
 
-class TreeNode(Node):
+class TreeNode(NodeModel):
     """A tree that has a name."""
 
     tree: Annotated[
@@ -268,7 +268,7 @@ class TreeNode(Node):
     outputs: dict[Variable, Variable] = {}
 
 
-class PythonNode(Node):
+class PythonNode(NodeModel):
     """A behaviour written in Python."""
 
     python: Annotated[str, PlainValidator(rules.python_target), TEXT_SCHEMA]
@@ -282,7 +282,7 @@ def _short_node(name: str) -> type[GoalNode]:
     return create_model(title, __base__=GoalNode, __doc__=f"A goal of {name}.", **fields)
 
 
-KINDS: dict[str, type[Node]] = {
+KINDS: dict[str, type[NodeModel]] = {
     "sequence": SequenceNode,
     "fallback": FallbackNode,
     "parallel": ParallelNode,
@@ -306,5 +306,5 @@ KINDS: dict[str, type[Node]] = {
     "tree": TreeNode,
     "python": PythonNode,
 }
-KINDS |= {name: _short_node(name) for name in SHORT_NAMES if name not in KINDS}
+KINDS |= {name: _short_node(name) for name in ACTION_NAMES if name not in KINDS}
 """Every kind of node, and the model of what stands in it."""

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from bt_mission.recording.replay.scene import Projector, Scene
-from bt_mission.recording.replay.timeline import Film
+from bt_mission.recording.replay.scene import Projector, ReplayScene
+from bt_mission.recording.replay.timeline import Timeline
 
 NS = 1_000_000_000
 SLOWEST, FASTEST = 1 / 64, 1024.0
@@ -16,7 +16,7 @@ class Player:
     :param at_s: where to begin, s since the start of the mission.
     """
 
-    def __init__(self, film: Film, *, speed: float = 1.0, at_s: float = 0.0) -> None:
+    def __init__(self, film: Timeline, *, speed: float = 1.0, at_s: float = 0.0) -> None:
         self.film = film
         self.speed = speed
         self.is_backwards = False
@@ -28,7 +28,7 @@ class Player:
         self.go(at_s)
 
     @property
-    def scene(self) -> Scene:
+    def scene(self) -> ReplayScene:
         """What was known at that time; valid until the time is another one."""
         return self._projector.show(self.time_ns)
 

@@ -9,11 +9,11 @@ from collections.abc import Iterator
 from typing import TypeVar
 
 from bt_mission.events import messages
-from bt_mission.events.events import Began
-from bt_mission.events.log import LOG_ENTRIES, Entry, entry_of
+from bt_mission.events.events import MissionStarted
+from bt_mission.events.log import LOG_ENTRIES, LogEntry, entry_of
 from bt_mission.events.mission_state import WatchedMission
 from bt_mission.events.robot_state import WatchedRobot
-from bt_mission.recording.replay.timeline import Film, Frame, Sight
+from bt_mission.recording.replay.timeline import Frame, LazyMessage, Timeline
 
 SPACING = 500
 """Frames between two scenes that are kept: so many are played again at most to get anywhere."""
@@ -24,16 +24,16 @@ MOST_NODES = 500_000
 farther apart: a node takes some 50 bytes of each."""
 
 Known = TypeVar("Known", WatchedMission, WatchedRobot)
-_ROBOT = (messages.Scan, messages.Map, messages.Battery, tuple)
+_ROBOT = (messages.ScanPoints, messages.Map, messages.BatteryState, tuple)
 
 
-class Scene:
+class ReplayScene:
     """A mission, its robot and its log, after the first so many frames of a film."""
 
     def __init__(self) -> None:
         self.mission = WatchedMission()
         self.robot = WatchedRobot()
-        self.log: deque[Entry] = deque(maxlen=LOG_ENTRIES)
+        self.log: deque[LogEntry] = deque(maxlen=LOG_ENTRIES)
 
     def take(self, frame: messages.Told | messages.Robot) -> None:
         """Go on by a frame."""
@@ -41,14 +41,14 @@ class Scene:
             self.robot.take(frame)
             return
         for happening in self.mission.take(frame):
-            if isinstance(happening, Began):
+            if isinstance(happening, MissionStarted):
                 self.robot.forget_trail()
             if (entry := entry_of(happening)) is not None:
                 self.log.append(entry)
 
-    def copied(self) -> Scene:
+    def copied(self) -> ReplayScene:
         """The same once more; both can go on by themselves."""
-        other = Scene()
+        other = ReplayScene()
         other.mission, other.robot = _copied(self.mission), _copied(self.robot)
         other.log = self.log.copy()
         return other
@@ -63,18 +63,18 @@ def _copied(known: Known) -> Known:
     return other
 
 
-def entries_of(film: Film) -> Iterator[Entry]:
+def entries_of(film: Timeline) -> Iterator[LogEntry]:
     """All lines of the log of a film."""
     mission = WatchedMission()
     for frame in film.frames:
-        if not isinstance(frame, (*_ROBOT, Sight)):
+        if not isinstance(frame, (*_ROBOT, LazyMessage)):
             for happening in mission.take(frame):
                 if (entry := entry_of(happening)) is not None:
                     yield entry
 
 
-def _most_kept(film: Film) -> int:
-    sizes = (len(one.nodes) for one in film.frames if isinstance(one, messages.Tree))
+def _most_kept(film: Timeline) -> int:
+    sizes = (len(one.nodes) for one in film.frames if isinstance(one, messages.TreeInfo))
     return min(MOST_KEPT, max(MOST_NODES // max(sizes, default=1), 1))
 
 
@@ -85,16 +85,16 @@ class Projector:
     there; so an instant is the same from wherever one comes.
     """
 
-    def __init__(self, film: Film) -> None:
+    def __init__(self, film: Timeline) -> None:
         self.film = film
-        self.scene = Scene()
+        self.scene = ReplayScene()
         self._at = 0
         """So many frames have been played."""
         self._spacing = max(SPACING, len(film.frames) // _most_kept(film))
-        self._kept = [Scene()]
+        self._kept = [ReplayScene()]
         """After every so many frames; as far as the film has been played."""
 
-    def show(self, time_ns: int) -> Scene:
+    def show(self, time_ns: int) -> ReplayScene:
         """The scene at this ROS time; it is changed by the next call."""
         wanted = bisect_right(self.film.times_ns, time_ns)
         kept = min(wanted // self._spacing, len(self._kept) - 1)
@@ -110,9 +110,9 @@ class Projector:
         return self.scene
 
     def _play(self, frames: tuple[Frame, ...]) -> None:
-        newest: dict[str, Sight] = {}
+        newest: dict[str, LazyMessage] = {}
         for frame in frames:
-            if isinstance(frame, Sight):
+            if isinstance(frame, LazyMessage):
                 newest[frame.topic] = frame
             else:
                 self.scene.take(frame)

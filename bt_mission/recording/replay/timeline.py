@@ -46,19 +46,19 @@ LOG_EVENT = '"event": "log"'
 
 
 @dataclass(frozen=True, slots=True)
-class Sight:
+class LazyMessage:
     """A scan or a map that is not decoded yet."""
 
     topic: str
     decode: Callable[[], messages.Robot | None] = field(repr=False)
 
 
-Frame = messages.Told | messages.Robot | Sight
+Frame = messages.Told | messages.Robot | LazyMessage
 """What was told at some instant."""
 
 
 @dataclass(frozen=True)
-class Film:
+class Timeline:
     """All of a recording, in the order of time.
 
     :param start_ns: ROS time at which the first mission in it began, ns; end_ns: of its end.
@@ -105,19 +105,19 @@ def _before(times: Sequence[int], time_ns: int) -> int | None:
     return times[at - 1] if at else None
 
 
-def read_film(path: Path) -> Film:
+def read_timeline(path: Path) -> Timeline:
     """Read a recording; one that was cut gives what stands in it.
 
     :raises RecordingError: for a file that is none, or has no tree of a mission in it.
     """
     file = RecordedFile(path)
-    shooting = _Shooting(file)
+    shooting = _TimelineReader(file)
     for channel, time_ns, data in file.messages():
         shooting.take(channel, time_ns, data)
     return shooting.film()
 
 
-class _Shooting:
+class _TimelineReader:
     """Takes messages in, one after another."""
 
     def __init__(self, file: RecordedFile) -> None:
@@ -126,14 +126,14 @@ class _Shooting:
         self._kept: list[tuple[int, Frame]] = []
         self._robots: dict[str, list[tuple[int, Frame]]] = {}
         """By namespace: which robot is the mission's is known once there is a tree."""
-        self._charges: dict[str, messages.Battery] = {}
+        self._charges: dict[str, messages.BatteryState] = {}
         """The newest of each robot: it is told often, and changes seldom."""
         self._topics: set[str] = set()
         self._unread: dict[str, str] = {}
         self._trace: list[str] = []
         self._node = ""
         """Of the executive that is shown: the first in the file."""
-        self._trees: list[messages.Tree] = []
+        self._trees: list[messages.TreeInfo] = []
         self._said: list[tuple[int, str]] = []
         self._sequence = 0
         self._last_ns = 0
@@ -162,9 +162,9 @@ class _Shooting:
         elif name in ROBOT:
             frames = self._robots.setdefault(place, [])
             seen = self._seen(name, channel, data)
-            if not isinstance(seen, messages.Battery) or seen != self._charges.get(place):
+            if not isinstance(seen, messages.BatteryState) or seen != self._charges.get(place):
                 frames.append((time_ns, seen))
-            if isinstance(seen, messages.Battery):
+            if isinstance(seen, messages.BatteryState):
                 self._charges[place] = seen
 
     def _seen(self, name: str, channel: Channel, data: bytes) -> Frame:
@@ -178,13 +178,13 @@ class _Shooting:
             except (DecodingError, KeyError, TypeError, AttributeError):
                 return None
 
-        return Sight(name, decode)
+        return LazyMessage(name, decode)
 
     def _take_told(self, message: messages.Told, time_ns: int) -> None:
         at_ns = (
             min(message.time_ns, time_ns) if not isinstance(message, messages.Statuses) else time_ns
         )
-        if isinstance(message, messages.Tree):
+        if isinstance(message, messages.TreeInfo):
             self._trees.append(message)
             self._sequence = 0
         elif isinstance(message, messages.Changes):
@@ -210,7 +210,7 @@ class _Shooting:
 
     # ---- the end ---------------------------------------------------------------------------
 
-    def film(self) -> Film:
+    def film(self) -> Timeline:
         """All of it.
 
         :raises RecordingError: where there is no tree of a mission in it.
@@ -219,9 +219,9 @@ class _Shooting:
             raise RecordingError(f"{self._file.path}: {self._why_no_film()}")
         kept = [*self._kept, *self._words(), *self._robots.get(self._node.rpartition("/")[0], [])]
         # What is told at the instant at which a mission begins is told of that mission.
-        kept.sort(key=lambda one: (one[0], not isinstance(one[1], messages.Tree)))
+        kept.sort(key=lambda one: (one[0], not isinstance(one[1], messages.TreeInfo)))
         start_ns = self._trees[0].time_ns
-        return Film(
+        return Timeline(
             path=self._file.path,
             start_ns=start_ns,
             end_ns=max(self._last_ns, start_ns),
@@ -240,7 +240,7 @@ class _Shooting:
         times = [tree.time_ns for tree in self._trees]
         for time_ns, text in self._said:
             tree = self._trees[max(bisect_right(times, time_ns) - 1, 0)]
-            yield time_ns, messages.Said(time_ns, tree.run, text)
+            yield time_ns, messages.LogText(time_ns, tree.run, text)
 
     def _why_no_film(self) -> str:
         if TREE in self._unread:

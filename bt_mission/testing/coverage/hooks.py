@@ -20,10 +20,10 @@ from bt_mission.core.yaml.document import Document
 from bt_mission.ros import mission_node as missions
 from bt_mission.sessions.load import load
 from bt_mission.testing.coverage.page import page
-from bt_mission.testing.coverage.places import Built, Place, places
+from bt_mission.testing.coverage.places import Built, CoveragePlace, places
 from bt_mission.testing.coverage.table import table, trees
 from bt_mission.testing.coverage.tally import Covered, Spot, Tally
-from bt_mission.testing.coverage.watch import BRANCH, OUTCOME, Watch
+from bt_mission.testing.coverage.watch import BRANCH, OUTCOME, CoverageWatch
 
 if TYPE_CHECKING:
     from _pytest.terminal import TerminalReporter
@@ -40,7 +40,7 @@ WRITERS: dict[str, Callable[[Tally], str]] = {
 """How a report of each kind of file is made."""
 
 
-class Coverage:
+class CoverageHooks:
     """Hooks of one session.
 
     :raises pytest.UsageError: for a report of an unknown kind.
@@ -61,11 +61,11 @@ class Coverage:
                 raise pytest.UsageError(
                     f"--mission-cov-report: the name of {path} ends in none of {', '.join(WRITERS)}"
                 )
-        missions.newcomers.append(self._begin)
+        missions.on_mission_started.append(self._begin)
 
     def pytest_unconfigure(self) -> None:
         """Watch no more."""
-        missions.newcomers.remove(self._begin)
+        missions.on_mission_started.remove(self._begin)
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> Generator[None, object, object]:
@@ -149,11 +149,11 @@ class Coverage:
             else:
                 spot.runs += 1
 
-        Watch(mission, executive, mark)
+        CoverageWatch(mission, executive, mark)
 
     def _know(self, mission: Mission) -> dict[str, str]:
         """Take in what there is to reach in a mission; gives the key of each of its files."""
-        by_file: dict[str, list[Place]] = {}
+        by_file: dict[str, list[CoveragePlace]] = {}
         for place in places(mission):
             by_file.setdefault(place.document.file, []).append(place)
         keys = {}
@@ -199,7 +199,7 @@ class Coverage:
                     self._unread.append(f"not counted: {str(error).splitlines()[0]}")
 
 
-def _spot(place: Place) -> Spot:
+def _spot(place: CoveragePlace) -> Spot:
     return Spot(
         line=place.step.line,
         column=place.step.column,
@@ -217,7 +217,7 @@ def _count(runs: dict[str, int], which: str) -> None:
         runs[which] += 1
 
 
-def _shape(found: list[Place]) -> str:
+def _shape(found: list[CoveragePlace]) -> str:
     """Tells texts of one name apart by their trees, not by numbers that a test puts into them."""
     shape = [(one.step.line, one.step.column, one.step.kind) for one in found]
     return hashlib.sha256(repr(shape).encode()).hexdigest()[:8]

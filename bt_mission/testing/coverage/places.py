@@ -33,12 +33,12 @@ ALWAYS_POSSIBLE = (
 )
 """Ways in which the server of any goal can end it, or leave it."""
 
-CHOOSING = (steps.Fallback, steps.Parallel, steps.Choose)
+CHOOSING = (steps.FallbackStep, steps.ParallelStep, steps.ChooseStep)
 """Kinds of which each child is a branch."""
 
 
 @dataclass(frozen=True)
-class Place:
+class CoveragePlace:
     """A node of a mission, where it stands in its file.
 
     :param tree: the named tree that it belongs to; None is the mission's own.
@@ -55,7 +55,7 @@ class Place:
     branches: tuple[str, ...]
 
 
-def places(mission: Mission) -> Iterator[Place]:
+def places(mission: Mission) -> Iterator[CoveragePlace]:
     """Every node of a mission, and of all named trees that it has at hand, used or not."""
     uses = _ends_of_trees(mission)
     halted = _trees_halted(mission)
@@ -63,7 +63,7 @@ def places(mission: Mission) -> Iterator[Place]:
         name = None if tree.is_main else tree.name
         ends = ends_of(tree.body, uses)
         for step, depth, can_halt in _descend(tree, ends, halted=name in halted):
-            yield Place(
+            yield CoveragePlace(
                 tree.document,
                 step,
                 name,
@@ -82,9 +82,9 @@ def _name_of(step: steps.Step, mission: Mission) -> str:
 def branches(step: steps.Step) -> list[str]:
     """The ways that a node can choose; those of children are in their order."""
     match step:
-        case steps.Fallback() | steps.Parallel() | steps.Choose():
+        case steps.FallbackStep() | steps.ParallelStep() | steps.ChooseStep():
             return [f"{number} {name_of(one)}" for number, one in enumerate(step.children, 1)]
-        case steps.When() | steps.Guard():
+        case steps.WhenStep() | steps.GuardStep():
             if isinstance(step.condition, bool):
                 return [TRUE if step.condition else FALSE]
             return [TRUE, FALSE]
@@ -93,15 +93,15 @@ def branches(step: steps.Step) -> list[str]:
 
 def _outcomes(step: steps.Step, ends: Mapping[int, Ends], *, can_halt: bool) -> list[str]:
     match step:
-        case steps.Action():
+        case steps.ActionStep():
             return [str(one) for one in _of_goal(step, can_halt=can_halt)]
-        case steps.Check():
+        case steps.CheckStep():
             return [{"success": TRUE, "failure": FALSE}[end] for end in _both(ends[id(step)])]
-        case steps.Timeout():
+        case steps.TimeoutStep():
             return [*_both(ends[id(step.child)]), EXPIRED]
-        case steps.ForEach(elements=list() | tuple() as elements):
+        case steps.ForEachStep(elements=list() | tuple() as elements):
             return _both(ends[id(step)]) if elements else [EMPTY]
-        case steps.ForEach():
+        case steps.ForEachStep():
             return [*_both(ends[id(step)]), EMPTY]
     return _both(ends[id(step)])
 
@@ -110,7 +110,7 @@ def _both(ends: Ends) -> list[str]:
     return [end for end in ("success", "failure") if end in ends]
 
 
-def _of_goal(step: steps.Action, *, can_halt: bool) -> Iterator[Outcome]:
+def _of_goal(step: steps.ActionStep, *, can_halt: bool) -> Iterator[Outcome]:
     """The outcomes that this leaf's goals can have, in the order of the closed list."""
     limits = {
         Outcome.CANCELED_BY_CONDITION: step.cancel_when is not None,
@@ -144,13 +144,13 @@ def _descend(
 def _halts(step: steps.Step, index: int, ends: Mapping[int, Ends]) -> bool:
     """Can a step halt its child of this index?"""
     match step:
-        case steps.Timeout():
+        case steps.TimeoutStep():
             return True
-        case steps.Guard():
+        case steps.GuardStep():
             return step.condition is not True
-        case steps.Sequence() | steps.Fallback():
+        case steps.SequenceStep() | steps.FallbackStep():
             return not step.memory and index > 0
-        case steps.Parallel():
+        case steps.ParallelStep():
             others = [ends[id(one)] for n, one in enumerate(step.children) if n != index]
             decides = step.succeed_when != "all" or any("failure" in one for one in others)
             return step.rest == "halt" and bool(others) and decides
@@ -168,7 +168,7 @@ def _trees_halted(mission: Mission) -> set[str | None]:
             name = None if tree.is_main else tree.name
             ends = ends_of(tree.body, uses)
             for step, _, can_halt in _descend(tree, ends, halted=name in found):
-                if can_halt and isinstance(step, steps.Subtree):
+                if can_halt and isinstance(step, steps.SubtreeStep):
                     found.add(step.tree)
         grown = len(found) > before
     return found
@@ -180,7 +180,7 @@ def _ends_of_trees(mission: Mission) -> dict[str, Ends]:
     waiting = list(mission.trees.values())
     while waiting:
         tree = waiting.pop(0)
-        used = {one.tree for one in tree.body.walk() if isinstance(one, steps.Subtree)}
+        used = {one.tree for one in tree.body.walk() if isinstance(one, steps.SubtreeStep)}
         if used <= found.keys():
             found[tree.name] = ends_of(tree.body, found)[id(tree.body)]
         else:
@@ -212,7 +212,7 @@ def built(mission: Mission, root: Behaviour) -> Iterator[Built]:
     while waiting:
         one = waiting.pop()
         yield one
-        if isinstance(one.step, steps.Subtree):
+        if isinstance(one.step, steps.SubtreeStep):
             tree = mission.trees[one.step.tree]
             waiting.append(Built(one.node.children[0], tree.body, tree.document, one, 0))
         else:

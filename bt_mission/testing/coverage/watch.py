@@ -32,7 +32,7 @@ Mark = Callable[[Built, str, str], None]
 """Told of a node, of what there is to reach (above), and which; once in a run."""
 
 
-class Watch:
+class CoverageWatch:
     """Follows the ticks of one mission.
 
     :param mark: told of everything that is reached, when it is reached first.
@@ -43,8 +43,8 @@ class Watch:
         self._mark = mark
         self._built = {one.node: one for one in built(mission, executive.root)}
         self._seen: set[tuple[Behaviour, str, str]] = set()
-        followed = executive.follow
-        executive.follow = lambda walk: self._follow(followed(walk))
+        followed = executive.tick_wrapper
+        executive.tick_wrapper = lambda walk: self._follow(followed(walk))
         executive.listeners.append(self._on_change)
 
     def _follow(self, walk: Iterator[Behaviour]) -> Iterator[Behaviour]:
@@ -92,7 +92,7 @@ def _way_to(one: Built) -> str:
     assert above is not None
     if isinstance(above.step, CHOOSING):
         return branches(above.step)[one.number]
-    if isinstance(above.step, steps.When | steps.Guard):
+    if isinstance(above.step, steps.WhenStep | steps.GuardStep):
         return FALSE if one.number else TRUE
     return ""
 
@@ -100,9 +100,9 @@ def _way_to(one: Built) -> str:
 def _went_nowhere(one: Built) -> bool:
     """Has a condition that does not hold kept a node from going on?"""
     children = one.node.children
-    if isinstance(one.step, steps.When):
+    if isinstance(one.step, steps.WhenStep):
         return len(children) == 1 and children[0].status is Status.INVALID
-    if isinstance(one.step, steps.Guard):
+    if isinstance(one.step, steps.GuardStep):
         return children[0].status is Status.INVALID
     return False
 
@@ -114,10 +114,10 @@ def _outcome(one: Built) -> str:
         ending = node.attempt.ending if node.attempt else None
         return str(ending.outcome) if ending else ""
     has_failed = node.status is Status.FAILURE
-    if isinstance(step, steps.Check):
+    if isinstance(step, steps.CheckStep):
         return FALSE if has_failed else TRUE
-    if isinstance(step, steps.Timeout) and has_failed:
+    if isinstance(step, steps.TimeoutStep) and has_failed:
         return "failure" if node.children[0].status is Status.FAILURE else EXPIRED
-    if isinstance(step, steps.ForEach) and not has_failed:
+    if isinstance(step, steps.ForEachStep) and not has_failed:
         return "success" if node.children[0].status is Status.SUCCESS else EMPTY
     return "failure" if has_failed else "success"

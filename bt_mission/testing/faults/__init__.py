@@ -14,7 +14,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from bt_mission.testing.faults.clock import ClockFaults
-from bt_mission.testing.faults.fault import Fault, Occurrence
+from bt_mission.testing.faults.fault import Fault, FaultInstance
 from bt_mission.testing.faults.feedback import FeedbackFaults
 from bt_mission.testing.faults.goals import GoalFaults
 from bt_mission.testing.faults.raising import CodeFaults
@@ -26,7 +26,7 @@ from bt_mission.testing.faults.world import WorldFaults
 if TYPE_CHECKING:
     from bt_mission.testing.faults.fault import FaultTarget
 
-__all__ = ["Fault", "Faults", "Occurrence"]
+__all__ = ["Fault", "FaultInstance", "Faults"]
 
 
 class Faults(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from bt_mission.testing.errors import ScenarioError
-from bt_mission.testing.faults.fault import Fault, Maker, Occurrence
+from bt_mission.testing.faults.fault import Fault, FaultInstance, Maker
 
 if TYPE_CHECKING:
     from rclpy.node import Node
@@ -29,7 +29,7 @@ class ClockFaults(Maker):
         if by == 0:
             raise ScenarioError("jump_clock: expected seconds other than 0")
 
-        def begin(fault: Occurrence) -> None:
+        def begin(fault: FaultInstance) -> None:
             clock = fault.run.stage.clock
             whose = _node(fault, node)
             by_ns = max(round(by * 1e9), -clock.clocks.at(whose, clock.now_ns))
@@ -45,7 +45,7 @@ class ClockFaults(Maker):
         :param node: whose clock.
         """
 
-        def begin(fault: Occurrence) -> None:
+        def begin(fault: FaultInstance) -> None:
             clock = fault.run.stage.clock
             whose = _node(fault, node)
             clock.clocks.stop(whose, clock.now_ns)
@@ -54,7 +54,7 @@ class ClockFaults(Maker):
         return self._fault("stop_clock", begin, lasting, node=node)
 
 
-def _node(fault: Occurrence, name: str) -> Node:
+def _node(fault: FaultInstance, name: str) -> Node:
     """The node of a name.
 
     :raises ScenarioError: when there is none.

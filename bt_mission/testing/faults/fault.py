@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from rclpy.action import get_action_server_names_and_types_by_node
 
-from bt_mission.language.action_names import SHORT_NAMES
+from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.ros.interface_types import action_type
 from bt_mission.testing.errors import ScenarioError, no_such
 from bt_mission.virtual_time import Answer, Delivery, Passing, Side
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 Fates = Iterable[Delivery | Answer]
 """What becomes of something that passes; nothing, and it is lost."""
 
-Begin = Callable[["Occurrence"], None]
+Begin = Callable[["FaultInstance"], None]
 """Makes something go wrong, and tells the occurrence how that is undone."""
 
 
@@ -36,7 +36,7 @@ class FaultTarget(Protocol):
     mission: Mission
     stage: Stage
     history: History
-    faults: list[Occurrence]
+    faults: list[FaultInstance]
 
     def find(self, name: str) -> Behaviour:
         """Return the node of this name, or at this path. Raises ScenarioError."""
@@ -76,7 +76,7 @@ class Fault:
         self.parameters = dict(parameters)
         self._begin = begin
         self._lasting = lasting
-        self._occurrence: Occurrence | None = None
+        self._occurrence: FaultInstance | None = None
 
     def __call__(self, run: FaultTarget) -> None:
         """Begin.
@@ -85,7 +85,7 @@ class Fault:
         """
         if self._occurrence is not None and self._occurrence.goes_on_in(run):
             raise ScenarioError(f"{self!r} goes on already: end it first, or make another")
-        occurrence = Occurrence(run, self)
+        occurrence = FaultInstance(run, self)
         try:
             self._begin(occurrence)
         except BaseException:
@@ -109,7 +109,7 @@ class Fault:
         return f"faults.{self.what}({', '.join(given)})"
 
 
-class Occurrence:
+class FaultInstance:
     """One time that a fault goes on, in one run.
 
     :ivar began_ns: when it began, virtual time.
@@ -232,7 +232,7 @@ class Occurrence:
         :raises ScenarioError: when nobody offers it.
         """
         full = self.run.stage.node.resolve_topic_name(
-            SHORT_NAMES[name].action if name in SHORT_NAMES else name
+            ACTION_NAMES[name].action if name in ACTION_NAMES else name
         )
         if full not in self._actions():
             self.run.stage.offer_all()

@@ -9,7 +9,7 @@ from typing import Any
 from unique_identifier_msgs.msg import UUID
 
 from bt_mission.testing.faults.corruptions import changed_by
-from bt_mission.testing.faults.fault import Fates, Fault, Maker, Occurrence, nanoseconds
+from bt_mission.testing.faults.fault import Fates, Fault, FaultInstance, Maker, nanoseconds
 from bt_mission.testing.faults.goals import part_of
 from bt_mission.virtual_time import Delivery, Passing, Side
 
@@ -35,7 +35,7 @@ class FeedbackFaults(Maker):
     def freeze_feedback(self, action: str, *, lasting: float | None = None) -> Fault:
         """Send stale feedback: each goal's first again and again, instead of what comes after."""
 
-        def make(_: Occurrence) -> Callable[[Passing], Fates]:
+        def make(_: FaultInstance) -> Callable[[Passing], Fates]:
             first: dict[bytes, Any] = {}
 
             def freeze(passing: Passing) -> Fates:
@@ -56,7 +56,7 @@ class FeedbackFaults(Maker):
         :param instead: of the goal's own; else before each of its own.
         """
 
-        def make(fault: Occurrence) -> Callable[[Passing], Fates]:
+        def make(fault: FaultInstance) -> Callable[[Passing], Fates]:
             nobodys = fault.generator().randbytes(16)
             known: list[bytes] = []
             corrupt = changed_by("nan", None)
@@ -92,7 +92,7 @@ class FeedbackFaults(Maker):
         """
         change = changed_by(how, field)
 
-        def make(_: Occurrence) -> Callable[[Passing], Fates]:
+        def make(_: FaultInstance) -> Callable[[Passing], Fates]:
             def corrupt(passing: Passing) -> Fates:
                 passing.message.feedback = change(passing.message.feedback)
                 return (Delivery(passing.message),)
@@ -104,12 +104,12 @@ class FeedbackFaults(Maker):
     def _feedback(
         self,
         what: str,
-        make: Callable[[Occurrence], Callable[[Passing], Fates]],
+        make: Callable[[FaultInstance], Callable[[Passing], Fates]],
         action: str,
         lasting: float | None,
         **parameters: Any,
     ) -> Fault:
-        def begin(fault: Occurrence) -> None:
+        def begin(fault: FaultInstance) -> None:
             fault.tap(part_of(fault, action, "feedback"), Side.MESSAGE, make(fault))
 
         return self._fault(what, begin, lasting, action=action, **parameters)

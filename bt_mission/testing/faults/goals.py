@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from action_msgs.srv import CancelGoal
 
 from bt_mission.testing.errors import ScenarioError
-from bt_mission.testing.faults.fault import Fates, Fault, Maker, Occurrence, nanoseconds, passed
+from bt_mission.testing.faults.fault import Fates, Fault, FaultInstance, Maker, nanoseconds, passed
 from bt_mission.virtual_time import ACTION_PARTS, Answer, Delivery, Gate, Passing, Side
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ class GoalFaults(Maker):
         """Reject the next goals."""
         _check_count("reject_goals", goals)
 
-        def begin(fault: Occurrence) -> None:
+        def begin(fault: FaultInstance) -> None:
             response = fault.action_type(action).Impl.SendGoalService.Response
             reject = _counted(fault, goals, lambda _: (Answer(response(accepted=False)),))
             fault.tap(part_of(fault, action, "goal"), Side.REQUEST, reject)
@@ -50,7 +50,7 @@ class GoalFaults(Maker):
         """Lose goals before the server hears of them: it never answers, and does nothing."""
         _check_count("ignore_goals", goals)
 
-        def begin(fault: Occurrence) -> None:
+        def begin(fault: FaultInstance) -> None:
             ignore = _counted(fault, goals, lambda _: ())
             fault.tap(part_of(fault, action, "goal"), Side.REQUEST, ignore)
 
@@ -62,7 +62,7 @@ class GoalFaults(Maker):
         """Lose the answers to goals: the server carries them out, and nobody knows of it."""
         _check_count("drop_answers", goals)
 
-        def begin(fault: Occurrence) -> None:
+        def begin(fault: FaultInstance) -> None:
             drop = _counted(fault, goals, lambda _: ())
             fault.tap(part_of(fault, action, "goal"), Side.RESPONSE, drop)
 
@@ -75,7 +75,7 @@ class GoalFaults(Maker):
         _check_count("delay_answers", goals)
         late = _later(nanoseconds("delay_answers", by))
 
-        def begin(fault: Occurrence) -> None:
+        def begin(fault: FaultInstance) -> None:
             fault.tap(part_of(fault, action, "goal"), Side.RESPONSE, _counted(fault, goals, late))
 
         return self._fault("delay_answers", begin, lasting, action=action, by=by, goals=goals)
@@ -96,7 +96,7 @@ class GoalFaults(Maker):
         after_ns = nanoseconds("after", after)
         most_ns = None if at_most is None else nanoseconds("at_most", at_most)
 
-        def begin(fault: Occurrence) -> None:
+        def begin(fault: FaultInstance) -> None:
             name = fault.action(action)
             clock = fault.run.stage.clock
             gates: list[Gate] = []
@@ -108,7 +108,7 @@ class GoalFaults(Maker):
                 return (Delivery(passing.message, gate=gate),)
 
             def on_goal(what: str, goal: Goal) -> None:
-                if what == "handed over" and goal.courier.name == name:
+                if what == "handed over" and goal.goal_client.name == name:
                     release(after_ns)
 
             def release(by_ns: int) -> None:
@@ -155,7 +155,7 @@ class GoalFaults(Maker):
                 for number in range(times)
             ]
 
-        def begin(fault: Occurrence) -> None:
+        def begin(fault: FaultInstance) -> None:
             fault.tap(part_of(fault, action, part), Side.RESPONSE, repeat)
 
         return self._fault(
@@ -175,7 +175,7 @@ class GoalFaults(Maker):
         _check_count("delay_results", goals)
         late = _later(nanoseconds("delay_results", by))
 
-        def begin(fault: Occurrence) -> None:
+        def begin(fault: FaultInstance) -> None:
             fault.tap(part_of(fault, action, "result"), Side.RESPONSE, _counted(fault, goals, late))
 
         return self._fault("delay_results", begin, lasting, action=action, by=by, goals=goals)
@@ -186,7 +186,7 @@ class GoalFaults(Maker):
         """Lose results for ever."""
         _check_count("drop_results", goals)
 
-        def begin(fault: Occurrence) -> None:
+        def begin(fault: FaultInstance) -> None:
             drop = _counted(fault, goals, lambda _: ())
             fault.tap(part_of(fault, action, "result"), Side.RESPONSE, drop)
 
@@ -202,7 +202,7 @@ class GoalFaults(Maker):
         _check_count("refuse_cancels", times)
         refusal = CancelGoal.Response(return_code=CancelGoal.Response.ERROR_REJECTED)
 
-        def begin(fault: Occurrence) -> None:
+        def begin(fault: FaultInstance) -> None:
             refuse = _counted(fault, times, lambda _: (Answer(refusal),))
             fault.tap(part_of(fault, action, "cancel"), Side.REQUEST, refuse)
 
@@ -217,7 +217,7 @@ class GoalFaults(Maker):
         """
         _check_count("ignore_cancels", times)
 
-        def begin(fault: Occurrence) -> None:
+        def begin(fault: FaultInstance) -> None:
             ignore = _counted(fault, times, lambda _: ())
             fault.tap(part_of(fault, action, "cancel"), Side.REQUEST, ignore)
 
@@ -230,7 +230,7 @@ class GoalFaults(Maker):
         """
         late = _later(nanoseconds("slow_server", by))
 
-        def begin(fault: Occurrence) -> None:
+        def begin(fault: FaultInstance) -> None:
             for part in PARTS:
                 fault.tap(part_of(fault, action, part), Side.REQUEST, late)
                 fault.tap(part_of(fault, action, part), Side.RESPONSE, late)
@@ -239,13 +239,13 @@ class GoalFaults(Maker):
         return self._fault("slow_server", begin, lasting, action=action, by=by)
 
 
-def part_of(fault: Occurrence, action: str, part: str) -> str:
+def part_of(fault: FaultInstance, action: str, part: str) -> str:
     """The full name of a part of an action that is offered."""
     return f"{fault.action(action)}/_action/{ACTION_PARTS[part]}"
 
 
 def _counted(
-    fault: Occurrence, count: int | None, tap: Callable[[Passing], Fates]
+    fault: FaultInstance, count: int | None, tap: Callable[[Passing], Fates]
 ) -> Callable[[Passing], Fates]:
     """A tap for so many things that pass, after which its fault ends."""
     if count is None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, NoReturn
 
 from bt_mission.testing.errors import ScenarioError, no_such
-from bt_mission.testing.faults.fault import Fates, Fault, Maker, Occurrence, passed
+from bt_mission.testing.faults.fault import Fates, Fault, FaultInstance, Maker, passed
 from bt_mission.virtual_time import Passing, Side
 
 METHODS = ("initialise", "update", "terminate")
@@ -36,7 +36,7 @@ class CodeFaults(Maker):
             )
         raised = error or RuntimeError("made by a fault")
 
-        def begin(fault: Occurrence) -> None:
+        def begin(fault: FaultInstance) -> None:
             node = fault.run.find(leaf)
             if node.children:
                 leaves = [one.name for one in fault.run.history.nodes if not one.children]
@@ -76,7 +76,7 @@ class CodeFaults(Maker):
         """
         raised = error or RuntimeError("made by a fault")
 
-        def begin(fault: Occurrence) -> None:
+        def begin(fault: FaultInstance) -> None:
             receiver = fault.receiver(node)
             full, side = _callback(fault, str(receiver), name)
             left = [on]
@@ -96,7 +96,7 @@ class CodeFaults(Maker):
         )
 
 
-def _callback(fault: Occurrence, node_name: str, name: str) -> tuple[str, Side]:
+def _callback(fault: FaultInstance, node_name: str, name: str) -> tuple[str, Side]:
     """What wakes a node under a name."""
     clock = fault.run.stage.clock
     node = next(one for one in clock.get_nodes() if one.get_fully_qualified_name() == node_name)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.testing.errors import ScenarioError, no_such
-from bt_mission.testing.faults.fault import Fault, Maker, Occurrence
+from bt_mission.testing.faults.fault import Fault, FaultInstance, Maker
 
 if TYPE_CHECKING:
     from bt_mission.testing.faults.fault import FaultStages
@@ -25,7 +25,7 @@ class RobotFaults(Maker):
 
     def __init__(self, stages: FaultStages) -> None:
         super().__init__(stages)
-        self._changes: list[tuple[Occurrence, str, dict[str, Any]]] = []
+        self._changes: list[tuple[FaultInstance, str, dict[str, Any]]] = []
 
     # ---- sensors -------------------------------------------------------------------------
 
@@ -139,7 +139,7 @@ class RobotFaults(Maker):
     def motors_off(self, *, lasting: float | None = None) -> Fault:
         """Take the motors' power; the base rolls to rest."""
 
-        def begin(fault: Occurrence) -> None:
+        def begin(fault: FaultInstance) -> None:
             robot = _robot(fault)
             robot.power_motors(on=False)
             fault.undo(lambda: robot.power_motors(on=True))
@@ -199,7 +199,7 @@ class RobotFaults(Maker):
         options: dict[str, Any] | None = None,
         **parameters: Any,
     ) -> Fault:
-        def begin(fault: Occurrence) -> None:
+        def begin(fault: FaultInstance) -> None:
             try:
                 getattr(_robot(fault), method)(*arguments, **(options or {}))
             except BtMissionError as error:
@@ -215,7 +215,7 @@ class RobotFaults(Maker):
         lasting: float | None,
         **parameters: Any,
     ) -> Fault:
-        def begin(fault: Occurrence) -> None:
+        def begin(fault: FaultInstance) -> None:
             faults = _robot(fault).faults
             try:
                 faults.set(part, **changes)
@@ -236,7 +236,7 @@ class RobotFaults(Maker):
         return self._fault(what, begin, lasting, **parameters)
 
 
-def _robot(fault: Occurrence) -> Any:
+def _robot(fault: FaultInstance) -> Any:
     return fault.run.stage.sim.simulation
 
 

@@ -9,7 +9,7 @@ from typing import Any
 from bt_mission.core.errors import BtMissionError, described
 from bt_mission.ros.interface_types import fill
 from bt_mission.testing.errors import ScenarioError, no_such
-from bt_mission.testing.faults.fault import Fault, Maker, Occurrence, nanoseconds
+from bt_mission.testing.faults.fault import Fault, FaultInstance, Maker, nanoseconds
 from bt_mission.virtual_time import Answer, Delivery, Side
 
 
@@ -34,7 +34,7 @@ class ServerFaults(Maker):
         :param when: looks at feedback, and tells whether it is time; None is at once.
         """
 
-        def begin(fault: Occurrence) -> None:
+        def begin(fault: FaultInstance) -> None:
             name = fault.action(action)
             played = self._stages.scripted.get(name)
             if played is not None:
@@ -71,7 +71,7 @@ class ServerFaults(Maker):
         At the end of the fault it is back, and knows nothing of the goals before.
         """
 
-        def begin(fault: Occurrence) -> None:
+        def begin(fault: FaultInstance) -> None:
             stage, name = fault.run.stage, fault.action(action)
             played = self._stages.scripted.get(name)
             if played is None:
@@ -113,7 +113,7 @@ class ServerFaults(Maker):
             )
         raised = error or RuntimeError("made by a fault")
 
-        def begin(fault: Occurrence) -> None:
+        def begin(fault: FaultInstance) -> None:
             name = fault.action(action)
             left = [on]
 
@@ -143,7 +143,7 @@ class ServerFaults(Maker):
         """Deliver the answers of a service late; it has done its work then."""
         by_ns = nanoseconds("delay_service", by)
 
-        def begin(fault: Occurrence) -> None:
+        def begin(fault: FaultInstance) -> None:
             name, _ = fault.service(service)
             fault.tap(name, Side.RESPONSE, lambda p: (Delivery(p.message, after_ns=by_ns),))
 
@@ -152,7 +152,7 @@ class ServerFaults(Maker):
     def ignore_service(self, service: str, *, lasting: float | None = None) -> Fault:
         """Lose requests to a service: it does nothing, and never answers."""
 
-        def begin(fault: Occurrence) -> None:
+        def begin(fault: FaultInstance) -> None:
             name, _ = fault.service(service)
             fault.tap(name, Side.REQUEST, lambda _: ())
 
@@ -165,7 +165,7 @@ class ServerFaults(Maker):
             are empty.
         """
 
-        def begin(fault: Occurrence) -> None:
+        def begin(fault: FaultInstance) -> None:
             name, kind = fault.service(service)
             try:
                 fill(kind.Response(), fields)
@@ -177,7 +177,7 @@ class ServerFaults(Maker):
 
     # ---- inside ----------------------------------------------------------------------------
 
-    def _servers(self, fault: Occurrence, name: str) -> Any:
+    def _servers(self, fault: FaultInstance, name: str) -> Any:
         """Our servers, where it is they that offer an action."""
         servers = fault.run.stage.servers
         if name not in servers.actions:
@@ -185,7 +185,7 @@ class ServerFaults(Maker):
         return servers
 
 
-def _asked(fault: Occurrence, when: Callable[[Any], Any], feedback: Mapping[str, Any]) -> bool:
+def _asked(fault: FaultInstance, when: Callable[[Any], Any], feedback: Mapping[str, Any]) -> bool:
     if not feedback:
         return False
     try:

@@ -11,8 +11,8 @@ from bt_mission.testing.faults.corruptions import changed_by, restamp
 from bt_mission.testing.faults.fault import (
     Fates,
     Fault,
+    FaultInstance,
     Maker,
-    Occurrence,
     check_share,
     nanoseconds,
     passed,
@@ -49,7 +49,7 @@ class TopicFaults(Maker):
         if every is not None and (every < 1 or share != 1.0):
             raise ScenarioError("drop: give a share, or every, a whole number from 1 up")
 
-        def begin(fault: Occurrence) -> None:
+        def begin(fault: FaultInstance) -> None:
             counts: dict[str, int] = {}
 
             def tap(passing: Passing) -> Fates:
@@ -90,7 +90,7 @@ class TopicFaults(Maker):
         """
         by_ns, jitter_ns = nanoseconds("delay", by), nanoseconds("jitter", jitter)
 
-        def begin(fault: Occurrence) -> None:
+        def begin(fault: FaultInstance) -> None:
             last: dict[str, int] = {}
 
             def tap(passing: Passing) -> Fates:
@@ -147,7 +147,7 @@ class TopicFaults(Maker):
             raise ScenarioError(f"duplicate: expected 2 times or more, got {times!r}")
         after_ns = nanoseconds("after", after)
 
-        def begin(fault: Occurrence) -> None:
+        def begin(fault: FaultInstance) -> None:
             def tap(passing: Passing) -> Fates:
                 if share < 1 and fault.draw(passing).random() >= share:
                     return passed(passing)
@@ -183,7 +183,7 @@ class TopicFaults(Maker):
             hangs while its driver goes on.
         """
 
-        def begin(fault: Occurrence) -> None:
+        def begin(fault: FaultInstance) -> None:
             frozen: dict[str, Any] = {}
 
             def tap(passing: Passing) -> Fates:
@@ -224,7 +224,7 @@ class TopicFaults(Maker):
         check_share("corrupt", share)
         change = changed_by(how, field)
 
-        def begin(fault: Occurrence) -> None:
+        def begin(fault: FaultInstance) -> None:
             def tap(passing: Passing) -> Fates:
                 if share < 1 and fault.draw(passing).random() >= share:
                     return passed(passing)
@@ -245,6 +245,6 @@ class TopicFaults(Maker):
 
 
 def _tap(
-    fault: Occurrence, topic: str, tap: Callable[[Passing], Fates], receiver: str | None
+    fault: FaultInstance, topic: str, tap: Callable[[Passing], Fates], receiver: str | None
 ) -> None:
     fault.tap(fault.topic(topic), Side.MESSAGE, tap, fault.receiver(receiver))

@@ -8,7 +8,7 @@ from typing import Any
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.testing.errors import ScenarioError, no_such
-from bt_mission.testing.faults.fault import Fault, Maker, Occurrence
+from bt_mission.testing.faults.fault import Fault, FaultInstance, Maker
 
 BOX = (0.2, 0.2, 0.3)
 """Length, width and height, m."""
@@ -89,7 +89,7 @@ class WorldFaults(Maker):
         :param speed: m/s, at most 2.
         """
 
-        def begin(fault: Occurrence) -> None:
+        def begin(fault: FaultInstance) -> None:
             x, y, _ = _place("move_box", fault, (ahead, left, at))
             try:
                 _prop(fault, box).move_to(x, y, speed)
@@ -109,7 +109,7 @@ class WorldFaults(Maker):
     def remove_box(self, box: Fault | str = "box") -> Fault:
         """Have an obstacle vanish."""
 
-        def begin(fault: Occurrence) -> None:
+        def begin(fault: FaultInstance) -> None:
             prop = _prop(fault, box)
             for one in fault.run.faults:
                 if one.made is prop:
@@ -132,7 +132,7 @@ class WorldFaults(Maker):
         if (ahead is None) == (at is None):
             raise ScenarioError(f"{what}: give a place, as ahead=1.0 (and left=) or at=(x, y)")
 
-        def begin(fault: Occurrence) -> None:
+        def begin(fault: FaultInstance) -> None:
             x, y, heading = _place(what, fault, place)
             given = dict(shape)
             given["yaw_deg"] = (given.get("yaw_deg", 0.0) + math.degrees(heading)) % 360
@@ -156,7 +156,7 @@ class WorldFaults(Maker):
 
 
 def _place(
-    what: str, fault: Occurrence, place: tuple[float | None, float, tuple[float, float] | None]
+    what: str, fault: FaultInstance, place: tuple[float | None, float, tuple[float, float] | None]
 ) -> tuple[float, float, float]:
     """A place in the map, and the direction that it counts yaw from, rad."""
     ahead, left, at = place
@@ -169,18 +169,18 @@ def _place(
     return x + ahead * cos - left * sin, y + ahead * sin + left * cos, yaw
 
 
-def _props(fault: Occurrence) -> Any:
+def _props(fault: FaultInstance) -> Any:
     return fault.run.stage.sim.simulation.props
 
 
-def _free(fault: Occurrence, name: str) -> str:
+def _free(fault: FaultInstance, name: str) -> str:
     taken = {one.name for one in _props(fault)}
     if name not in taken:
         return name
     return next(other for n in count(2) if (other := f"{name} {n}") not in taken)
 
 
-def _prop(fault: Occurrence, box: Fault | str) -> Any:
+def _prop(fault: FaultInstance, box: Fault | str) -> Any:
     """The obstacle of a name, or that a fault has made."""
     there = list(_props(fault))
     if isinstance(box, Fault):

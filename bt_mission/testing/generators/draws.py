@@ -16,7 +16,7 @@ class Draws(Protocol):
         """A number from ``low`` to ``high``, both included; the lower, the simpler."""
 
 
-class Seeded:
+class SeededDraws:
     """Draws from a generator of its own.
 
     :param seed: the same draws follow from the same seed.

@@ -4,23 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from bt_mission.views.drawing.nodes import Family, Node
+from bt_mission.views.drawing.nodes import DrawnNode, Family
 from bt_mission.views.drawing.style import FILLS
 
 SHAPES = {Family.CONDITION: "ellipse", Family.SUBTREE: "component"}
 
 
-def dot(root: Node, title: str) -> str:
+def dot(root: DrawnNode, title: str) -> str:
     """The whole graph; ``dot -Tpdf`` makes a page of it."""
     return "\n".join(_lines(root, title)) + "\n"
 
 
-def _lines(root: Node, title: str) -> Iterator[str]:
+def _lines(root: DrawnNode, title: str) -> Iterator[str]:
     yield "digraph mission {"
     yield f'  label={_quoted(title)}; labelloc=t; fontname="sans-serif";'
     yield '  node [fontname="sans-serif", fontsize=10, shape=box, style="filled,rounded"];'
     yield "  edge [arrowhead=none]; ordering=out;"
-    waiting: list[tuple[Node, str, str | None]] = [(root, "n", None)]
+    waiting: list[tuple[DrawnNode, str, str | None]] = [(root, "n", None)]
     while waiting:
         node, name, above = waiting.pop()
         label = "\n".join((f"{node.sign.glyph} {node.name}", *node.details))

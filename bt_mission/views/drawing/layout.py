@@ -12,12 +12,12 @@ from dataclasses import dataclass, field
 
 
 @dataclass
-class Box:
+class NodeBox:
     """A box with those below it; ``x`` and ``y`` are of its upper left corner, once placed."""
 
     width: float
     height: float
-    children: list[Box] = field(default_factory=list)
+    children: list[NodeBox] = field(default_factory=list)
     x: float = 0.0
     y: float = 0.0
 
@@ -44,7 +44,7 @@ class _Outline:
     right: list[_Piece]
 
 
-def place(root: Box, gap_x: float, gap_y: float) -> tuple[float, float]:
+def place(root: NodeBox, gap_x: float, gap_y: float) -> tuple[float, float]:
     """Give every box its place, the leftmost at x = 0; gives width and height of the whole."""
     offsets: dict[int, float] = {}
     outline = _arrange(root, 0.0, (gap_x, gap_y), offsets)
@@ -58,7 +58,7 @@ def place(root: Box, gap_x: float, gap_y: float) -> tuple[float, float]:
 
 
 def _arrange(
-    box: Box, top: float, gaps: tuple[float, float], offsets: dict[int, float]
+    box: NodeBox, top: float, gaps: tuple[float, float], offsets: dict[int, float]
 ) -> _Outline:
     """Find the height of each box, and its offset from its parent's centre; gives the outline."""
     gap_x, gap_y = gaps

@@ -63,7 +63,7 @@ SIGNS: Mapping[str, Sign] = {
 
 
 @dataclass(frozen=True)
-class Node:
+class DrawnNode:
     """One node of a drawing.
 
     :param name: as the tree calls it when it runs.
@@ -73,7 +73,7 @@ class Node:
     kind: str
     name: str
     details: tuple[str, ...]
-    children: tuple[Node, ...]
+    children: tuple[DrawnNode, ...]
 
     @property
     def sign(self) -> Sign:
@@ -81,11 +81,11 @@ class Node:
         return SIGNS[self.kind]
 
 
-def drawn(mission: Mission) -> Node:
+def drawn(mission: Mission) -> DrawnNode:
     """The tree of a mission, with the trees that it uses in their places."""
     root = _node(mission.tree, mission)
     named = mission.tree.name is None and bool(mission.tree.steps)
-    return Node(root.kind, mission.name, root.details, root.children) if named else root
+    return DrawnNode(root.kind, mission.name, root.details, root.children) if named else root
 
 
 def heading(mission: Mission) -> str:
@@ -95,12 +95,12 @@ def heading(mission: Mission) -> str:
     return f"{mission.name}{where} ({mission.robot})" + (f"; {inputs}" if inputs else "")
 
 
-def _node(step: steps.Step, mission: Mission) -> Node:
+def _node(step: steps.Step, mission: Mission) -> DrawnNode:
     below: tuple[steps.Step, ...] = step.steps
-    if isinstance(step, steps.Subtree):
+    if isinstance(step, steps.SubtreeStep):
         below = (mission.trees[step.tree].body,)
     children = tuple(_node(child, mission) for child in below)
-    return Node(step.kind, name_of(step), tuple(_details(step)), children)
+    return DrawnNode(step.kind, name_of(step), tuple(_details(step)), children)
 
 
 def _details(step: steps.Step) -> list[str]:
@@ -111,41 +111,41 @@ def _details(step: steps.Step) -> list[str]:
             return _composite(step)
         case steps.Decorator():
             return _decorator(step)
-        case steps.Subtree():
+        case steps.SubtreeStep():
             return [*_fields(step.inputs), *_outputs(step)]
-        case steps.Python():
+        case steps.PythonStep():
             return [step.target, *_fields(step.inputs), *_outputs(step)]
     return _leaf(step)
 
 
 def _leaf(step: steps.Step) -> list[str]:
     match step:
-        case steps.Set():
+        case steps.SetStep():
             return [f"{name} = {written(value)}" for name, value in step.values.items()]
-        case steps.Wait():
+        case steps.WaitStep():
             return [f"{written(step.seconds)} s"]
-        case steps.Log():
+        case steps.LogStep():
             return [step.message.text]
-        case steps.Check():
+        case steps.CheckStep():
             return [] if step.name is None else [written(step.condition)]
     return []
 
 
 def _composite(step: steps.Composite) -> list[str]:
     match step:
-        case steps.Sequence(memory=False) | steps.Fallback(memory=False):
+        case steps.SequenceStep(memory=False) | steps.FallbackStep(memory=False):
             return ["asks all again in every tick"]
-        case steps.Parallel():
+        case steps.ParallelStep():
             return _parallel(step)
-        case steps.Choose(weights=weights) if weights:
+        case steps.ChooseStep(weights=weights) if weights:
             return [f"weights {', '.join(f'{one:g}' for one in weights)}"]
-        case steps.When():
+        case steps.WhenStep():
             otherwise = ["then the first, else the second"] if len(step.children) > 1 else []
             return [*_condition(step), *otherwise]
     return []
 
 
-def _parallel(step: steps.Parallel) -> list[str]:
+def _parallel(step: steps.ParallelStep) -> list[str]:
     if isinstance(step.succeed_when, str):
         succeeds = (
             f"succeeds when {step.succeed_when} {'do' if step.succeed_when == 'all' else 'does'}"
@@ -160,30 +160,30 @@ def _parallel(step: steps.Parallel) -> list[str]:
 
 def _decorator(step: steps.Decorator) -> list[str]:
     match step:
-        case steps.Repeat():
+        case steps.RepeatStep():
             return [f"{written(step.count)} times"]
-        case steps.Retry():
+        case steps.RetryStep():
             pause = "" if step.pause == 0 else f", {written(step.pause)} s apart"
             return [f"up to {written(step.attempts)} times{pause}"]
-        case steps.Timeout():
+        case steps.TimeoutStep():
             return [f"{written(step.seconds)} s"]
-        case steps.Force():
+        case steps.ForceStep():
             return [step.status]
-        case steps.ForEach():
+        case steps.ForEachStep():
             return [f"{step.variable} in {written(step.elements)}"]
-        case steps.Guard():
+        case steps.GuardStep():
             return _condition(step)
     return []
 
 
-def _condition(step: steps.Guard | steps.When) -> list[str]:
+def _condition(step: steps.GuardStep | steps.WhenStep) -> list[str]:
     """The condition, unless it is in the name."""
     return [] if step.name is None else [written(step.condition)]
 
 
 def _speaker(step: steps.Speaker) -> list[str]:
     match step:
-        case steps.Action():
+        case steps.ActionStep():
             return [
                 *_called(step.action, step.name),
                 *_fields(step.goal),
@@ -191,11 +191,11 @@ def _speaker(step: steps.Speaker) -> list[str]:
                 *([f"within {written(step.timeout)} s"] if step.timeout is not None else []),
                 *_outputs(step),
             ]
-        case steps.Service():
+        case steps.ServiceStep():
             return [*_called(step.service, step.name), *_fields(step.request), *_outputs(step)]
-        case steps.Publish():
+        case steps.PublishStep():
             return [*_called(step.topic, step.name), *_fields(step.message)]
-        case steps.WaitFor():
+        case steps.WaitForStep():
             within = [f"within {written(step.timeout)} s"] if step.timeout is not None else []
             until = f"until {step.until.text}"
             return [*_called(step.topic, step.name), until, *within, *_outputs(step)]

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from bt_mission.views.drawing.nodes import SIGNS, Family, Node
+from bt_mission.views.drawing.nodes import SIGNS, DrawnNode, Family
 
 
 @dataclass(frozen=True)
-class Row:
+class OutlineRow:
     """A line of the outline in its parts, so that each can have its own colour."""
 
     branches: str
@@ -37,21 +37,21 @@ UNICODE = Lines("└─ ", "├─ ", "│  ", "   ")
 ASCII = Lines("`- ", "|- ", "|  ", "   ")
 
 
-def outline(root: Node, *, ascii_only: bool = False) -> Iterator[Row]:
+def outline(root: DrawnNode, *, ascii_only: bool = False) -> Iterator[OutlineRow]:
     """The rows of a tree, from the root down."""
     lines = ASCII if ascii_only else UNICODE
-    waiting: list[tuple[Node, str, str]] = [(root, "", "")]
+    waiting: list[tuple[DrawnNode, str, str]] = [(root, "", "")]
     while waiting:
         node, branches, below = waiting.pop()
         sign = node.sign.ascii if ascii_only else node.sign.glyph
-        yield Row(branches, sign, node.name, "; ".join(node.details), node.sign.family)
+        yield OutlineRow(branches, sign, node.name, "; ".join(node.details), node.sign.family)
         children = [(child, lines.more, lines.on) for child in node.children]
         if children:
             children[-1] = (node.children[-1], lines.last, lines.gap)
         waiting += [(child, below + branch, below + on) for child, branch, on in reversed(children)]
 
 
-def legend(root: Node, *, ascii_only: bool = False) -> str:
+def legend(root: DrawnNode, *, ascii_only: bool = False) -> str:
     """What the signs that occur stand for, each once."""
     found: dict[str, str] = {}
     waiting = [root]

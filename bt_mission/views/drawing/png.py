@@ -11,7 +11,7 @@ from PIL import Image, ImageDraw, ImageFont
 from bt_mission.core.errors import BtMissionError
 from bt_mission.views.drawing import style
 from bt_mission.views.drawing.letters import width_px
-from bt_mission.views.drawing.scene import Line, Rectangle, Scene, Shape, Words
+from bt_mission.views.drawing.scene import Polyline, Rectangle, Scene, Shape, Words
 
 SCALE = 2
 """Pixels of the picture for one of the scene: sharp on today's screens."""
@@ -55,7 +55,7 @@ def _draw(draw: Any, shape: Shape, factor: int) -> None:
                 outline=shape.stroke,
                 width=round(shape.thick * factor),
             )
-        case Line():
+        case Polyline():
             points = [(x * factor, y * factor) for x, y in shape.points]
             draw.line(points, fill=shape.stroke, width=round(shape.thick * factor), joint="curve")
         case Words():

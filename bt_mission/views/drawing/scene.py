@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from bt_mission.views.drawing import style
-from bt_mission.views.drawing.layout import Box, place
+from bt_mission.views.drawing.layout import NodeBox, place
 from bt_mission.views.drawing.letters import width_px, wrapped
-from bt_mission.views.drawing.nodes import Family, Node
+from bt_mission.views.drawing.nodes import DrawnNode, Family
 
 INDENT = "\N{NO-BREAK SPACE}" * 3
 """Before the second line of what is wrapped; SVG keeps no other blanks."""
@@ -31,7 +31,7 @@ class Rectangle:
 
 
 @dataclass(frozen=True)
-class Line:
+class Polyline:
     """A line through points, px."""
 
     points: tuple[tuple[float, float], ...]
@@ -52,7 +52,7 @@ class Words:
     centred: bool = False
 
 
-Shape = Rectangle | Line | Words
+Shape = Rectangle | Polyline | Words
 
 
 @dataclass(frozen=True)
@@ -65,10 +65,10 @@ class Scene:
     shapes: tuple[Shape, ...]
 
 
-class _NodeBox(Box):
+class _NodeBox(NodeBox):
     """A node's box with its lines of text."""
 
-    def __init__(self, node: Node) -> None:
+    def __init__(self, node: DrawnNode) -> None:
         self.node = node
         self.details = _detail_lines(node)
         self.name = _cut(node.name)
@@ -79,7 +79,7 @@ class _NodeBox(Box):
         super().__init__(width, height, [_NodeBox(child) for child in node.children])
 
 
-def scene(root: Node, title: str) -> Scene:
+def scene(root: DrawnNode, title: str) -> Scene:
     """Draw a tree."""
     top = _NodeBox(root)
     width, height = place(top, style.GAP_X_PX, style.GAP_Y_PX)
@@ -90,7 +90,7 @@ def scene(root: Node, title: str) -> Scene:
         for i, line in enumerate(head)
     ]
     boxes = []
-    waiting: list[Box] = [top]
+    waiting: list[NodeBox] = [top]
     while waiting:
         box = waiting.pop()
         box.x, box.y = box.x + margin, box.y + below_head
@@ -107,13 +107,13 @@ def scene(root: Node, title: str) -> Scene:
     )
 
 
-def _edges(box: Box) -> list[Line]:
+def _edges(box: NodeBox) -> list[Polyline]:
     found = []
     for child in box.children:
         bend = child.y - style.GAP_Y_PX / 2
         down = ((box.middle, box.y + box.height), (box.middle, bend))
         across = ((child.middle, bend), (child.middle, child.y))
-        found.append(Line((*down, *across), style.EDGE, 1.2))
+        found.append(Polyline((*down, *across), style.EDGE, 1.2))
     return found
 
 
@@ -157,7 +157,7 @@ def _shapes(box: _NodeBox) -> list[Shape]:
     return shapes
 
 
-def _detail_lines(node: Node) -> list[str]:
+def _detail_lines(node: DrawnNode) -> list[str]:
     lines = [
         INDENT + line if index else line
         for detail in node.details

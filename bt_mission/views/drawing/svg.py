@@ -7,7 +7,7 @@ from xml.sax.saxutils import escape, quoteattr
 
 from bt_mission.views.drawing import style
 from bt_mission.views.drawing.letters import width_px
-from bt_mission.views.drawing.scene import Line, Rectangle, Scene, Shape, Words
+from bt_mission.views.drawing.scene import Polyline, Rectangle, Scene, Shape, Words
 
 
 def svg(scene: Scene) -> str:
@@ -36,7 +36,7 @@ def _element(shape: Shape) -> str:
                 f'height="{_px(shape.height)}" rx="{_px(shape.radius)}" fill="{shape.fill}" '
                 f'stroke="{shape.stroke}" stroke-width="{_px(shape.thick)}"/>'
             )
-        case Line():
+        case Polyline():
             points = " ".join(f"{_px(x)},{_px(y)}" for x, y in shape.points)
             return (
                 f'<polyline points="{points}" fill="none" stroke="{shape.stroke}" '

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bt_mission.recording.model import Floats, Run, Times
+from bt_mission.recording.model import Floats, RecordedRun, Times
 from bt_mission.views.html_report.figures import clearance
 from bt_mission.views.html_report.markup import element, number, rows, void
 from bt_mission.views.html_report.timeline import axis, duration_s
@@ -18,7 +18,7 @@ TOP, BOTTOM = 14, 94
 
 
 @dataclass(frozen=True)
-class Chart:
+class LineChart:
     """One figure over time, with its unit."""
 
     name: str
@@ -29,19 +29,19 @@ class Chart:
     """Where the axis begins, unless something is below it."""
 
 
-def charts_of(run: Run) -> list[Chart]:
+def charts_of(run: RecordedRun) -> list[LineChart]:
     """What is known of the run."""
     track, near = run.track, clearance(run)
     found = [
-        Chart("speed", "m/s", track.times, track.speed, 0.0),
-        Chart("distance", "m", track.times, track.distance, 0.0),
-        Chart("clearance", "m", near.times, near.values, 0.0),
-        Chart("battery", "%", run.battery.times, run.battery.values),
+        LineChart("speed", "m/s", track.times, track.speed, 0.0),
+        LineChart("distance", "m", track.times, track.distance, 0.0),
+        LineChart("clearance", "m", near.times, near.values, 0.0),
+        LineChart("battery", "%", run.battery.times, run.battery.values),
     ]
     return [chart for chart in found if len(chart.times)]
 
 
-def charts(run: Run) -> str:
+def charts(run: RecordedRun) -> str:
     """All of them."""
     known = charts_of(run)
     if not known:
@@ -49,7 +49,7 @@ def charts(run: Run) -> str:
     return rows([*(_chart(run, chart) for chart in known), axis(duration_s(run))])
 
 
-def thinned(chart: Chart) -> tuple[Times, Floats]:
+def thinned(chart: LineChart) -> tuple[Times, Floats]:
     """So many points that the eye misses nothing: of each stretch its least and its greatest."""
     count = len(chart.times)
     if count <= MOST_POINTS:
@@ -62,7 +62,7 @@ def thinned(chart: Chart) -> tuple[Times, Floats]:
     return chart.times[chosen], chart.values[chosen]
 
 
-def bounds(chart: Chart) -> tuple[float, float]:
+def bounds(chart: LineChart) -> tuple[float, float]:
     """Least and greatest value of its axis."""
     low, high = float(chart.values.min()), float(chart.values.max())
     if chart.least is not None:
@@ -72,7 +72,7 @@ def bounds(chart: Chart) -> tuple[float, float]:
     return low, high
 
 
-def _chart(run: Run, chart: Chart) -> str:
+def _chart(run: RecordedRun, chart: LineChart) -> str:
     low, high = bounds(chart)
     times, values = thinned(chart)
     duration = duration_s(run)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from bt_mission.recording.model import Run
+from bt_mission.recording.model import RecordedRun
 from bt_mission.views.html_report.charts import charts_of, thinned
 from bt_mission.views.html_report.plan import points_on_map
 from bt_mission.views.html_report.timeline import duration_s, rows_of
@@ -18,7 +18,7 @@ MOST_POINTS = 120
 """Of one scan."""
 
 
-def script_data(run: Run) -> str:
+def script_data(run: RecordedRun) -> str:
     """The data as JSON that can stand inside a script element."""
     told = {
         "duration": round(duration_s(run), 3),
@@ -47,11 +47,11 @@ def script_data(run: Run) -> str:
     return json.dumps(told, separators=(",", ":")).replace("<", "\\u003c")
 
 
-def _s(run: Run, time_ns: int) -> float:
+def _s(run: RecordedRun, time_ns: int) -> float:
     return round((time_ns - run.start_ns) / 1e9, 3)
 
 
-def _poses(run: Run) -> dict[str, list[float]]:
+def _poses(run: RecordedRun) -> dict[str, list[float]]:
     track = run.track
     chosen = _spread(len(track), MOST_POSES)
     return {
@@ -62,7 +62,7 @@ def _poses(run: Run) -> dict[str, list[float]]:
     }
 
 
-def _scans(run: Run) -> list[dict[str, Any]]:
+def _scans(run: RecordedRun) -> list[dict[str, Any]]:
     """Points on the map, in centimetres, x and y in turn."""
     told = []
     for index in _spread(len(run.scans), MOST_SCANS):

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from bt_mission.recording.model import FAILURE, Run, Series, Track
+from bt_mission.recording.model import FAILURE, RecordedRun, Series, Track
 
 STILL_M_S = 0.01
 STILL_RAD_S = 0.02
@@ -27,7 +27,7 @@ class Stop:
 
 
 @dataclass(frozen=True)
-class Leaf:
+class LeafFigures:
     """What came of a leaf of the tree: how often it ended how, and how long it ran in all."""
 
     node: int
@@ -60,7 +60,7 @@ def stops(track: Track) -> list[Stop]:
     return found
 
 
-def clearance(run: Run) -> Series:
+def clearance(run: RecordedRun) -> Series:
     """Distance from the robot's hull to the nearest thing that its lidar saw, m, over time."""
     seen = [scan for scan in run.scans if np.isfinite(scan.clearance)]
     return Series(
@@ -69,11 +69,11 @@ def clearance(run: Run) -> Series:
     )
 
 
-def leaves(run: Run) -> list[Leaf]:
+def leaves(run: RecordedRun) -> list[LeafFigures]:
     """The leaves that have run, in the order of the tree."""
     parents = {node.parent for number, node in enumerate(run.tree) if node.parent != number}
     return [
-        Leaf(
+        LeafFigures(
             number,
             Counter(span.status for span in spans),
             sum(span.end_ns - span.start_ns for span in spans) / 1e9,
@@ -83,7 +83,7 @@ def leaves(run: Run) -> list[Leaf]:
     ]
 
 
-def way_to_failure(run: Run) -> list[int]:
+def way_to_failure(run: RecordedRun) -> list[int]:
     """The nodes from the root down to the leaf whose failure came last, if the mission failed."""
     if not run.spans or not run.spans[0] or run.spans[0][-1].status != FAILURE:
         return []
@@ -104,7 +104,7 @@ def way_to_failure(run: Run) -> list[int]:
         way.append(max(failed)[1])
 
 
-def distance_m(run: Run) -> float | None:
+def distance_m(run: RecordedRun) -> float | None:
     """How far it drove: as the simulation knows, else as far as it is known at all."""
     known = run.summary.get("distance_travelled_m")
     if known is not None:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from html import escape
 
-__all__ = ["element", "escape", "number", "rows", "seconds", "void"]
-
 
 def element(tag: str, content: str = "", /, **attributes: object) -> str:
     """An element around markup; `class_` and `data_x` are written `class` and `data-x`."""

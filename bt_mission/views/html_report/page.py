@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from html import escape
 from importlib.resources import files as package_files
 
-from bt_mission.recording.model import Run
+from bt_mission.recording.model import RecordedRun
 from bt_mission.views.html_report import tables
 from bt_mission.views.html_report.charts import charts
 from bt_mission.views.html_report.data import script_data
-from bt_mission.views.html_report.markup import element, escape, rows
+from bt_mission.views.html_report.markup import element, rows
 from bt_mission.views.html_report.plan import plan
 from bt_mission.views.html_report.timeline import timeline
 
@@ -23,7 +24,7 @@ STATUS_WORDS = {
 }
 
 
-def page_of(run: Run) -> str:
+def page_of(run: RecordedRun) -> str:
     """A run as one page of HTML."""
     outcome = STATUS_WORDS.get(run.status, f"is {run.status}")
     title = f"{run.mission} {outcome}"

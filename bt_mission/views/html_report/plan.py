@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from html import escape
 
 import numpy as np
 
-from bt_mission.recording.model import Floats, Grid, Run, Scan, Track
+from bt_mission.recording.model import Floats, RecordedGrid, RecordedRun, RecordedScan, Track
 from bt_mission.views.html_report.figures import stops
-from bt_mission.views.html_report.markup import element, escape, number, rows, seconds, void
+from bt_mission.views.html_report.markup import element, number, rows, seconds, void
 
 MARGIN = 0.3
 """m around everything that is drawn."""
@@ -18,7 +19,7 @@ STEP = 0.02
 """m between two points of the way that is drawn."""
 
 
-def plan(run: Run) -> str:
+def plan(run: RecordedRun) -> str:
     """The drawing, with y up as maps have it; nothing where nothing is known."""
     box = _box(run)
     if box is None:
@@ -50,7 +51,7 @@ def plan(run: Run) -> str:
     return drawing + _legend(run) + _scale(width)
 
 
-def _box(run: Run) -> tuple[float, float, float, float] | None:
+def _box(run: RecordedRun) -> tuple[float, float, float, float] | None:
     """What is shown: the way and the known part of the map around it."""
     xs, ys = [run.track.x], [run.track.y]
     if run.grid is not None:
@@ -71,7 +72,7 @@ def _box(run: Run) -> tuple[float, float, float, float] | None:
     )
 
 
-def _grid(grid: Grid) -> str:
+def _grid(grid: RecordedGrid) -> str:
     """Walls and what is unknown, each row's neighbours as one box."""
     parts = []
     for name, cells in (("free", grid.cells >= 0), ("walls", grid.cells >= 50)):
@@ -86,7 +87,7 @@ def _grid(grid: Grid) -> str:
     return element("g", rows(parts), transform=place)
 
 
-def points_on_map(scan: Scan, pose: tuple[float, float, float]) -> Floats:
+def points_on_map(scan: RecordedScan, pose: tuple[float, float, float]) -> Floats:
     """A scan's points on the map."""
     cos, sin = math.cos(pose[2]), math.sin(pose[2])
     turn = np.array([[cos, sin], [-sin, cos]])
@@ -94,7 +95,7 @@ def points_on_map(scan: Scan, pose: tuple[float, float, float]) -> Floats:
     return placed
 
 
-def _scans(run: Run) -> str:
+def _scans(run: RecordedRun) -> str:
     if not run.scans:
         return ""
     chosen = np.unique(np.linspace(0, len(run.scans) - 1, SCANS).astype(int))
@@ -120,7 +121,7 @@ def _way(track: Track, name: str) -> str:
     return void("polyline", class_=name, points=points)
 
 
-def _stops(run: Run, unit: float) -> list[str]:
+def _stops(run: RecordedRun, unit: float) -> list[str]:
     return [
         element(
             "circle",
@@ -134,7 +135,7 @@ def _stops(run: Run, unit: float) -> list[str]:
     ]
 
 
-def _collisions(run: Run, unit: float) -> list[str]:
+def _collisions(run: RecordedRun, unit: float) -> list[str]:
     size = number(1.4 * unit)
     return [
         element(
@@ -148,7 +149,7 @@ def _collisions(run: Run, unit: float) -> list[str]:
     ]
 
 
-def _ends(run: Run, unit: float) -> list[str]:
+def _ends(run: RecordedRun, unit: float) -> list[str]:
     """Where goals ended: a dot for each place, and the numbers of the goals beside it."""
     places: list[tuple[float, float, list[int]]] = []
     for index, goal in enumerate(run.goals):
@@ -169,7 +170,9 @@ _Box = tuple[float, float, float, float]
 """Left, low, right and high, m."""
 
 
-def _end(run: Run, place: tuple[float, float, list[int]], unit: float, taken: list[_Box]) -> str:
+def _end(
+    run: RecordedRun, place: tuple[float, float, list[int]], unit: float, taken: list[_Box]
+) -> str:
     x, y, numbers = place
     lines = [
         f"goal {index + 1} of '{run.goals[index].owner}' to {run.goals[index].action}: "
@@ -221,7 +224,7 @@ def _severity(status: str) -> int:
     return ("succeeded", "canceled", "", "unknown", "rejected", "aborted").index(status)
 
 
-def _shape(run: Run) -> str:
+def _shape(run: RecordedRun) -> str:
     """The robot, ahead along x."""
     front, rear, half = run.hull or (0.1, -0.1, 0.1)
     return void(
@@ -231,7 +234,7 @@ def _shape(run: Run) -> str:
     )
 
 
-def _robot(run: Run, time_ns: int, name: str) -> str:
+def _robot(run: RecordedRun, time_ns: int, name: str) -> str:
     pose = run.track.at(time_ns)
     if pose is None:
         return ""
@@ -243,7 +246,7 @@ def _robot(run: Run, time_ns: int, name: str) -> str:
     )
 
 
-def _legend(run: Run) -> str:
+def _legend(run: RecordedRun) -> str:
     parts = [("way", "way" if len(run.truth) else "way, as the odometry has it")]
     if len(run.truth):
         parts.append(("measured", "as the odometry has it"))

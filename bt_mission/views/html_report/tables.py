@@ -5,13 +5,14 @@ from __future__ import annotations
 import base64
 import json
 from collections.abc import Iterable, Iterator, Mapping
+from html import escape
 from typing import Any
 
 import numpy as np
 
-from bt_mission.recording.model import Goal, LogLine, Run
+from bt_mission.recording.model import RecordedGoal, RecordedLine, RecordedRun
 from bt_mission.views.html_report.figures import distance_m, leaves, way_to_failure
-from bt_mission.views.html_report.markup import element, escape, number, rows, seconds
+from bt_mission.views.html_report.markup import element, number, rows, seconds
 
 MOST_LINES = 1000
 MOST_GOALS = 500
@@ -23,7 +24,7 @@ PATH, TEXT = 48, 160
 LEVELS = {10: "debug", 20: "info", 30: "warning", 40: "error", 50: "fatal"}
 
 
-def facts(run: Run) -> str:
+def facts(run: RecordedRun) -> str:
     """What it was and came to, in a few figures."""
     summary, known = run.summary, run.facts
     length = (run.end_ns - run.start_ns) / 1e9
@@ -48,12 +49,12 @@ def facts(run: Run) -> str:
     )
 
 
-def _goal_count(run: Run) -> str:
+def _goal_count(run: RecordedRun) -> str:
     left = run.summary.get("goals_left_behind", 0)
     return f"{len(run.goals)}" + (f", {left} left behind" if left else "")
 
 
-def why(run: Run) -> str:
+def why(run: RecordedRun) -> str:
     """What failed: the way from the root to the leaf, and what that said."""
     way = way_to_failure(run)
     if len(way) < 2:
@@ -65,7 +66,7 @@ def why(run: Run) -> str:
     return element("p", f"{steps}, at {seconds(at_s)}{said}", class_="why")
 
 
-def warnings(run: Run) -> str:
+def warnings(run: RecordedRun) -> str:
     """What the recording lacks."""
     parts = [text for text in (run.why_cut, run.missing and f"it lacks {run.missing}") if text]
     if not parts:
@@ -75,7 +76,7 @@ def warnings(run: Run) -> str:
     )
 
 
-def goals(run: Run) -> str:
+def goals(run: RecordedRun) -> str:
     """Each goal with its life."""
     if not run.goals:
         return element("p", "No goal was sent.", class_="hint")
@@ -92,7 +93,7 @@ def goals(run: Run) -> str:
     return element("div", table, class_="scroll goals") + more
 
 
-def _goal(run: Run, index: int, goal: Goal) -> str:
+def _goal(run: RecordedRun, index: int, goal: RecordedGoal) -> str:
     def since(time_ns: int | None, start_ns: int | None) -> str:
         known = time_ns is not None and start_ns is not None
         return seconds((time_ns - start_ns) / 1e9) if known else "?"  # type: ignore[operator]
@@ -174,7 +175,7 @@ def _short_text(value: str) -> str:
     return value if len(value) <= TEXT else f"{value[: TEXT - 1]}…"
 
 
-def leaf_table(run: Run) -> str:
+def leaf_table(run: RecordedRun) -> str:
     """What came of each leaf."""
     head = "".join(element("th", name, scope="col") for name in ("node", "runs", "ended", "in all"))
     body = rows(
@@ -197,7 +198,7 @@ def leaf_table(run: Run) -> str:
     return element("div", table, class_="scroll")
 
 
-def pictures(run: Run) -> str:
+def pictures(run: RecordedRun) -> str:
     """The run's pictures, spread over it when there are many."""
     if not run.pictures:
         return ""
@@ -223,7 +224,7 @@ def pictures(run: Run) -> str:
     return element("div", rows(figures), class_="pictures") + more
 
 
-def log(run: Run) -> str:
+def log(run: RecordedRun) -> str:
     """What was said."""
     if not run.log:
         return element("p", "Nothing was said.", class_="hint")
@@ -243,7 +244,7 @@ def log(run: Run) -> str:
     return element("ol", body, class_="log") + (element("p", more, class_="hint") if more else "")
 
 
-def _chosen(lines: Iterable[LogLine]) -> list[LogLine]:
+def _chosen(lines: Iterable[RecordedLine]) -> list[RecordedLine]:
     """Lines that matter most, when there are too many."""
     lines = list(lines)
     for least in (0, 20, 30, 40):
@@ -253,7 +254,7 @@ def _chosen(lines: Iterable[LogLine]) -> list[LogLine]:
     return chosen[-MOST_LINES:]
 
 
-def files(run: Run) -> str:
+def files(run: RecordedRun) -> str:
     """The mission's file and those that it includes."""
     return rows(
         element("h3", escape(name)) + element("pre", escape(text))
@@ -261,7 +262,7 @@ def files(run: Run) -> str:
     )
 
 
-def versions(run: Run) -> str:
+def versions(run: RecordedRun) -> str:
     """What the run was made with."""
     inputs = json.loads(run.facts.get("inputs", "{}"))
     parts = [f"{name} {value}" for name, value in run.versions.items()]

@@ -7,9 +7,10 @@ rows have a fixed height.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from html import escape
 
-from bt_mission.recording.model import Run, Span
-from bt_mission.views.html_report.markup import element, escape, number, rows, seconds, void
+from bt_mission.recording.model import RecordedRun, Span
+from bt_mission.views.html_report.markup import element, number, rows, seconds, void
 
 ROW = 22
 """Pixels."""
@@ -23,21 +24,23 @@ MOST_SPANS = 1500
 
 
 @dataclass(frozen=True)
-class Row:
+class TimelineRow:
     """A node that has run, and what is drawn of it: bars with the number of runs in each."""
 
     node: int
     bars: list[tuple[Span, int]]
 
 
-def rows_of(run: Run) -> list[Row]:
+def rows_of(run: RecordedRun) -> list[TimelineRow]:
     """The nodes that have run, in the order of the tree."""
     least_ns = max(1, (run.end_ns - run.start_ns) // MOST_SPANS)
     found = []
     for node, spans in enumerate(run.spans):
         if spans:
             bars = [(span, 1) for span in spans]
-            found.append(Row(node, bars if len(spans) <= MOST_SPANS else _merged(spans, least_ns)))
+            found.append(
+                TimelineRow(node, bars if len(spans) <= MOST_SPANS else _merged(spans, least_ns))
+            )
     return found[:MOST_ROWS]
 
 
@@ -55,7 +58,7 @@ def _merged(spans: tuple[Span, ...], least_ns: int) -> list[tuple[Span, int]]:
     return merged
 
 
-def timeline(run: Run) -> str:
+def timeline(run: RecordedRun) -> str:
     """The whole section."""
     shown = rows_of(run)
     duration = duration_s(run)
@@ -90,7 +93,7 @@ def timeline(run: Run) -> str:
     )
 
 
-def duration_s(run: Run) -> float:
+def duration_s(run: RecordedRun) -> float:
     """Length of the run, s; never nothing."""
     return max((run.end_ns - run.start_ns) / 1e9, 0.05)
 
@@ -115,13 +118,13 @@ def tick_step(duration: float) -> float:
     return duration / 6
 
 
-def _bars(run: Run, row: Row, index: int) -> str:
+def _bars(run: RecordedRun, row: TimelineRow, index: int) -> str:
     node = run.tree[row.node]
     kind = "leaf" if _is_leaf(run, row.node) else "inner"
     return rows(_bar(run, span, count, node.name, kind, index) for span, count in row.bars)
 
 
-def _bar(run: Run, span: Span, count: int, name: str, kind: str, index: int) -> str:
+def _bar(run: RecordedRun, span: Span, count: int, name: str, kind: str, index: int) -> str:
     start = (span.start_ns - run.start_ns) / 1e9
     length = (span.end_ns - span.start_ns) / 1e9
     what = f"{name}: {span.status} after {seconds(length)} at {seconds(start + length)}"
@@ -151,7 +154,7 @@ def _bar(run: Run, span: Span, count: int, name: str, kind: str, index: int) -> 
     )
 
 
-def _is_leaf(run: Run, number: int) -> bool:
+def _is_leaf(run: RecordedRun, number: int) -> bool:
     return not any(node.parent == number for child, node in enumerate(run.tree) if child != number)
 
 
@@ -162,7 +165,7 @@ def _stripes(count: int, duration: float) -> str:
     )
 
 
-def _name(run: Run, row: Row) -> str:
+def _name(run: RecordedRun, row: TimelineRow) -> str:
     node = run.tree[row.node]
     last = row.bars[-1][0].status
     return element(

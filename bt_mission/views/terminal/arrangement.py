@@ -25,7 +25,7 @@ TIME_ROWS = 4
 
 
 @dataclass(frozen=True)
-class Place:
+class PanePlace:
     """Of a pane: its upper left corner and its size, in cells."""
 
     x: int
@@ -36,38 +36,38 @@ class Place:
 
 def arranged(
     width: int, height: int, panel: str, *, is_large: bool, has_time: bool = False
-) -> dict[str, Place]:
+) -> dict[str, PanePlace]:
     """The place of each pane that is shown.
 
     :param panel: which one is shown where there is room for one.
     :param is_large: does it take the place of the tree, and of all others?
     :param has_time: is there a line of time above the last one?
     """
-    places = {"head": Place(0, 0, width, 1)}
+    places = {"head": PanePlace(0, 0, width, 1)}
     top = 1
     if height >= PATH_ROWS:
-        places["path"] = Place(0, 1, width, 1)
+        places["path"] = PanePlace(0, 1, width, 1)
         top = 2
     bottom = max(height - 1, top)
-    places["foot"] = Place(0, bottom, width, 1)
+    places["foot"] = PanePlace(0, bottom, width, 1)
     if has_time and height >= TIME_ROWS:
         bottom -= 1
-        places["time"] = Place(0, bottom, width, 1)
+        places["time"] = PanePlace(0, bottom, width, 1)
     rows = bottom - top
     if is_large:
-        places[panel] = Place(0, top, width, rows)
+        places[panel] = PanePlace(0, top, width, rows)
     elif width >= WIDE_COLUMNS and height >= WIDE_ROWS:
         places |= _wide(width, top, rows)
     elif height >= PANEL_ROWS:
         below = min(max(rows // 3, 5), 12)
-        places["tree"] = Place(0, top, width, rows - below)
-        places[panel] = Place(0, bottom - below, width, below)
+        places["tree"] = PanePlace(0, top, width, rows - below)
+        places[panel] = PanePlace(0, bottom - below, width, below)
     else:
-        places["tree"] = Place(0, top, width, rows)
+        places["tree"] = PanePlace(0, top, width, rows)
     return places
 
 
-def _wide(width: int, top: int, rows: int) -> dict[str, Place]:
+def _wide(width: int, top: int, rows: int) -> dict[str, PanePlace]:
     """Tree and log on the left, the others on the right."""
     side = min(width * 2 // 5, SIDE_COLUMNS)
     left, x = width - side - 1, width - side
@@ -77,11 +77,11 @@ def _wide(width: int, top: int, rows: int) -> dict[str, Place]:
     chart = rows - node - goals - variables
     heights = (("map", chart), ("goals", goals), ("variables", variables), ("node", node))
     places = {
-        "tree": Place(0, top, left, rows - log),
-        "log": Place(0, top + rows - log, left, log),
+        "tree": PanePlace(0, top, left, rows - log),
+        "log": PanePlace(0, top + rows - log, left, log),
     }
     y = top
     for name, height in heights:
-        places[name] = Place(x, y, side, height)
+        places[name] = PanePlace(x, y, side, height)
         y += height
     return places

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from bt_mission.events.messages import Map
-from bt_mission.events.robot_state import Pose, WatchedRobot
+from bt_mission.events.robot_state import FloorPose, WatchedRobot
 from bt_mission.views.terminal.marks import PLACES, Marks
 from bt_mission.views.terminal.words import Span
 
@@ -30,7 +30,7 @@ FREE, UNKNOWN, WALL = 0, 1, 2
 
 
 @dataclass(frozen=True)
-class Frame:
+class ChartWindow:
     """The part of the world that a chart shows.
 
     :param left: m, of its left edge; top: of its upper edge.
@@ -53,12 +53,12 @@ class Frame:
         return (row, column) if 0 <= row < self.height and 0 <= column < self.width else None
 
 
-class Chart:
+class MapChart:
     """Draws a robot and its surroundings; keeps the walls between two drawings."""
 
     def __init__(self, marks: Marks) -> None:
         self._marks = marks
-        self._key: tuple[int, Frame] | None = None
+        self._key: tuple[int, ChartWindow] | None = None
         self._walls: Grid = np.zeros((0, 0), np.int8)
         self._map: Map | None = None
 
@@ -81,7 +81,7 @@ class Chart:
         signs = self._signs(robot, frame, scan, targets, pixels)
         return [self._row(row, pixels, signs) for row in range(rows)]
 
-    def _pixels(self, grid: Map | None, frame: Frame) -> Grid:
+    def _pixels(self, grid: Map | None, frame: ChartWindow) -> Grid:
         """The map in the chart's pixels."""
         if grid is None:
             return np.zeros((frame.height, frame.width), np.int8)
@@ -93,7 +93,7 @@ class Chart:
     def _signs(
         self,
         robot: WatchedRobot,
-        frame: Frame,
+        frame: ChartWindow,
         scan: Sequence[tuple[float, float]],
         targets: Sequence[tuple[float, float]],
         pixels: Grid,
@@ -135,7 +135,7 @@ class Chart:
             return self._marks.wall[1]
         return self._marks.unknown if upper == lower == UNKNOWN else " "
 
-    def _arrow(self, pose: Pose) -> str:
+    def _arrow(self, pose: FloorPose) -> str:
         arrows = self._marks.arrows
         return arrows[round(pose.yaw / (2 * math.pi) * len(arrows)) % len(arrows)]
 
@@ -161,7 +161,7 @@ def fitting(
     targets: Sequence[tuple[float, float]],
     columns: int,
     rows: int,
-) -> Frame | None:
+) -> ChartWindow | None:
     """The frame that shows all that is known; None where that is nothing."""
     places = [*robot.trail, *targets]
     if robot.map is not None:
@@ -182,7 +182,7 @@ def fitting(
     # On a grid of its own, so that a frame that has to grow does not make walls flicker.
     left = math.floor((middle_x - columns * pixel / 2) / pixel) * pixel
     top = math.ceil((middle_y + rows * pixel) / pixel) * pixel
-    return Frame(left, top, pixel, columns, 2 * rows)
+    return ChartWindow(left, top, pixel, columns, 2 * rows)
 
 
 def _rounded_up(pixel: float) -> float:
@@ -202,7 +202,9 @@ def _corners(grid: Map) -> list[tuple[float, float]]:
 
 
 def _place(grid: Map, column: float, row: float) -> tuple[float, float]:
-    at = Pose(grid.x, grid.y, grid.yaw) @ Pose(column * grid.resolution, row * grid.resolution, 0)
+    at = FloorPose(grid.x, grid.y, grid.yaw) @ FloorPose(
+        column * grid.resolution, row * grid.resolution, 0
+    )
     return at.x, at.y
 
 
@@ -213,7 +215,7 @@ def _cells(grid: Map) -> Grid:
     return cells.reshape(grid.height, grid.width)
 
 
-def _rasterised(grid: Map, frame: Frame) -> Grid:
+def _rasterised(grid: Map, frame: ChartWindow) -> Grid:
     """A map in the pixels of a frame: a pixel is a wall where any of its cells is one.
 
     Where none of its cells is known it is unknown, as long as there is something known around.

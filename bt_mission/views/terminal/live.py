@@ -13,7 +13,7 @@ from rich.live import Live
 from rich.text import Text
 
 from bt_mission.behaviours.action_leaf import ActionLeaf
-from bt_mission.behaviours.progress import Progress, progress_of
+from bt_mission.behaviours.progress import LeafProgress, progress_of
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events.status_marks import STYLES, glyphs_for
 from bt_mission.executive.executive import Executive
@@ -89,7 +89,7 @@ class LiveTree:
             row.append(f"  {node.feedback_message}", style="dim")
         return row
 
-    def _bar(self, progress: Progress) -> str:
+    def _bar(self, progress: LeafProgress) -> str:
         share = progress.value / progress.limit if progress.limit > 0 else 1.0
         full = round(BAR_WIDTH * min(max(share, 0.0), 1.0))
         drawn = self._bars[0] * full + self._bars[1] * (BAR_WIDTH - full)

@@ -7,8 +7,8 @@ from textwrap import wrap
 
 from py_trees.common import Status
 
-from bt_mission.events.log import Entry
-from bt_mission.events.messages import FINAL, OPEN, Goal
+from bt_mission.events.log import LogEntry
+from bt_mission.events.messages import FINAL, OPEN, GoalInfo
 from bt_mission.events.mission_state import WatchedMission
 from bt_mission.events.robot_state import WatchedRobot
 from bt_mission.views.terminal.marks import Marks, clean
@@ -79,7 +79,7 @@ def path(names: Sequence[str], width: int, marks: Marks) -> list[Span]:
     return spans
 
 
-def log_rows(entries: Iterable[Entry], start_ns: int, marks: Marks) -> Rows:
+def log_rows(entries: Iterable[LogEntry], start_ns: int, marks: Marks) -> Rows:
     """A row for each entry, with the time since the start."""
     rows: Rows = []
     for entry in entries:
@@ -176,6 +176,6 @@ def targets(mission: WatchedMission) -> tuple[tuple[float, float], ...]:
     return chosen[-1].targets if chosen else ()
 
 
-def _duration(goal: Goal, mission: WatchedMission) -> str:
+def _duration(goal: GoalInfo, mission: WatchedMission) -> str:
     end_ns = mission.now_ns if goal.state in OPEN else goal.changed_ns
     return seconds(max(end_ns - goal.sent_ns, 0))

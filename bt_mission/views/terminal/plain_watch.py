@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from bt_mission.events.log import Entry
+from bt_mission.events.log import LogEntry
 from bt_mission.events.mission_state import WatchedMission
 from bt_mission.views.terminal.marks import Marks, clean
 from bt_mission.views.terminal.tree_rows import tree_row
@@ -38,7 +38,7 @@ def whole_tree(mission: WatchedMission, marks: Marks, width: int | None) -> Iter
         yield text_of(fit(row, width, marks) if width else row).rstrip()
 
 
-def log_line(entry: Entry, start_ns: int, marks: Marks) -> str:
+def log_line(entry: LogEntry, start_ns: int, marks: Marks) -> str:
     """A line of the log, with the time since the start."""
     time_s = (entry.time_ns - start_ns) / 1e9
     sign = " " if entry.status is None else marks.status[entry.status]

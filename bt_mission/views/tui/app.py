@@ -10,13 +10,13 @@ from textual.binding import Binding, BindingType
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events.attachment import Attachment
 from bt_mission.events.messages import FINAL
-from bt_mission.events.source import Command, Found, Graph, Source, Verb
+from bt_mission.events.source import ControlRequest, ExecutiveSource, FoundExecutive, Graph, Verb
 from bt_mission.views.terminal.marks import Marks
 from bt_mission.views.terminal.words import Span
 from bt_mission.views.tui.dialogs import Chooser
 from bt_mission.views.tui.keys import KEYS
 from bt_mission.views.tui.view_app import ViewApp
-from bt_mission.views.tui.watch_model import Outlook
+from bt_mission.views.tui.watch_model import WatchModel
 
 CHECK_S = 1.0
 """Wall time between two looks at who is there, once somebody is watched."""
@@ -72,11 +72,11 @@ class WatchApp(ViewApp):
 
     def attach(self, name: str) -> None:
         """Watch this executive from now on."""
-        self.outlook = Outlook()
+        self.outlook = WatchModel()
         self.attachment.attach(name)
 
     @property
-    def source(self) -> Source | None:
+    def source(self) -> ExecutiveSource | None:
         """Who is watched."""
         return self.attachment.source
 
@@ -87,7 +87,7 @@ class WatchApp(ViewApp):
         self._since_check = Stopwatch()
         finding = self.attachment.look()
         if finding.is_new:
-            self.outlook = Outlook()
+            self.outlook = WatchModel()
         elif finding.is_choice:
             self.action_choose()
         elif finding.text and self._wait_s is not None and self._wall.elapsed_s > self._wait_s:
@@ -109,32 +109,32 @@ class WatchApp(ViewApp):
 
     # ---- wishes --------------------------------------------------------------------------
 
-    def send_command(self, command: Command) -> None:
+    def send_command(self, command: ControlRequest) -> None:
         """Pass a wish on to the executive."""
         if self.source is not None:
             self.source.send(command)
 
     def action_pause(self) -> None:
         """Pause."""
-        self.send_command(Command(Verb.PAUSE))
+        self.send_command(ControlRequest(Verb.PAUSE))
 
     def action_pause_keeping(self) -> None:
         """Pause, while goals run on."""
-        self.send_command(Command(Verb.PAUSE_KEEPING_GOALS))
+        self.send_command(ControlRequest(Verb.PAUSE_KEEPING_GOALS))
 
     def action_resume(self) -> None:
         """Go on."""
-        self.send_command(Command(Verb.RESUME))
+        self.send_command(ControlRequest(Verb.RESUME))
 
     def action_step(self) -> None:
         """One tick."""
-        self.send_command(Command(Verb.STEP))
+        self.send_command(ControlRequest(Verb.STEP))
 
     def action_stop(self) -> None:
         """Stop, when asked twice in a row."""
         if self._may_stop:
             self._may_stop = False
-            self.send_command(Command(Verb.STOP))
+            self.send_command(ControlRequest(Verb.STOP))
         else:
             self._may_stop = True
             self.tell("x again stops the mission; any other key does not")
@@ -167,5 +167,5 @@ class WatchApp(ViewApp):
 
         self.push_screen(Chooser(self._marks, self._find, self.graph.where), chosen)
 
-    def _find(self) -> tuple[Found, ...]:
+    def _find(self) -> tuple[FoundExecutive, ...]:
         return self.graph.find()

@@ -10,7 +10,7 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.screen import ModalScreen
 
-from bt_mission.events.source import Found
+from bt_mission.events.source import FoundExecutive
 from bt_mission.views.terminal.marks import Marks, clean
 from bt_mission.views.terminal.words import Span
 from bt_mission.views.tui.keys import Key
@@ -84,13 +84,15 @@ class Chooser(ModalScreen[str | None]):
         Binding("escape,q,c,ctrl+c", "cancel"),
     ]
 
-    def __init__(self, marks: Marks, find: Callable[[], tuple[Found, ...]], where: str) -> None:
+    def __init__(
+        self, marks: Marks, find: Callable[[], tuple[FoundExecutive, ...]], where: str
+    ) -> None:
         super().__init__()
         self._marks = marks
         self._pane = Pane(marks)
         self._find = find
         self._where = where
-        self._found: tuple[Found, ...] = ()
+        self._found: tuple[FoundExecutive, ...] = ()
         self._cursor = 0
 
     def compose(self) -> ComposeResult:

@@ -9,7 +9,7 @@ from textual.screen import Screen
 from textual.widgets import Input
 
 from bt_mission.views.terminal.arrangement import PANELS, arranged
-from bt_mission.views.terminal.chart import Chart
+from bt_mission.views.terminal.chart import MapChart
 from bt_mission.views.terminal.marks import Marks
 from bt_mission.views.terminal.panels import (
     Rows,
@@ -26,7 +26,7 @@ from bt_mission.views.terminal.panels import (
 from bt_mission.views.terminal.tree_rows import tree_row
 from bt_mission.views.terminal.words import Span
 from bt_mission.views.tui.pane import Pane
-from bt_mission.views.tui.watch_model import Outlook
+from bt_mission.views.tui.watch_model import WatchModel
 
 BARE = ("head", "path", "time", "foot")
 """Panes without a title."""
@@ -52,7 +52,7 @@ class MainScreen(Screen[None]):
         super().__init__()
         self._has_time = has_time
         self._marks = marks
-        self._chart = Chart(marks)
+        self._chart = MapChart(marks)
         self.panes = {
             name: Pane(marks, has_rule=name not in BARE, id=name)
             for name in (*BARE, "tree", *PANELS)
@@ -90,7 +90,7 @@ class MainScreen(Screen[None]):
         """Is a pane on the screen?"""
         return bool(self.panes[name].display)
 
-    def show(self, outlook: Outlook, foot: list[Span], before: Sequence[Span] = ()) -> None:
+    def show(self, outlook: WatchModel, foot: list[Span], before: Sequence[Span] = ()) -> None:
         """Show what is known now.
 
         :param before: what stands before the mission's name.
@@ -107,7 +107,7 @@ class MainScreen(Screen[None]):
                 rows, title = self._panel(name, outlook)
                 self._show_panel(name, rows, title)
 
-    def _show_tree(self, outlook: Outlook) -> None:
+    def _show_tree(self, outlook: WatchModel) -> None:
         pane = self.panes["tree"]
         if not self.is_shown("tree"):
             return
@@ -134,7 +134,7 @@ class MainScreen(Screen[None]):
         title = "tree, following" if outlook.is_following else "tree"
         pane.show(rows, title, right)
 
-    def _panel(self, name: str, outlook: Outlook) -> tuple[Rows, str]:
+    def _panel(self, name: str, outlook: WatchModel) -> tuple[Rows, str]:
         mission, marks, pane = outlook.mission, self._marks, self.panes[name]
         match name:
             case "goals":

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from bt_mission.events.messages import Node
+from bt_mission.events.messages import NodeInfo
 
 
 class Outline:
@@ -17,7 +17,7 @@ class Outline:
     :param nodes: depth first, the root first.
     """
 
-    def __init__(self, nodes: Sequence[Node]) -> None:
+    def __init__(self, nodes: Sequence[NodeInfo]) -> None:
         count = len(nodes)
         self._nodes = nodes
         self.depth = [0] * count

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.events.source import Command, Graph
+from bt_mission.events.source import ControlRequest, Graph
 from bt_mission.executive.report import Report
-from bt_mission.sessions.session import Interrupts, Steps, finish
+from bt_mission.sessions.session import InterruptSignals, Steps, finish
 from bt_mission.views.terminal.marks import Marks
 from bt_mission.views.tui.app import WatchApp
 
@@ -27,7 +27,7 @@ class RunApp(WatchApp):
     leaving = "end the mission; twice at once, or leave when it has ended"
 
     def __init__(
-        self, graph: Graph, marks: Marks, name: str, steps: Steps, interrupts: Interrupts
+        self, graph: Graph, marks: Marks, name: str, steps: Steps, interrupts: InterruptSignals
     ) -> None:
         super().__init__(graph, marks, name)
         self.report: Report | None = None
@@ -62,7 +62,7 @@ class RunApp(WatchApp):
         if self.report is not None or self._interrupts.count > 1:
             self.exit()
 
-    def send_command(self, command: Command) -> None:
+    def send_command(self, command: ControlRequest) -> None:
         """Pass a wish on, as long as there is a mission that it could be about."""
         if self.report is None:
             super().send_command(command)

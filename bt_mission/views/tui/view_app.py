@@ -17,7 +17,7 @@ from bt_mission.views.terminal.words import Span
 from bt_mission.views.tui.dialogs import Help
 from bt_mission.views.tui.keys import Key
 from bt_mission.views.tui.layout import MainScreen
-from bt_mission.views.tui.watch_model import Outlook
+from bt_mission.views.tui.watch_model import WatchModel
 
 FRAME_S = 0.1
 """Wall time between two looks at what is new."""
@@ -57,7 +57,7 @@ class ViewApp(App[None]):
 
     def __init__(self, marks: Marks) -> None:
         super().__init__(ansi_color=True)
-        self.outlook = Outlook()
+        self.outlook = WatchModel()
         self._marks = marks
         self._wall = Stopwatch()
         self._main = MainScreen(marks, has_time=self.has_time)

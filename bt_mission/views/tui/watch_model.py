@@ -5,25 +5,25 @@ from __future__ import annotations
 from collections import deque
 
 from bt_mission.events import messages
-from bt_mission.events.events import Began, Happening
-from bt_mission.events.log import LOG_ENTRIES, Entry, entry_of
+from bt_mission.events.events import MissionEvent, MissionStarted
+from bt_mission.events.log import LOG_ENTRIES, LogEntry, entry_of
 from bt_mission.events.mission_state import WatchedMission
-from bt_mission.events.real_time_factor import Pace
+from bt_mission.events.real_time_factor import RealTimeFactor
 from bt_mission.events.robot_state import WatchedRobot
-from bt_mission.events.source import Command, Heard, Verb
+from bt_mission.events.source import ControlRequest, Heard, Verb
 from bt_mission.views.tui.outline import Outline
 from bt_mission.views.tui.viewport import scrolled_to
 
 
-class Outlook:
+class WatchModel:
     """A mission, its robot, the log, and the user's place in the tree."""
 
     def __init__(self) -> None:
         self.mission = WatchedMission()
         self.robot = WatchedRobot()
         self.outline = Outline(())
-        self.log: deque[Entry] = deque(maxlen=LOG_ENTRIES)
-        self.pace = Pace()
+        self.log: deque[LogEntry] = deque(maxlen=LOG_ENTRIES)
+        self.pace = RealTimeFactor()
         self.cursor = 0
         """Index of the node that is selected."""
         self.top = 0
@@ -46,7 +46,7 @@ class Outlook:
         self._go_along()
         return bool(heard.messages or heard.robot or heard.answers)
 
-    def show(self, mission: WatchedMission, robot: WatchedRobot, log: deque[Entry]) -> None:
+    def show(self, mission: WatchedMission, robot: WatchedRobot, log: deque[LogEntry]) -> None:
         """Show this from now on, with the user's place in the tree as long as that is the same."""
         if mission.tree is not self.mission.tree:
             self.outline = Outline(mission.tree.nodes if mission.tree else ())
@@ -59,16 +59,16 @@ class Outlook:
             self.cursor = self.mission.tip
 
     def _note_pace(self, message: messages.Told, wall_s: float) -> None:
-        if isinstance(message, messages.Details | messages.Changes) and (
+        if isinstance(message, messages.DetailsUpdate | messages.Changes) and (
             self.mission.tree is not None and message.run == self.mission.tree.run
         ):
             self.pace.note(message.time_ns, wall_s)
 
-    def _note(self, happening: Happening) -> None:
-        if isinstance(happening, Began):
+    def _note(self, happening: MissionEvent) -> None:
+        if isinstance(happening, MissionStarted):
             self.outline = Outline(happening.tree.nodes)
             self.cursor = self.top = 0
-            self.pace = Pace()
+            self.pace = RealTimeFactor()
             self.robot.forget_trail()
         if (entry := entry_of(happening)) is not None:
             self.log.append(entry)
@@ -173,7 +173,7 @@ class Outlook:
 
     # ---- wishes --------------------------------------------------------------------------
 
-    def breakpoint(self) -> Command | None:
+    def breakpoint(self) -> ControlRequest | None:
         """The wish to set a breakpoint at the selected node, or to remove the one that is set."""
         tree = self.mission.tree
         if tree is None:
@@ -181,5 +181,5 @@ class Outlook:
         node = tree.nodes[self.cursor]
         for name in (node.path, node.name):
             if name in self.mission.breakpoints:
-                return Command(Verb.UNBREAK, name)
-        return Command(Verb.BREAK, node.path)
+                return ControlRequest(Verb.UNBREAK, name)
+        return ControlRequest(Verb.BREAK, node.path)

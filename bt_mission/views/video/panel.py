@@ -8,7 +8,7 @@ import numpy as np
 from PIL import Image as Pillow
 from PIL import ImageDraw
 
-from bt_mission.behaviours.progress import Progress
+from bt_mission.behaviours.progress import LeafProgress
 from bt_mission.views.drawing.letters import width_px, wrapped
 from bt_mission.views.drawing.png import font
 from bt_mission.views.video.mp4 import Picture
@@ -28,11 +28,11 @@ REASON_LINES = 3
 
 
 @dataclass(frozen=True)
-class Leaf:
+class PanelLeaf:
     """A leaf that runs, and how far it has come."""
 
     name: str
-    progress: Progress | None = None
+    progress: LeafProgress | None = None
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Captions:
     mission: str
     seconds: float
     state: str
-    leaves: tuple[Leaf, ...] = ()
+    leaves: tuple[PanelLeaf, ...] = ()
     said: str = ""
     reason: str = ""
     facts: str = ""
@@ -95,7 +95,7 @@ def panel(captions: Captions, width: int, height: int) -> Picture:
     return np.asarray(image)
 
 
-def _draw_leaf(draw: ImageDraw.ImageDraw, leaf: Leaf, y: float, room: int) -> None:
+def _draw_leaf(draw: ImageDraw.ImageDraw, leaf: PanelLeaf, y: float, room: int) -> None:
     name = _fitting(leaf.name, 18, room - (180 if leaf.progress else 0))
     draw.text((MARGIN, y), name, fill=INK, font=font(18, bold=False), anchor="ls")
     progress = leaf.progress

@@ -13,11 +13,11 @@ from bt_mission.behaviours.progress import progress_of
 from bt_mission.core.errors import described
 from bt_mission.executive.executive import MissionStatus
 from bt_mission.goals.goal import Goal
-from bt_mission.goals.poses import places_of
+from bt_mission.goals.poses import poses_of
 from bt_mission.sessions.session import Session
 from bt_mission.views.video.ground import Ground, Zone
 from bt_mission.views.video.mp4 import Mp4File, Picture
-from bt_mission.views.video.panel import Captions, Leaf, panel
+from bt_mission.views.video.panel import Captions, PanelLeaf, panel
 
 FPS = 20
 """Frames a second of virtual time: one for each tick."""
@@ -40,14 +40,14 @@ FRAMES = ("", "map")
 """What goals call the frame that the picture is in."""
 
 
-class Patch(Protocol):
+class MovingImage(Protocol):
     """Something that moves."""
 
     def paint(self, onto: Picture, /) -> None:
         """Put it into a whole picture."""
 
 
-class Views(Protocol):
+class RobotViews(Protocol):
     """Where the pictures come from: `sim.views.views`."""
 
     still: Picture
@@ -62,7 +62,7 @@ class Views(Protocol):
     def look(self) -> None:
         """Have the next pictures be those of the present instant."""
 
-    def moving(self) -> Iterable[Patch]:
+    def moving(self) -> Iterable[MovingImage]:
         """What can move, from above."""
 
     def ahead(self) -> Picture:
@@ -75,7 +75,7 @@ class Views(Protocol):
         """Give the renderers back."""
 
 
-class Film:
+class VideoRecorder:
     """Films a session from now on, until it is closed.
 
     Use it as a context manager around the steps of the session, before the first one. It looks on
@@ -90,7 +90,7 @@ class Film:
     def __init__(
         self,
         session: Session,
-        views: Views,
+        views: RobotViews,
         file: Mp4File,
         zones: Iterable[Zone] = (),
     ) -> None:
@@ -161,7 +161,7 @@ class Film:
             self._guarded(lambda: self._mark(goal))
 
     def _mark(self, goal: Goal) -> None:
-        for place in places_of(goal.request):
+        for place in poses_of(goal.request):
             if place.frame in FRAMES:
                 self._ground.mark(place.x, place.y)
 
@@ -191,7 +191,7 @@ class Film:
             mission=self._session.mission.name,
             seconds=(self._session.now_ns - self._session.start_ns) / 1e9,
             state=executive.state,
-            leaves=tuple(Leaf(leaf.name, progress_of(leaf)) for leaf in leaves),
+            leaves=tuple(PanelLeaf(leaf.name, progress_of(leaf)) for leaf in leaves),
             said=self._said,
             facts=self._facts(),
             reason=executive.reason,

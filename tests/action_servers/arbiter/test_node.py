@@ -12,7 +12,7 @@ from rclpy.context import Context
 from rclpy.node import Node
 
 from action_servers.arbiter.node import ArbiterNode
-from bt_mission.virtual_time import LockstepExecutor
+from bt_mission.virtual_time import VirtualTimeExecutor
 
 START_NS = 10_000_000_000
 MS = 1_000_000
@@ -28,7 +28,7 @@ class Desk:
         self.people = Node("people", context=self.context, **lean)
         self.arbiter = ArbiterNode(lean=True, context=self.context, **options)
         self.sent: list[tuple[int, float]] = []
-        self.clock = LockstepExecutor(start_ns=START_NS, context=self.context)
+        self.clock = VirtualTimeExecutor(start_ns=START_NS, context=self.context)
         self.people.create_subscription(TwistStamped, "cmd_vel", self._hear, 10)
         self.sources = {
             name: self.people.create_publisher(TwistStamped, f"cmd_vel_{name}", 10)
@@ -154,7 +154,7 @@ def test_a_robot_that_takes_plain_commands_gets_them():
     heard: list[Any] = []
     robot.create_subscription(Twist, "cmd_vel", heard.append, 10)
     arbiter = ArbiterNode(lean=True, context=context, command_type="auto")
-    clock = LockstepExecutor(start_ns=START_NS, context=context)
+    clock = VirtualTimeExecutor(start_ns=START_NS, context=context)
     for node in (robot, arbiter):
         clock.add_node(node)
     while not heard:

@@ -1,9 +1,9 @@
 import pytest
 
-from action_servers.core.drive_limits import Limits, Ramp, limits
+from action_servers.core.drive_limits import DriveLimits, Ramp, limits
 from action_servers.core.maneuver import ZERO, Twist2D
 
-LIMITS = Limits(linear=0.26, angular=1.0, acceleration=1.0, angular_acceleration=4.0)
+LIMITS = DriveLimits(linear=0.26, angular=1.0, acceleration=1.0, angular_acceleration=4.0)
 
 
 def test_limits_are_the_robots_own(waffle):

@@ -6,7 +6,7 @@ import pytest
 
 from action_servers.core.interlock import Interlock
 from action_servers.core.maneuver import ZERO, ErrorCode, Observation, Twist2D
-from action_servers.core.pilot import REFUSED_WHILE_DRIVING, Outcome, Pilot, Run
+from action_servers.core.pilot import REFUSED_WHILE_DRIVING, ManeuverOutcome, ManeuverRun, Pilot
 
 
 class Idle:
@@ -36,8 +36,8 @@ def make(**options):
 
 def run(pilot, *, needs_base):
     """A running maneuver's list of ends."""
-    ends: list[Outcome] = []
-    pilot.start(Run(Idle(needs_base=needs_base), lambda _: None, ends.append))
+    ends: list[ManeuverOutcome] = []
+    pilot.start(ManeuverRun(Idle(needs_base=needs_base), lambda _: None, ends.append))
     return ends
 
 

@@ -16,7 +16,7 @@ from action_servers.core.maneuver import (
     Observation,
     Twist2D,
 )
-from action_servers.core.pilot import Outcome, Pilot, Run
+from action_servers.core.pilot import ManeuverOutcome, ManeuverRun, Pilot
 
 FORWARD = Twist2D(0.2, 0.1)
 
@@ -66,8 +66,8 @@ class Bench:
             raise self.fault
         return Observation(self.observations - self.set_back_s)
 
-    def start(self, maneuver: Maneuver, name: str = "goal") -> Run:
-        run = Run(
+    def start(self, maneuver: Maneuver, name: str = "goal") -> ManeuverRun:
+        run = ManeuverRun(
             maneuver,
             on_feedback=lambda fields: self.events.append((name, "feedback", fields)),
             on_end=lambda outcome: self.events.append((name, outcome)),
@@ -115,7 +115,7 @@ def test_zero_is_commanded_before_the_end_is_told(bench, finished):
     bench.pilot.step()
     maneuver.told = {"distance": 1.0}
     bench.pilot.step()
-    outcome = Outcome(finished.status, finished.error_code, finished.reason, {"steps": 2})
+    outcome = ManeuverOutcome(finished.status, finished.error_code, finished.reason, {"steps": 2})
     assert bench.events == [
         FORWARD,
         ZERO,
@@ -141,7 +141,11 @@ def test_cancel_commands_zero_at_once(bench):
     run = bench.start(Scripted())
     bench.pilot.step()
     bench.pilot.cancel(run)
-    assert bench.events == [FORWARD, ZERO, ("goal", Outcome("canceled", result={"steps": 1}))]
+    assert bench.events == [
+        FORWARD,
+        ZERO,
+        ("goal", ManeuverOutcome("canceled", result={"steps": 1})),
+    ]
     assert bench.pilot.idle
 
 
@@ -149,7 +153,7 @@ def test_cancel_before_the_first_step(bench):
     """The goal has a result all the same."""
     run = bench.start(Scripted())
     bench.pilot.cancel(run)
-    assert bench.events == [ZERO, ("goal", Outcome("canceled", result={"steps": 0}))]
+    assert bench.events == [ZERO, ("goal", ManeuverOutcome("canceled", result={"steps": 0}))]
 
 
 def test_cancel_after_the_end_changes_nothing(bench):
@@ -172,7 +176,7 @@ def test_a_new_goal_replaces_the_old_one(bench):
         ZERO,
         (
             "old",
-            Outcome("aborted", ErrorCode.STOPPED, "replaced by a new goal", {"steps": 1}),
+            ManeuverOutcome("aborted", ErrorCode.STOPPED, "replaced by a new goal", {"steps": 1}),
         ),
     ]
     bench.pilot.step()
@@ -231,7 +235,7 @@ def test_a_canceled_goal_stays_canceled_when_its_result_fails(bench):
     maneuver.outcome = RuntimeError("no")
     run = bench.start(maneuver)
     bench.pilot.cancel(run)
-    assert bench.events[-1] == ("goal", Outcome("canceled"))
+    assert bench.events[-1] == ("goal", ManeuverOutcome("canceled"))
 
 
 def test_an_observation_that_fails_stops_everything(bench):
@@ -268,7 +272,7 @@ def test_a_maneuver_without_the_base_runs_beside_one_with_it(bench):
     beside = Scripted(SUCCEEDED, needs_base=False)
     bench.start(beside, "beside")
     bench.pilot.step()
-    assert bench.events == [FORWARD, ("beside", Outcome("succeeded", result={"steps": 1}))]
+    assert bench.events == [FORWARD, ("beside", ManeuverOutcome("succeeded", result={"steps": 1}))]
 
 
 def test_stop_ends_every_goal_and_always_commands_zero(bench):
@@ -288,7 +292,7 @@ def test_stop_ends_every_goal_and_always_commands_zero(bench):
 def test_a_goal_that_is_started_from_within_an_end_survives(bench):
     """A client that reacts at once to the end of its goal starts the next one."""
     following = Scripted()
-    run = Run(
+    run = ManeuverRun(
         Scripted(SUCCEEDED),
         on_feedback=bench.events.append,
         on_end=lambda outcome: bench.start(following, "next"),
@@ -308,7 +312,7 @@ def test_every_goal_ends_where_the_clock_is_set_back() -> None:
     bench.set_back_s = 10.0
     bench.pilot.step()
     reason = "the ROS clock was set back by 9.00 s"
-    outcome = Outcome("aborted", ErrorCode.STOPPED, reason, result={"steps": 1})
+    outcome = ManeuverOutcome("aborted", ErrorCode.STOPPED, reason, result={"steps": 1})
     assert bench.events[-2:] == [ZERO, ("goal", outcome)]
     bench.start(Scripted())
     bench.pilot.step()

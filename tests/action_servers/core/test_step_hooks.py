@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from action_servers.core.maneuver import Finished, Observation, Twist2D
-from action_servers.core.step_hooks import Before, Interposed
+from action_servers.core.step_hooks import Before, HookedManeuver
 
 
 class Drive:
@@ -31,7 +31,7 @@ class Drive:
 
 def test_by_itself_it_changes_nothing() -> None:
     """Velocity, feedback and result are the maneuver's."""
-    maneuver = Interposed(Drive(), [])
+    maneuver = HookedManeuver(Drive(), [])
     assert maneuver.needs_base
     assert maneuver.step(Observation(0.0)) == Twist2D(0.1)
     assert (maneuver.feedback(), maneuver.result()) == ({"steps": 1}, {"steps": 1})
@@ -45,7 +45,7 @@ def test_it_is_asked_before_each_method_with_the_newest_feedback() -> None:
         asked.append((method, dict(feedback)))
 
     before: list[Before] = []
-    maneuver = Interposed(Drive(), before)
+    maneuver = HookedManeuver(Drive(), before)
     maneuver.step(Observation(0.0))
     before.append(note)
     maneuver.feedback()
@@ -70,6 +70,6 @@ def test_what_it_raises_the_maneuver_raises() -> None:
     def fail(_method: str, _feedback: Any) -> None:
         raise KeyError("no such sensor")
 
-    maneuver = Interposed(Drive(), [fail])
+    maneuver = HookedManeuver(Drive(), [fail])
     with pytest.raises(KeyError):
         maneuver.step(Observation(0.0))

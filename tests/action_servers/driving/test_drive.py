@@ -8,12 +8,12 @@ from typing import Any
 import pytest
 
 from action_servers.core.maneuver import ZERO, ErrorCode, Finished, Observation, Twist2D
-from action_servers.driving.drive import CourseWatch, Drive, ProgressWatch
+from action_servers.driving.drive import CourseWatch, DriveGuard, ProgressWatch
 
 
 def test_a_base_that_obeys_is_never_blocked(fake, waffle):
     """Not even at a tenth of its speed."""
-    base, drive = fake(waffle), Drive(waffle)
+    base, drive = fake(waffle), DriveGuard(waffle)
     for _ in range(200):
         assert drive.fault(base.observe()) is None
         base.move(drive.command(base.observe(), Twist2D(0.02, 0.1)))
@@ -23,7 +23,7 @@ def test_a_base_that_obeys_is_never_blocked(fake, waffle):
 
 def test_each_axis_is_watched(fake, waffle):
     """A base that drives but does not turn is blocked too."""
-    base, drive = fake(waffle), Drive(waffle)
+    base, drive = fake(waffle), DriveGuard(waffle)
     for _ in range(100):
         drive.fault(base.observe())
         answer: Any = drive.command(base.observe(), Twist2D(0.1, 0.5))
@@ -71,7 +71,7 @@ def test_a_base_that_goes_round_in_circles_is_astray():
 
 def test_rests_until_odometry_says_that_it_stands(fake, waffle):
     """Zero is commanded meanwhile."""
-    base, drive = fake(waffle), Drive(waffle)
+    base, drive = fake(waffle), DriveGuard(waffle)
     base.linear = 0.2
     steps = 0
     while drive.rest(base.observe()) == ZERO:
@@ -83,7 +83,7 @@ def test_rests_until_odometry_says_that_it_stands(fake, waffle):
 
 def test_does_not_wait_for_ever_for_a_base_to_stand(waffle):
     """Odometry without velocities ends the wait after a second."""
-    drive: Any = Drive(waffle)
+    drive: Any = DriveGuard(waffle)
     assert drive.rest(Observation(5.0)) == ZERO
     assert drive.rest(Observation(5.95)) == ZERO
     assert drive.rest(Observation(6.0)) is None
@@ -92,13 +92,13 @@ def test_does_not_wait_for_ever_for_a_base_to_stand(waffle):
 def test_the_delay_of_a_command_counts_the_age_of_odometry(waffle):
     """One control step, and what has passed since the odometry."""
     now = Observation(5.0, odom_stamp_s=4.98)
-    assert Drive(waffle).delay_s(now) == pytest.approx(0.07)
+    assert DriveGuard(waffle).delay_s(now) == pytest.approx(0.07)
 
 
 @pytest.mark.parametrize("lost", ["scan", "odometry"])
 def test_the_base_is_held_before_a_lost_sensor_is_given_up(fake, waffle, lost):
     """At an age of 0.6 s; a newer scan lets it go on, and waiting is not being blocked."""
-    base, drive = fake(waffle), Drive(waffle)
+    base, drive = fake(waffle), DriveGuard(waffle)
     seen = base.observe()
     twist = Twist2D(0.2, 0.0)
     for age, expected in ((0.5, twist), (0.6, twist), (0.65, ZERO), (0.95, ZERO), (0.0, twist)):

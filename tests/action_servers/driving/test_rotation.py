@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from action_servers.core.maneuver import ErrorCode, Finished, Twist2D
-from action_servers.driving.drive import Drive
+from action_servers.driving.drive import DriveGuard
 from action_servers.driving.rotation import ARRIVED_WITHIN, Rotation
 
 POST_BEHIND_RIGHT = (0.0, -0.205, 0.0, -0.5)
@@ -17,7 +17,7 @@ POST_BEHIND_RIGHT = (0.0, -0.205, 0.0, -0.5)
 
 def turn(base: Any, target: float, speed: float = 1.0) -> Any:
     """Turn until the rotation has an answer other than a velocity."""
-    drive = Drive(base.robot)
+    drive = DriveGuard(base.robot)
     rotation = Rotation(drive, base.robot)
     for _ in range(400):
         assert drive.fault(base.observe()) is None

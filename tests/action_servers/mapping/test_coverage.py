@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from action_servers.core.maneuver import Grid, Pose2D
-from action_servers.mapping.coverage import Coverage
+from action_servers.mapping.coverage import VisitedArea
 
 
 def grid_of(cells, x=0.0, y=0.0):
@@ -12,20 +12,20 @@ def grid_of(cells, x=0.0, y=0.0):
 
 def test_free_and_occupied_cells_are_known():
     """Three of four cells of 0.0025 m²."""
-    measure = Coverage().measure(grid_of([[0, 100], [-1, 0]]))
+    measure = VisitedArea().measure(grid_of([[0, 100], [-1, 0]]))
     assert measure.area == pytest.approx(3 * 0.0025)
     assert measure.fraction == pytest.approx(0.75)
 
 
 def test_an_empty_map_has_no_area():
     """And no share of nothing."""
-    measure = Coverage().measure(grid_of(np.zeros((0, 0))))
+    measure = VisitedArea().measure(grid_of(np.zeros((0, 0))))
     assert (measure.area, measure.fraction, measure.zones) == (0.0, 0.0, 0)
 
 
 def test_a_zone_counts_when_the_middle_of_the_axle_has_been_in_it():
     """Zones begin at whole metres, also below zero; the same one counts once."""
-    coverage = Coverage()
+    coverage = VisitedArea()
     for x, y in ((0.1, 0.1), (0.9, 0.9), (1.1, 0.1), (-0.1, 0.1)):
         coverage.visit(Pose2D(x, y, 0.0))
     assert coverage.measure(grid_of([[-1]])).zones_visited == 3
@@ -33,7 +33,7 @@ def test_a_zone_counts_when_the_middle_of_the_axle_has_been_in_it():
 
 def test_a_robot_on_a_corner_of_four_zones_has_visited_none():
     """It must come 0.05 m into one."""
-    coverage = Coverage()
+    coverage = VisitedArea()
     for x, y in ((0.0, 0.0), (-1e-6, 1e-6), (0.04, 0.5), (0.5, 0.96)):
         coverage.visit(Pose2D(x, y, 0.0))
     assert coverage.measure(grid_of([[-1]])).zones_visited == 0
@@ -45,7 +45,7 @@ def test_zones_are_those_half_free_and_those_visited():
     cells[:, :20] = 0
     cells[:, 20:30] = 0
     cells[0, 29] = 100
-    coverage = Coverage()
+    coverage = VisitedArea()
     assert coverage.measure(grid_of(cells, -1.0, 3.0)).zones == 1
     coverage.visit(Pose2D(0.5, 3.5, 0.0))
     measure = coverage.measure(grid_of(cells, -1.0, 3.0))

@@ -18,7 +18,7 @@ from std_srvs.srv import Trigger
 
 from action_servers.mapping.node import MapperNode
 from bt_mission.core.robot.model import load_robot
-from bt_mission.virtual_time import LockstepExecutor
+from bt_mission.virtual_time import VirtualTimeExecutor
 from sim.ros.node import SimNode
 from sim.world.loader import load_world
 from sim.world.occupancy import rasterise
@@ -55,7 +55,7 @@ class Bench:
         self.user.create_subscription(Coverage, "coverage", self.coverage.append, LATCHED)
         self.twist = self.user.create_publisher(TwistStamped, "cmd_vel", 10)
         self.saver = self.user.create_client(Trigger, "save_map")
-        self.executor = LockstepExecutor(start_ns=START_NS, world=self.sim, context=self.context)
+        self.executor = VirtualTimeExecutor(start_ns=START_NS, world=self.sim, context=self.context)
         for node in (self.sim, self.mapper, self.user):
             self.executor.add_node(node)
 

@@ -25,7 +25,7 @@ from action_servers.robot_io.command_types import COMMAND_TYPES
 from action_servers.server.node import ServersNode
 from bt_mission.core.dds.liveliness import RECORDER
 from bt_mission.core.robot.model import load_robot
-from bt_mission.virtual_time import LockstepExecutor
+from bt_mission.virtual_time import VirtualTimeExecutor
 
 START_NS = 10_000_000_000
 PERIOD_NS = 50_000_000
@@ -88,7 +88,7 @@ class Bench:
             command_type="auto",
             **options,
         )
-        self.clock = LockstepExecutor(start_ns=START_NS, context=self.context)
+        self.clock = VirtualTimeExecutor(start_ns=START_NS, context=self.context)
         for node in (self.robot.node, self.client, self.servers):
             self.clock.add_node(node)
         self.steps(12)

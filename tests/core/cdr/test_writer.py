@@ -12,7 +12,7 @@ from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import BatteryState, JointState
 from tf2_msgs.msg import TFMessage
 
-from bt_mission.core.cdr.writer import Packed
+from bt_mission.core.cdr.writer import MessageTemplate
 
 STAMP = Time(sec=3, nanosec=4)
 
@@ -23,7 +23,7 @@ def test_numbers_and_stamps_are_put_into_their_places():
     message.header.stamp, message.header.frame_id = STAMP, "odom"
     message.pose.covariance[35] = 0.25
     fields = ("pose.pose.position.x", "pose.pose.position.y", "twist.twist.angular.z")
-    kept = Packed(message, STAMP, [(message, fields)], serialize_message)
+    kept = MessageTemplate(message, STAMP, [(message, fields)], serialize_message)
     (numbers,) = kept.numbers
     numbers.pose.pose.position.x, numbers.pose.pose.position.y = 1.5, -2.0
     numbers.twist.twist.angular.z = 0.125
@@ -38,7 +38,7 @@ def test_lists_are_filled_in_place():
     message = JointState(name=["left", "right"])
     message.position, message.velocity = array.array("d", (1, 2)), array.array("d", (0, 0))
     parts = [(message, ("position", "velocity"))]
-    kept = Packed(message, message.header.stamp, parts, serialize_message)
+    kept = MessageTemplate(message, message.header.stamp, parts, serialize_message)
     (numbers,) = kept.numbers
     assert numbers.position == [1.0, 2.0]
     numbers.position[1], numbers.velocity[0] = 5.0, 6.0
@@ -52,7 +52,7 @@ def test_messages_within_a_message_are_parts_of_their_own():
     one.header.stamp = two.header.stamp = STAMP
     both = TFMessage(transforms=[one, two])
     fields = ("transform.translation.x", "transform.rotation.z", "transform.rotation.w")
-    kept = Packed(both, STAMP, [(one, fields), (two, fields)], serialize_message)
+    kept = MessageTemplate(both, STAMP, [(one, fields), (two, fields)], serialize_message)
     for number, numbers in enumerate(kept.numbers):
         numbers.transform.translation.x = float(number)
         numbers.transform.rotation.z, numbers.transform.rotation.w = 0.5, 0.75
@@ -66,7 +66,7 @@ def test_messages_within_a_message_are_parts_of_their_own():
 def test_single_precision_is_kept():
     """As the message has it."""
     message = BatteryState(voltage=12.0)
-    kept = Packed(
+    kept = MessageTemplate(
         message, message.header.stamp, [(message, ("voltage", "percentage"))], serialize_message
     )
     kept.numbers[0].percentage = 0.1
@@ -80,4 +80,4 @@ def test_a_field_that_is_not_sent_is_refused():
     """It would be filled in vain."""
     message, other = Odometry(), Odometry()
     with pytest.raises(ValueError, match=r"linear\.x stands in 0 places of a Odometry"):
-        Packed(message, STAMP, [(other, ("twist.twist.linear.x",))], serialize_message)
+        MessageTemplate(message, STAMP, [(other, ("twist.twist.linear.x",))], serialize_message)

@@ -7,7 +7,8 @@ from pydantic import ValidationError
 
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.files import find, names
-from bt_mission.core.robot.model import RobotModel, Sensors, load_robot
+from bt_mission.core.robot.model import RobotModel, load_robot
+from bt_mission.core.robot.parts import SensorsModel
 
 
 def test_waffle_and_burger_are_shipped():
@@ -105,12 +106,12 @@ def test_lidar_ranges_must_be_in_order():
 def test_sensors_are_set_apart_from_the_figures():
     """LDS-02: ranges and rays of its data sheet at the robot's rate; None keeps the figures."""
     waffle = load_robot("waffle")
-    options = Sensors.model_validate({"lidar": {"model": "LDS-02"}})
+    options = SensorsModel.model_validate({"lidar": {"model": "LDS-02"}})
     lidar = waffle.with_sensors(options).lidar
     assert (lidar.min_range, lidar.max_range, lidar.rays, lidar.rate) == (0.16, 8.0, 230, 10.0)
-    assert waffle.with_sensors(Sensors()).lidar == waffle.lidar
+    assert waffle.with_sensors(SensorsModel()).lidar == waffle.lidar
     back = waffle.with_sensors(options).with_sensors(
-        Sensors.model_validate({"lidar": {"model": "LDS-01"}})
+        SensorsModel.model_validate({"lidar": {"model": "LDS-01"}})
     )
     assert back.lidar == waffle.lidar
 

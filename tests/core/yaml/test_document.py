@@ -4,7 +4,8 @@ import os
 
 import pytest
 
-from bt_mission.core.yaml.document import MAX_BYTES, InputError, read, read_text
+from bt_mission.core.diagnostics import InputError
+from bt_mission.core.yaml.document import MAX_BYTES, read, read_text
 
 
 def refusal(path):

@@ -5,7 +5,9 @@ from typing import Literal
 import pytest
 from pydantic import BaseModel, ConfigDict, Field
 
-from bt_mission.core.yaml.document import InputError, read_text, validate
+from bt_mission.core.diagnostics import InputError
+from bt_mission.core.yaml.document import read_text
+from bt_mission.core.yaml.models import validate
 
 
 class Wheel(BaseModel):

@@ -10,9 +10,9 @@ import pytest
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.executive.journal.file import JournalFile
-from bt_mission.executive.journal.recorder import Recorder
-from bt_mission.executive.journal.recovery import Resumption
-from bt_mission.executive.journal.state import Story, head_of, told
+from bt_mission.executive.journal.recorder import JournalRecorder
+from bt_mission.executive.journal.recovery import Recovery
+from bt_mission.executive.journal.state import JournalState, head_of, told
 from bt_mission.goals.goal import Event, Goal, Phase
 from bt_mission.language.loader import load_text
 from tests.conftest import ScriptedServer
@@ -34,11 +34,11 @@ class Life:
         self._file = JournalFile(path)
         if path.stat().st_size:
             story = told(self._file.read(), head, path)
-            self.play.executive.go_on_from(Resumption(story, self.play, lambda data: data))
+            self.play.executive.resume_from(Recovery(story, self.play, lambda data: data))
         else:
-            story = Story(head)
+            story = JournalState(head)
             self._file.rewrite([head])
-        Recorder(self._file, story, self.play.executive, self.play, lambda _: None)
+        JournalRecorder(self._file, story, self.play.executive, self.play, lambda _: None)
 
     def tick(self) -> None:
         """One tick; a goal ends when it has run for three."""
@@ -104,7 +104,7 @@ class Server(ScriptedServer):
         self._world.goals[goal.id] = goal
         self._world.ages[goal.id] = 0
 
-    def find_again(self, goal: Goal) -> None:
+    def recover_goal(self, goal: Goal) -> None:
         pass
 
     def ask_result(self, goal: Goal) -> None:
@@ -249,7 +249,7 @@ def test_without_the_server_of_a_goal_in_flight_nothing_goes_on(begun: Any) -> N
     life, path = begun("turn: {angle: 9}", ticks=2)
     before = path.read_bytes()
     again = Life("mission: m\ntree:\n  turn: {angle: 9}\n", path, life.world)
-    again.play.courier("turn", "").ready = False
+    again.play.goal_client("turn", "").ready = False
     for _ in range(300):
         again.tick()
     again.die()

@@ -4,17 +4,25 @@ import pytest
 
 from bt_mission.language.checks.types import type_faults
 from bt_mission.language.loader import load_text
-from bt_mission.language.message_types import ActionShapes, ListOf, Message, Scalar, UnknownType
+from bt_mission.language.message_types import (
+    ActionShapes,
+    ListOf,
+    MessageShape,
+    Scalar,
+    UnknownType,
+)
 
 FLOAT = Scalar("float32", "number")
 INT = Scalar("int32", "integer", -(2**31), 2**31 - 1)
 BOOL = Scalar("bool", "bool")
 TEXT = Scalar("string", "text")
-POINT = Message("geometry_msgs/Point", {"x": FLOAT, "y": FLOAT})
+POINT = MessageShape("geometry_msgs/Point", {"x": FLOAT, "y": FLOAT})
 SHAPES = ActionShapes(
-    Message("the goal of a/action/B", {"speed": FLOAT, "count": INT, "label": TEXT, "at": POINT}),
-    Message("the result of a/action/B", {"far": FLOAT, "word": TEXT, "at": POINT}),
-    Message(
+    MessageShape(
+        "the goal of a/action/B", {"speed": FLOAT, "count": INT, "label": TEXT, "at": POINT}
+    ),
+    MessageShape("the result of a/action/B", {"far": FLOAT, "word": TEXT, "at": POINT}),
+    MessageShape(
         "the feedback of a/action/B",
         {
             "now": FLOAT,

@@ -8,13 +8,13 @@ import pytest
 from bt_mission.language.expressions.expression import (
     MAX_TEMPLATE,
     Expression,
-    ExpressionError,
     Late,
     Template,
     Text,
     names_in,
     resolve,
 )
+from bt_mission.language.expressions.values import ExpressionError
 
 
 def value_of(text, seed=0, fields=None, **names):

@@ -5,8 +5,9 @@ import random
 
 import pytest
 
-from bt_mission.language.expressions.expression import Expression, ExpressionError
+from bt_mission.language.expressions.expression import Expression
 from bt_mission.language.expressions.functions import FUNCTIONS
+from bt_mission.language.expressions.values import ExpressionError
 
 
 def value_of(text, seed=0, **names):

@@ -6,7 +6,8 @@ from typing import Any
 
 import pytest
 
-from bt_mission.language.expressions.expression import Expression, ExpressionError
+from bt_mission.language.expressions.expression import Expression
+from bt_mission.language.expressions.values import ExpressionError
 
 KINDS: dict[str, Any] = {
     "i": "integer",

@@ -3,7 +3,7 @@
 import pytest
 from pydantic import ValidationError
 
-from bt_mission.language.action_names import SHORT_NAMES
+from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.file import MissionFile
 from bt_mission.language.nodes.written import KINDS, GoalNode
 
@@ -26,7 +26,7 @@ def test_every_model_gives_a_json_schema(kind):
 
 def test_short_names_take_the_modifiers_of_every_action():
     """There is one list of them."""
-    for name in SHORT_NAMES:
+    for name in ACTION_NAMES:
         assert issubclass(KINDS[name], GoalNode)
 
 

@@ -9,20 +9,20 @@ from py_trees.common import Status
 
 from bt_mission.events import messages
 from bt_mission.recording.replay.player import FASTEST, SLOWEST, Player
-from bt_mission.recording.replay.timeline import Film
+from bt_mission.recording.replay.timeline import Timeline
 from tests.support.watched import S, tree
 
 
-def film() -> Film:
+def film() -> Timeline:
     """Ten seconds: the leaf runs at 2 and at 6 s, for two seconds each."""
     changes = [
-        messages.Changes((1 + second) * S, "run", number, (messages.Standing(1, status, ""),))
+        messages.Changes((1 + second) * S, "run", number, (messages.NodeStatus(1, status, ""),))
         for number, (second, status) in enumerate(
             [(2, Status.RUNNING), (4, Status.SUCCESS), (6, Status.RUNNING), (8, Status.FAILURE)], 1
         )
     ]
     begin = tree("root\n  leaf")
-    return Film(
+    return Timeline(
         Path("a.mcap"),
         S,
         11 * S,

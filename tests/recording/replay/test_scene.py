@@ -10,17 +10,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bt_mission.events import messages
-from bt_mission.events.log import Entry
+from bt_mission.events.log import LogEntry
 from bt_mission.recording.replay import scene
-from bt_mission.recording.replay.scene import Projector, Scene, entries_of
-from bt_mission.recording.replay.timeline import Film, Sight, read_film
+from bt_mission.recording.replay.scene import Projector, ReplayScene, entries_of
+from bt_mission.recording.replay.timeline import LazyMessage, Timeline, read_timeline
 from tests.support.recordings import recording
 
 
 @pytest.fixture(scope="module")
-def film() -> Film:
+def film() -> Timeline:
     """A short mission."""
-    return read_film(recording())
+    return read_timeline(recording())
 
 
 @pytest.fixture(autouse=True)
@@ -28,7 +28,7 @@ def _many_scenes_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(scene, "SPACING", 37)
 
 
-def all_of(shown: Scene) -> dict[str, Any]:
+def all_of(shown: ReplayScene) -> dict[str, Any]:
     """Everything that is known in a scene, and in which order."""
     found: dict[str, Any] = {"log": list(shown.log)}
     for part in (shown.mission, shown.robot):
@@ -40,13 +40,13 @@ def all_of(shown: Scene) -> dict[str, Any]:
     return found
 
 
-def told_one_by_one(film: Film, time_ns: int) -> Scene:
+def told_one_by_one(film: Timeline, time_ns: int) -> ReplayScene:
     """As somebody would know it who has looked on all the time."""
-    known = Scene()
+    known = ReplayScene()
     for at_ns, frame in zip(film.times_ns, film.frames, strict=True):
         if at_ns > time_ns:
             break
-        seen = frame.decode() if isinstance(frame, Sight) else frame
+        seen = frame.decode() if isinstance(frame, LazyMessage) else frame
         assert seen is not None
         known.take(seen)
     known.mission.now_ns = time_ns
@@ -64,14 +64,14 @@ def test_a_seek_gives_what_looking_on_would_have_given(shares: list[float]) -> N
         assert all_of(projector.show(time_ns)) == all_of(told_one_by_one(film, time_ns))
 
 
-def read_film_once(kept: list[Film] = []) -> Film:  # noqa: B006 - kept on purpose
+def read_film_once(kept: list[Timeline] = []) -> Timeline:  # noqa: B006 - kept on purpose
     """Hypothesis and fixtures of a module do not go together."""
     if not kept:
-        kept.append(read_film(recording()))
+        kept.append(read_timeline(recording()))
     return kept[0]
 
 
-def test_backwards_is_forwards_the_other_way_round(film: Film) -> None:
+def test_backwards_is_forwards_the_other_way_round(film: Timeline) -> None:
     """Every half second of it."""
     projector = Projector(film)
     times = range(film.start_ns, film.end_ns, 500_000_000)
@@ -80,19 +80,19 @@ def test_backwards_is_forwards_the_other_way_round(film: Film) -> None:
     assert backwards[::-1] == forwards
 
 
-def test_to_go_back_little_is_played_again(film: Film, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_to_go_back_little_is_played_again(film: Timeline, monkeypatch: pytest.MonkeyPatch) -> None:
     """No more than lies between two scenes that are kept."""
     projector = Projector(film)
     projector.show(film.end_ns)
     played = 0
-    take = Scene.take
+    take = ReplayScene.take
 
-    def counted(self: Scene, frame: Any) -> None:
+    def counted(self: ReplayScene, frame: Any) -> None:
         nonlocal played
         played += 1
         take(self, frame)
 
-    monkeypatch.setattr(Scene, "take", counted)
+    monkeypatch.setattr(ReplayScene, "take", counted)
     for share in range(10):
         played = 0
         projector.show(film.start_ns + share * (film.end_ns - film.start_ns) // 10)
@@ -101,7 +101,7 @@ def test_to_go_back_little_is_played_again(film: Film, monkeypatch: pytest.Monke
 
 @pytest.mark.parametrize(("limit", "value"), [("MOST_KEPT", 4), ("MOST_NODES", 24)])
 def test_a_long_film_keeps_no_more_scenes_than_it_may(
-    film: Film, monkeypatch: pytest.MonkeyPatch, limit: str, value: int
+    film: Timeline, monkeypatch: pytest.MonkeyPatch, limit: str, value: int
 ) -> None:
     """They are farther apart then, as they are where the tree is large."""
     monkeypatch.setattr(scene, limit, value)
@@ -112,7 +112,7 @@ def test_a_long_film_keeps_no_more_scenes_than_it_may(
     assert all_of(projector.show(middle_ns)) == all_of(told_one_by_one(film, middle_ns))
 
 
-def test_the_end_is_known(film: Film) -> None:
+def test_the_end_is_known(film: Timeline) -> None:
     """Tree, goals, variables, battery, map, scan, trail, log."""
     shown = Projector(film).show(film.end_ns)
     mission, robot = shown.mission, shown.robot
@@ -135,7 +135,7 @@ def test_the_end_is_known(film: Film) -> None:
     assert [entry.text for entry in shown.log if not entry.name] == ["off we go"]
 
 
-def test_a_running_leaf_gets_on(film: Film) -> None:
+def test_a_running_leaf_gets_on(film: Timeline) -> None:
     """Half a second after it began at the latest."""
     projector = Projector(film)
     start_ns = film.starts_ns[projector.show(film.end_ns).mission.tree.run, 4][0]  # type: ignore[union-attr]
@@ -148,18 +148,18 @@ def test_a_running_leaf_gets_on(film: Film) -> None:
     assert values == sorted(set(values))
 
 
-def test_the_log_without_its_limit(film: Film) -> None:
+def test_the_log_without_its_limit(film: Timeline) -> None:
     """For those who print it."""
     shown = Projector(film).show(film.end_ns)
     assert list(entries_of(film)) == list(shown.log)
-    assert Entry(film.start_ns, None, "there and back", "begins") == shown.log[0]
+    assert LogEntry(film.start_ns, None, "there and back", "begins") == shown.log[0]
 
 
-def test_a_sight_that_cannot_be_read_is_passed_over(film: Film) -> None:
+def test_a_sight_that_cannot_be_read_is_passed_over(film: Timeline) -> None:
     """What was seen before stays."""
-    sight = Sight("scan", lambda: None)
+    sight = LazyMessage("scan", lambda: None)
     frames = (*film.frames, sight)
-    damaged = Film(
+    damaged = Timeline(
         film.path,
         film.start_ns,
         film.end_ns + 1,
@@ -170,4 +170,4 @@ def test_a_sight_that_cannot_be_read_is_passed_over(film: Film) -> None:
         film.changes_ns,
         film.starts_ns,
     )
-    assert isinstance(Projector(damaged).show(film.end_ns).robot.scan, messages.Scan)
+    assert isinstance(Projector(damaged).show(film.end_ns).robot.scan, messages.ScanPoints)

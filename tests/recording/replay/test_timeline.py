@@ -9,7 +9,7 @@ import pytest
 from bt_mission.recording.file import McapFile
 from bt_mission.recording.reading import Channel, RecordingError
 from bt_mission.recording.replay.scene import Projector
-from bt_mission.recording.replay.timeline import read_film
+from bt_mission.recording.replay.timeline import read_timeline
 from tests.support.recordings import edited, recording
 
 S = 1_000_000_000
@@ -17,7 +17,7 @@ S = 1_000_000_000
 
 def test_time_begins_with_the_mission() -> None:
     """And ends with the recording."""
-    film = read_film(recording())
+    film = read_timeline(recording())
     assert film.start_ns in film.times_ns
     assert 5 < (film.end_ns - film.start_ns) / S < 20
     assert film.why_cut == ""
@@ -27,7 +27,7 @@ def test_time_begins_with_the_mission() -> None:
 
 def test_changes_of_the_tree_are_found_in_both_directions() -> None:
     """The next one, and the one before."""
-    film = read_film(recording())
+    film = read_timeline(recording())
     first, second = film.changes_ns[:2]
     assert film.change_after(first) == second
     assert film.change_before(second) == first
@@ -37,7 +37,7 @@ def test_changes_of_the_tree_are_found_in_both_directions() -> None:
 
 def test_starts_of_a_node_are_found_in_both_directions() -> None:
     """It has run twice."""
-    film = read_film(recording())
+    film = read_timeline(recording())
     tree = Projector(film).show(film.end_ns).mission.tree
     assert tree is not None
     (index,) = (at for at, node in enumerate(tree.nodes) if node.name == "drive")
@@ -52,7 +52,7 @@ def test_starts_of_a_node_are_found_in_both_directions() -> None:
 
 def test_a_file_of_another_recorder_that_begins_later(tmp_path: Path) -> None:
     """Statuses are known as far as they have changed since; there is no trace."""
-    whole = read_film(recording())
+    whole = read_timeline(recording())
     third_ns = whole.changes_ns[3]
 
     def keep(channel: Channel, time_ns: int) -> bool:
@@ -60,7 +60,7 @@ def test_a_file_of_another_recorder_that_begins_later(tmp_path: Path) -> None:
             return False
         return channel.topic.endswith(("/tree", "/state", "/tf_static")) or time_ns > third_ns
 
-    film = read_film(edited(tmp_path / "late.mcap", keep))
+    film = read_timeline(edited(tmp_path / "late.mcap", keep))
     assert film.trace == ()
     mission = Projector(film).show(film.end_ns).mission
     assert mission.sequence is not None
@@ -70,14 +70,14 @@ def test_a_file_of_another_recorder_that_begins_later(tmp_path: Path) -> None:
 
 def test_a_message_that_is_lost_is_bridged(tmp_path: Path) -> None:
     """What follows it is shown all the same."""
-    whole = read_film(recording())
+    whole = read_timeline(recording())
     lost_ns = whole.changes_ns[2]
 
     def keep(channel: Channel, time_ns: int) -> bool:
         near = abs(time_ns - lost_ns) < S // 20
         return not (near and channel.topic.endswith("/changes"))
 
-    film = read_film(edited(tmp_path / "gap.mcap", keep))
+    film = read_timeline(edited(tmp_path / "gap.mcap", keep))
     assert len(film.changes_ns) < len(whole.changes_ns)
     assert Projector(film).show(film.end_ns).mission.status == "success"
     assert str(Projector(film).show(film.end_ns).mission.statuses[0]) == "Status.SUCCESS"
@@ -88,9 +88,9 @@ def test_a_cut_file_gives_what_is_before_the_cut(tmp_path: Path) -> None:
     data = recording().read_bytes()
     path = tmp_path / "cut.mcap"
     path.write_bytes(data[: len(data) // 2])
-    film = read_film(path)
+    film = read_timeline(path)
     assert film.why_cut == "the file was cut, or the recorder killed"
-    assert film.end_ns < read_film(recording()).end_ns
+    assert film.end_ns < read_timeline(recording()).end_ns
     assert Projector(film).show(film.end_ns).mission.status == "running"
 
 
@@ -98,7 +98,7 @@ def test_a_file_without_a_tree_says_what_is_missing(tmp_path: Path) -> None:
     """And what to do."""
     path = edited(tmp_path / "foreign.mcap", lambda channel, _: channel.topic in ("/scan", "/tf"))
     with pytest.raises(RecordingError) as error:
-        read_film(path)
+        read_timeline(path)
     assert str(error.value) == (
         f"{path}: no tree of a mission is in it (topics here: /scan, /tf). bt-mission run "
         "--record makes such files; with ros2 bag record, record /bt_mission/tree, changes, "
@@ -116,7 +116,7 @@ def test_a_tree_of_another_version_says_so(tmp_path: Path) -> None:
     file.write(S, [(channel, b"\0\1\0\0\1\0\0\0")])
     file.close()
     with pytest.raises(RecordingError, match="made by another version of bt-mission"):
-        read_film(path)
+        read_timeline(path)
 
 
 @pytest.mark.parametrize(
@@ -132,13 +132,13 @@ def test_too_little_of_a_file(tmp_path: Path, share: float, words: str) -> None:
     path = tmp_path / "cut.mcap"
     path.write_bytes(data[: max(int(len(data) * share), 20)])
     with pytest.raises(RecordingError, match=words):
-        read_film(path)
+        read_timeline(path)
 
 
 def test_a_recording_without_a_robot(tmp_path: Path) -> None:
     """The tree is shown all the same."""
     path = tmp_path / "tree.mcap"
     edited(path, lambda channel, _: channel.topic.startswith("/bt_mission"))
-    film = read_film(path)
+    film = read_timeline(path)
     shown = Projector(film).show(film.end_ns)
     assert (shown.robot.map, shown.mission.status) == (None, "success")

@@ -6,7 +6,8 @@ import mujoco
 import pytest
 
 from sim.physics.clearance import Clearance, touching
-from sim.simulation import Entrant, Fleet, Simulation
+from sim.physics.spawn import RobotSpawn
+from sim.simulation import Fleet, Simulation
 from sim.world.loader import load_world
 from sim.world.world import Spawn
 
@@ -74,7 +75,10 @@ def test_pushing_on_against_a_wall_it_is_below_zero(simulate, drive):
 
 def test_other_robots_count_by_their_bodies_and_not_by_their_screens(make_world, waffle):
     """Nose to nose, 2 m between the axles; each measures the same."""
-    entrants = [Entrant(waffle, "one", Spawn(x=-1)), Entrant(waffle, "two", Spawn(x=1, yaw=180))]
+    entrants = [
+        RobotSpawn(waffle, "one", Spawn(x=-1)),
+        RobotSpawn(waffle, "two", Spawn(x=1, yaw=180)),
+    ]
     fleet = Fleet(make_world(), entrants, seed=1)
     for robot, other in (("one", "two"), ("two", "one")):
         found = fleet[robot].clearance()

@@ -4,7 +4,8 @@ import copy
 
 import pytest
 
-from sim.simulation import Entrant, Fleet, Simulation
+from sim.physics.spawn import RobotSpawn
+from sim.simulation import Fleet, Simulation
 from sim.world.loader import load_world
 from sim.world.world import Spawn
 
@@ -81,7 +82,7 @@ def test_states_are_equal_where_all_of_it_is(simulate):
 
 def test_each_robot_of_a_fleet_has_a_reviewer_of_its_own(make_world, waffle):
     """One record is of all of them."""
-    entrants = [Entrant(waffle, "one", Spawn(x=-1)), Entrant(waffle, "two", Spawn(x=1, y=1))]
+    entrants = [RobotSpawn(waffle, "one", Spawn(x=-1)), RobotSpawn(waffle, "two", Spawn(x=1, y=1))]
     fleet = Fleet(make_world(), entrants, seed=1)
     state = fleet.physics.record()
     for robot in fleet.robots:

@@ -6,14 +6,14 @@ import pytest
 from bt_mission.core.robot.model import load_robot
 from sim.physics.model import compile_model
 from sim.physics.names import BASE, MARKS, OBSTACLE_PREFIX, ROBOT, SOLID, WHEELS
-from sim.physics.spawn import Entrant
+from sim.physics.spawn import RobotSpawn
 
 
 @pytest.mark.parametrize("name", ["waffle", "burger"])
 def test_masses_are_those_of_the_robot(make_world, name):
     """Body and two wheels, nothing from the looks."""
     robot = load_robot(name)
-    model = compile_model(make_world(), [Entrant(robot)])
+    model = compile_model(make_world(), [RobotSpawn(robot)])
     assert model.body_subtreemass[model.body(BASE).id] == (
         pytest.approx(robot.base_mass + 2 * robot.wheel_mass)
     )
@@ -21,7 +21,7 @@ def test_masses_are_those_of_the_robot(make_world, name):
 
 def test_wheels_are_balanced(make_world, waffle):
     """Their centre of mass lies on the axle."""
-    model = compile_model(make_world(), [Entrant(waffle)])
+    model = compile_model(make_world(), [RobotSpawn(waffle)])
     for wheel in WHEELS:
         assert model.body(wheel).ipos == pytest.approx((0, 0, 0))
         assert model.body(wheel).inertia == pytest.approx(waffle.wheel_inertia)
@@ -29,7 +29,7 @@ def test_wheels_are_balanced(make_world, waffle):
 
 def test_it_stands_on_four_points(make_world, waffle):
     """Two wheels and two casters carry it, and nothing else touches."""
-    model = compile_model(make_world(), [Entrant(waffle)])
+    model = compile_model(make_world(), [RobotSpawn(waffle)])
     data = mujoco.MjData(model)
     mujoco.mj_step(model, data, nstep=100)
     touching = sorted(model.geom(geom).name for pair in data.contact.geom for geom in pair)
@@ -43,7 +43,7 @@ def test_every_obstacle_is_a_geom_of_its_name(make_world, waffle):
         walls=[{"name": "w", "from": [1, 2], "to": [3, 2], "thickness": 0.2, "height": 0.4}],
         cylinders=[{"name": "c", "x": -1, "y": 0, "radius": 0.3, "height": 0.6}],
     )
-    model = compile_model(world, [Entrant(waffle)])
+    model = compile_model(world, [RobotSpawn(waffle)])
     wall, pillar = (model.geom(OBSTACLE_PREFIX + name) for name in ("w", "c"))
     assert wall.size == pytest.approx((1, 0.1, 0.2))
     assert wall.pos == pytest.approx((2, 2, 0.2))
@@ -54,7 +54,7 @@ def test_every_obstacle_is_a_geom_of_its_name(make_world, waffle):
 def test_zones_are_marks_that_nothing_touches(make_world, waffle):
     """A robot drives over them."""
     zone = {"name": "A", "x": 0, "y": 0, "radius": 0.4}
-    model = compile_model(make_world(zones=[zone]), [Entrant(waffle)])
+    model = compile_model(make_world(zones=[zone]), [RobotSpawn(waffle)])
     (mark,) = [geom for geom in range(model.ngeom) if model.geom_group[geom] == MARKS]
     assert model.geom_contype[mark] == model.geom_conaffinity[mark] == 0
     assert model.geom_size[mark][0] == 0.4
@@ -62,7 +62,7 @@ def test_zones_are_marks_that_nothing_touches(make_world, waffle):
 
 def test_only_the_robots_own_geoms_are_hidden_from_its_lidar(make_world, waffle):
     """Groups tell them apart."""
-    model = compile_model(make_world(walls=[{"from": [1, 1], "to": [2, 1]}]), [Entrant(waffle)])
+    model = compile_model(make_world(walls=[{"from": [1, 1], "to": [2, 1]}]), [RobotSpawn(waffle)])
     for geom in range(model.ngeom):
         own = model.body_rootid[model.geom_bodyid[geom]] == model.body(BASE).id
         assert (model.geom_group[geom] == SOLID) != own

@@ -9,7 +9,7 @@ import pytest
 from sim.physics.model import compile_model
 from sim.physics.names import NOWHERE
 from sim.physics.prop_bodies import bodies_of
-from sim.physics.spawn import Entrant
+from sim.physics.spawn import RobotSpawn
 from sim.world.shapes import Obstacle
 
 BOX = Obstacle.box("it", 1.0, 0.5, yaw=math.radians(30), size=(0.3, 0.1, 0.4), colour="red")
@@ -19,7 +19,9 @@ PILLAR = Obstacle.cylinder("it", 1.0, 0.5, radius=0.15, height=0.3, colour="red"
 @pytest.fixture
 def compiled(waffle, make_world):
     """Makes models of a world of these fields."""
-    return lambda props=0, **fields: compile_model(make_world(**fields), [Entrant(waffle)], props)
+    return lambda props=0, **fields: compile_model(
+        make_world(**fields), [RobotSpawn(waffle)], props
+    )
 
 
 @pytest.mark.parametrize(

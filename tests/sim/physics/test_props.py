@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from sim.physics.prop import PropError
+from sim.physics.spawn import RobotSpawn
 from sim.sensors.raycast import RaycastCamera
-from sim.simulation import Entrant, Fleet, Simulation
+from sim.simulation import Fleet, Simulation
 from sim.world.loader import load_world
 from sim.world.world import Spawn
 
@@ -37,7 +38,10 @@ def test_without_one_placed_a_run_is_as_without_any(waffle, world):
 
 def test_without_one_placed_a_fleet_runs_as_without_any(make_world, waffle):
     """Two robots that drive into each other."""
-    entrants = [Entrant(waffle, "one", Spawn(x=-1)), Entrant(waffle, "two", Spawn(x=1, yaw=180))]
+    entrants = [
+        RobotSpawn(waffle, "one", Spawn(x=-1)),
+        RobotSpawn(waffle, "two", Spawn(x=1, yaw=180)),
+    ]
     seen = []
     for props in (0, 3):
         fleet = Fleet(make_world(), entrants, seed=1, props=props)
@@ -215,7 +219,7 @@ def test_side_by_side_is_no_touch(simulate):
 
 def test_in_a_fleet_the_robot_in_the_way_is_named(make_world, waffle):
     """And any of them counts."""
-    entrants = [Entrant(waffle, "one", Spawn(x=-1)), Entrant(waffle, "two", Spawn(x=1))]
+    entrants = [RobotSpawn(waffle, "one", Spawn(x=-1)), RobotSpawn(waffle, "two", Spawn(x=1))]
     fleet = Fleet(make_world(), entrants, seed=1, props=1)
     with pytest.raises(PropError, match="it would be in 'two'"):
         fleet.props.place("box", 1.0, 0.0, radius=0.1)

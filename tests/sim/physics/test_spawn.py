@@ -2,15 +2,15 @@
 
 import pytest
 
-from sim.physics.spawn import MOST, Entrant, EntrantError, check, read
+from sim.physics.spawn import MOST, RobotSpawn, RobotSpawnError, check, read
 from sim.world.world import Spawn
 
 
 def test_a_robot_alone_needs_no_name(waffle):
     """Its parts and topics have no prefix."""
-    check([Entrant(waffle)])
-    assert Entrant(waffle).prefix == ""
-    assert Entrant(waffle, "robot1").prefix == "robot1/"
+    check([RobotSpawn(waffle)])
+    assert RobotSpawn(waffle).prefix == ""
+    assert RobotSpawn(waffle, "robot1").prefix == "robot1/"
 
 
 @pytest.mark.parametrize(
@@ -25,8 +25,8 @@ def test_a_robot_alone_needs_no_name(waffle):
 )
 def test_several_have_a_name_each(waffle, names, words):
     """The message says which is wrong."""
-    with pytest.raises(EntrantError, match=words):
-        check([Entrant(waffle, name) for name in names])
+    with pytest.raises(RobotSpawnError, match=words):
+        check([RobotSpawn(waffle, name) for name in names])
 
 
 def test_one_is_read_from_a_word():
@@ -42,5 +42,5 @@ def test_one_is_read_from_a_word():
 )
 def test_a_word_that_is_none_is_told_what_was_expected(text):
     """With an example."""
-    with pytest.raises(EntrantError, match=r"such as one=waffle@-1,0,90, got"):
+    with pytest.raises(RobotSpawnError, match=r"such as one=waffle@-1,0,90, got"):
         read(text)

@@ -3,18 +3,18 @@
 import pytest
 
 from bt_mission.core.robot.model import load_robot
-from sim.robot.drive import Drive
+from sim.robot.drive import DifferentialDrive
 
 STEP_S = 0.005
 WAFFLE = load_robot("waffle")
 
 
-def drive() -> Drive:
+def drive() -> DifferentialDrive:
     """A Waffle's drive at rest, with patience enough for what follows."""
-    return Drive(WAFFLE, STEP_S, patience=10.0)
+    return DifferentialDrive(WAFFLE, STEP_S, patience=10.0)
 
 
-def run(drive: Drive, steps: int, time_ns: int = 0) -> None:
+def run(drive: DifferentialDrive, steps: int, time_ns: int = 0) -> None:
     """Let so many steps of 5 ms pass."""
     for step in range(steps):
         if drive.due(time_ns + step * 5_000_000):
@@ -68,7 +68,7 @@ def test_a_velocity_that_is_not_finite_is_refused(bad):
 @pytest.mark.parametrize("patience", [1, 10])
 def test_a_command_holds_for_the_command_timeout_exactly(patience):
     """The step that begins 0.2 s after it is the first that slows down; ten times that, if told."""
-    base = Drive(WAFFLE, STEP_S, patience=patience)
+    base = DifferentialDrive(WAFFLE, STEP_S, patience=patience)
     base.command(0.2, 0.0, 1_000_000_000)
     run(base, 40 * patience, 1_000_000_000)
     assert base.linear == 0.2

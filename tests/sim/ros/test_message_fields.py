@@ -6,15 +6,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bt_mission.core.robot.model import Camera, load_robot
+from bt_mission.core.robot.model import load_robot
+from bt_mission.core.robot.parts import CameraModel
 from sim.physics.contacts import Collision
-from sim.robot.frames import Frame
+from sim.robot.frames import FramePose
 from sim.ros import message_fields
 from sim.sensors.imu import Inertial
 from sim.sensors.odometry import Odometry
 
 WAFFLE = load_robot("waffle")
-CAMERA = Camera.model_validate(WAFFLE.camera)
+CAMERA = CameraModel.model_validate(WAFFLE.camera)
 
 
 class Message(SimpleNamespace):
@@ -45,7 +46,7 @@ def test_header_shares_the_stamp():
 
 def test_fixed_transform():
     """Parent, child, place and rotation."""
-    frame = Frame("base_link", "base_scan", (-0.064, 0.0, 0.122))
+    frame = FramePose("base_link", "base_scan", (-0.064, 0.0, 0.122))
     message = message_fields.transform(Message(), frame, Message())
     at = message.transform
     assert (message.header.frame_id, message.child_frame_id) == ("base_link", "base_scan")

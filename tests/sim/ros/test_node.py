@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 
-from sim.sensors.camera import Camera, NoCameraError
+from sim.sensors.camera import Camera
+from sim.sensors.canvas import NoCameraError
 from sim.simulation import Simulation
 from sim.world.loader import load_world
 from sim.world.occupancy import rasterise

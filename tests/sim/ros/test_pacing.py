@@ -2,15 +2,15 @@
 
 import pytest
 
-from sim.ros.pacing import FASTEST, Pacer, SpeedError, check_speed
+from sim.ros.pacing import FASTEST, SpeedError, SpeedPacer, check_speed
 
 MS = 1_000_000
 S = 1_000 * MS
 
 
-def pacer(speed: float = 1.0) -> Pacer:
+def pacer(speed: float = 1.0) -> SpeedPacer:
     """Wall time 100 s stands for virtual time 1 s."""
-    return Pacer(speed, 100 * S, 1 * S)
+    return SpeedPacer(speed, 100 * S, 1 * S)
 
 
 def test_at_speed_one_both_run_alike():

@@ -7,9 +7,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bt_mission.core.robot.model import Sensors
+from bt_mission.core.robot.parts import SensorsModel
 from sim.sensors import canvas
-from sim.sensors.camera import Camera, NoCameraError
+from sim.sensors.camera import Camera
+from sim.sensors.canvas import NoCameraError
 from sim.sensors.noise import PictureNoise
 from sim.simulation import Simulation
 from sim.world.colours import rgba
@@ -165,7 +166,7 @@ def test_beacons_differ_in_hue_by_more_than_25_degrees(photograph):
 
 def pictures(make_stage, waffle, seed: int, *, noise: bool) -> list[bytes]:
     """What the camera shows on a drive of 2 s through stage 3."""
-    robot = waffle.with_sensors(Sensors.model_validate({"camera": {"noise": noise}}))
+    robot = waffle.with_sensors(SensorsModel.model_validate({"camera": {"noise": noise}}))
     here = make_stage(load_world("dqn_stage3"), "camera/image_raw", robots=robot, seed=seed)
     for step in range(40):
         here.run(1_000_000_000 + step * 50_000_000)

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from sim.sensors.camera import Camera, NoCameraError
+from sim.sensors.camera import Camera
+from sim.sensors.canvas import NoCameraError
 from sim.sensors.raycast import RaycastCamera
 
 PILLARS = [

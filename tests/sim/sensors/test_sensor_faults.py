@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from bt_mission.core.robot.model import Sensors
+from bt_mission.core.robot.parts import SensorsModel
 from sim.faults import CameraFaults, FaultError
 from sim.sensors.sensor_faults import PictureDistortion, sector
 from sim.simulation import Simulation
@@ -23,7 +23,7 @@ def pair(waffle, make_world):
     """Makes two simulations that are the same, with these sensors."""
 
     def pair(seed: int = 1, **sensors: object) -> tuple[Simulation, Simulation]:
-        robot = waffle.with_sensors(Sensors.model_validate(sensors))
+        robot = waffle.with_sensors(SensorsModel.model_validate(sensors))
         world = make_world(walls=[WALL, LEFT])
         broken, sound = (Simulation(world, robot, seed=seed) for _ in range(2))
         return broken, sound

@@ -9,10 +9,10 @@ import pytest
 from bt_mission.core.robot.model import load_robot
 from sim.sensors.canvas import NoCameraError
 from sim.simulation import Simulation
-from sim.views.views import Views
+from sim.views.views import WorldViews
 from sim.world.world import World
 
-Look = Callable[..., tuple[Simulation, Views]]
+Look = Callable[..., tuple[Simulation, WorldViews]]
 RED = {"name": "red", "x": 1.0, "y": 1.0, "radius": 0.2, "height": 0.5, "colour": "red"}
 
 
@@ -21,11 +21,11 @@ def look() -> Iterator[Look]:
     """A simulation in a world of these fields, and views of it; skips where there is no EGL."""
     with ExitStack() as stack:
 
-        def look(robot: str = "waffle", **fields: object) -> tuple[Simulation, Views]:
+        def look(robot: str = "waffle", **fields: object) -> tuple[Simulation, WorldViews]:
             world = World.model_validate({"name": "test", "size": [4, 4], **fields})
             simulation = Simulation(world, load_robot(robot), seed=1)
             try:
-                views = Views(simulation, above=(420, 420), ahead=(320, 240))
+                views = WorldViews(simulation, above=(420, 420), ahead=(320, 240))
             except NoCameraError as error:
                 pytest.skip(str(error))
             stack.callback(views.close)
@@ -34,7 +34,7 @@ def look() -> Iterator[Look]:
         yield look
 
 
-def picture_of(views: Views) -> np.ndarray:
+def picture_of(views: WorldViews) -> np.ndarray:
     """The whole picture from above, as it is now."""
     picture = views.still.copy()
     for patch in views.moving():

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sim.world.motion import Circling, Drifting, Motion, Passing, Patrolling
+from sim.world.motion import Circling, Drifting, Motion, PassingCourse, Patrolling
 
 ROUND = Circling((1.0, 1.0), (0.0, 0.0), 80.0)
 WAY = Patrolling(((0.0, 0.0), (1.0, 0.0), (1.0, 0.5)), 0.1)
@@ -50,7 +50,7 @@ def test_they_stay_where_they_say():
 
 def test_a_way_with_an_end_is_stood_at():
     """1 m and 1 m round a corner at 0.5 m/s; from 4 s on it stands at the last point."""
-    way = Passing(((0.0, 0.0), (1.0, 0.0), (1.0, 1.0)), 0.5)
+    way = PassingCourse(((0.0, 0.0), (1.0, 0.0), (1.0, 1.0)), 0.5)
     assert way.at(1.0) == pytest.approx((0.5, 0, 0.5, 0))
     assert way.at(3.0) == pytest.approx((1, 0.5, 0, 0.5))
     assert way.at(4.0) == way.at(1e6) == (1.0, 1.0, 0.0, 0.0)

@@ -11,13 +11,13 @@ from typing import Any
 from bt_mission.behaviours.runtime import Scope
 from bt_mission.language.checks.scope import walk
 from bt_mission.language.checks.variables import Variables
-from bt_mission.language.expressions.expression import Expression, ExpressionError, Template, Text
-from bt_mission.language.expressions.syntax import Call, Name, Node
-from bt_mission.language.expressions.syntax import Scope as Known
-from bt_mission.language.expressions.values import Type, fits, type_of
+from bt_mission.language.expressions.expression import Expression, Template, Text
+from bt_mission.language.expressions.syntax import EvaluationScope as Known
+from bt_mission.language.expressions.syntax import FunctionCall, Name, SyntaxNode
+from bt_mission.language.expressions.values import ExpressionError, Type, fits, type_of
 from bt_mission.language.message_types import UnknownField, field_at, value_type
 from bt_mission.language.mission import Mission, Tree
-from bt_mission.language.nodes.steps import Action, Service, Set, Speaker, Step
+from bt_mission.language.nodes.steps import ActionStep, ServiceStep, SetStep, Speaker, Step
 from bt_mission.ros import interface_types
 
 _CLASH = re.compile(
@@ -68,7 +68,7 @@ def _unseen(tree: Tree, step: Step, variables: Variables, scope: Scope, text: st
 def _type(one: Expression, step: Step, variables: Variables) -> Type | None:
     """Return the type of an expression where no part of it is in doubt."""
     types = dict(variables.types)
-    if isinstance(step, Set):
+    if isinstance(step, SetStep):
         for name, value in step.values.items():
             types[name] = variables.type_of(value)
 
@@ -79,34 +79,34 @@ def _type(one: Expression, step: Step, variables: Variables) -> Type | None:
         return None
     if any(_infer(part, known) is None for part in _parts(one.root)):
         return None
-    if any(isinstance(part, Call) for part in _parts(one.root)):
+    if any(isinstance(part, FunctionCall) for part in _parts(one.root)):
         return None
     return _infer(one.root, known)
 
 
-def _infer(part: Node, known: Any) -> Type | None:
+def _infer(part: SyntaxNode, known: Any) -> Type | None:
     try:
         return part.infer(known)
     except ExpressionError:
         return None
 
 
-def _parts(node: Node) -> Iterator[Node]:
+def _parts(node: SyntaxNode) -> Iterator[SyntaxNode]:
     yield node
     for part in node.parts:
         yield from _parts(part)
 
 
-def _fixed(node: Node, known: Any) -> Iterator[Node]:
+def _fixed(node: SyntaxNode, known: Any) -> Iterator[SyntaxNode]:
     """Yield the parts of an expression that have the same value in every run."""
     for part in _parts(node):
         inner = list(_parts(part))
-        drawn = any(isinstance(one, Call) and one.draws for one in inner)
+        drawn = any(isinstance(one, FunctionCall) and one.draws for one in inner)
         if not drawn and all(one.name in known for one in inner if isinstance(one, Name)):
             yield part
 
 
-def _error_of(part: Node, constants: Any) -> str | None:
+def _error_of(part: SyntaxNode, constants: Any) -> str | None:
     try:
         part.evaluate(Known(constants, {}, Random(0)))
     except ExpressionError as error:
@@ -142,9 +142,9 @@ def _inside(value: Any) -> Iterator[Any]:
 
 def _output_type(step: Speaker, name: str) -> Type | None:
     shapes: Any = interface_types.shapes(step.type)
-    if isinstance(step, Action):
+    if isinstance(step, ActionStep):
         shapes = shapes.result
-    elif isinstance(step, Service):
+    elif isinstance(step, ServiceStep):
         shapes = shapes.response
     try:
         return value_type(field_at(shapes, name))

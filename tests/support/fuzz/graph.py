@@ -11,7 +11,7 @@ from typing import Any
 from bt_mission.behaviours.runtime import Scope
 from bt_mission.goals.goal import Event, Goal
 from bt_mission.goals.ledger import Ledger
-from bt_mission.language.message_types import ListOf, Message, Scalar, Shape
+from bt_mission.language.message_types import ListOf, MessageShape, Scalar, Shape
 from bt_mission.ros import interface_types
 
 S = 1_000_000_000
@@ -37,7 +37,7 @@ def messages(message_class: Any) -> tuple[Any, ...]:
 
 def _value(rng: Random, shape: Shape) -> Any:
     match shape:
-        case Message():
+        case MessageShape():
             return {name: _value(rng, part) for name, part in shape.fields.items()}
         case ListOf():
             count = (
@@ -188,16 +188,16 @@ class Graph:
         for part in self._parts.values():
             part.patient = False
 
-    def courier(self, action: str, type_name: str) -> Any:
+    def goal_client(self, action: str, type_name: str) -> Any:
         return self._part(Server, action, type_name)
 
-    def caller(self, service: str, type_name: str) -> Any:
+    def service_client(self, service: str, type_name: str) -> Any:
         return self._part(Service, service, type_name)
 
-    def reader(self, topic: str, type_name: str) -> Any:
+    def subscriber(self, topic: str, type_name: str) -> Any:
         return self._part(Topic, topic, type_name)
 
-    def speech(self, topic: str, type_name: str) -> Any:
+    def publisher(self, topic: str, type_name: str) -> Any:
         return self._part(Topic, topic, type_name)
 
     def log(self, text: str) -> None:

@@ -17,7 +17,7 @@ from zlib import crc32
 from bt_mission.behaviours.builder import build_tree
 from bt_mission.behaviours.runtime import MissionFailure, Scope
 from bt_mission.core import files
-from bt_mission.core.diagnostics import Fault, InputError
+from bt_mission.core.diagnostics import Diagnostic, InputError
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.robot.model import load_robot
 from bt_mission.executive.executive import Executive
@@ -103,7 +103,7 @@ def _judge(path: Path) -> Verdict:
     return _run(mission, Random(crc32(path.read_bytes())))
 
 
-def _misplaced(faults: tuple[Fault, ...]) -> str | None:
+def _misplaced(faults: tuple[Diagnostic, ...]) -> str | None:
     str(InputError(faults))
     for fault in faults:
         lines = str(fault).split("\n")

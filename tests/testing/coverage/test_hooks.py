@@ -139,9 +139,9 @@ def test_a_bad_option_is_refused(pytester, option, words):
 
 def test_nothing_is_watched_without_being_asked(missions):
     """And nobody listens once the session is over."""
-    from bt_mission.ros.mission_node import newcomers  # noqa: PLC0415 - the list, as it is now
+    from bt_mission.ros.mission_node import on_mission_started  # noqa: PLC0415 - the list, as it is now
 
-    before = list(newcomers)
+    before = list(on_mission_started)
     missions.runpytest("-k", "resting").stdout.no_fnmatch_line("*coverage of missions*")
     missions.runpytest("--mission-cov", "-k", "resting")
-    assert newcomers == before
+    assert on_mission_started == before

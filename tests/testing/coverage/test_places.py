@@ -4,7 +4,7 @@ import pytest
 
 from bt_mission.language.loader import load_text
 from bt_mission.sessions.load import load
-from bt_mission.testing.coverage.places import Place, places
+from bt_mission.testing.coverage.places import CoveragePlace, places
 from tests.support.project import ROOT
 
 MISSIONS = [*sorted((ROOT / "missions").rglob("*.yaml")), ROOT / "tests/btcpp/everything.xml"]
@@ -20,7 +20,7 @@ ALWAYS = [
 CANCELS = ["cancel refused", "unconfirmed"]
 
 
-def there(tree: str, head: str = "") -> dict[str, Place]:
+def there(tree: str, head: str = "") -> dict[str, CoveragePlace]:
     """The places of a mission, by their names."""
     return {one.name: one for one in places(load_text(f"mission: m\n{head}\ntree:\n{tree}"))}
 

@@ -8,7 +8,7 @@ import pytest
 
 from bt_mission.language.loader import load_text
 from bt_mission.testing.coverage.places import places
-from bt_mission.testing.coverage.watch import REACHED, Watch
+from bt_mission.testing.coverage.watch import REACHED, CoverageWatch
 from tests.support.play import Play
 
 
@@ -19,7 +19,7 @@ class Seen:
         self.play = play
         self.mission = load_text(text)
         self.marks: list[tuple[str, str, str]] = []
-        Watch(
+        CoverageWatch(
             self.mission,
             play.executive,
             lambda one, what, which: self.marks.append((one.node.name, what, which)),

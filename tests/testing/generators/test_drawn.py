@@ -9,7 +9,7 @@ import pytest
 from hypothesis import find, given, settings
 
 from bt_mission.sessions.check import examine_text
-from bt_mission.testing.generators.draws import Seeded
+from bt_mission.testing.generators.draws import SeededDraws
 from bt_mission.testing.generators.missions import drawn_mission
 from bt_mission.testing.generators.scenarios import Scenario, as_text, drawn_scenario
 from bt_mission.testing.generators.strategies import fault_schedules, missions, scenarios, worlds
@@ -21,9 +21,9 @@ from sim.world.loader import load_world
 @pytest.mark.parametrize("seed", range(40))
 def test_what_is_drawn_from_a_seed_is_sound(seed: int, tmp_path: Path) -> None:
     """And the same each time."""
-    draws = Seeded(seed)
+    draws = SeededDraws(seed)
     world, mission = as_text(drawn_world(draws)), as_text(drawn_mission(draws))
-    again = Seeded(seed)
+    again = SeededDraws(seed)
     assert (world, mission) == (as_text(drawn_world(again)), as_text(drawn_mission(again)))
     path = tmp_path / "world.yaml"
     path.write_text(world)
@@ -57,7 +57,7 @@ def test_every_scenario_runs_to_its_end(tmp_path_factory: Any, scenario: Scenari
 def test_a_scenario_looks_like_a_test_that_repeats_it(tmp_path: Path) -> None:
     """To be pasted as it is; the same trace comes out."""
     scenario = next(
-        found for seed in range(99) if len((found := drawn_scenario(Seeded(seed))).faults) > 2
+        found for seed in range(99) if len((found := drawn_scenario(SeededDraws(seed))).faults) > 2
     )
     names: dict[str, Any] = {}
     exec(repr(scenario), names)  # noqa: S102 - what it looks like is what is tested

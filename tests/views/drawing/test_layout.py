@@ -7,18 +7,18 @@ from collections.abc import Iterator
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bt_mission.views.drawing.layout import Box, place
+from bt_mission.views.drawing.layout import NodeBox, place
 
 SIZES = st.integers(10, 200).map(float)
 TREES = st.recursive(
-    st.builds(Box, SIZES, SIZES),
-    lambda boxes: st.builds(Box, SIZES, SIZES, st.lists(boxes, min_size=1, max_size=4)),
+    st.builds(NodeBox, SIZES, SIZES),
+    lambda boxes: st.builds(NodeBox, SIZES, SIZES, st.lists(boxes, min_size=1, max_size=4)),
     max_leaves=25,
 )
 GAP_X, GAP_Y = 10.0, 30.0
 
 
-def boxes(root: Box) -> Iterator[Box]:
+def boxes(root: NodeBox) -> Iterator[NodeBox]:
     """All boxes of a tree."""
     yield root
     for child in root.children:
@@ -26,7 +26,7 @@ def boxes(root: Box) -> Iterator[Box]:
 
 
 @given(TREES)
-def test_no_box_touches_another_and_all_are_on_the_page(root: Box) -> None:
+def test_no_box_touches_another_and_all_are_on_the_page(root: NodeBox) -> None:
     """Whatever their sizes; the page is as small as it can be."""
     width, height = place(root, GAP_X, GAP_Y)
     found = list(boxes(root))
@@ -41,7 +41,7 @@ def test_no_box_touches_another_and_all_are_on_the_page(root: Box) -> None:
 
 
 @given(TREES)
-def test_children_stand_in_order_below_the_middle_of_their_parent(root: Box) -> None:
+def test_children_stand_in_order_below_the_middle_of_their_parent(root: NodeBox) -> None:
     """All at one height, the gap below it."""
     place(root, GAP_X, GAP_Y)
     for box in boxes(root):
@@ -55,7 +55,7 @@ def test_children_stand_in_order_below_the_middle_of_their_parent(root: Box) -> 
 
 def test_a_deep_subtree_reaches_below_a_short_neighbour() -> None:
     """So pictures stay narrow."""
-    wide = Box(50, 20, [Box(300, 20)])
-    root = Box(50, 20, [Box(50, 20), wide])
+    wide = NodeBox(50, 20, [NodeBox(300, 20)])
+    root = NodeBox(50, 20, [NodeBox(50, 20), wide])
     width, _ = place(root, 10, 10)
     assert width < 50 + 10 + 300

@@ -11,17 +11,17 @@ import numpy as np
 import pytest
 
 from bt_mission.recording.model import (
-    Change,
-    Collision,
-    Goal,
-    Grid,
-    LogLine,
     Picture,
-    Run,
-    Scan,
+    RecordedChange,
+    RecordedCollision,
+    RecordedGoal,
+    RecordedGrid,
+    RecordedLine,
+    RecordedNode,
+    RecordedRun,
+    RecordedScan,
     Series,
     Track,
-    TreeNode,
 )
 from bt_mission.recording.spans import spans_of
 
@@ -38,16 +38,16 @@ def seconds(*values: float) -> Any:
 
 
 @pytest.fixture
-def a_run() -> Callable[..., Run]:
+def a_run() -> Callable[..., RecordedRun]:
     """A run of ten seconds that failed: ``a_run(status="success")`` changes what is named."""
     changes = [
-        Change(S, 0, "running", ""),
-        Change(S, 1, "running", ""),
-        Change(3 * S, 1, "success", "there"),
-        Change(3 * S, 2, "running", ""),
-        Change(3 * S, 3, "failure", "1 > 2 does not hold"),
-        Change(8 * S, 2, "halted", ""),
-        Change(11 * S, 0, "failure", ""),
+        RecordedChange(S, 0, "running", ""),
+        RecordedChange(S, 1, "running", ""),
+        RecordedChange(3 * S, 1, "success", "there"),
+        RecordedChange(3 * S, 2, "running", ""),
+        RecordedChange(3 * S, 3, "failure", "1 > 2 does not hold"),
+        RecordedChange(8 * S, 2, "halted", ""),
+        RecordedChange(11 * S, 0, "failure", ""),
     ]
     time = np.linspace(0, 10, 201)
     moves = np.clip(time - 1, 0, 4)
@@ -59,7 +59,7 @@ def a_run() -> Callable[..., Run]:
         np.where((time > 1) & (time < 5), 0.2, 0.0),
         moves * 0.0,
     )
-    goal = Goal(
+    goal = RecordedGoal(
         "a" * 32,
         "/turn",
         "x/action/Turn",
@@ -73,7 +73,7 @@ def a_run() -> Callable[..., Run]:
         result={"error_code": 0, "error_msg": "<script>alert(1)</script>"},
         feedback=[(2 * S, {"left": 1.0})],
     )
-    made = Run(
+    made = RecordedRun(
         path=Path("run.mcap"),
         mission="try <i>this</i>",
         node="/bt_mission",
@@ -86,29 +86,31 @@ def a_run() -> Callable[..., Run]:
         why_cut="",
         missing="",
         tree=(
-            TreeNode("root", "Sequence", "0", 0),
-            TreeNode("turn", "ActionLeaf", "0.0", 0),
-            TreeNode("drive", "ActionLeaf", "0.1", 0),
-            TreeNode("check", "Check", "0.2", 0),
-            TreeNode("never", "Wait", "0.3", 0),
+            RecordedNode("root", "Sequence", "0", 0),
+            RecordedNode("turn", "ActionLeaf", "0.0", 0),
+            RecordedNode("drive", "ActionLeaf", "0.1", 0),
+            RecordedNode("check", "Check", "0.2", 0),
+            RecordedNode("never", "Wait", "0.3", 0),
         ),
         changes=tuple(changes),
         spans=spans_of(5, changes, 11 * S),
         truth=track,
         measured=replace(track, y=track.y + 0.02),
-        scans=(Scan(2 * S, np.array([[1.0, 0.0], [0.0, 1.0]]), 0.8),),
-        grid=Grid(S, 0.1, -1.0, -1.0, np.pad(np.zeros((28, 28), np.int8), 1, constant_values=100)),
+        scans=(RecordedScan(2 * S, np.array([[1.0, 0.0], [0.0, 1.0]]), 0.8),),
+        grid=RecordedGrid(
+            S, 0.1, -1.0, -1.0, np.pad(np.zeros((28, 28), np.int8), 1, constant_values=100)
+        ),
         goals=(goal,),
-        log=(LogLine(2 * S, 30, "bt_mission", "mind </pre> the gap"),),
+        log=(RecordedLine(2 * S, 30, "bt_mission", "mind </pre> the gap"),),
         battery=Series(seconds(0, 10), np.array([100.0, 99.0])),
-        collisions=(Collision(6 * S, "north wall", 0.8, 0.6, 3.0),),
+        collisions=(RecordedCollision(6 * S, "north wall", 0.8, 0.6, 3.0),),
         pictures=(Picture(4 * S, "sweep/image_01.png", "image/png", PNG),),
         files={"m.yaml": "mission: try\n# </script><b>\n"},
         versions={"python": "3.11"},
         hull=(0.07, -0.2, 0.15),
     )
 
-    def change(**fields: Any) -> Run:
+    def change(**fields: Any) -> RecordedRun:
         return replace(made, **fields)
 
     return change

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from bt_mission.recording.model import Run
+from bt_mission.recording.model import RecordedRun
 from bt_mission.views.html_report.page import page_of
 from tests.support.browser import BROWSER, Page, browser
 
@@ -26,7 +26,7 @@ def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
 
 
 @pytest.fixture
-def page(chromium: Page, a_run: Callable[..., Run], tmp_path: Path) -> Iterator[Page]:
+def page(chromium: Page, a_run: Callable[..., RecordedRun], tmp_path: Path) -> Iterator[Page]:
     """The page of a run, wide open; nothing may go wrong on it."""
     (tmp_path / "run.html").write_text(page_of(a_run()), encoding="utf-8")
     chromium.problems.clear()

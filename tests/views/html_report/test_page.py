@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bt_mission.recording.model import Goal, LogLine, Run, Series, Span, Track
+from bt_mission.recording.model import RecordedGoal, RecordedLine, RecordedRun, Series, Span, Track
 from bt_mission.views.html_report.page import page_of
 
 S = 1_000_000_000
@@ -50,12 +50,12 @@ class Outline(HTMLParser):
             self.text += f"{data} "
 
 
-def outline(run: Run) -> Outline:
+def outline(run: RecordedRun) -> Outline:
     """The outline of a run's page."""
     return Outline(page_of(run))
 
 
-def test_it_says_what_came_of_the_run_and_why(a_run: Callable[..., Run]) -> None:
+def test_it_says_what_came_of_the_run_and_why(a_run: Callable[..., RecordedRun]) -> None:
     """Before anything else: outcome, reason, the way to the leaf that failed."""
     text = outline(a_run()).text
     assert "try <i>this</i>  failure" in text
@@ -65,7 +65,7 @@ def test_it_says_what_came_of_the_run_and_why(a_run: Callable[..., Run]) -> None
         assert re.search(words.replace(" ", r"\s+"), text), words
 
 
-def test_every_part_is_there(a_run: Callable[..., Run]) -> None:
+def test_every_part_is_there(a_run: Callable[..., RecordedRun]) -> None:
     """In this order; pictures and files only where there are any."""
     parts = ["Timeline", "Where it went", "Figures", "Goals"]
     rest = ["Leaves", "Log", "Mission file", "Made with"]
@@ -74,7 +74,7 @@ def test_every_part_is_there(a_run: Callable[..., Run]) -> None:
     assert bare.headings == [*parts, "Leaves", "Log", "Made with"]
 
 
-def test_nothing_is_fetched(a_run: Callable[..., Run]) -> None:
+def test_nothing_is_fetched(a_run: Callable[..., RecordedRun]) -> None:
     """Not even by name: pictures stand in the page, and a policy forbids the rest."""
     page = page_of(a_run())
     assert all(source.startswith(("data:", "#")) for source in Outline(page).sources)
@@ -82,7 +82,7 @@ def test_nothing_is_fetched(a_run: Callable[..., Run]) -> None:
     assert not re.findall(r"https?://", page)
 
 
-def test_texts_of_a_run_are_texts(a_run: Callable[..., Run]) -> None:
+def test_texts_of_a_run_are_texts(a_run: Callable[..., RecordedRun]) -> None:
     """However much they look like markup, or end the script that they are told to."""
     page = page_of(a_run(reason="</script><script>alert(2)</script>"))
     assert "<script>alert" not in page
@@ -90,7 +90,7 @@ def test_texts_of_a_run_are_texts(a_run: Callable[..., Run]) -> None:
     assert "# </script><b>" in Outline(page).text
 
 
-def test_goals_tell_their_lives(a_run: Callable[..., Run]) -> None:
+def test_goals_tell_their_lives(a_run: Callable[..., RecordedRun]) -> None:
     """Fields that say nothing are left out."""
     text = outline(a_run()).text
     goals = re.sub(r"\s+", " ", text[text.index(" result ") : text.index("Pictures")])
@@ -99,7 +99,7 @@ def test_goals_tell_their_lives(a_run: Callable[..., Run]) -> None:
     assert "error_code" not in goals
 
 
-def test_a_recording_that_is_not_whole_says_so(a_run: Callable[..., Run]) -> None:
+def test_a_recording_that_is_not_whole_says_so(a_run: Callable[..., RecordedRun]) -> None:
     """At the top."""
     text = outline(a_run(why_cut="the file was cut", status="running")).text
     assert "This recording is not whole: the file was cut." in text
@@ -117,24 +117,29 @@ def test_a_recording_that_is_not_whole_says_so(a_run: Callable[..., Run]) -> Non
         {"goals": (), "log": (), "collisions": (), "hull": None},
         {"end_ns": S, "spans": ((Span(S, S, "failure", ""),), (), (), (), ())},
         {"spans": ((), (), (), (), ()), "status": "", "reason": ""},
-        {"goals": (Goal("b", "/lost", sent_ns=2 * S), Goal("c", "/left", given_up_ns=4 * S))},
+        {
+            "goals": (
+                RecordedGoal("b", "/lost", sent_ns=2 * S),
+                RecordedGoal("c", "/left", given_up_ns=4 * S),
+            )
+        },
     ],
 )
 def test_a_run_of_which_little_is_known_has_a_page(
-    a_run: Callable[..., Run], fields: dict[str, Any]
+    a_run: Callable[..., RecordedRun], fields: dict[str, Any]
 ) -> None:
     """Of robots elsewhere, of files that end early."""
     assert outline(a_run(**fields)).headings
 
 
-def test_a_long_run_has_a_page_of_bounded_size(a_run: Callable[..., Run]) -> None:
+def test_a_long_run_has_a_page_of_bounded_size(a_run: Callable[..., RecordedRun]) -> None:
     """Ten hours of a node that runs in every tick, and of a log."""
     count = 100_000
     spans = tuple(Span(S + i * S // 3, S + i * S // 3, "success", "m" * 50) for i in range(count))
     run = a_run(
         end_ns=S + count * S // 3,
         spans=(spans, spans, (), (), ()),
-        log=tuple(LogLine(S + i, 10, "n", "x" * 80) for i in range(count)),
+        log=tuple(RecordedLine(S + i, 10, "n", "x" * 80) for i in range(count)),
     )
     page = page_of(run)
     assert len(page) < 3_000_000

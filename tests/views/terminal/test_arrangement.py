@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bt_mission.views.terminal.arrangement import PANELS, Place, arranged
+from bt_mission.views.terminal.arrangement import PANELS, PanePlace, arranged
 
 
 @given(
@@ -48,4 +48,4 @@ def test_what_there_is_room_for_is_shown(size: tuple[int, int], shown: set[str])
 
 def test_an_enlarged_panel_takes_the_place_of_all_others():
     """Also on a terminal that is too low for one beside the tree."""
-    assert arranged(80, 10, "map", is_large=True)["map"] == Place(0, 2, 80, 7)
+    assert arranged(80, 10, "map", is_large=True)["map"] == PanePlace(0, 2, 80, 7)

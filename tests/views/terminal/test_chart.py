@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from bt_mission.events.messages import Map, Scan, Transform
+from bt_mission.events.messages import FrameTransform, Map, ScanPoints
 from bt_mission.events.robot_state import WatchedRobot
-from bt_mission.views.terminal.chart import Chart
+from bt_mission.views.terminal.chart import MapChart
 from bt_mission.views.terminal.marks import ASCII_SIGNS, SIGNS, Marks
 from bt_mission.views.terminal.words import text_of
 
@@ -31,14 +31,14 @@ def drawn(
     marks: Marks = SIGNS,
 ) -> list[str]:
     """The rows of a chart as text."""
-    return [text_of(row) for row in Chart(marks).draw(robot, targets, columns, rows)]
+    return [text_of(row) for row in MapChart(marks).draw(robot, targets, columns, rows)]
 
 
 def placed(x: float, y: float, yaw: float) -> WatchedRobot:
     """A robot in the room."""
     robot = WatchedRobot()
     robot.take(room())
-    robot.take((Transform("map", "base_link", x, y, yaw),))
+    robot.take((FrameTransform("map", "base_link", x, y, yaw),))
     return robot
 
 
@@ -72,7 +72,7 @@ def test_the_trail_is_dotted():
     """Under the robot and the waypoints."""
     robot = placed(0.5, 2.0, 0.0)
     for step in range(1, 20):
-        robot.take((Transform("map", "base_link", 0.5 + 0.1 * step, 2.0, 0.0),))
+        robot.take((FrameTransform("map", "base_link", 0.5 + 0.1 * step, 2.0, 0.0),))
     (row,) = (row for row in drawn(robot) if "→" in row)
     assert row.count("·") >= 8
 
@@ -80,9 +80,9 @@ def test_the_trail_is_dotted():
 def test_a_scan_shows_what_the_map_does_not_know():
     """A hit on a wall, or a pixel beside it, colours the wall; another has a sign of its own."""
     robot = placed(2.0, 2.0, 0.0)
-    robot.take((Transform("base_link", "base_scan", 0.0, 0.0, 0.0),))
-    robot.take(Scan("base_scan", 0.0, QUARTER, 0.1, 3.5, (1.0, 1.75)))
-    rows = Chart(SIGNS).draw(robot, (), 24, 12)
+    robot.take((FrameTransform("base_link", "base_scan", 0.0, 0.0, 0.0),))
+    robot.take(ScanPoints("base_scan", 0.0, QUARTER, 0.1, 3.5, (1.0, 1.75)))
+    rows = MapChart(SIGNS).draw(robot, (), 24, 12)
     hits = [text for row in rows for text, style in row if style == "scan"]
     assert len(hits) == 2
     assert SIGNS.scan in hits
@@ -115,7 +115,7 @@ def test_a_map_that_is_turned_is_drawn_where_it_lies():
     """A quarter turn about its origin puts the room to the left of it."""
     robot = WatchedRobot()
     robot.take(room(yaw=QUARTER))
-    robot.take((Transform("map", "base_link", -2.0, 2.0, 0.0),))
+    robot.take((FrameTransform("map", "base_link", -2.0, 2.0, 0.0),))
     (row,) = (row for row in drawn(robot) if "→" in row)
     assert row.index("█") < row.index("→") < row.rindex("█")
 
@@ -123,7 +123,7 @@ def test_a_map_that_is_turned_is_drawn_where_it_lies():
 def test_without_a_map_what_is_seen_is_drawn():
     """The scan, the trail and the robot."""
     robot = WatchedRobot()
-    robot.take((Transform("odom", "base_link", 0.0, 0.0, 0.0),))
+    robot.take((FrameTransform("odom", "base_link", 0.0, 0.0, 0.0),))
     assert any("→" in row for row in drawn(robot))
 
 

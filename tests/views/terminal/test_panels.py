@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bt_mission.events.messages import Battery, Goal, Transform
+from bt_mission.events.messages import BatteryState, FrameTransform, GoalInfo
 from bt_mission.events.mission_state import WatchedMission
 from bt_mission.events.robot_state import WatchedRobot
 from bt_mission.views.terminal.marks import ASCII_SIGNS, SIGNS
@@ -51,7 +51,7 @@ def test_the_header_says_how_it_goes(
 ):
     """A mission that has ended has no pace."""
     robot = WatchedRobot()
-    robot.take(Battery(87.0, 12.0))
+    robot.take(BatteryState(87.0, 12.0))
     executive.now_ns += 2 * S
     executive.stand(status, reason)
     assert text_of(header(known(executive), robot, 1.5, SIGNS)) == shown
@@ -106,9 +106,9 @@ def test_the_words_of_a_node_are_shown_in_full(executive: ScriptedExecutive):
 
 def test_the_map_has_the_places_of_the_goal_that_is_open(executive: ScriptedExecutive):
     """Else of the last one that named any; of none once the mission has ended."""
-    done = Goal("a", "/go", "go", S, S, "succeeded", ((1.0, 1.0),))
-    is_open = Goal("b", "/go", "go", S, S, "active", ((2.0, 2.0),))
-    executive.detail(goals=(done, is_open, Goal("c", "/turn", "turn", S, S, "active")))
+    done = GoalInfo("a", "/go", "go", S, S, "succeeded", ((1.0, 1.0),))
+    is_open = GoalInfo("b", "/go", "go", S, S, "active", ((2.0, 2.0),))
+    executive.detail(goals=(done, is_open, GoalInfo("c", "/turn", "turn", S, S, "active")))
     assert targets(known(executive)) == ((2.0, 2.0),)
     executive.begin("two")
     executive.detail(goals=(done,))
@@ -123,5 +123,5 @@ def test_the_map_has_the_places_of_the_goal_that_is_open(executive: ScriptedExec
 def test_a_robot_that_is_not_localised_is_told_with_its_frame():
     """Its pose is not one of the map."""
     robot = WatchedRobot()
-    robot.take((Transform("odom", "base_link", 1.0, -2.0, 0.0),))
+    robot.take((FrameTransform("odom", "base_link", 1.0, -2.0, 0.0),))
     assert map_title(robot) == "map: x 1.00  y -2.00 m in odom"

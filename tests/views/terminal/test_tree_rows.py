@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bt_mission.events.log import Entry
+from bt_mission.events.log import LogEntry
 from bt_mission.events.mission_state import WatchedMission
 from bt_mission.views.terminal.marks import ASCII_SIGNS, SIGNS, clean, marks_for
 from bt_mission.views.terminal.plain_watch import log_line, whole_tree
@@ -121,7 +121,7 @@ def test_durations(time_s: float, shown: str):
 
 def test_lines_of_the_log_have_the_time_since_the_start():
     """As the plain lines of a run have."""
-    assert log_line(Entry(3 * S, None, "", "hello"), S, SIGNS) == "     2.00 s    hello"
+    assert log_line(LogEntry(3 * S, None, "", "hello"), S, SIGNS) == "     2.00 s    hello"
 
 
 def test_signs_are_chosen_by_the_encoding():

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from bt_mission.events.messages import Goal
-from bt_mission.events.source import Found
+from bt_mission.events.messages import GoalInfo
+from bt_mission.events.source import FoundExecutive
 from bt_mission.views.terminal.marks import ASCII_SIGNS
 from bt_mission.views.tui import app
 from tests.support.screens import Screen, on_screen
@@ -164,7 +164,7 @@ def test_an_executive_of_another_version_is_not_read():
     executive = ScriptedExecutive()
 
     async def play(screen: Screen) -> None:
-        screen.graph.faults["/bt_mission"] = Found(
+        screen.graph.faults["/bt_mission"] = FoundExecutive(
             "/bt_mission", "its Tree messages are of another version", is_foreign=True
         )
         executive.is_there = True
@@ -214,8 +214,8 @@ def test_goals_are_listed_with_those_that_are_open_first():
             5.0,
             goals_sent=2,
             goals=(
-                Goal("ab" * 16, "/turn", "turn away", 2 * S, 4 * S, "succeeded"),
-                Goal("cd" * 16, "/explore_forward", "drive", S, S, "active"),
+                GoalInfo("ab" * 16, "/turn", "turn away", 2 * S, 4 * S, "succeeded"),
+                GoalInfo("cd" * 16, "/explore_forward", "drive", S, S, "active"),
             ),
         )
         await screen.look()
@@ -236,7 +236,7 @@ def test_an_executive_that_comes_back_as_another_version_is_left(
 
     async def play(screen: Screen) -> None:
         assert screen.app.source is screen.executive
-        screen.graph.faults["/bt_mission"] = Found(
+        screen.graph.faults["/bt_mission"] = FoundExecutive(
             "/bt_mission", "its Tree messages are of another version", is_foreign=True
         )
         monkeypatch.setattr(app, "CHECK_S", 0.0)
@@ -253,7 +253,9 @@ def test_two_of_one_name_are_told():
     executive.is_there = False
 
     async def play(screen: Screen) -> None:
-        screen.graph.faults["/bt_mission"] = Found("/bt_mission", "2 executives share this name")
+        screen.graph.faults["/bt_mission"] = FoundExecutive(
+            "/bt_mission", "2 executives share this name"
+        )
         executive.is_there = True
         await screen.look()
         assert screen.rows[-1] == "2 executives share this name"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bt_mission.events.source import Command, Verb
+from bt_mission.events.source import ControlRequest, Verb
 from bt_mission.views.terminal.marks import SIGNS
 from bt_mission.views.tui.keys import KEYS
 from tests.support.screens import Screen, on_screen
@@ -21,15 +21,15 @@ async def running(screen: Screen) -> None:
 @pytest.mark.parametrize(
     ("keys", "command"),
     [
-        ("p", Command(Verb.PAUSE)),
-        ("P", Command(Verb.PAUSE_KEEPING_GOALS)),
-        ("r", Command(Verb.RESUME)),
-        ("s", Command(Verb.STEP)),
-        ("xx", Command(Verb.STOP)),
-        ("b", Command(Verb.BREAK, "0.1.0")),
+        ("p", ControlRequest(Verb.PAUSE)),
+        ("P", ControlRequest(Verb.PAUSE_KEEPING_GOALS)),
+        ("r", ControlRequest(Verb.RESUME)),
+        ("s", ControlRequest(Verb.STEP)),
+        ("xx", ControlRequest(Verb.STOP)),
+        ("b", ControlRequest(Verb.BREAK, "0.1.0")),
     ],
 )
-def test_wishes_are_passed_on(keys: str, command: Command):
+def test_wishes_are_passed_on(keys: str, command: ControlRequest):
     """Once each."""
 
     async def play(screen: Screen) -> None:
@@ -73,7 +73,7 @@ def test_a_breakpoint_is_removed_by_the_same_key():
         assert screen.chosen.startswith("▶ drive")
         assert any(row.startswith("»●") for row in screen.rows)
         await screen.press("b")
-        assert screen.executive.commands == [Command(Verb.UNBREAK, "drive")]
+        assert screen.executive.commands == [ControlRequest(Verb.UNBREAK, "drive")]
 
     on_screen(play)
 

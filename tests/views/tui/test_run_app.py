@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from bt_mission.executive.report import Report
-from bt_mission.sessions.session import Interrupts
+from bt_mission.sessions.session import InterruptSignals
 from bt_mission.views.terminal.marks import SIGNS
 from bt_mission.views.tui.run_app import RunApp
 from tests.support.screens import Screen
@@ -25,7 +25,7 @@ class Drive:
     """A session that takes so many steps, and ends when it is interrupted."""
 
     def __init__(self, executive: ScriptedExecutive, count: int) -> None:
-        self.interrupts = Interrupts()
+        self.interrupts = InterruptSignals()
         self.taken = 0
         self._executive = executive
         self._count = count

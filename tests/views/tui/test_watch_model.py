@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from bt_mission.events.messages import Transform
-from bt_mission.events.source import Command, Verb
+from bt_mission.events.messages import FrameTransform
+from bt_mission.events.source import ControlRequest, Verb
 from bt_mission.views.tui.viewport import scrolled_to
-from bt_mission.views.tui.watch_model import Outlook
+from bt_mission.views.tui.watch_model import WatchModel
 from tests.support.watched import S, ScriptedExecutive
 
 
@@ -20,16 +20,16 @@ def executive() -> ScriptedExecutive:
 
 
 @pytest.fixture
-def outlook(executive: ScriptedExecutive) -> Outlook:
+def outlook(executive: ScriptedExecutive) -> WatchModel:
     """A view of it."""
-    outlook = Outlook()
+    outlook = WatchModel()
     outlook.take(executive.take(needs_statuses=True), 0.0)
     return outlook
 
 
-def test_a_new_mission_begins_with_a_new_tree(executive: ScriptedExecutive, outlook: Outlook):
+def test_a_new_mission_begins_with_a_new_tree(executive: ScriptedExecutive, outlook: WatchModel):
     """Folds, selection and trail are those of the mission before."""
-    executive.show((Transform("map", "base_link", 1.0, 0.0, 0.0),))
+    executive.show((FrameTransform("map", "base_link", 1.0, 0.0, 0.0),))
     outlook.take(executive.take(needs_statuses=False), 1.0)
     outlook.move(2)
     outlook.fold()
@@ -39,7 +39,7 @@ def test_a_new_mission_begins_with_a_new_tree(executive: ScriptedExecutive, outl
     assert (outlook.cursor, len(outlook.robot.trail), len(outlook.outline.rows)) == (0, 0, 5)
 
 
-def test_the_pace_is_that_of_the_mission(executive: ScriptedExecutive, outlook: Outlook):
+def test_the_pace_is_that_of_the_mission(executive: ScriptedExecutive, outlook: WatchModel):
     """Its stamps against the wall."""
     for tenth in range(1, 11):
         executive.detail(0.5)
@@ -47,19 +47,19 @@ def test_the_pace_is_that_of_the_mission(executive: ScriptedExecutive, outlook: 
     assert outlook.pace.factor == pytest.approx(5.0)
 
 
-def test_a_breakpoint_is_a_switch(executive: ScriptedExecutive, outlook: Outlook):
+def test_a_breakpoint_is_a_switch(executive: ScriptedExecutive, outlook: WatchModel):
     """Set by path; removed by whatever name it was set."""
     outlook.move(3)
-    assert outlook.breakpoint() == Command(Verb.BREAK, "0.1.0")
+    assert outlook.breakpoint() == ControlRequest(Verb.BREAK, "0.1.0")
     executive.detail(breakpoints=("0.1.0",))
     outlook.take(executive.take(needs_statuses=False), 0.0)
-    assert outlook.breakpoint() == Command(Verb.UNBREAK, "0.1.0")
-    assert Outlook().breakpoint() is None
+    assert outlook.breakpoint() == ControlRequest(Verb.UNBREAK, "0.1.0")
+    assert WatchModel().breakpoint() is None
 
 
 def test_without_a_mission_no_key_does_harm():
     """There is nothing to select, to fold or to find."""
-    outlook = Outlook()
+    outlook = WatchModel()
     for act in (outlook.fold, outlook.unfold, outlook.toggle, outlook.fold_all, outlook.follow):
         act()
     outlook.move(1)
@@ -67,7 +67,9 @@ def test_without_a_mission_no_key_does_harm():
     assert (outlook.rows_in_view(10), outlook.running_path, outlook.cursor_row) == ([], [], 0)
 
 
-def test_a_search_looks_at_names_classes_and_words(executive: ScriptedExecutive, outlook: Outlook):
+def test_a_search_looks_at_names_classes_and_words(
+    executive: ScriptedExecutive, outlook: WatchModel
+):
     """Whatever their case; what hides the node is unfolded."""
     executive.change(0.1, turn_away="failure: aborted: BLOCKED")
     outlook.take(executive.take(needs_statuses=False), 0.0)
@@ -100,7 +102,7 @@ def test_without_room_nothing_is_in_view():
     assert scrolled_to(5, [0], 3, 0, 100) == 0
 
 
-def test_only_what_has_come_counts_as_news(executive: ScriptedExecutive, outlook: Outlook):
+def test_only_what_has_come_counts_as_news(executive: ScriptedExecutive, outlook: WatchModel):
     """So that nothing is drawn for nothing."""
     assert not outlook.take(executive.take(needs_statuses=False), 0.0)
     executive.say("hello")

@@ -2,10 +2,12 @@
 
 import numpy as np
 
-from bt_mission.behaviours.progress import Progress
-from bt_mission.views.video.panel import Captions, Leaf, panel
+from bt_mission.behaviours.progress import LeafProgress
+from bt_mission.views.video.panel import Captions, PanelLeaf, panel
 
-RUNNING = Captions("explore", 3.2, "running", (Leaf("drive", Progress("m", 0.5, 2.0)),), "hello")
+RUNNING = Captions(
+    "explore", 3.2, "running", (PanelLeaf("drive", LeafProgress("m", 0.5, 2.0)),), "hello"
+)
 
 
 def test_a_panel_fills_its_place() -> None:
@@ -17,7 +19,7 @@ def test_progress_is_a_bar() -> None:
     """Longer, the farther a leaf has come."""
 
     def blue(value: float) -> int:
-        leaf = Leaf("drive", Progress("m", value, 2.0))
+        leaf = PanelLeaf("drive", LeafProgress("m", value, 2.0))
         picture = panel(Captions("explore", 3.2, "", (leaf,)), 560, 300).astype(int)
         return int(((picture[..., 2] > 200) & (picture[..., 0] < 100)).sum())
 
@@ -35,7 +37,7 @@ def test_outcomes_have_colours() -> None:
 def test_what_is_too_long_is_cut() -> None:
     """Nothing is drawn at the right edge, whatever a mission is called and says."""
     long = "a very long name " * 20
-    leaves = tuple(Leaf(long, Progress("s", 1.0, 2.0)) for _ in range(9))
+    leaves = tuple(PanelLeaf(long, LeafProgress("s", 1.0, 2.0)) for _ in range(9))
     picture = panel(Captions(long, 3599.9, "running", leaves, long, long, long), 560, 300)
     assert np.ptp(picture[:, -20:].reshape(-1, 3), axis=0).max() == 0
 

@@ -12,7 +12,15 @@ from bt_mission.language.loader import load_text
 from bt_mission.sessions.session import summarise
 from bt_mission.sessions.stage import Stage
 from bt_mission.views.video.mp4 import Mp4File
-from bt_mission.views.video.recorder import ABOVE, AHEAD, FPS, HEIGHT, OUTCOME_S, WIDTH, Film
+from bt_mission.views.video.recorder import (
+    ABOVE,
+    AHEAD,
+    FPS,
+    HEIGHT,
+    OUTCOME_S,
+    WIDTH,
+    VideoRecorder,
+)
 
 pytest.importorskip("av")
 
@@ -92,10 +100,10 @@ def stage(tmp_path: Path) -> Iterator[Stage]:
         yield stage
 
 
-def filmed(stage: Stage, views: Plain) -> tuple[Film, Taken]:
+def filmed(stage: Stage, views: Plain) -> tuple[VideoRecorder, Taken]:
     """The mission to its end, and its film."""
     file: Any = Taken()
-    with Film(stage, views, file, [("start", 0.0, 0.0, 0.2)]) as film:
+    with VideoRecorder(stage, views, file, [("start", 0.0, 0.0, 0.2)]) as film:
         stage.node.log_listeners.append(film.hear)
         while not stage.is_done:
             stage.step()
@@ -153,7 +161,7 @@ def test_it_leaves_nothing_behind(stage: Stage) -> None:
 def test_memory_is_bounded(stage: Stage, tmp_path: Path) -> None:
     """Frames go into the file as they come: none is kept."""
     file = Mp4File(tmp_path / "film.mp4", WIDTH, HEIGHT, FPS)
-    with Film(stage, Plain(stage), file) as film:
+    with VideoRecorder(stage, Plain(stage), file) as film:
         for _ in range(40):
             stage.step()
         assert file.frames > 10
