@@ -14,7 +14,7 @@ mpl.use("Agg")
 import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 
-PAGE = Path("docs/exploration.md")
+PAGE = Path("docs/explanation/exploration.md")
 PLOT = Path("docs/images/coverage.png")
 BEGIN, END = "<!-- coverage: begin -->", "<!-- coverage: end -->"
 

@@ -1,4 +1,4 @@
-"""How safely the base stops: the figures of docs/safety.md, which this command writes.
+"""How safely the base stops: the figures of docs/explanation/safety.md, which this command writes.
 
 All but the killed processes runs on the virtual clock, seeded, and is the same on every run.
 Run it as: python benchmarks/safety.py [--poses N] [--only drives|stops|kills]
@@ -21,7 +21,7 @@ from safety_movers import Outing, outing
 from safety_stops import GOALS, by_lost_scan, by_service
 from safety_trials import SPEEDS, WORLDS, Drive, Stop, drives
 
-PAGE = Path(__file__).resolve().parent.parent / "docs" / "safety.md"
+PAGE = Path(__file__).resolve().parent.parent / "docs" / "explanation" / "safety.md"
 
 
 def in_one_world(world: str, poses: int, appears: bool) -> list[Drive]:  # noqa: FBT001 - starmap

@@ -1,4 +1,4 @@
-"""The layers of the packages (docs/architecture.md), read from the sources' syntax trees."""
+"""The layers of the packages (docs/explanation/architecture.md), read from the sources' syntax trees."""
 
 import ast
 import fnmatch

@@ -1,4 +1,4 @@
-"""Takes the screens of docs/terminal.md: real missions, watched or replayed in tmux.
+"""Takes the screens of docs/reference/terminal.md: real missions, watched or replayed in tmux.
 
 In the page, each screen stands between `<!-- screen: NAME -->` and the next `<!-- end -->`; what is
 between is written anew. The picture of the README is taken of the same view by Textual, as SVG.
@@ -24,7 +24,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 ROOT = Path(__file__).resolve().parent.parent
-PAGE = ROOT / "docs" / "terminal.md"
+PAGE = ROOT / "docs" / "reference" / "terminal.md"
 PICTURE = ROOT / "docs" / "images" / "watch.svg"
 PROGRAM = [sys.executable, "-m", "bt_mission"]
 TMUX = ["tmux", "-L", f"bt_mission_screens_{os.getpid()}"]

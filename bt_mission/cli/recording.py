@@ -29,7 +29,7 @@ def add_recording_options(parser: argparse.ArgumentParser) -> None:
         "--record",
         type=Path,
         metavar="FILE.mcap",
-        help="record the run: every topic, the tree, goals and feedback (docs/recording.md)",
+        help="record the run: every topic, the tree, goals and feedback (docs/how-to/recording.md)",
     )
     parser.add_argument(
         "--report",

@@ -1,1 +1,1 @@
-"""Traces of runs that are over: read, told in words, compared. Their format: docs/trace.md."""
+"""Traces of runs that are over: read, told in words, compared. Their format: docs/reference/trace.md."""

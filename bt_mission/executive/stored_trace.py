@@ -21,7 +21,7 @@ class TraceError(BtMissionError):
 class StoredTrace:
     """What happened in a run.
 
-    :param events: in order, as `docs/trace.md` describes them.
+    :param events: in order, as `docs/reference/trace.md` describes them.
     :param sha256: the hash over its lines; the one that the run's report tells, if it is whole.
     :param is_cut: its last line is torn, as when the process was killed; it is left out.
     """

@@ -170,7 +170,7 @@ class Run(Assertions):
         return self.stage.sim.simulation.pose
 
     def events(self, kind: str) -> list[dict[str, Any]]:
-        """The events of one kind in the run's trace, in order (docs/trace.md)."""
+        """The events of one kind in the run's trace, in order (docs/reference/trace.md)."""
         return [event for event in self.history.read_events() if event.get("event") == kind]
 
     @property

@@ -1,4 +1,4 @@
-"""docs/by-hand.md: what it tells people to type is there."""
+"""docs/how-to/command-line-tools.md: what it tells people to type is there."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from bt_mission.cli.main import make_parser
 from tests.support.project import ROOT
 
-PAGE = ROOT / "docs" / "by-hand.md"
+PAGE = ROOT / "docs" / "how-to" / "command-line-tools.md"
 COMMANDS = sorted(set(re.findall(r"^\$ (bt-mission .*)$", PAGE.read_text("utf-8"), re.MULTILINE)))
 
 

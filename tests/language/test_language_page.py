@@ -1,4 +1,4 @@
-"""docs/mission-language.md: its examples run, and it leaves nothing out."""
+"""docs/reference/mission-language.md: its examples run, and it leaves nothing out."""
 
 import random
 import re
@@ -15,7 +15,7 @@ from bt_mission.language.nodes.written import KINDS
 from bt_mission.sessions.check import check
 from tests.support.project import ROOT
 
-PAGE = ROOT / "docs" / "mission-language.md"
+PAGE = ROOT / "docs" / "reference" / "mission-language.md"
 TEXT = PAGE.read_text(encoding="utf-8")
 EXAMPLES = re.findall(r"```yaml\n(.*?)```", TEXT, re.DOTALL)
 ROWS = re.findall(r"^\| `([^`]+)` \| `([^`]+)` \|$", TEXT, re.MULTILINE)
@@ -25,7 +25,7 @@ HEAD = "mission: example\ninputs: {speed: 0.2, legs: 4}\ntree:\n  sequence:\n"
 @pytest.mark.parametrize("example", EXAMPLES)
 def test_an_example_is_a_sound_mission(example, monkeypatch):
     """A whole mission, or nodes of one; without warnings, unread inputs apart."""
-    monkeypatch.chdir(PAGE.parent / "tutorials" / "code")  # where leaves of one's own are
+    monkeypatch.chdir(ROOT / "docs" / "tutorials" / "code")  # where leaves of one's own are
     whole = example.startswith("mission:")
     indented = "".join(f"    {line}\n" for line in example.splitlines())
     mission = load_text(example if whole else HEAD + indented, "example.yaml")

@@ -15,7 +15,7 @@ from bt_mission.language.schema import mission_schema
 from tests.support.project import ROOT
 
 SHIPPED = sorted((ROOT / "missions").rglob("*.yaml"))
-PAGE = (ROOT / "docs" / "mission-language.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "reference" / "mission-language.md").read_text(encoding="utf-8")
 EXAMPLES = re.findall(r"```yaml\n(.*?)```", PAGE, re.DOTALL)
 
 

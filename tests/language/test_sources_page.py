@@ -1,4 +1,4 @@
-"""docs/sources.md: every row of the courses is there, and what it names exists."""
+"""docs/reference/sources.md: every row of the courses is there, and what it names exists."""
 
 import re
 
@@ -6,7 +6,7 @@ import pytest
 
 from tests.support.project import ROOT
 
-PAGE = ROOT / "docs" / "sources.md"
+PAGE = ROOT / "docs" / "reference" / "sources.md"
 TEXT = PAGE.read_text(encoding="utf-8")
 ROWS = re.findall(r"^\| (\d*) \|([^|]*)\|([^|]*)\|([^|]*)\|([^|]*)\|$", TEXT, re.MULTILINE)
 FILES = sorted(set(re.findall(r"`([a-z_/]+\.(?:yaml|py))`", TEXT)))

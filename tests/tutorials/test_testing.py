@@ -1,4 +1,4 @@
-"""docs/testing.md works as it stands, in an empty folder."""
+"""docs/reference/testing.md works as it stands, in an empty folder."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 import bt_mission.testing.stages  # noqa: F401 - NumPy cannot be imported anew by each inner session
 from tests.support.project import ROOT
 
-TEXT = (ROOT / "docs/testing.md").read_text(encoding="utf-8")
+TEXT = (ROOT / "docs/reference/testing.md").read_text(encoding="utf-8")
 NAMED = re.compile(r"`(\S+\.(?:yaml|py))`[^`]*```\w+\n(.*?)```", re.DOTALL)
 PYTHON = re.compile(r"```python\n(.*?)```", re.DOTALL)
 
