@@ -20,7 +20,7 @@ unexport AMENT_PREFIX_PATH CMAKE_PREFIX_PATH LD_LIBRARY_PATH PYTHONPATH PYTHONHO
 installed := $(VENV)/.installed
 bin := $(VENV)/bin
 
-.PHONY: help demo test fuzz lint types format doctor clean
+.PHONY: help demo test fuzz lint layers types format docs doctor clean
 
 help: ## say what can be made
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -38,12 +38,19 @@ lint: $(installed) ## check style and banned calls
 	@$(bin)/ruff check
 	@$(bin)/ruff format --check
 
+layers: ## print the layers of the packages, cycles and upward imports
+	@python3 tools/check_layers.py
+
 types: $(installed) ## check types
 	@$(bin)/mypy
 
 format: $(installed) ## put the sources in order
 	@$(bin)/ruff check --fix
 	@$(bin)/ruff format
+
+docs: $(installed) ## write what docs/ takes from the code: the API reference, the picture of the packages
+	@$(bin)/python tools/make_api_reference.py
+	@$(bin)/python tools/draw_layers.py
 
 doctor: $(installed) ## say what this machine lacks
 	@$(bin)/bt-mission doctor

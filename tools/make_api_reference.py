@@ -28,9 +28,9 @@ MODULES = {
 HEAD = """\
 # Python API
 
-Every public name of bt-mission, generated from the docstrings by `tools/make_api_reference.py`. Import from
-these three modules only: what lies deeper may move. Importing them loads neither rclpy nor MuJoCo; a name is
-loaded when it is first used.
+Every public name of bt-mission, generated from the docstrings by `tools/make_api_reference.py`.
+Import from these three modules only: what lies deeper may move. Importing them loads neither rclpy
+nor MuJoCo; a name is loaded when it is first used.
 """
 REFERENCE = re.compile(r":\w+:`~?(?:[\w.]+\.)?(\w+)`")
 
