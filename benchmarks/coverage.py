@@ -1,4 +1,4 @@
-"""How fast each strategy of exploration gets to know a world: the figures of docs/explanation/exploration.md.
+"""How fast each strategy explores a world: the figures of docs/explanation/exploration.md.
 
 Each strategy drives in each world for three virtual minutes, once for every seed, while the mapper
 runs beside it. What is known of the floor and which zones were visited is noted every second, and

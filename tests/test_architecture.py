@@ -1,4 +1,4 @@
-"""The layers of the packages (docs/explanation/architecture.md), read from the sources' syntax trees."""
+"""The layers of the packages (docs/explanation/architecture.md), read from the sources."""
 
 import ast
 import fnmatch

@@ -58,7 +58,9 @@ class XmlNodeReader:
         hint = _HINTS.get(named.tag) or did_you_mean(named.tag, known)
         message = f"the node {quoted(named.tag)} has no counterpart"
         self.report(
-            (named.line, named.column), message, hint or "docs/how-to/groot-and-xml.md lists those that have"
+            (named.line, named.column),
+            message,
+            hint or "docs/how-to/groot.md lists those that have",
         )
         for child in named.children:
             self.node(child)

@@ -21,7 +21,7 @@ def add_video_option(parser: argparse.ArgumentParser) -> None:
         "--video",
         type=Path,
         metavar="FILE.mp4",
-        help="film the simulated run: from above, and from the robot's camera (docs/how-to/recording.md)",
+        help="film the simulated run: from above, and by the camera (docs/how-to/recording.md)",
     )
 
 

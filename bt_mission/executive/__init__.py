@@ -1,1 +1,1 @@
-"""Traces of runs that are over: read, told in words, compared. Their format: docs/reference/trace.md."""
+"""The executive: ticks a mission's tree, and records what happens (docs/reference/trace.md)."""

@@ -30,7 +30,7 @@ class Scenarios:
         self._config = config
         self._rates: PassRates | None = None
         self._is_worker = hasattr(config, "workerinput")
-        text = f"{MARKER}(seeds, at_least=1.0): run with each seed (docs/reference/testing.md of bt-mission)"
+        text = f"{MARKER}(seeds, at_least=1.0): run with each seed (bt-mission: testing.md)"
         config.addinivalue_line("markers", text)
 
     def pytest_generate_tests(self, metafunc: pytest.Metafunc) -> None:

@@ -61,7 +61,12 @@ ONE = "<AlwaysSuccess/>"
         ),
         (
             '<Control ID="Switch3"/>',
-            (2, 34, "the node 'Switch3' has no counterpart", "docs/how-to/groot-and-xml.md lists those that have"),
+            (
+                2,
+                34,
+                "the node 'Switch3' has no counterpart",
+                "docs/how-to/groot.md lists those that have",
+            ),
         ),
         (
             f"<KeepRunningUntilFailure>{ONE}</KeepRunningUntilFailure>",

@@ -1,4 +1,4 @@
-"""docs/how-to/groot-and-xml.md: its two examples are one mission, and it leaves no element out."""
+"""docs/how-to/groot.md: its two examples are one mission, and it leaves no element out."""
 
 import re
 
@@ -17,7 +17,7 @@ from bt_mission.sessions.check import check
 from tests.support.missions import meaning
 from tests.support.project import ROOT
 
-PAGE = ROOT / "docs" / "how-to" / "groot-and-xml.md"
+PAGE = ROOT / "docs" / "how-to" / "groot.md"
 TEXT = PAGE.read_text(encoding="utf-8")
 ((YAML,), (XML,)) = (
     re.findall(rf"```{kind}\n(.*?)```", TEXT, re.DOTALL) for kind in ("yaml", "xml")

@@ -1,4 +1,4 @@
-"""The missions of missions/sources do what docs/reference/sources.md says of them, by the true pose."""
+"""The missions of missions/sources do what docs/reference/sources.md says, by the true pose."""
 
 from __future__ import annotations
 
