@@ -305,8 +305,8 @@ def test_a_parallel_says_what_becomes_of_the_rest(ros: Any) -> None:
 def test_big_trees_cost_what_runs(ros: Any) -> None:
     """BehaviorTree.CPP#550, ros2_planning_system#293: 10,000 nodes, of which a tick visits three.
 
-    How long loading and ticking take is in docs/explanation/performance.md; what tools hear while nothing
-    changes, in tests/ros/test_control_services.py.
+    How long loading and ticking take is in docs/explanation/performance.md; what tools hear while
+    nothing changes, in tests/ros/test_control_services.py.
     """
     block = "    - sequence:\n" + "        - log: x\n" * 99
     node = ros.mission(f"mission: m\ntree:\n  sequence:\n    - wait: 60\n{block * 100}")
