@@ -32,7 +32,7 @@ from rclpy.time import Time
 from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.goals.goal import Event, Goal
 from bt_mission.language.loader import load_text
-from bt_mission.language.nodes.steps import ActionStep
+from bt_mission.language.nodes.action import GoalNode
 from bt_mission.ros.goal_client import RosGoalClient
 from bt_mission.ros.journal import open_journal
 from bt_mission.ros.mission_node import MissionNode
@@ -208,8 +208,8 @@ def ticked(
         made.callback(context.shutdown)
         others = Node("others", context=context, start_parameter_services=False)
         made.callback(others.destroy_node)
-        steps = [step for step in mission.tree.walk() if isinstance(step, ActionStep)]
-        for action, kind in sorted({(step.action, step.type) for step in steps}):
+        steps = [step for step in mission.tree.walk() if isinstance(step, GoalNode)]
+        for action, kind in sorted({(step.ros_name, step.type) for step in steps}):
             ScriptedServer(others, kind, action)
         others.create_subscription(StatusChanges, "/bt_mission/changes", lambda _: None, CHANGES)
         node = HeldMission(mission, context=context, lean=True, has_controls=True)

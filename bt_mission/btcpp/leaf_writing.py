@@ -8,7 +8,7 @@ from typing import Any
 from bt_mission.btcpp.attributes import written_text, written_value
 from bt_mission.btcpp.leaves import TEXTS, LeafElement, flattened
 from bt_mission.core.diagnostics import quoted
-from bt_mission.language.nodes.steps import Key
+from bt_mission.language.nodes.base import Key
 
 Path = tuple[Key, ...]
 Refuse = Callable[[Path, str, str], None]

@@ -14,7 +14,7 @@ from typing import Any
 
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.nodes.base import NodeModel
-from bt_mission.language.nodes.written import KINDS
+from bt_mission.language.nodes.registry import KINDS
 
 OUT = "out_"
 """Begins the attributes that name a variable for something that a leaf gives."""
@@ -63,13 +63,13 @@ class LeafElement:
     @property
     def modifiers(self) -> tuple[str, ...]:
         """The modifiers that are attributes of the same name."""
-        other = {self.kind, "outputs", "inputs", *NodeModel.model_fields}
-        return tuple(name for name in KINDS[self.kind].model_fields if name not in other)
+        other = {self.kind, "outputs", "inputs", *NodeModel.keys}
+        return tuple(name for name in KINDS[self.kind].keys if name not in other)
 
     @property
     def gives(self) -> bool:
         """Whether it takes `out_` attributes."""
-        return "outputs" in KINDS[self.kind].model_fields
+        return "outputs" in KINDS[self.kind].keys
 
     @property
     def is_short(self) -> bool:

@@ -21,7 +21,7 @@ from bt_mission.language.goal_limits import GoalLimitsTable
 from bt_mission.language.loader import draft
 from bt_mission.language.mission import Mission, Tree
 from bt_mission.language.node_reader import Signature
-from bt_mission.language.nodes.steps import PythonStep
+from bt_mission.language.nodes.python import PythonNode
 
 _ID = re.compile(r"[A-Za-z_][\w-]*")
 _RESERVED = ("name", "ID")
@@ -154,7 +154,7 @@ class _Writer:
         """Refuse files of Python that are looked for beside another file than the XML file."""
         here, there = (Path(one.file).parent for one in (self._document, tree.document))
         for step in tree.body.walk():
-            if isinstance(step, PythonStep) and ".py:" in step.target and here != there:
+            if isinstance(step, PythonNode) and ".py:" in step.target and here != there:
                 hint = "write 'module:Class', or include no file of another folder"
                 path = (*step.path, "python")
                 self._refuse(tree.document, path, "a file beside an included one", hint)

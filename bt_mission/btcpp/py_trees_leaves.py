@@ -34,7 +34,7 @@ from bt_mission.core.diagnostics import Diagnostic, InputError
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.yaml.composer import Place
 from bt_mission.core.yaml.document import Document
-from bt_mission.language.checks.types import type_faults
+from bt_mission.language.checks.mission import type_faults
 from bt_mission.language.loader import draft
 from bt_mission.language.message_types import Scalar, Shape
 

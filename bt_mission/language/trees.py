@@ -20,7 +20,8 @@ from bt_mission.language.file import Library, MissionFile, TreeDefinition
 from bt_mission.language.goal_limits import GoalLimitsTable
 from bt_mission.language.mission import Mission, Tree
 from bt_mission.language.node_reader import NodeReader, Signature
-from bt_mission.language.nodes.steps import Key, Step, SubtreeStep
+from bt_mission.language.nodes.base import Key, NodeModel
+from bt_mission.language.nodes.subtree import TreeNode
 
 MOST_FILES = 100
 """The most files that a mission includes, directly or not."""
@@ -171,30 +172,26 @@ def used(mission: Mission) -> dict[str, None]:
     waiting = [mission.tree]
     while waiting:
         for step in waiting.pop().walk():
-            if (
-                isinstance(step, SubtreeStep)
-                and step.tree not in found
-                and step.tree in mission.trees
-            ):
+            if isinstance(step, TreeNode) and step.tree not in found and step.tree in mission.trees:
                 found[step.tree] = None
                 waiting.append(mission.trees[step.tree].body)
     return found
 
 
-def _uses(body: Step) -> list[str]:
-    return list(dict.fromkeys(step.tree for step in body.walk() if isinstance(step, SubtreeStep)))
+def _uses(body: NodeModel) -> list[str]:
+    return list(dict.fromkeys(step.tree for step in body.walk() if isinstance(step, TreeNode)))
 
 
-def _size(body: Step, sizes: Mapping[str, tuple[int, int]]) -> tuple[int, int]:
+def _size(body: NodeModel, sizes: Mapping[str, tuple[int, int]]) -> tuple[int, int]:
     """Return the nodes and the levels of a tree; those of the trees that it uses are known."""
     count, levels = 0, 0
     waiting = [(body, 1)]
     while waiting:
         step, level = waiting.pop()
-        inner = sizes.get(step.tree, (0, 0)) if isinstance(step, SubtreeStep) else (0, 0)
+        inner = sizes.get(step.tree, (0, 0)) if isinstance(step, TreeNode) else (0, 0)
         count += 1 + inner[0]
         levels = max(levels, level + inner[1])
-        waiting += [(below, level + 1) for below in step.steps]
+        waiting += [(below, level + 1) for below in step.below]
     return count, levels
 
 
@@ -235,6 +232,6 @@ def _is_link(path: Path) -> bool:
         return False
 
 
-def all_steps(mission: Mission) -> Iterator[Step]:
+def all_steps(mission: Mission) -> Iterator[NodeModel]:
     """Yield every step of a mission and of its named trees."""
     return chain.from_iterable(tree.body.walk() for tree in mission.all_trees)

@@ -14,7 +14,12 @@ from rclpy.signals import SignalHandlerOptions
 
 from bt_mission.core.diagnostics import Diagnostic, did_you_mean, listed
 from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.language.nodes.steps import ActionStep, PublishStep, ServiceStep, Step, WaitForStep
+from bt_mission.language.nodes.base import (
+    NodeModel,
+)
+from bt_mission.language.nodes.interface import (
+    InterfaceNode,
+)
 from bt_mission.language.trees import used
 
 if TYPE_CHECKING:
@@ -38,7 +43,7 @@ class Wanted:
     what: What
     name: str
     type: str
-    step: Step
+    step: NodeModel
     file: str
 
 
@@ -97,16 +102,12 @@ def _wanted(mission: Mission, node: Node) -> Iterator[Wanted]:
         if not tree.is_main and tree.name not in names:
             continue
         for step in tree.body.walk():
-            what: What
-            match step:
-                case ActionStep():
-                    what, name = "action", node.resolve_topic_name(step.action)
-                case ServiceStep():
-                    what, name = "service", node.resolve_service_name(step.service)
-                case WaitForStep() | PublishStep():
-                    what, name = "topic", node.resolve_topic_name(step.topic)
-                case _:
-                    continue
+            if not isinstance(step, InterfaceNode):
+                continue
+            what = step.interface
+            is_service = what == "service"
+            resolve = node.resolve_service_name if is_service else node.resolve_topic_name
+            name = resolve(step.ros_name)
             if (what, name) not in seen:
                 seen.add((what, name))
                 yield Wanted(what, name, step.type, step, tree.document.file)

@@ -26,7 +26,8 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.core.robot.model import load_robot
 from bt_mission.executive.executive import MissionStatus
 from bt_mission.executive.trace import Trace
-from bt_mission.language.nodes.steps import ActionStep, PythonStep
+from bt_mission.language.nodes.action import GoalNode
+from bt_mission.language.nodes.python import PythonNode
 from bt_mission.language.trees import all_steps
 from bt_mission.ros.graph import ProcessNode
 from bt_mission.ros.mission_node import MissionNode
@@ -55,7 +56,7 @@ def free_folder(parent: Path) -> Path:
 
 def _has_code_of_its_own(mission: Mission) -> bool:
     """Is there any behaviour of which only its author knows what it asks for?"""
-    return any(isinstance(step, PythonStep) for step in all_steps(mission))
+    return any(isinstance(step, PythonNode) for step in all_steps(mission))
 
 
 class Stage:
@@ -297,7 +298,7 @@ class Stage:
         if self._offers_all:
             return None
         steps = all_steps(self.mission)
-        return {step.action.strip("/") for step in steps if isinstance(step, ActionStep)}
+        return {step.ros_name.strip("/") for step in steps if isinstance(step, GoalNode)}
 
     def _why_rejected(self, action: str) -> str:
         return self.servers.why_rejected(action)

@@ -6,7 +6,7 @@ import pytest
 
 from bt_mission.core.diagnostics import InputError
 from bt_mission.language.loader import load_text
-from bt_mission.language.nodes.steps import ActionStep
+from bt_mission.language.nodes.action import GoalNode
 from bt_mission.sessions.load import load
 
 HEAD = """\
@@ -32,7 +32,7 @@ def limits(text: str) -> list[tuple[object, ...]]:
             step.cancel_timeout,
         )
         for step in mission.tree.walk()
-        if isinstance(step, ActionStep)
+        if isinstance(step, GoalNode)
     ]
 
 
@@ -59,7 +59,7 @@ def test_a_limit_of_the_mission_is_one_for_the_warning(tmp_path):
     mission = load(path)
     assert mission.warnings == ()
     body = mission.trees["go"].body
-    assert isinstance(body, ActionStep)
+    assert isinstance(body, GoalNode)
     assert body.timeout == 9
 
 

@@ -6,8 +6,9 @@ import math
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
+from pydantic import AfterValidator, Field, PlainValidator, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
 from bt_mission.core.diagnostics import describe
@@ -257,3 +258,33 @@ service_name = ros_name("a service", "/stop")
 service_type = ros_type("srv", "std_srvs/srv/Trigger")
 topic_name = ros_name("a topic", "/battery_state")
 message_type = ros_type("msg", "sensor_msgs/msg/BatteryState")
+
+
+# ---- the types of fields ---------------------------------------------------------------------
+
+NUMBER_SCHEMA = WithJsonSchema({"type": ["number", "string"]})
+TEXT_SCHEMA = WithJsonSchema({"type": "string"})
+OBJECT_SCHEMA = WithJsonSchema({"type": "object", "minProperties": 1, "maxProperties": 1})
+
+Times = Annotated[Any, PlainValidator(TIMES.parse), NUMBER_SCHEMA]
+Seconds = Annotated[Any, PlainValidator(SECONDS.parse), NUMBER_SCHEMA]
+Limit = Annotated[Any, PlainValidator(LIMIT.parse), NUMBER_SCHEMA]
+FixedLimit = Annotated[
+    float, PlainValidator(LIMIT.parse_constant), WithJsonSchema({"type": "number"})
+]
+Weight = Annotated[float, PlainValidator(WEIGHT.parse_constant), WithJsonSchema({"type": "number"})]
+FeedbackCondition = Annotated[Any, PlainValidator(condition), TEXT_SCHEMA]
+Condition = Annotated[
+    Any, PlainValidator(question), WithJsonSchema({"type": ["string", "boolean"]})
+]
+Computed = Annotated[Any, PlainValidator(computed), WithJsonSchema({})]
+Elements = Annotated[Any, PlainValidator(elements), WithJsonSchema({"type": ["array", "string"]})]
+Message = Annotated[Any, PlainValidator(message), TEXT_SCHEMA]
+ActionNameField = Annotated[str, PlainValidator(action_name), TEXT_SCHEMA]
+Variable = Annotated[str, PlainValidator(variable), TEXT_SCHEMA]
+TreeName = Annotated[str, PlainValidator(tree_name), TEXT_SCHEMA]
+ResultField = Annotated[str, PlainValidator(result_field), TEXT_SCHEMA]
+InputValue = Annotated[Any, PlainValidator(plain), WithJsonSchema({})]
+GoalPart = Annotated[Any, PlainValidator(goal_part), WithJsonSchema({})]
+Goal = dict[str, GoalPart]
+Line = Annotated[str, Field(min_length=1, max_length=200), AfterValidator(printable)]

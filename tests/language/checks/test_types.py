@@ -2,7 +2,7 @@
 
 import pytest
 
-from bt_mission.language.checks.types import type_faults
+from bt_mission.language.checks.mission import type_faults
 from bt_mission.language.loader import load_text
 from bt_mission.language.message_types import (
     ActionShapes,
