@@ -31,14 +31,12 @@ class Plan:
 
     :param goal: fields of the goal.
     :param limits: see :class:`bt_mission.goals.attempt.Limits`.
-    :param condition: looks at a feedback message; a text that says what was met cancels the goal.
     :param target: the feedback field that the condition waits for, and its bound, where the
         condition is as simple as that.
     """
 
     goal: Mapping[str, Any]
     limits: Limits
-    condition: Callable[[Any], str | None] | None = None
     target: tuple[str, float] | None = None
 
 
@@ -108,7 +106,6 @@ class ActionLeaf(Leaf):
             self.name,
             request,
             plan.limits,
-            plan.condition,
             self._started_ns,
         )
 

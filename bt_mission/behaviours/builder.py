@@ -97,10 +97,10 @@ class _Builder:
                     goal=values.limit(step.timeout),
                     silence=values.limit(step.silence_timeout),
                     cancel=step.cancel_timeout,
+                    condition=None
+                    if step.cancel_when is None
+                    else values.condition("cancel_when", step.cancel_when),
                 ),
-                condition=None
-                if step.cancel_when is None
-                else values.condition("cancel_when", step.cancel_when),
                 target=values.target(step.cancel_when),
             )
 
