@@ -36,7 +36,7 @@ from bt_mission.language.nodes.action import GoalNode
 from bt_mission.ros.goal_client import RosGoalClient
 from bt_mission.ros.journal import open_journal
 from bt_mission.ros.mission_node import MissionNode
-from bt_mission.ros.status_topics import CHANGES
+from bt_mission.ros.status_publisher import CHANGES
 from bt_mission.testing.scripted_server import ScriptedServer
 from bt_mission.virtual_time.discovery import wait_for_matching
 

@@ -43,6 +43,7 @@ from bt_mission.events import messages, reader
 from bt_mission.events.source import ControlRequest, FoundExecutive, Heard
 from bt_mission.language.loader import load_text
 from bt_mission.sessions.stage import Stage
+from bt_mission.sessions.stage_robot import StageOptions
 from bt_mission.views.terminal.marks import SIGNS
 from bt_mission.views.tui.app import WatchApp
 from bt_mission.views.tui.memory import settle_memory
@@ -158,7 +159,12 @@ def measure_slowdown(turns: int, arguments: tuple[str, ...]) -> None:
     mission = load_text(MISSION)
     with (
         tempfile.TemporaryDirectory() as folder,
-        Stage(mission, image_folder=Path(folder), say=lambda _: None, visible=True) as stage,
+        Stage(
+            mission,
+            image_folder=Path(folder),
+            say=lambda _: None,
+            options=StageOptions(visible=True),
+        ) as stage,
     ):
         meter = Meter(stage)
         turn(stage, meter, None)  # imports, and the first pictures

@@ -51,9 +51,6 @@ class ActionLeaf(Leaf):
         with values.starting():
             request = self._client.prepare(values.resolve(node.sent))
         self._limits = self._bounds()
-        condition = None
-        if node.cancel_when is not None:
-            condition = values.condition("cancel_when", node.cancel_when)
         self._target = values.target(node.cancel_when)
         self._started_ns = self._runtime.now_ns
         self.attempt = Attempt(
@@ -62,7 +59,6 @@ class ActionLeaf(Leaf):
             self.name,
             request,
             self._limits,
-            condition,
             self._started_ns,
         )
 
@@ -76,6 +72,9 @@ class ActionLeaf(Leaf):
             goal=values.limit(node.timeout),
             silence=values.limit(node.silence_timeout),
             cancel=cancel,
+            condition=None
+            if node.cancel_when is None
+            else values.condition("cancel_when", node.cancel_when),
         )
 
     def update(self) -> Status:

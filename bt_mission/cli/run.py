@@ -242,11 +242,11 @@ def _open_session(options: argparse.Namespace, mission: Any, say: Any) -> Attach
     if options.namespace:
         raise BtMissionError("--namespace names a robot of a running graph: add --attach")
     from bt_mission.sessions.stage import Stage
+    from bt_mission.sessions.stage_robot import StageOptions
 
     return Stage(
         mission,
         image_folder=options.images,
         say=say,
-        visible=options.visible,
-        watched=options.tui,
+        options=StageOptions(visible=options.visible, watched=options.tui),
     )

@@ -66,5 +66,5 @@ def film_of(path: Path | None, session: ObservableSession) -> Iterator[VideoReco
     views = WorldViews(simulation, above=ABOVE, ahead=AHEAD)
     zones = [(zone.name, zone.x, zone.y, zone.radius) for zone in simulation.world.zones]
     with VideoRecorder(session, views, Mp4File(path, WIDTH, HEIGHT, FPS), zones) as film:
-        session.node.log_listeners.append(film.hear)
+        session.runner.log_listeners.append(film.hear)
         yield film

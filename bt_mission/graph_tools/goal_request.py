@@ -156,7 +156,7 @@ class GoalRequest:
 
     def _send_when_ready(self, now_ns: int) -> GoalResult | None:
         if self._courier.is_ready():
-            self.goal = self._ledger.send(self._courier, "you", self._request)
+            self.goal = self._ledger.send(self._courier, "you", self._request, now_ns)
             self._since_ns = now_ns
         elif now_ns - self._since_ns >= self._server_s * NS:
             name = self._courier.name

@@ -7,13 +7,11 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Protocol, Self
 
-import rclpy
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.parameter import Parameter
 
-from bt_mission.ros.graph import QUIET, GraphConnection
-from bt_mission.ros.leaving import destroy_actions
+from bt_mission.ros.graph import GraphConnection
 from bt_mission.sessions.session import InterruptSignals
 
 if TYPE_CHECKING:
@@ -67,15 +65,7 @@ class JoinedGraphSession:
             self._interrupts = made.enter_context(InterruptSignals())
             self._graph = GraphConnection(wall_clock=True)
             made.callback(self._graph.close)
-            self.node = rclpy.create_node(
-                f"{NODE_PREFIX}_{os.getpid()}",
-                context=self._graph.context,
-                namespace=namespace,
-                **QUIET,
-            )
-            made.callback(self.node.destroy_node)
-            made.callback(destroy_actions, self.node)
-            self._graph.host(self.node)
+            self.node = self._graph.host_quiet(f"{NODE_PREFIX}_{os.getpid()}", namespace)
             self._exit = made.pop_all()
 
     def __enter__(self) -> Self:

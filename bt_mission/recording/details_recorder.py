@@ -13,7 +13,7 @@ from bt_mission.ros.mission_details import MissionDetailsBuilder
 
 if TYPE_CHECKING:
     from bt_mission.recording.tapping import Take
-    from bt_mission.ros.mission_node import MissionNode
+    from bt_mission.ros.mission_runner import MissionRunner
 
 EVERY_NS = 500_000_000
 """ROS time between two messages while nothing happens but that running nodes get on."""
@@ -27,11 +27,10 @@ class DetailsRecorder:
     :param take: takes it, serialized.
     """
 
-    def __init__(self, mission: MissionNode, take: Take) -> None:
+    def __init__(self, mission: MissionRunner, take: Take) -> None:
         self._take = take
-        self._details = MissionDetailsBuilder(
-            mission.status.run, mission.run, mission.status.indices
-        )
+        status = mission.status_publisher
+        self._details = MissionDetailsBuilder(status.run, mission.run, status.indices)
         self._is_due = False
         self._told_ns: int | None = None
         """None before the first: details are of use to nobody before there is a tree."""

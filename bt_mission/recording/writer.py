@@ -71,7 +71,7 @@ class RunRecorder:
         self.file = file or McapFile(path, f"bt-mission {versions()['bt-mission']}")
         self._session = session
         self._options = options or RecordingOptions()
-        self._mission_node = session.node
+        self._mission_node, self._runner = session.node, session.runner
         self._definitions = Definitions(share_folders())
         self._looked_ns = session.now_ns
         self._decoders: dict[str, Decoder] = {}
@@ -83,7 +83,7 @@ class RunRecorder:
             for what, type_name in STATUS_TYPES.items()
         }
         self._telling = DetailsRecorder(
-            session.node, self._open_own(f"{name}/details", DETAILS_TYPE)
+            session.runner, self._open_own(f"{name}/details", DETAILS_TYPE)
         )
         self._trace = self._open_channel(f"{name}/trace", "std_msgs/msg/String")
         self._log = self._open_channel("/rosout", "rcl_interfaces/msg/Log")
@@ -159,7 +159,7 @@ class RunRecorder:
 
     def finish(self, summary: Mapping[str, Any]) -> None:
         """Put what the run came to into the file, and close it."""
-        self._mission_node.status.flush()
+        self._runner.status_publisher.publish_if_changed()
         self.guarded(self._take_last)()
         facts = {name: json.dumps(value) for name, value in summary.items()}
         self.file.note("bt_mission_summary", {**facts, "missing": json.dumps(self.missing)})
@@ -170,10 +170,10 @@ class RunRecorder:
         if self._is_closed:
             return
         self._is_closed = True
-        self._mission_node.status.flush()
-        self._mission_node.status.remove(self._on_status)
-        self._mission_node.overhear.remove(self._on_exchange)
-        self._mission_node.trace.listeners.remove(self._on_line)
+        self._runner.status_publisher.publish_if_changed()
+        self._runner.status_publisher.remove(self._on_status)
+        self._runner.exchange_listeners.remove(self._on_exchange)
+        self._runner.trace.listeners.remove(self._on_line)
         self._telling.close()
         self._topics.close()
         self._session.remove_observer(self)
@@ -195,7 +195,7 @@ class RunRecorder:
     # ---- beginning -------------------------------------------------------------------------
 
     def _begin(self) -> None:
-        session, node = self._session, self._mission_node
+        session, node, runner = self._session, self._mission_node, self._runner
         self._start_ns = session.now_ns
         facts = {
             "mission": session.mission.name,
@@ -212,13 +212,13 @@ class RunRecorder:
         self.file.note("bt_mission", facts)
         for name, text in files_of(session.mission):
             self.file.attach(name, "text/plain", text.encode(), self._start_ns)
-        node.show_waypoints()
+        runner.show_waypoints()
         self._topics.look_around()
-        node.status.add(self._on_status)
-        for line in node.trace.newest:
+        runner.status_publisher.add(self._on_status)
+        for line in runner.trace.newest:
             self._on_line(line)
-        node.trace.listeners.append(self._on_line)
-        node.overhear.append(self._on_exchange)
+        runner.trace.listeners.append(self._on_line)
+        runner.exchange_listeners.append(self._on_exchange)
         session.add_observer(self)
         self.guarded(self._hand_over)()
         self.file.flush()

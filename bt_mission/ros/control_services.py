@@ -30,10 +30,16 @@ class ControlServices:
     def __init__(self, node: Node, current: Callable[[], Executive | None]) -> None:
         self._current = current
         self._breakpoints: dict[str, None] = {}
-        node.create_service(PauseMission, "~/pause", self._pause)
+        self._node = node
+        self._services = [node.create_service(PauseMission, "~/pause", self._pause)]
         for name, act in (("resume", _resume), ("step", _step), ("stop", _stop)):
-            node.create_service(Trigger, f"~/{name}", self._served(act))
-        node.create_service(SetBreakpoint, "~/breakpoint", self._breakpoint)
+            self._services.append(node.create_service(Trigger, f"~/{name}", self._served(act)))
+        self._services.append(node.create_service(SetBreakpoint, "~/breakpoint", self._breakpoint))
+
+    def close(self) -> None:
+        """Destroy the services."""
+        while self._services:
+            self._node.destroy_service(self._services.pop())
 
     def begin(self, executive: Executive) -> None:
         """Give a mission that starts the breakpoints that are set, as far as it has such nodes."""

@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-import rclpy
 from rclpy.action import get_action_names_and_types
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.signals import SignalHandlerOptions
 
 from bt_mission.core.diagnostics import Diagnostic, did_you_mean, listed
 from bt_mission.core.wall_clock import Stopwatch
@@ -21,6 +17,7 @@ from bt_mission.language.nodes.interface import (
     InterfaceNode,
 )
 from bt_mission.language.trees import used
+from bt_mission.ros.graph import WAIT_S, GraphConnection
 
 if TYPE_CHECKING:
     from rclpy.node import Node
@@ -30,8 +27,6 @@ if TYPE_CHECKING:
 LOOK_S = 4.0
 """Wall time after which what has not been found is not there; Fast DDS announces a participant anew
 every 3 s."""
-
-WAIT_S = 0.1
 
 What = Literal["action", "service", "topic"]
 
@@ -75,24 +70,15 @@ def find_missing(mission: Mission, namespace: str | None = None) -> list[NameFin
 
     :param namespace: of the robot; names without a leading slash lie in it.
     """
-    with ExitStack() as stack:
-        context = rclpy.Context()
-        rclpy.init(context=context, signal_handler_options=SignalHandlerOptions.NO)
-        stack.callback(context.shutdown)
-        node = rclpy.create_node(
-            "bt_mission_check", context=context, namespace=namespace, enable_rosout=False
-        )
-        stack.callback(node.destroy_node)
-        executor = SingleThreadedExecutor(context=context)
-        stack.callback(executor.shutdown)
-        executor.add_node(node)
+    with GraphConnection(wall_clock=True) as graph:
+        node = graph.host_quiet("bt_mission_check", namespace)
         wanted = list(_wanted(mission, node))
         watch = Stopwatch()
         while True:
             found = [_finding(one, node) for one in wanted]
             if all(one.is_there for one in found) or watch.elapsed_s > LOOK_S:
                 return found
-            executor.spin_once(timeout_sec=WAIT_S)
+            graph.executor.spin_once(timeout_sec=WAIT_S)
 
 
 def _wanted(mission: Mission, node: Node) -> Iterator[Wanted]:

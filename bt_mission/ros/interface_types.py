@@ -8,14 +8,14 @@ from __future__ import annotations
 import importlib
 import os
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 from rosidl_parser import definition
 
-from bt_mission.core.diagnostics import did_you_mean, quoted
+from bt_mission.core.diagnostics import did_you_mean, listed, quoted
 from bt_mission.core.errors import BtMissionError
 from bt_mission.language.expressions.expression import Late, Text
 from bt_mission.language.expressions.values import ExpressionError
@@ -66,6 +66,18 @@ def service_type(name: str) -> Any:
 def message_type(name: str) -> Any:
     """Return the class of a message, "std_msgs/msg/String". Raises UnknownType."""
     return _type("msg", name)
+
+
+def check_type(name: str, wanted: str, found: Iterable[str], verb: str = "is a") -> None:
+    """Compare the type of a resolved name with those that the graph has for it, if any.
+
+    Raises:
+        BtMissionError: When the graph has others, but not this one.
+    """
+    types = list(found)
+    if types and wanted not in types:
+        article = verb.rpartition(" ")[2]
+        raise BtMissionError(f"{name} {verb} {listed(types)}, not {article} {wanted}")
 
 
 @cache

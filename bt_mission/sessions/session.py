@@ -14,7 +14,7 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.core.wall_clock import Pacer, Stopwatch, rest
 from bt_mission.executive.executive import Change, Executive
 from bt_mission.executive.leaf_statistics import LeafStatistics
-from bt_mission.executive.report import Report
+from bt_mission.executive.report import Report, report_on
 from bt_mission.executive.trace import Trace
 from bt_mission.language.mission import Mission
 
@@ -210,27 +210,4 @@ def summarise(session: Session, wall_s: float) -> Report:
         report_on(session.mission, session.executive, session.trace, virtual_s, wall_s),
         collisions=session.collisions,
         distance_travelled_m=None if distance is None else round(distance, 6),
-    )
-
-
-def report_on(
-    mission: Mission, executive: Executive, trace: Trace, virtual_s: float, wall_s: float
-) -> Report:
-    """The report of a mission that has ended, as far as its executive knows."""
-    return Report(
-        mission=mission.name,
-        status=str(executive.status),
-        reason=executive.reason,
-        world=mission.world,
-        robot=mission.robot,
-        seed=mission.seed,
-        virtual_s=round(virtual_s, 6),
-        wall_s=round(wall_s, 3),
-        real_time_factor=round(virtual_s / wall_s, 1) if wall_s > 0 else 0.0,
-        ticks=executive.ticks,
-        goals_sent=executive.goals_sent,
-        goals_left_behind=len(executive.goals_left_behind),
-        collisions=None,
-        distance_travelled_m=None,
-        trace_sha256=trace.sha256,
     )

@@ -120,7 +120,7 @@ class History:
         """Write a control step down."""
         stage = self._stage
         sim = stage.sim.simulation
-        values = stage.node.scope.values
+        values = stage.runner.scope.values
         if values != self._variables:
             self._variables = dict(values)
         odometry = sim.odometry

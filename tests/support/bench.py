@@ -18,7 +18,7 @@ from unique_identifier_msgs.msg import UUID
 
 from action_servers.core.maneuver import ZERO, Twist2D
 from action_servers.server.node import ServersNode
-from bt_mission.ros.leaving import destroy_actions
+from bt_mission.ros.graph import destroy_actions
 from bt_mission.virtual_time import VirtualTimeExecutor
 from tests.support.robot_node import LATCHED, PERIOD_NS, START_NS, RobotNode
 from tests.support.served import SERVED, goal

@@ -15,7 +15,7 @@ def test_time_stands_still_during_a_tick(ros: Any) -> None:
 
     def move_on() -> None:
         later = Time(nanoseconds=node.now_ns + 1, clock_type=ClockType.ROS_TIME)
-        node.get_clock().set_ros_time_override(later)
+        node.node.get_clock().set_ros_time_override(later)
         seen.append(node.now_ns)
 
     before_ns = node.now_ns
