@@ -12,9 +12,9 @@ from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.parameter import Parameter
 
+from bt_mission.core.interrupts import InterruptSignals
 from bt_mission.ros.graph import QUIET, GraphConnection
 from bt_mission.ros.leaving import destroy_actions
-from bt_mission.sessions.session import InterruptSignals
 
 if TYPE_CHECKING:
     from rclpy.node import Node

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Self
 import rclpy
 from rclpy.context import Context
 
-from action_servers.server.node import ServersNode
+from action_servers.server.node import ServerOptions, ServersNode
 from bt_mission.core.dds.discovery import isolate
 from bt_mission.core.robot.model import load_robot
 from bt_mission.executive.trace import Trace
@@ -21,7 +21,7 @@ from bt_mission.sessions.stage import START_NS, StageError, free_folder
 from bt_mission.virtual_time import VirtualTimeExecutor, self_test
 from sim.physics.spawn import RobotSpawn
 from sim.robot.robot import SimulatedRobot
-from sim.ros.node import SimNode
+from sim.ros.node import SimNode, SimOptions
 from sim.world.loader import load_world
 from sim.world.world import Spawn
 
@@ -109,17 +109,21 @@ class FleetStage:
             rclpy.init(context=context)
             made.callback(context.shutdown)
             self.sim = SimNode(
-                scene, entrants, seed=seed, start_ns=START_NS, lean=True, context=context
+                scene,
+                entrants,
+                SimOptions(seed=seed, start_ns=START_NS, lean=True, context=context),
             )
             made.callback(self.sim.destroy_node)
             servers = []
             for entrant in entrants:
                 one = ServersNode(
                     entrant.robot,
-                    image_folder=images / entrant.name,
-                    lean=True,
-                    context=context,
-                    namespace=entrant.name,
+                    ServerOptions(
+                        image_folder=images / entrant.name,
+                        lean=True,
+                        context=context,
+                        namespace=entrant.name,
+                    ),
                 )
                 made.callback(one.destroy_node)
                 servers.append(one)

@@ -10,7 +10,7 @@ import json
 import math
 from collections.abc import Callable, Collection, Iterator
 from contextlib import ExitStack
-from functools import partial
+from dataclasses import replace
 from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
@@ -19,8 +19,8 @@ import rclpy
 from rclpy.context import Context
 from rclpy.node import Node
 
-from action_servers.mapping.node import MapperNode
-from action_servers.server.node import ServersNode
+from action_servers.mapping.node import MapperNode, MapperOptions
+from action_servers.server.node import ServerOptions, ServersNode
 from bt_mission.core.dds.discovery import isolate
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.robot.model import load_robot
@@ -32,7 +32,7 @@ from bt_mission.ros.graph import ProcessNode
 from bt_mission.ros.mission_node import MissionNode
 from bt_mission.ros.robot_relay import RobotRelay, RobotSnapshot
 from bt_mission.virtual_time import VirtualTimeExecutor, self_test
-from sim.ros.node import SimNode
+from sim.ros.node import SimNode, SimOptions
 from sim.world.loader import load_world
 
 if TYPE_CHECKING:
@@ -106,29 +106,29 @@ class Stage:
             self.sim = SimNode(
                 world,
                 robot,
-                seed=mission.seed,
-                start_ns=START_NS,
-                lean=True,
-                context=context,
-                with_map=mission.map == "known",
-                props=props,
+                SimOptions(
+                    seed=mission.seed,
+                    start_ns=START_NS,
+                    lean=True,
+                    context=context,
+                    with_map=mission.map == "known",
+                    props=props,
+                ),
             )
             made.callback(self.sim.destroy_node)
             self._offers_all = visible or watched or _has_code_of_its_own(mission)
-            self._make_servers = partial(
-                ServersNode,
-                robot,
-                image_folder=images,
-                lean=True,
-                context=context,
-                without=without,
+            options = ServerOptions(
+                image_folder=images, lean=True, context=context, without=without
             )
-            self.servers = self._make_servers(at_first=self._at_first())
+            self._make_servers: Callable[[], ServersNode] = lambda: ServersNode(
+                robot, replace(options, at_first=self._at_first())
+            )
+            self.servers = self._make_servers()
             self.has_servers = True
             made.callback(self._end_servers)
             self.mapper: MapperNode | None = None
             if mission.map == "unknown":
-                self.mapper = MapperNode(robot, lean=True, context=context)
+                self.mapper = MapperNode(robot, MapperOptions(lean=True, context=context))
                 made.callback(self.mapper.destroy_node)
             trace = Trace(hide={str(images): "<images>"})
             self.node = MissionNode(
@@ -243,7 +243,7 @@ class Stage:
     def start_servers(self) -> None:
         """Have action servers again, after the first were killed; they know nothing of goals."""
         if not self.has_servers:
-            self.servers = self._make_servers(at_first=self._at_first())
+            self.servers = self._make_servers()
             self.has_servers = True
             self.clock.add_node(self.servers)
 
