@@ -11,11 +11,12 @@ from geometry_msgs.msg import TwistStamped
 from rclpy.subscription import Subscription
 
 from action_servers.arbiter.arbiter import SOURCES, Arbiter, CommandSource
-from action_servers.core.maneuver import ZERO, Twist2D
+from action_servers.core.maneuver import ZERO
 from action_servers.core.parameters import ParameterSpec
 from action_servers.robot_io.base import CommandPublisher, CommandWiring
 from action_servers.robot_io.command_types import Choice
 from action_servers.robot_io.node import NodeOptions, RobotNode, run
+from bt_mission.core.geometry import Twist2D
 
 if TYPE_CHECKING:
     from rclpy.executors import Executor

@@ -5,17 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Protocol
 
-from action_servers.core.maneuver import (
-    SUCCEEDED,
-    ZERO,
-    Finished,
-    Observation,
-    Refusal,
-    Twist2D,
-    Value,
-)
+from action_servers.core.checks import refusal
+from action_servers.core.maneuver import SUCCEEDED, ZERO, Finished, Observation, Refusal, Value
 from action_servers.core.ticker import Ticker
 from action_servers.driving.recoveries import Duration, negative, seconds_of
+from bt_mission.core.geometry import Twist2D
 
 
 class WaitGoal(Protocol):
@@ -29,8 +23,7 @@ class WaitGoal(Protocol):
 def plan(goal: WaitGoal) -> Wait | Refusal:
     """Check a goal; 0 s end at once."""
     seconds = seconds_of(goal.time)
-    fault = negative("time", seconds)
-    return Refusal(fault) if fault is not None else Wait(seconds)
+    return refusal(negative("time", seconds)) or Wait(seconds)
 
 
 class Wait:

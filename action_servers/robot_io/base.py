@@ -14,11 +14,12 @@ from rclpy.publisher import Publisher
 from rclpy.serialization import serialize_message
 
 from action_servers.core.action import Action
-from action_servers.core.maneuver import Maneuver, Observation, Refusal, Twist2D
+from action_servers.core.maneuver import Maneuver, Observation, Refusal
 from action_servers.core.parameters import text
 from action_servers.robot_io.command_types import CHOICES, STAMPED, Choice, Listeners
 from bt_mission.core.cdr.writer import MessageTemplate
 from bt_mission.core.dds.liveliness import RECORDER
+from bt_mission.core.geometry import Twist2D
 
 WATCH_PERIOD_S = 0.5
 """Seconds between two looks at who listens."""

@@ -24,8 +24,7 @@ from sensor_msgs.msg import Image as ImageMessage
 from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
 
-from action_servers.core.geometry import composed
-from action_servers.core.maneuver import Image, Observation, Pose2D
+from action_servers.core.maneuver import Image, Observation
 from action_servers.core.parameters import text
 from action_servers.robot_io.messages import (
     grid_of,
@@ -36,6 +35,7 @@ from action_servers.robot_io.messages import (
     transform_of,
 )
 from bt_mission.core.cdr import reader
+from bt_mission.core.geometry import Pose2D, composed
 from bt_mission.core.robot.parts import LidarModel
 
 T = TypeVar("T")

@@ -17,8 +17,8 @@ from sim.sensors.sensor_faults import LidarDistortion
 _TURN_JITTER = 0.005
 """1 sigma of the time an LDS-02 takes for a turn, relative: a few rays more or less."""
 
-_GAPS = 0.01
-"""Share of an LDS-02's directions that come without a reading, in passing."""
+_GAP_SIGMAS = 2.576
+"""An LDS-02's directions come without a reading beyond so many sigma: 1 % of them, in passing."""
 
 _NEAR, _MIDDLE = 0.3, 6.0
 _NEAR_SIGMA, _MIDDLE_SHARE, _FAR_SHARE = 0.010 / 3, 0.03 / 3, 0.05 / 3
@@ -122,7 +122,7 @@ class Lidar:
             sigma = np.where(seen < _NEAR, _NEAR_SIGMA, share * seen)
             seen += sigma * self._noise.at(index)[:rays]
             # A normal number beyond 2.576 comes once in a hundred times.
-            missed |= np.abs(self._gaps.at(index)[:rays]) > 2.576
+            missed |= np.abs(self._gaps.at(index)[:rays]) > _GAP_SIGMAS
         missed |= (seen < spec.min_range) | (seen > spec.max_range)
         seen[missed] = np.nan
 

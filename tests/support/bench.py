@@ -16,8 +16,9 @@ from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 from unique_identifier_msgs.msg import UUID
 
-from action_servers.core.maneuver import ZERO, Twist2D
+from action_servers.core.maneuver import ZERO
 from action_servers.server.node import ServerOptions, ServersNode
+from bt_mission.core.geometry import Twist2D
 from bt_mission.ros.leaving import destroy_actions
 from bt_mission.virtual_time import VirtualTimeExecutor
 from tests.support.robot_node import LATCHED, PERIOD_NS, START_NS, RobotNode

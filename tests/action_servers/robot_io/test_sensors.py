@@ -12,11 +12,11 @@ from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import Image, LaserScan
 from tf2_msgs.msg import TFMessage
 
-from action_servers.core.maneuver import Pose2D
 from action_servers.robot_io.messages import image_of, scan_of
 from action_servers.robot_io.sensors import Latest
 from action_servers.server.node import ServerOptions, ServersNode
 from bt_mission.core.cdr import reader
+from bt_mission.core.geometry import Pose2D
 
 
 def transform(parent: str, child: str, x: float) -> TransformStamped:
