@@ -15,8 +15,7 @@ from typing import Protocol
 from action_servers.core.maneuver import ErrorCode, Finished, Observation, Value
 from action_servers.core.ticker import ROUNDING_S, Ticker
 from bt_mission.core.geometry import Twist2D
-
-_NS = 1_000_000_000
+from bt_mission.core.stamps import NS, to_ns
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +59,7 @@ class Duration(Protocol):
 
 def seconds_of(duration: Duration) -> float:
     """Return a duration in seconds."""
-    return (duration.sec * _NS + duration.nanosec) / _NS
+    return to_ns(duration) / NS
 
 
 def negative(name: str, seconds: float) -> str | None:

@@ -20,6 +20,7 @@ from action_servers.robot_io.command_types import CHOICES, STAMPED, Choice, List
 from bt_mission.core.cdr.writer import MessageTemplate
 from bt_mission.core.dds.liveliness import RECORDER
 from bt_mission.core.geometry import Twist2D
+from bt_mission.core.stamps import set_ns
 
 WATCH_PERIOD_S = 0.5
 """Seconds between two looks at who listens."""
@@ -95,7 +96,7 @@ class CommandPublisher:
             return  # whoever shut the context down has taken the publisher away
         (numbers,) = self._message.numbers
         numbers.linear.x, numbers.angular.z = twist.linear, twist.angular
-        self._stamp.sec, self._stamp.nanosec = divmod(self._clock.now().nanoseconds, 10**9)
+        set_ns(self._stamp, self._clock.now().nanoseconds)
         publisher.publish(self._message.packed())
 
     def watch(self) -> str | None:

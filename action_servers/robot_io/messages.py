@@ -15,6 +15,7 @@ import numpy.typing as npt
 from action_servers.core.maneuver import Grid, Image, Scan, Value
 from bt_mission.core.geometry import Pose2D, Twist2D, set_planar, yaw_of
 from bt_mission.core.robot.parts import LidarModel
+from bt_mission.core.stamps import NS, set_ns, to_ns
 
 MAP_FRAME = "map"
 
@@ -42,7 +43,7 @@ def seconds(nanoseconds: int) -> float:
 
 def stamp_of(header: Any) -> float:
     """Return the stamp of a `std_msgs/Header` in seconds."""
-    return seconds(header.stamp.sec * 1_000_000_000 + header.stamp.nanosec)
+    return seconds(to_ns(header.stamp))
 
 
 def scan_of(message: Any, lidar: LidarModel | None = None) -> Scan | None:
@@ -178,7 +179,7 @@ def _filled(type_name: str, value: Any, now: Callable[[], Any]) -> Any:
     elif type_name == "geometry_msgs/Pose":
         set_planar(message.position, message.orientation, value)
     elif type_name in _TIMES:
-        message.sec, message.nanosec = divmod(round(value * 1e9), 1_000_000_000)
+        set_ns(message, round(value * NS))
     else:
         fill(message, value, now)
     return message

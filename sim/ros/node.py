@@ -7,32 +7,29 @@ namespace applies.
 
 from __future__ import annotations
 
-import array
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from nav_msgs.msg import OccupancyGrid
 from rclpy.context import Context
 from rclpy.logging import LoggingSeverity
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger
-from visualization_msgs.msg import MarkerArray
 
 from bt_mission.core.robot.model import RobotModel
+from bt_mission.core.stamps import set_ns
 from sim.physics.names import STEP_NS
 from sim.physics.spawn import RobotSpawn
-from sim.robot import frames
 from sim.robot.robot import SimulatedRobot
-from sim.ros import message_fields, zone_markers
 from sim.ros.pictures import CameraTopics
 from sim.ros.schedule import Schedule
 from sim.ros.topics import LATCHED, RELIABLE, RobotPublishers, log, wanted
+from sim.ros.world_messages import occupancy_grid, zone_markers
 from sim.simulation import Fleet, Simulation
 from sim.world.checks import unseen
-from sim.world.occupancy import OccupancyMap, rasterise
+from sim.world.occupancy import rasterise
 from sim.world.world import World
 
 NODE_NAME = "bt_mission_sim"
@@ -105,9 +102,9 @@ class SimNode(Node):
         self._cameras: list[CameraTopics] = []
         for one in self.robots:
             if drawn is not None:
-                self._make_map(drawn, one.prefix)
+                self._latch(occupancy_grid(drawn, self._stamp), f"{one.prefix}map")
             if world.zones:
-                self._make_zones(world, one.prefix)
+                self._latch(zone_markers(world, self._stamp), f"{one.prefix}zones")
             self._topics.append(RobotPublishers(self, self._schedule, self._stamp, one))
             if options.camera and one.robot.camera is not None:
                 made = CameraTopics(self, self._schedule, self._stamp, one, one.robot.camera)
@@ -132,7 +129,7 @@ class SimNode(Node):
         physics, schedule = self.physics, self._schedule
         while schedule.next_due_ns <= time_ns:
             physics.advance_to(schedule.next_due_ns)
-            message_fields.time(self._stamp, physics.time_ns)
+            set_ns(self._stamp, physics.time_ns)
             if wanted(self._time_out):
                 self._time_out.publish(self._time)
             schedule.run(physics.time_ns)
@@ -157,22 +154,10 @@ class SimNode(Node):
         response.success, response.message = True, "everything is as it was at the start"
         return response
 
-    # ---- map, once -----------------------------------------------------------------------
-
-    def _make_map(self, drawn: OccupancyMap, prefix: str) -> None:
-        grid = OccupancyGrid()
-        message_fields.header(grid, self._stamp, frames.MAP)
-        grid.info.map_load_time = self._stamp
-        grid.info.resolution = drawn.resolution
-        grid.info.height, grid.info.width = drawn.cells.shape
-        grid.info.origin.position.x, grid.info.origin.position.y = drawn.origin
-        grid.data = array.array("b", drawn.cells.tobytes())
-        maps = self.create_publisher(OccupancyGrid, f"{prefix}map", LATCHED)
-        self._schedule.once(lambda _: maps.publish(grid))
-
-    def _make_zones(self, world: World, prefix: str) -> None:
-        publisher = self.create_publisher(MarkerArray, f"{prefix}zones", LATCHED)
-        self._schedule.once(lambda _: publisher.publish(zone_markers.markers(world, self._stamp)))
+    def _latch(self, message: Any, topic: str) -> None:
+        """Publish a message once, at the start."""
+        publisher = self.create_publisher(type(message), topic, LATCHED)
+        self._schedule.once(lambda _: publisher.publish(message))
 
     def destroy_node(self) -> None:
         """Give back the renderers with the node."""
