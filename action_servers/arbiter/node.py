@@ -64,10 +64,6 @@ class ArbiterNode(RobotNode):
         self._hear_nobody()
         self._base.command(ZERO)
 
-    def wait_until_stopped(self, timeout_s: float) -> None:
-        """Block until the base has acknowledged the last command."""
-        self._base.wait_until_stopped(timeout_s)
-
     def destroy_node(self) -> None:
         """Stop the robot, then leave the graph."""
         self.stop()
@@ -76,7 +72,7 @@ class ArbiterNode(RobotNode):
     def end(self, signal: str, executor: Executor) -> None:  # noqa: ARG002 - a node's
         """Stop the robot."""
         self.stop()
-        self.wait_until_stopped(LAST_WORDS_S)
+        self._base.wait_until_stopped(LAST_WORDS_S)
 
     def _listen(self) -> None:
         if self._base.fault is not None:

@@ -31,13 +31,10 @@ MAX_ANGLE_DEG = 180.0
 class CameraSweepGoal(Protocol):
     """The goal fields of `bt_mission_interfaces/action/CameraSweep`."""
 
-    @property
-    def sweep_angle(self) -> float:
-        """How far to turn left, degrees."""
-
-    @property
-    def image_count(self) -> int:
-        """Number of pictures, one at the end of each equal part of the angle."""
+    sweep_angle: float
+    """How far to turn left, degrees."""
+    image_count: int
+    """Number of pictures, one at the end of each equal part of the angle."""
 
 
 class ImageStore(Protocol):

@@ -32,13 +32,10 @@ SMALLEST_SHARE = 1e-4
 class FindColourGoal(Protocol):
     """The goal fields of `bt_mission_interfaces/action/FindColour`."""
 
-    @property
-    def colour(self) -> str:
-        """Name of the colour."""
-
-    @property
-    def min_share(self) -> float:
-        """Share of the picture that it must cover; 0 for the default."""
+    colour: str
+    """Name of the colour."""
+    min_share: float
+    """Share of the picture that it must cover; 0 for the default."""
 
 
 def plan(

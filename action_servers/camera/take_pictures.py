@@ -28,9 +28,8 @@ from bt_mission.core.robot.model import RobotModel
 class TakePicturesGoal(Protocol):
     """The goal fields of `bt_mission_interfaces/action/TakePictures`."""
 
-    @property
-    def nseconds(self) -> int:
-        """How many pictures, one a second."""
+    nseconds: int
+    """How many pictures, one a second."""
 
 
 def plan(

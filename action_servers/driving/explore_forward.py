@@ -29,13 +29,10 @@ GONE_BEYOND = 0.05
 class ExploreForwardGoal(Protocol):
     """The goal fields of `bt_mission_interfaces/action/ExploreForward`."""
 
-    @property
-    def fwd_velocity(self) -> float:
-        """Speed, m/s."""
-
-    @property
-    def stopping_distance(self) -> float:
-        """Gap between hull and obstacle at which to stop, metres."""
+    fwd_velocity: float
+    """Speed, m/s."""
+    stopping_distance: float
+    """Gap between hull and obstacle at which to stop, metres."""
 
 
 def plan(

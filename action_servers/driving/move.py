@@ -21,17 +21,12 @@ DEFAULT_SPEED = 0.1
 class MoveGoal(Protocol):
     """The goal fields of `bt_mission_interfaces/action/Move`."""
 
-    @property
-    def secs(self) -> int:
-        """How long to drive, s."""
-
-    @property
-    def linear_velocity(self) -> float:
-        """m/s, forward positive."""
-
-    @property
-    def angular_velocity(self) -> float:
-        """rad/s, left positive."""
+    secs: int
+    """How long to drive, s."""
+    linear_velocity: float
+    """m/s, forward positive."""
+    angular_velocity: float
+    """rad/s, left positive."""
 
 
 def plan(

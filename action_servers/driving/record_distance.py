@@ -25,9 +25,8 @@ from bt_mission.core.robot.model import RobotModel
 class RecordDistanceGoal(Protocol):
     """The goal fields of `bt_mission_interfaces/action/RecordDistance`."""
 
-    @property
-    def seconds(self) -> int:
-        """How long to measure, s."""
+    seconds: int
+    """How long to measure, s."""
 
 
 def plan(

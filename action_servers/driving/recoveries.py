@@ -48,13 +48,10 @@ DRIVE_ON_HEADING = Codes(
 class Duration(Protocol):
     """A `builtin_interfaces/Duration`."""
 
-    @property
-    def sec(self) -> int:
-        """Whole seconds, rounded down."""
-
-    @property
-    def nanosec(self) -> int:
-        """Nanoseconds on top."""
+    sec: int
+    """Whole seconds, rounded down."""
+    nanosec: int
+    """Nanoseconds on top."""
 
 
 def seconds_of(duration: Duration) -> float:

@@ -18,13 +18,10 @@ from bt_mission.core.robot.model import RobotModel
 class SpinGoal(Protocol):
     """The goal fields of `nav2_msgs/action/Spin`."""
 
-    @property
-    def target_yaw(self) -> float:
-        """How far to turn, rad, left positive, not wrapped."""
-
-    @property
-    def time_allowance(self) -> Duration:
-        """When to give up; 0 for never."""
+    target_yaw: float
+    """How far to turn, rad, left positive, not wrapped."""
+    time_allowance: Duration
+    """When to give up; 0 for never."""
 
 
 def plan(

@@ -35,33 +35,23 @@ ARRIVED_WITHIN = 0.003
 class Point(Protocol):
     """A `geometry_msgs/Point`, metres."""
 
-    @property
-    def x(self) -> float:
-        """Ahead."""
-
-    @property
-    def y(self) -> float:
-        """To the left."""
-
-    @property
-    def z(self) -> float:
-        """Up."""
+    x: float
+    """Ahead."""
+    y: float
+    """To the left."""
+    z: float
+    """Up."""
 
 
 class StraightGoal(Protocol):
     """The goal fields of `nav2_msgs/action/BackUp` and `DriveOnHeading`."""
 
-    @property
-    def target(self) -> Point:
-        """How far to drive."""
-
-    @property
-    def speed(self) -> float:
-        """How fast, m/s."""
-
-    @property
-    def time_allowance(self) -> Duration:
-        """When to give up; 0 for never."""
+    target: Point
+    """How far to drive."""
+    speed: float
+    """How fast, m/s."""
+    time_allowance: Duration
+    """When to give up; 0 for never."""
 
 
 def plan_back_up(

@@ -24,13 +24,10 @@ DEFAULT_SPEED = 1.0
 class TurnGoal(Protocol):
     """The goal fields of `bt_mission_interfaces/action/Turn`."""
 
-    @property
-    def angle(self) -> float:
-        """How far to turn, degrees, left positive, not wrapped."""
-
-    @property
-    def angular_velocity(self) -> float:
-        """Speed, rad/s; 0 for the default."""
+    angle: float
+    """How far to turn, degrees, left positive, not wrapped."""
+    angular_velocity: float
+    """Speed, rad/s; 0 for the default."""
 
 
 def plan(

@@ -15,9 +15,8 @@ from bt_mission.core.geometry import Twist2D
 class WaitGoal(Protocol):
     """The goal fields of `nav2_msgs/action/Wait`."""
 
-    @property
-    def time(self) -> Duration:
-        """How long to wait."""
+    time: Duration
+    """How long to wait."""
 
 
 def plan(goal: WaitGoal) -> Wait | Refusal:

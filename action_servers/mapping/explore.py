@@ -57,13 +57,10 @@ _NO_WAY = (Code.GOAL_OCCUPIED, Code.GOAL_OUTSIDE_MAP, Code.NO_VALID_PATH)
 class ExploreFrontiersGoal(Protocol):
     """The goal fields of `bt_mission_interfaces/action/ExploreFrontiers`."""
 
-    @property
-    def max_duration(self) -> float:
-        """Limit, s; 0 for none."""
-
-    @property
-    def min_frontier(self) -> float:
-        """Length of the shortest frontier worth a visit, m; 0 for the default."""
+    max_duration: float
+    """Limit, s; 0 for none."""
+    min_frontier: float
+    """Length of the shortest frontier worth a visit, m; 0 for the default."""
 
 
 def plan(

@@ -157,10 +157,6 @@ class ServersNode(RobotNode):
             adapter.close(reason)
         self._pilot.stop(reason)
 
-    def wait_until_stopped(self, timeout_s: float) -> None:
-        """Block until every subscriber of `cmd_vel` has acknowledged the last command."""
-        self._base.wait_until_stopped(timeout_s)
-
     def destroy_node(self) -> None:
         """Stop the robot, then leave the graph."""
         self.stop("the action servers have been shut down")
@@ -192,7 +188,7 @@ class ServersNode(RobotNode):
         self.stop(f"the action servers were stopped by {signal}")
         for _ in range(LAST_CALLBACKS):
             executor.spin_once(timeout_sec=0.0)
-        self.wait_until_stopped(LAST_WORDS_S)
+        self._base.wait_until_stopped(LAST_WORDS_S)
 
     def _lose_base(self, reason: str) -> None:
         if not self._pilot.idle:
