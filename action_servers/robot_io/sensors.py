@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import partial
 from typing import Any, Generic, TypeVar
 
@@ -23,8 +24,8 @@ from sensor_msgs.msg import Image as ImageMessage
 from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
 
-from action_servers.core.geometry import composed
-from action_servers.core.maneuver import Image, Observation, Pose2D
+from action_servers.core.maneuver import Image, Observation
+from action_servers.core.parameters import text
 from action_servers.robot_io.messages import (
     grid_of,
     image_of,
@@ -33,8 +34,8 @@ from action_servers.robot_io.messages import (
     seconds,
     transform_of,
 )
-from action_servers.robot_io.robot_settings import Wiring
 from bt_mission.core.cdr import reader
+from bt_mission.core.geometry import Pose2D, composed
 from bt_mission.core.robot.parts import LidarModel
 
 T = TypeVar("T")
@@ -44,6 +45,20 @@ T = TypeVar("T")
 NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 TRANSFORMS = QoSProfile(depth=100)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SensorWiring:
+    """Which topics are listened to, relative to the namespace unless they begin with a slash."""
+
+    scan: str = text("topics.scan", "scan", "The lidar, sensor_msgs/LaserScan.")
+    odom: str = text("topics.odom", "odom", "Odometry, nav_msgs/Odometry.")
+    tf: str = text(
+        "topics.tf", "tf", "Transforms; the one from the map to the odometry frame is read."
+    )
+    map: str = text("topics.map", "map", "The map, nav_msgs/OccupancyGrid.")
+    camera: str = text("topics.camera", "camera/image_raw", "Pictures, sensor_msgs/Image.")
+    map_frame: str = text("frames.map", "map", "Frame of the map, in transforms.")
 
 
 class Latest(Generic[T]):
@@ -144,7 +159,7 @@ class SensorSubscriptions:
     """
 
     def __init__(
-        self, node: Node, wiring: Wiring, lidar: LidarModel, *, listen_to_map: bool = True
+        self, node: Node, wiring: SensorWiring, lidar: LidarModel, *, listen_to_map: bool = True
     ) -> None:
         self._node = node
         self._clock = node.get_clock()
@@ -155,13 +170,12 @@ class SensorSubscriptions:
         self._transforms: deque[bytes] = deque(maxlen=100)
         self._map_to_odom: Pose2D | None = None
         self._map_users = 0
-        self.camera = CameraStream(node, wiring.topics.camera)
-        topics = wiring.topics
-        self._listen(LaserScan, topics.scan, self._scan.take, NEWEST)
-        self._listen(OdometryMessage, topics.odom, self._odometry.take, NEWEST)
-        self._listen(TFMessage, topics.tf, self._take_transforms, TRANSFORMS)
+        self.camera = CameraStream(node, wiring.camera)
+        self._listen(LaserScan, wiring.scan, self._scan.take, NEWEST)
+        self._listen(OdometryMessage, wiring.odom, self._odometry.take, NEWEST)
+        self._listen(TFMessage, wiring.tf, self._take_transforms, TRANSFORMS)
         if listen_to_map:
-            self._listen(OccupancyGrid, topics.map, self._grid.take, LATCHED)
+            self._listen(OccupancyGrid, wiring.map, self._grid.take, LATCHED)
 
     def _listen(
         self, message_type: type, topic: str, take: Callable[[bytes], None], qos: QoSProfile

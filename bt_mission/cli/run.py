@@ -161,8 +161,9 @@ def _run_on_screen(options: argparse.Namespace, mission: Any) -> tuple[Report, K
     """Carry the mission out on a full screen, in real time unless another speed is asked for."""
     from contextlib import closing
 
+    from bt_mission.core.interrupts import InterruptSignals
     from bt_mission.ros.discovery import LocalExecutive
-    from bt_mission.sessions.session import InterruptSignals, driving
+    from bt_mission.sessions.session import driving
     from bt_mission.views.terminal.marks import marks_for
     from bt_mission.views.terminal.views import Quiet
     from bt_mission.views.tui.memory import settle_memory

@@ -64,11 +64,11 @@ def serve(options: argparse.Namespace) -> int:
 
 
 def _serve(options: argparse.Namespace) -> int:
+    from bt_mission.core.interrupts import InterruptSignals
     from bt_mission.executive.executive import Executive
     from bt_mission.language.mission import Mission
     from bt_mission.ros.graph import GraphConnection, NodeOptions
     from bt_mission.sessions.mission_server import MissionServer
-    from bt_mission.sessions.session import InterruptSignals
     from bt_mission.views.terminal.plain import PlainLines
 
     def say(text: str) -> None:

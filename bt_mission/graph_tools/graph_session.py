@@ -11,8 +11,8 @@ from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.parameter import Parameter
 
+from bt_mission.core.interrupts import InterruptSignals
 from bt_mission.ros.graph import GraphConnection
-from bt_mission.sessions.session import InterruptSignals
 
 if TYPE_CHECKING:
     from rclpy.node import Node

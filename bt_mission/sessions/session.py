@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import signal
 from collections.abc import Callable, Generator
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import replace
 from pathlib import Path
-from types import FrameType
 from typing import Protocol, Self
 
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.interrupts import InterruptSignals
 from bt_mission.core.wall_clock import Pacer, Stopwatch, rest
 from bt_mission.executive.executive import Change, Executive
 from bt_mission.executive.leaf_statistics import LeafStatistics
@@ -69,32 +68,6 @@ class View(AbstractContextManager["View"], Protocol):
 
     def say(self, text: str) -> None:
         """The mission says something."""
-
-
-class InterruptSignals:
-    """Ctrl-C and SIGTERM as wishes that are looked at between steps."""
-
-    def __init__(self) -> None:
-        self.count = 0
-        self.name = ""
-        self._before: dict[signal.Signals, object] = {}
-
-    def __enter__(self) -> Self:
-        for number in (signal.SIGINT, signal.SIGTERM):
-            self._before[number] = signal.signal(number, self._take)
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        for number, handler in self._before.items():
-            signal.signal(number, handler)  # type: ignore[arg-type]  # what signal() gave us
-
-    def note(self, name: str) -> None:
-        """Somebody wants the mission to end."""
-        self.count += 1
-        self.name = name
-
-    def _take(self, number: int, _: FrameType | None) -> None:
-        self.note("Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name)
 
 
 class SessionViews:

@@ -26,7 +26,7 @@ from bt_mission.ros.graph import ProcessNode
 from bt_mission.sessions.stage_robot import FleetRobot, FleetRun, StageOptions
 from bt_mission.virtual_time import VirtualTimeExecutor, self_test
 from sim.physics.spawn import RobotSpawn
-from sim.ros.node import SimNode
+from sim.ros.node import SimNode, SimOptions
 from sim.world.loader import load_world
 from sim.world.world import Spawn
 
@@ -147,12 +147,14 @@ class Stage:
         return SimNode(
             world,
             models[0] if self._is_single else spawns,
-            seed=seed,
-            start_ns=START_NS,
-            lean=True,
-            context=self.context,
-            with_map=self.mission.map == "known",
-            props=self._options.props,
+            SimOptions(
+                seed=seed,
+                start_ns=START_NS,
+                lean=True,
+                context=self.context,
+                with_map=self.mission.map == "known",
+                props=self._options.props,
+            ),
         )
 
     def _make_runs(

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from action_servers.mapping.node import MapperNode
-from action_servers.server.node import ServersNode
+from action_servers.mapping.node import MapperNode, MapperOptions
+from action_servers.server.node import ServerOptions, ServersNode
 from bt_mission.executive.trace import Trace
 from bt_mission.language.nodes.action import GoalNode
 from bt_mission.language.nodes.python import PythonNode
@@ -104,9 +103,7 @@ class FleetRun:
         self._context = context
         self._images = images
         self._options = options
-        self._make_servers = partial(
-            ServersNode,
-            robot.robot,
+        self._server_options = ServerOptions(
             image_folder=images / member.name,
             lean=True,
             context=context,
@@ -117,11 +114,15 @@ class FleetRun:
         steps = all_steps(member.mission)
         has_python = any(isinstance(step, PythonNode) for step in steps)
         self._offers_all = options.has_tools or bool(member.name) or has_python
-        self.servers = self._make_servers(at_first=self._at_first())
+        self.servers = self._make_servers()
         self.has_servers = True
         self.mapper: MapperNode | None = None
         if member.mission.map == "unknown":
-            self.mapper = MapperNode(robot.robot, lean=True, context=context)
+            self.mapper = MapperNode(robot.robot, MapperOptions(lean=True, context=context))
+
+    def _make_servers(self) -> ServersNode:
+        options = replace(self._server_options, at_first=self._at_first())
+        return ServersNode(self.robot.robot, options)
 
     def make_executive(self, say: Callable[[str], None] | None) -> None:
         """Make the node of the mission; `say` takes what its ``log`` nodes say."""
@@ -165,13 +166,13 @@ class FleetRun:
 
     def replace_servers(self) -> None:
         """Have action servers that know nothing of earlier goals, after the first were killed."""
-        self.servers = self._make_servers(at_first=self._at_first())
+        self.servers = self._make_servers()
         self.has_servers = True
 
     def destroy(self) -> None:
         """Take its servers and its mapper off the graph."""
         if self.mapper is not None:
-            self.mapper.destroy_node()  # type: ignore[no-untyped-call]  # rclpy's
+            self.mapper.destroy_node()
         if self.has_servers:
             self.servers.destroy_node()
 

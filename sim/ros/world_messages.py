@@ -1,21 +1,35 @@
-"""The zones of a world as markers, for RViz and Foxglove."""
+"""A world in messages: its map, and its zones as markers for RViz and Foxglove."""
 
 from __future__ import annotations
 
+import array
 from typing import Any
 
+from nav_msgs.msg import OccupancyGrid
 from visualization_msgs.msg import Marker, MarkerArray
 
 from sim.robot import frames
 from sim.ros import message_fields
 from sim.world.colours import rgba
+from sim.world.occupancy import OccupancyMap
 from sim.world.world import World, Zone
 
 _TEXT = 0.15
 """m: how high a zone's name is written."""
 
 
-def markers(world: World, stamp: Any) -> MarkerArray:
+def occupancy_grid(drawn: OccupancyMap, stamp: Any) -> OccupancyGrid:
+    """Return the map of a world."""
+    grid = message_fields.header(OccupancyGrid(), stamp, frames.MAP)
+    grid.info.map_load_time = stamp
+    grid.info.resolution = drawn.resolution
+    grid.info.height, grid.info.width = drawn.cells.shape
+    grid.info.origin.position.x, grid.info.origin.position.y = drawn.origin
+    grid.data = array.array("b", drawn.cells.tobytes())
+    return grid
+
+
+def zone_markers(world: World, stamp: Any) -> MarkerArray:
     """Return a disc and a name for each zone, in the map; they stay until they are replaced."""
     found = []
     for index, zone in enumerate(world.zones):

@@ -1,31 +1,26 @@
-import math
+"""Facts about poses on the floor."""
 
-import numpy as np
+import math
+from types import SimpleNamespace
+
 import pytest
 
-from action_servers.core.geometry import (
+from bt_mission.core.geometry import (
+    Pose2D,
     between,
     composed,
     distance,
-    into_frame,
-    out_of_frame,
     relative,
-    wrapped,
+    set_planar,
+    wrap,
+    yaw_of,
 )
-from action_servers.core.maneuver import Pose2D
 
 
 def test_wrapped_angles_lie_within_half_a_turn():
     """Half a turn and a bit to the left is a bit less than half a turn to the right."""
-    assert wrapped(math.pi + 0.1) == pytest.approx(-math.pi + 0.1)
-    assert wrapped(-5 * math.tau + 0.2) == pytest.approx(0.2)
-
-
-def test_a_point_ahead_of_a_robot_that_faces_up_lies_above_it():
-    """In the robot's frame x is forward and y left."""
-    facing_up = Pose2D(1.0, 2.0, math.pi / 2)
-    assert out_of_frame(facing_up, np.array([[0.5, 0.0]])) == pytest.approx(np.array([[1.0, 2.5]]))
-    assert into_frame(facing_up, np.array([[1.0, 2.5]])) == pytest.approx(np.array([[0.5, 0.0]]))
+    assert wrap(math.pi + 0.1) == pytest.approx(-math.pi + 0.1)
+    assert wrap(-5 * math.tau + 0.2) == pytest.approx(0.2)
 
 
 def test_relative_undoes_composed():
@@ -41,3 +36,12 @@ def test_between_turns_the_short_way_round():
     middle = between(Pose2D(0.0, 0.0, math.radians(170)), Pose2D(1.0, 2.0, math.radians(-170)), 0.5)
     assert (middle.x, middle.y) == (0.5, 1.0)
     assert abs(middle.yaw) == pytest.approx(math.pi)
+
+
+def test_a_yaw_that_is_set_is_read_again():
+    """Also from a quaternion that is twice as long as it should be."""
+    place, rotation = SimpleNamespace(x=0.0, y=0.0), SimpleNamespace(x=0.0, y=0.0, z=0.0, w=1.0)
+    set_planar(place, rotation, Pose2D(1.0, -2.0, 2.5))
+    assert (place.x, place.y, yaw_of(rotation)) == pytest.approx((1.0, -2.0, 2.5))
+    rotation.z, rotation.w = 2.0 * rotation.z, 2.0 * rotation.w
+    assert yaw_of(rotation) == pytest.approx(2.5)

@@ -1,12 +1,35 @@
-"""Whether an observation is recent enough to drive by."""
+"""Checks of goals, and of what is known of the robot: every refusal says what was expected."""
 
 from __future__ import annotations
 
-from action_servers.core.maneuver import ErrorCode, Finished, Observation
+import math
+
+from action_servers.core.maneuver import ErrorCode, Finished, Observation, Refusal
 from action_servers.core.tuning import TUNING
+
+# A goal field is a float32: 1.82 arrives as 1.8200000525, and must still be within 1.82.
+FLOAT32_ROUNDING = 1e-6
 
 STALE_AFTER_S = TUNING.sensor_timeout
 """Age in seconds at which a scan or odometry is no longer trusted, unless tuned otherwise."""
+
+
+def outside(name: str, value: float, low: float, high: float, unit: str) -> str | None:
+    """Return why `value` is no number from `low` to `high`, or None when it is one.
+
+    NaN and infinities are always outside. Both limits belong to the range.
+    """
+    low_slack = FLOAT32_ROUNDING * abs(low)
+    high_slack = FLOAT32_ROUNDING * abs(high)
+    if math.isfinite(value) and low - low_slack <= value <= high + high_slack:
+        return None
+    return f"{name} must be from {low:g} to {high:g} {unit}, got {value:g}"
+
+
+def refusal(*faults: str | None, unready: Finished | None = None) -> Refusal | None:
+    """Return why a goal is refused, or None: the first of its faults, else what is not ready."""
+    reasons = (*faults, None if unready is None else unready.reason)
+    return next((Refusal(reason) for reason in reasons if reason is not None), None)
 
 
 def stale(now: Observation, limit_s: float = STALE_AFTER_S) -> Finished | None:

@@ -1,13 +1,38 @@
-"""Facts about when an observation is good enough to drive by."""
+"""Facts about the checks of goal fields, and of what is good enough to drive by."""
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
+import numpy as np
 import pytest
 
-from action_servers.core.freshness import stale
-from action_servers.core.maneuver import ErrorCode, Finished, Observation, Pose2D
+from action_servers.core.checks import outside, refusal, stale
+from action_servers.core.maneuver import ErrorCode, Finished, Observation, Refusal
+from bt_mission.core.geometry import Pose2D
+
+
+@pytest.mark.parametrize("value", [0.05, 1.0, 1.82, float(np.float32(1.82))])
+def test_both_limits_belong_to_the_range(value):
+    """As float32 rounds them, too."""
+    assert outside("speed", value, 0.05, 1.82, "rad/s") is None
+
+
+@pytest.mark.parametrize("value", [0.049, 1.8201, math.nan, math.inf, -math.inf, 1e300])
+def test_what_is_outside_is_told_with_limits_and_unit(value):
+    """Expected and got, in one line."""
+    assert outside("speed", value, 0.05, 1.82, "rad/s") == (
+        f"speed must be from 0.05 to 1.82 rad/s, got {value:g}"
+    )
+
+
+def test_the_first_fault_is_told():
+    """Then what is not ready; None when nothing is wrong."""
+    unready = Finished("aborted", reason="no scan")
+    assert refusal(None, "a", "b", unready=unready) == Refusal("a")
+    assert refusal(None, None, unready=unready) == Refusal("no scan")
+    assert refusal(None, None) is None
 
 
 def seen(make_scan: Any, *, odometry_s: float, scan_s: float) -> Observation:
