@@ -114,7 +114,7 @@ def _print_once(options: argparse.Namespace, film: Timeline) -> int:
     from bt_mission.views.terminal.marks import marks_for
     from bt_mission.views.terminal.plain_watch import whole_tree
 
-    mission = Player(film, at_s=options.at).scene.mission
+    mission = Player(film, at_s=options.at).mission
     width = os.get_terminal_size().columns if sys.stdout.isatty() else None
     for line in whole_tree(mission, marks_for(sys.stdout.encoding), width):
         print(line)

@@ -38,7 +38,7 @@ class FloorPose:
         )
 
 
-class WatchedRobot:
+class RobotState:
     """A robot, from what it tells. Feed it with :meth:`take`."""
 
     def __init__(self) -> None:
@@ -65,10 +65,6 @@ class WatchedRobot:
                 for one in transforms:
                     self._frames[one.child] = (one.parent, FloorPose(one.x, one.y, one.yaw))
                 self._extend_trail()
-
-    def forget_trail(self) -> None:
-        """Another mission begins."""
-        self.trail.clear()
 
     @property
     def charge(self) -> float | None:

@@ -65,7 +65,7 @@ def test_a_recorded_run_is_the_same(what: str, tmp_path: Path) -> None:
     assert [line for line in film.trace if '"event": "pose"' not in line] == [
         line for line in recorded.history.events if '"event": "pose"' not in line
     ]
-    assert Projector(film).show(film.end_ns).mission.status == recorded.status
+    assert Projector(film).show(film.end_ns).status == recorded.status
     recorded.recording.discard()
     assert not recorded.recording.leave(path)
 
@@ -85,4 +85,4 @@ def test_what_a_test_plays_is_recorded_too(tmp_path: Path) -> None:
     assert run.recording is not None
     run.recording.leave(path)
     shown = Projector(film := read_timeline(path)).show(film.end_ns - 500_000_000)
-    assert shown.mission.messages[0] == "current_angle 10.00, remaining_angle 30.00"
+    assert shown.messages[0] == "current_angle 10.00, remaining_angle 30.00"

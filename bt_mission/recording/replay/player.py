@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from bt_mission.recording.replay.scene import Projector, ReplayScene
+from bt_mission.events.mission_state import MissionState
+from bt_mission.recording.replay.scene import Projector
 from bt_mission.recording.replay.timeline import Timeline
 
 NS = 1_000_000_000
@@ -28,8 +29,8 @@ class Player:
         self.go(at_s)
 
     @property
-    def scene(self) -> ReplayScene:
-        """What was known at that time; valid until the time is another one."""
+    def mission(self) -> MissionState:
+        """What was known of the mission at that time; valid until the time is another one."""
         return self._projector.show(self.time_ns)
 
     @property
@@ -101,7 +102,7 @@ class Player:
 
     def step_to_start(self, node: int, steps: int) -> bool:
         """Go to the instant at which a node starts next, or (-1) last did, and stay there."""
-        tree = self.scene.mission.tree
+        tree = self.mission.tree
         if tree is None:
             return False
         find = self.film.start_after if steps > 0 else self.film.start_before

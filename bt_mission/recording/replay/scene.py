@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-import copy
 from bisect import bisect_right
-from collections import deque
 from collections.abc import Iterator
-from typing import TypeVar
 
-from bt_mission.events import messages
 from bt_mission.events.events import MissionStarted
-from bt_mission.events.log import LOG_ENTRIES, LogEntry, entry_of
-from bt_mission.events.mission_state import WatchedMission
-from bt_mission.events.robot_state import WatchedRobot
+from bt_mission.events.log import LogEntry, entry_of
+from bt_mission.events.mission_state import ROBOT, MissionState
 from bt_mission.recording.replay.timeline import Frame, LazyMessage, Timeline
 
 SPACING = 500
@@ -23,58 +18,19 @@ MOST_NODES = 500_000
 """Where a film would need more scenes than so many, or more nodes in all of them, they are kept
 farther apart: a node takes some 50 bytes of each."""
 
-Known = TypeVar("Known", WatchedMission, WatchedRobot)
-_ROBOT = (messages.ScanPoints, messages.Map, messages.BatteryState, tuple)
-
-
-class ReplayScene:
-    """A mission, its robot and its log, after the first so many frames of a film."""
-
-    def __init__(self) -> None:
-        self.mission = WatchedMission()
-        self.robot = WatchedRobot()
-        self.log: deque[LogEntry] = deque(maxlen=LOG_ENTRIES)
-
-    def take(self, frame: messages.Told | messages.Robot) -> None:
-        """Go on by a frame."""
-        if isinstance(frame, _ROBOT):
-            self.robot.take(frame)
-            return
-        for happening in self.mission.take(frame):
-            if isinstance(happening, MissionStarted):
-                self.robot.forget_trail()
-            if (entry := entry_of(happening)) is not None:
-                self.log.append(entry)
-
-    def copied(self) -> ReplayScene:
-        """The same once more; both can go on by themselves."""
-        other = ReplayScene()
-        other.mission, other.robot = _copied(self.mission), _copied(self.robot)
-        other.log = self.log.copy()
-        return other
-
-
-def _copied(known: Known) -> Known:
-    """A copy with containers of its own; what is in them is frozen."""
-    other = copy.copy(known)
-    for name, value in vars(known).items():
-        if isinstance(value, list | dict | deque):
-            setattr(other, name, value.copy())
-    return other
-
 
 def entries_of(film: Timeline) -> Iterator[LogEntry]:
     """All lines of the log of a film."""
-    mission = WatchedMission()
+    mission = MissionState()
     for frame in film.frames:
-        if not isinstance(frame, (*_ROBOT, LazyMessage)):
+        if not isinstance(frame, (*ROBOT, LazyMessage)):
             for happening in mission.take(frame):
                 if (entry := entry_of(happening)) is not None:
                     yield entry
 
 
 def _most_kept(film: Timeline) -> int:
-    sizes = (len(one.nodes) for one in film.frames if isinstance(one, messages.TreeInfo))
+    sizes = (len(one.nodes) for one in film.frames if isinstance(one, MissionStarted))
     return min(MOST_KEPT, max(MOST_NODES // max(sizes, default=1), 1))
 
 
@@ -87,14 +43,14 @@ class Projector:
 
     def __init__(self, film: Timeline) -> None:
         self.film = film
-        self.scene = ReplayScene()
+        self.scene = MissionState()
         self._at = 0
         """So many frames have been played."""
         self._spacing = max(SPACING, len(film.frames) // _most_kept(film))
-        self._kept = [ReplayScene()]
+        self._kept = [MissionState()]
         """After every so many frames; as far as the film has been played."""
 
-    def show(self, time_ns: int) -> ReplayScene:
+    def show(self, time_ns: int) -> MissionState:
         """The scene at this ROS time; it is changed by the next call."""
         wanted = bisect_right(self.film.times_ns, time_ns)
         kept = min(wanted // self._spacing, len(self._kept) - 1)
@@ -106,7 +62,7 @@ class Projector:
             self._at = end
             if end == len(self._kept) * self._spacing:
                 self._kept.append(self.scene.copied())
-        self.scene.mission.now_ns = max(time_ns, self.film.start_ns)
+        self.scene.now_ns = max(time_ns, self.film.start_ns)
         return self.scene
 
     def _play(self, frames: tuple[Frame, ...]) -> None:

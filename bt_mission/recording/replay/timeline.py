@@ -16,7 +16,7 @@ from typing import Any
 from py_trees.common import Status
 
 from bt_mission.core.cdr.decoder import Decoder, DecodingError
-from bt_mission.events import messages, reader
+from bt_mission.events import events, messages, reader
 from bt_mission.recording.reading import Channel, RecordedFile, RecordingError
 
 TOLD: dict[str, Callable[[Any], messages.Told]] = {
@@ -133,7 +133,7 @@ class _TimelineReader:
         self._trace: list[str] = []
         self._node = ""
         """Of the executive that is shown: the first in the file."""
-        self._trees: list[messages.TreeInfo] = []
+        self._trees: list[events.MissionStarted] = []
         self._said: list[tuple[int, str]] = []
         self._sequence = 0
         self._last_ns = 0
@@ -184,7 +184,7 @@ class _TimelineReader:
         at_ns = (
             min(message.time_ns, time_ns) if not isinstance(message, messages.Statuses) else time_ns
         )
-        if isinstance(message, messages.TreeInfo):
+        if isinstance(message, events.MissionStarted):
             self._trees.append(message)
             self._sequence = 0
         elif isinstance(message, messages.Changes):
@@ -219,7 +219,7 @@ class _TimelineReader:
             raise RecordingError(f"{self._file.path}: {self._why_no_film()}")
         kept = [*self._kept, *self._words(), *self._robots.get(self._node.rpartition("/")[0], [])]
         # What is told at the instant at which a mission begins is told of that mission.
-        kept.sort(key=lambda one: (one[0], not isinstance(one[1], messages.TreeInfo)))
+        kept.sort(key=lambda one: (one[0], not isinstance(one[1], events.MissionStarted)))
         start_ns = self._trees[0].time_ns
         return Timeline(
             path=self._file.path,
@@ -240,7 +240,7 @@ class _TimelineReader:
         times = [tree.time_ns for tree in self._trees]
         for time_ns, text in self._said:
             tree = self._trees[max(bisect_right(times, time_ns) - 1, 0)]
-            yield time_ns, messages.LogText(time_ns, tree.run, text)
+            yield time_ns, events.LogLine(time_ns, tree.run, text)
 
     def _why_no_film(self) -> str:
         if TREE in self._unread:

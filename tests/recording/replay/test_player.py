@@ -37,7 +37,7 @@ def film() -> Timeline:
 
 def leaf(player: Player) -> str:
     """The status of the leaf."""
-    return str(player.scene.mission.statuses[1].value)
+    return str(player.mission.statuses[1].value)
 
 
 def test_time_passes_at_the_speed_that_is_asked_for() -> None:

@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 
 from bt_mission.events import messages
 from bt_mission.events.log import LogEntry
+from bt_mission.events.mission_state import MissionState
 from bt_mission.recording.replay import scene
-from bt_mission.recording.replay.scene import Projector, ReplayScene, entries_of
+from bt_mission.recording.replay.scene import Projector, entries_of
 from bt_mission.recording.replay.timeline import LazyMessage, Timeline, read_timeline
 from tests.support.recordings import recording
 
@@ -28,11 +29,13 @@ def _many_scenes_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(scene, "SPACING", 37)
 
 
-def all_of(shown: ReplayScene) -> dict[str, Any]:
+def all_of(shown: MissionState) -> dict[str, Any]:
     """Everything that is known in a scene, and in which order."""
-    found: dict[str, Any] = {"log": list(shown.log)}
-    for part in (shown.mission, shown.robot):
+    found: dict[str, Any] = {}
+    for part in (shown, shown.robot):
         for name, value in vars(part).items():
+            if value is shown.robot:
+                continue
             if isinstance(value, dict):
                 found[name] = list(value.items())
             else:
@@ -40,16 +43,16 @@ def all_of(shown: ReplayScene) -> dict[str, Any]:
     return found
 
 
-def told_one_by_one(film: Timeline, time_ns: int) -> ReplayScene:
+def told_one_by_one(film: Timeline, time_ns: int) -> MissionState:
     """As somebody would know it who has looked on all the time."""
-    known = ReplayScene()
+    known = MissionState()
     for at_ns, frame in zip(film.times_ns, film.frames, strict=True):
         if at_ns > time_ns:
             break
         seen = frame.decode() if isinstance(frame, LazyMessage) else frame
         assert seen is not None
         known.take(seen)
-    known.mission.now_ns = time_ns
+    known.now_ns = time_ns
     return known
 
 
@@ -85,14 +88,14 @@ def test_to_go_back_little_is_played_again(film: Timeline, monkeypatch: pytest.M
     projector = Projector(film)
     projector.show(film.end_ns)
     played = 0
-    take = ReplayScene.take
+    take = MissionState.take
 
-    def counted(self: ReplayScene, frame: Any) -> None:
+    def counted(self: MissionState, frame: Any) -> Any:
         nonlocal played
         played += 1
-        take(self, frame)
+        return take(self, frame)
 
-    monkeypatch.setattr(ReplayScene, "take", counted)
+    monkeypatch.setattr(MissionState, "take", counted)
     for share in range(10):
         played = 0
         projector.show(film.start_ns + share * (film.end_ns - film.start_ns) // 10)
@@ -115,7 +118,7 @@ def test_a_long_film_keeps_no_more_scenes_than_it_may(
 def test_the_end_is_known(film: Timeline) -> None:
     """Tree, goals, variables, battery, map, scan, trail, log."""
     shown = Projector(film).show(film.end_ns)
-    mission, robot = shown.mission, shown.robot
+    mission, robot = shown, shown.robot
     assert mission.status == "success"
     assert mission.goals_sent == 4
     assert [goal.state for goal in mission.goals.values()] == [
@@ -138,10 +141,10 @@ def test_the_end_is_known(film: Timeline) -> None:
 def test_a_running_leaf_gets_on(film: Timeline) -> None:
     """Half a second after it began at the latest."""
     projector = Projector(film)
-    start_ns = film.starts_ns[projector.show(film.end_ns).mission.tree.run, 4][0]  # type: ignore[union-attr]
+    start_ns = film.starts_ns[projector.show(film.end_ns).tree.run, 4][0]  # type: ignore[union-attr]
     values = []
     for tenths in (6, 11, 16):
-        mission = projector.show(start_ns + tenths * 100_000_000).mission
+        mission = projector.show(start_ns + tenths * 100_000_000)
         progress = mission.progress[4]
         assert (progress.label, progress.limit) == ("current_distance_travelled", 0.4)
         values.append(progress.value)

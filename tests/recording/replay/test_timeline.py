@@ -38,7 +38,7 @@ def test_changes_of_the_tree_are_found_in_both_directions() -> None:
 def test_starts_of_a_node_are_found_in_both_directions() -> None:
     """It has run twice."""
     film = read_timeline(recording())
-    tree = Projector(film).show(film.end_ns).mission.tree
+    tree = Projector(film).show(film.end_ns).tree
     assert tree is not None
     (index,) = (at for at, node in enumerate(tree.nodes) if node.name == "drive")
     first = film.start_after(tree.run, index, film.start_ns - 1)
@@ -62,10 +62,10 @@ def test_a_file_of_another_recorder_that_begins_later(tmp_path: Path) -> None:
 
     film = read_timeline(edited(tmp_path / "late.mcap", keep))
     assert film.trace == ()
-    mission = Projector(film).show(film.end_ns).mission
+    mission = Projector(film).show(film.end_ns)
     assert mission.sequence is not None
     # The last change of each node is in the file, so in the end all is known.
-    assert mission.statuses[0] == Projector(whole).show(whole.end_ns).mission.statuses[0]
+    assert mission.statuses[0] == Projector(whole).show(whole.end_ns).statuses[0]
 
 
 def test_a_message_that_is_lost_is_bridged(tmp_path: Path) -> None:
@@ -79,8 +79,8 @@ def test_a_message_that_is_lost_is_bridged(tmp_path: Path) -> None:
 
     film = read_timeline(edited(tmp_path / "gap.mcap", keep))
     assert len(film.changes_ns) < len(whole.changes_ns)
-    assert Projector(film).show(film.end_ns).mission.status == "success"
-    assert str(Projector(film).show(film.end_ns).mission.statuses[0]) == "Status.SUCCESS"
+    assert Projector(film).show(film.end_ns).status == "success"
+    assert str(Projector(film).show(film.end_ns).statuses[0]) == "Status.SUCCESS"
 
 
 def test_a_cut_file_gives_what_is_before_the_cut(tmp_path: Path) -> None:
@@ -91,7 +91,7 @@ def test_a_cut_file_gives_what_is_before_the_cut(tmp_path: Path) -> None:
     film = read_timeline(path)
     assert film.why_cut == "the file was cut, or the recorder killed"
     assert film.end_ns < read_timeline(recording()).end_ns
-    assert Projector(film).show(film.end_ns).mission.status == "running"
+    assert Projector(film).show(film.end_ns).status == "running"
 
 
 def test_a_file_without_a_tree_says_what_is_missing(tmp_path: Path) -> None:
@@ -141,4 +141,4 @@ def test_a_recording_without_a_robot(tmp_path: Path) -> None:
     edited(path, lambda channel, _: channel.topic.startswith("/bt_mission"))
     film = read_timeline(path)
     shown = Projector(film).show(film.end_ns)
-    assert (shown.robot.map, shown.mission.status) == (None, "success")
+    assert (shown.robot.map, shown.status) == (None, "success")

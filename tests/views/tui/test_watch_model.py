@@ -33,10 +33,18 @@ def test_a_new_mission_begins_with_a_new_tree(executive: ScriptedExecutive, outl
     outlook.take(executive.take(needs_statuses=False), 1.0)
     outlook.move(2)
     outlook.fold()
-    assert (outlook.cursor, len(outlook.robot.trail), len(outlook.outline.rows)) == (2, 1, 3)
+    assert (outlook.cursor, len(outlook.mission.robot.trail), len(outlook.outline.rows)) == (
+        2,
+        1,
+        3,
+    )
     executive.begin("another")
     outlook.take(executive.take(needs_statuses=False), 2.0)
-    assert (outlook.cursor, len(outlook.robot.trail), len(outlook.outline.rows)) == (0, 0, 5)
+    assert (outlook.cursor, len(outlook.mission.robot.trail), len(outlook.outline.rows)) == (
+        0,
+        0,
+        5,
+    )
 
 
 def test_the_pace_is_that_of_the_mission(executive: ScriptedExecutive, outlook: WatchModel):
@@ -107,5 +115,5 @@ def test_only_what_has_come_counts_as_news(executive: ScriptedExecutive, outlook
     assert not outlook.take(executive.take(needs_statuses=False), 0.0)
     executive.say("hello")
     assert outlook.take(executive.take(needs_statuses=False), 0.0)
-    assert outlook.log[-1].text == "hello"
+    assert outlook.mission.log[-1].text == "hello"
     assert outlook.mission.now_ns == S
