@@ -12,7 +12,7 @@ from rclpy.serialization import serialize_message
 from bt_mission.ros.mission_details import MissionDetailsBuilder
 
 if TYPE_CHECKING:
-    from bt_mission.recording.tapping import Take
+    from bt_mission.core.cdr.decoder import Take
     from bt_mission.ros.mission_node import MissionNode
 
 EVERY_NS = 500_000_000

@@ -13,8 +13,7 @@ from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy
 from rclpy.serialization import serialize_message
 
-Take = Callable[[bytes], None]
-"""Takes a serialized message."""
+from bt_mission.core.cdr.decoder import Take
 
 
 class Tapped(Publisher):

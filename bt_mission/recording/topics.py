@@ -13,10 +13,10 @@ from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from bt_mission.core.cdr.trimming import Trim
+from bt_mission.core.cdr.decoder import Take
 from bt_mission.core.diagnostics import listed
 from bt_mission.core.errors import BtMissionError
-from bt_mission.recording.tapping import Take, tap, untap
+from bt_mission.recording.tapping import tap, untap
 from bt_mission.ros.graph import ProcessNode
 from bt_mission.ros.interface_types import action_type, message_type
 
@@ -39,8 +39,8 @@ class Opening(Protocol):
     def guarded(self, call: Callable[..., None]) -> Callable[..., None]:
         """Give ``call`` without its exceptions."""
 
-    def trimming(self, type_name: str, *, has_one_shape: bool) -> Trim | None:
-        """Give what takes from a message what rclpy adds to it; None where that takes too long."""
+    def trimming(self, type_name: str, *, has_one_shape: bool) -> Callable[[Take], Take] | None:
+        """Give what takes from messages what rclpy adds to them; None where that takes too long."""
 
 
 @dataclass(frozen=True)
@@ -127,7 +127,7 @@ class GraphTopics:
             self.faults[topic] = str(error)
             return
         if take is not None:
-            trimmed = trim.before(take)
+            trimmed = trim(take)
             if trimmed is not take:
                 take = self._opening.guarded(trimmed)
             tap(publisher, take, counts=by.is_sensor)
