@@ -5,9 +5,10 @@ from __future__ import annotations
 import json
 import struct
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Literal, Self
 
 from builtin_interfaces.msg import Time
 from rcl_interfaces.msg import Log
@@ -20,12 +21,15 @@ from bt_mission.core.cdr.definitions import Definitions, NoDefinitionError, shar
 from bt_mission.core.dds.liveliness import RECORDER
 from bt_mission.core.dds.liveliness import TOPIC as PRESENCE
 from bt_mission.core.errors import described
-from bt_mission.recording.contents import files_of, log_line, versions
-from bt_mission.recording.details_recorder import TYPE as DETAILS_TYPE
-from bt_mission.recording.details_recorder import DetailsRecorder
+from bt_mission.recording.contents import (
+    DETAILS_TYPE,
+    DetailsRecorder,
+    files_of,
+    log_line,
+    versions,
+)
 from bt_mission.recording.file import McapFile
 from bt_mission.recording.goals import GoalEvents
-from bt_mission.recording.options import RecordingOptions
 from bt_mission.recording.pictures import PictureFolder, compressed
 from bt_mission.recording.topics import GraphTopics
 
@@ -45,6 +49,21 @@ STATUS_TYPES = {
     "state": "bt_mission_interfaces/msg/MissionState",
     "changes": "bt_mission_interfaces/msg/StatusChanges",
 }
+
+
+Camera = Literal["none", "compressed", "raw"]
+
+
+@dataclass(frozen=True)
+class RecordingOptions:
+    """What to record besides everything that is always recorded.
+
+    Args:
+        camera: Pictures: none, each as a JPEG, or as they are. A simulated camera draws only while
+            somebody wants its pictures, so with them a run takes far longer.
+    """
+
+    camera: Camera = "none"
 
 
 class RunRecorder:

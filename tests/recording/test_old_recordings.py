@@ -41,7 +41,6 @@ def content(path: Path) -> dict[str, Any]:
         "summary": plain(run.summary),
         "times": [run.start_ns, run.end_ns],
         "tree": [[one.name, one.kind, one.path, one.parent] for one in run.tree],
-        "changes": [[one.time_ns, one.node, one.status, one.message] for one in run.changes],
         "spans": [
             [[one.start_ns, one.end_ns, one.status, one.message] for one in spans]
             for spans in run.spans
