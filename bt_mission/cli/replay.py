@@ -136,7 +136,7 @@ def _tell_recording(options: argparse.Namespace, film: Timeline) -> int:
 def _tell_log(options: argparse.Namespace, film: Timeline) -> None:
     """Print what a recording without a trace tells."""
     from bt_mission.core.wall_clock import Pacer
-    from bt_mission.recording.replay.scene import entries_of
+    from bt_mission.recording.replay.seeker import entries_of
     from bt_mission.views.terminal.marks import marks_for
     from bt_mission.views.terminal.plain_watch import log_line
 

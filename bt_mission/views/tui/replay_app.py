@@ -38,8 +38,8 @@ class ReplayApp(ViewApp):
         passed_s, self._since_last = self._since_last.elapsed_s, Stopwatch()
         was_playing = self.player.is_playing
         self.player.advance(passed_s)
-        if was_playing and self.player.is_at_end and self.player.film.why_cut:
-            self.tell(f"the recording ends here: {self.player.film.why_cut}")
+        if was_playing and self.player.is_at_end and self.player.timeline.why_cut:
+            self.tell(f"the recording ends here: {self.player.timeline.why_cut}")
         self.draw()
 
     def draw(self) -> None:
