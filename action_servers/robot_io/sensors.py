@@ -1,8 +1,8 @@
 """What the servers hear of the robot: a few topics, each translated only when it is looked at.
 
 Messages are kept as they come, serialized: most are never looked at. Those that every control step
-looks at are read where they lie (`cdr`): to unpack an odometry message costs ten times as much as
-receiving it.
+looks at are decoded by `core.cdr`: to unpack an odometry message with rclpy costs ten times as much
+as receiving it.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from action_servers.robot_io.messages import (
     seconds,
     transform_of,
 )
-from bt_mission.core.cdr import reader
+from bt_mission.core.cdr.decoder import decoder_of
 from bt_mission.core.geometry import Pose2D, composed
 from bt_mission.core.robot.parts import LidarModel
 
@@ -164,8 +164,10 @@ class SensorSubscriptions:
         self._node = node
         self._clock = node.get_clock()
         self._map_frame = wiring.map_frame
-        self._scan = Latest(reader.scan, partial(scan_of, lidar=lidar))
-        self._odometry = Latest(reader.odometry, odometry_of)
+        self._scan = Latest(
+            decoder_of("sensor_msgs/msg/LaserScan").decode, partial(scan_of, lidar=lidar)
+        )
+        self._odometry = Latest(decoder_of("nav_msgs/msg/Odometry").decode, odometry_of)
         self._grid = Latest(_unpack_grid, grid_of)
         self._transforms: deque[bytes] = deque(maxlen=100)
         self._map_to_odom: Pose2D | None = None
@@ -215,8 +217,8 @@ class SensorSubscriptions:
             return None
         # The newest that places the odometry frame counts; other transforms lie in between.
         while self._transforms:
-            transforms = reader.transforms(self._transforms.pop())
-            found = _transform(self._map_frame, odometry.frame, transforms)
+            message = decoder_of("tf2_msgs/msg/TFMessage").decode(self._transforms.pop())
+            found = _transform(self._map_frame, odometry.frame, message.transforms)
             if found is not None:
                 self._map_to_odom = found
                 self._transforms.clear()
@@ -231,7 +233,7 @@ def _unpack_grid(data: bytes) -> Any:
     return deserialize_message(data, OccupancyGrid)
 
 
-def _transform(parent: str, child: str, transforms: list[reader.TransformStamped]) -> Pose2D | None:
+def _transform(parent: str, child: str, transforms: list[Any]) -> Pose2D | None:
     for transform in reversed(transforms):
         if transform.header.frame_id == parent and transform.child_frame_id == child:
             return transform_of(transform.transform)

@@ -114,7 +114,7 @@ def _print_once(options: argparse.Namespace, film: Timeline) -> int:
     from bt_mission.views.terminal.marks import marks_for
     from bt_mission.views.terminal.plain_watch import whole_tree
 
-    mission = Player(film, at_s=options.at).scene.mission
+    mission = Player(film, at_s=options.at).mission
     width = os.get_terminal_size().columns if sys.stdout.isatty() else None
     for line in whole_tree(mission, marks_for(sys.stdout.encoding), width):
         print(line)
@@ -136,7 +136,7 @@ def _tell_recording(options: argparse.Namespace, film: Timeline) -> int:
 def _tell_log(options: argparse.Namespace, film: Timeline) -> None:
     """Print what a recording without a trace tells."""
     from bt_mission.core.wall_clock import Pacer
-    from bt_mission.recording.replay.scene import entries_of
+    from bt_mission.recording.replay.seeker import entries_of
     from bt_mission.views.terminal.marks import marks_for
     from bt_mission.views.terminal.plain_watch import log_line
 

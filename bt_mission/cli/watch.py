@@ -12,7 +12,7 @@ from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
 from bt_mission.core.dds.middleware import prepare_middleware
 
 if TYPE_CHECKING:
-    from bt_mission.events.mission_state import WatchedMission
+    from bt_mission.events.mission_state import MissionState
     from bt_mission.ros.discovery import ExecutiveDirectory
     from bt_mission.ros.mission_client import MissionClient
 
@@ -103,7 +103,7 @@ def is_drawable() -> bool:
 
 
 def _draw(observer: ExecutiveDirectory, options: argparse.Namespace) -> int:
-    from bt_mission.events.choice import nobody, wanted_name
+    from bt_mission.events.attachment import nobody, wanted_name
     from bt_mission.views.terminal.marks import marks_for
     from bt_mission.views.tui.app import WatchApp
     from bt_mission.views.tui.memory import settle_memory
@@ -126,7 +126,7 @@ def _draw(observer: ExecutiveDirectory, options: argparse.Namespace) -> int:
 def _look_for(observer: ExecutiveDirectory, options: argparse.Namespace) -> MissionClient | None:
     """The executive to watch, once it is there; None when it is not in time."""
     from bt_mission.core.wall_clock import Stopwatch
-    from bt_mission.events.choice import choose, nobody, wanted_name
+    from bt_mission.events.attachment import choose, nobody, wanted_name
 
     wanted = wanted_name(options.executive)
     since, since_found = Stopwatch(), None
@@ -150,11 +150,11 @@ def _look_for(observer: ExecutiveDirectory, options: argparse.Namespace) -> Miss
 
 def _print_once(observer: ExecutiveDirectory, link: MissionClient) -> int:
     from bt_mission.core.wall_clock import Stopwatch
-    from bt_mission.events.mission_state import WatchedMission
+    from bt_mission.events.mission_state import MissionState
     from bt_mission.views.terminal.marks import marks_for
     from bt_mission.views.terminal.plain_watch import whole_tree
 
-    mission = WatchedMission()
+    mission = MissionState()
     since = Stopwatch()
     while since.elapsed_s < STATUSES_S and not _is_complete(mission):
         observer.serve(WAIT_S)
@@ -166,7 +166,7 @@ def _print_once(observer: ExecutiveDirectory, link: MissionClient) -> int:
     return SUCCESS
 
 
-def _is_complete(mission: WatchedMission) -> bool:
+def _is_complete(mission: MissionState) -> bool:
     if mission.state is None or (mission.state.run and mission.tree is None):
         return False
     if not mission.state.run:
@@ -180,11 +180,11 @@ def _follow(observer: ExecutiveDirectory, link: MissionClient, *, as_json: bool)
     from bt_mission.events.events import MissionStarted
     from bt_mission.events.json_stream import as_line, as_object
     from bt_mission.events.log import entry_of
-    from bt_mission.events.mission_state import WatchedMission
+    from bt_mission.events.mission_state import MissionState
     from bt_mission.views.terminal.marks import marks_for
     from bt_mission.views.terminal.plain_watch import log_line, whole_tree
 
-    mission = WatchedMission()
+    mission = MissionState()
     marks = marks_for(sys.stdout.encoding)
     was_there = True
     while not _reader_has_left():

@@ -1,4 +1,4 @@
-"""What a recording says about a run besides its messages."""
+"""What a recording says about a run besides the messages of its topics."""
 
 from __future__ import annotations
 
@@ -9,15 +9,26 @@ from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Any
 
+from rclpy.serialization import serialize_message
+
 from bt_mission.goals.goal import GoalStatus
+from bt_mission.ros.mission_details import MissionDetailsBuilder
 
 if TYPE_CHECKING:
+    from bt_mission.core.cdr.decoder import Take
     from bt_mission.language.mission import Mission
+    from bt_mission.ros.mission_runner import MissionRunner
 
 DEBUG, INFO, WARN, ERROR = 10, 20, 30, 40
 """Levels of ``rcl_interfaces/msg/Log``."""
 
 PACKAGES = ("bt-mission", "ros-jazzy-rclpy", "mujoco", "py-trees", "numpy", "mcap")
+
+
+DETAILS_EVERY_NS = 500_000_000
+"""ROS time between two messages while nothing happens but that running nodes get on."""
+
+DETAILS_TYPE = "bt_mission_interfaces/msg/MissionDetails"
 
 
 @cache
@@ -91,3 +102,38 @@ def _goal(what: str, event: dict[str, Any]) -> tuple[int, str]:
         level,
         f"goal {event['goal'][:8]} of '{event['owner']}' to {event['action']} {what}{came_to}",
     )
+
+
+class DetailsRecorder:
+    """Takes what is new of a mission, when something has happened and twice a second.
+
+    The details of people who look on now come at the pace of the wall; these at that of the
+    mission.
+
+    Args:
+        mission: Whose executive tells of itself.
+        take: Takes it, serialized.
+    """
+
+    def __init__(self, mission: MissionRunner, take: Take) -> None:
+        self._take = take
+        status = mission.status_publisher
+        self._details = MissionDetailsBuilder(status.run, mission.run, status.indices)
+        self._is_due = False
+        self._told_ns: int | None = None
+        """None before the first: details are of use to nobody before there is a tree."""
+
+    def close(self) -> None:
+        """Follow the mission no longer."""
+        self._details.close()
+
+    def hasten(self) -> None:
+        """Something has happened: tell of it with the next look."""
+        self._is_due = True
+
+    def look(self, now_ns: int) -> None:
+        """Tell what is new, if it is time."""
+        is_late = self._told_ns is not None and not 0 <= now_ns - self._told_ns < DETAILS_EVERY_NS
+        if self._is_due or is_late:
+            self._is_due, self._told_ns = False, now_ns
+            self._take(serialize_message(self._details.describe_news()))

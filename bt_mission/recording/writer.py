@@ -5,8 +5,10 @@ from __future__ import annotations
 import json
 import struct
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Literal, Self
 
 from builtin_interfaces.msg import Time
 from rcl_interfaces.msg import Log
@@ -14,20 +16,21 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.serialization import serialize_message
 
-from bt_mission.core.cdr.decoder import Decoder
+from bt_mission.core.cdr.decoder import Decoder, Take
 from bt_mission.core.cdr.definitions import Definitions, NoDefinitionError, share_folders
-from bt_mission.core.cdr.trimming import Trim
 from bt_mission.core.dds.liveliness import RECORDER
 from bt_mission.core.dds.liveliness import TOPIC as PRESENCE
 from bt_mission.core.errors import described
-from bt_mission.recording.contents import files_of, log_line, versions
-from bt_mission.recording.details_recorder import TYPE as DETAILS_TYPE
-from bt_mission.recording.details_recorder import DetailsRecorder
+from bt_mission.recording.contents import (
+    DETAILS_TYPE,
+    DetailsRecorder,
+    files_of,
+    log_line,
+    versions,
+)
 from bt_mission.recording.file import McapFile
 from bt_mission.recording.goals import GoalEvents
-from bt_mission.recording.options import RecordingOptions
 from bt_mission.recording.pictures import PictureFolder, compressed
-from bt_mission.recording.tapping import Take
 from bt_mission.recording.topics import GraphTopics
 
 if TYPE_CHECKING:
@@ -46,6 +49,21 @@ STATUS_TYPES = {
     "state": "bt_mission_interfaces/msg/MissionState",
     "changes": "bt_mission_interfaces/msg/StatusChanges",
 }
+
+
+Camera = Literal["none", "compressed", "raw"]
+
+
+@dataclass(frozen=True)
+class RecordingOptions:
+    """What to record besides everything that is always recorded.
+
+    Args:
+        camera: Pictures: none, each as a JPEG, or as they are. A simulated camera draws only while
+            somebody wants its pictures, so with them a run takes far longer.
+    """
+
+    camera: Camera = "none"
 
 
 class RunRecorder:
@@ -230,11 +248,11 @@ class RunRecorder:
 
     # ---- channels --------------------------------------------------------------------------
 
-    def trimming(self, type_name: str, *, has_one_shape: bool) -> Trim | None:
-        """Give what takes from a message what rclpy adds to it; None where that takes too long."""
+    def trimming(self, type_name: str, *, has_one_shape: bool) -> Callable[[Take], Take] | None:
+        """Give what takes from messages what rclpy adds to them; None where that takes too long."""
         decoder = self._decoder(type_name)
         if has_one_shape or decoder.has_known_length:
-            return Trim(decoder, has_one_shape=has_one_shape)
+            return partial(decoder.trimming, has_one_shape=has_one_shape)
         return None
 
     def open_topic(self, topic: str, type_name: str, offered_qos: str) -> Take | None:
@@ -284,7 +302,7 @@ class RunRecorder:
     def _open_own(self, topic: str, type_name: str) -> Take:
         """The same for messages that are serialized here."""
         take = self._open_channel(topic, type_name)
-        return Trim(self._decoder(type_name), has_one_shape=False).before(take)
+        return self._decoder(type_name).trimming(take, has_one_shape=False)
 
     def _decoder(self, type_name: str) -> Decoder:
         if type_name not in self._decoders:

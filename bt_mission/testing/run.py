@@ -17,9 +17,8 @@ from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import StageOptions
 from bt_mission.testing.assertions import Assertions, holds
 from bt_mission.testing.errors import ScenarioError, no_such
-from bt_mission.testing.history import GoalLife, History, Pose
+from bt_mission.testing.history import GoalLife, History, Pose, Recorded
 from bt_mission.testing.moment import Condition, Moment
-from bt_mission.testing.recorded import Recorded
 
 if TYPE_CHECKING:
     from bt_mission.language.mission import Mission

@@ -21,7 +21,7 @@ from std_msgs.msg import Bool, String
 from std_srvs.srv import SetBool, Trigger
 from tf2_msgs.msg import TFMessage
 
-from bt_mission.core.cdr import reader
+from bt_mission.core.cdr.decoder import decoder_of
 from bt_mission.core.cdr.writer import MessageTemplate
 from bt_mission.core.geometry import Pose2D, Twist2D, set_planar
 from sim.robot import frames
@@ -95,7 +95,7 @@ class RobotPublishers:
 
     def _on_command(self, data: bytes) -> None:
         try:
-            twist = reader.twist_stamped(data).twist
+            twist = decoder_of("geometry_msgs/msg/TwistStamped").decode(data).twist
             self._robot.command(twist.linear.x, twist.angular.z)
         except ValueError as error:
             log(self._node).warning(f"cmd_vel refused: {error}", throttle_duration_sec=5.0)

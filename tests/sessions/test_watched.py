@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from bt_mission.events.mission_state import WatchedMission
-from bt_mission.events.robot_state import WatchedRobot
+from bt_mission.events.mission_state import MissionState
+from bt_mission.events.robot_state import RobotState
 from bt_mission.language.loader import load_text
 from bt_mission.ros import robot_relay, status_publisher
 from bt_mission.ros.discovery import LocalExecutive
@@ -52,7 +52,7 @@ def test_looking_on_changes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     """The same trace, bit for bit, though everything is told in every tick."""
     monkeypatch.setattr(status_publisher, "DETAILS_PERIOD_S", 0.0)
     monkeypatch.setattr(robot_relay, "EVERY_S", 0.0)
-    mission, robot = WatchedMission(), WatchedRobot()
+    mission, robot = MissionState(), RobotState()
     farthest = [0.0]
 
     def look(stage: Stage, heard: Any) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from bt_mission.events.messages import Map
-from bt_mission.events.robot_state import FloorPose, WatchedRobot
+from bt_mission.events.robot_state import FloorPose, RobotState
 from bt_mission.views.terminal.marks import PLACES, Marks
 from bt_mission.views.terminal.words import Span
 
@@ -64,7 +64,7 @@ class MapChart:
 
     def draw(
         self,
-        robot: WatchedRobot,
+        robot: RobotState,
         targets: Sequence[tuple[float, float]],
         columns: int,
         rows: int,
@@ -92,7 +92,7 @@ class MapChart:
 
     def _signs(
         self,
-        robot: WatchedRobot,
+        robot: RobotState,
         frame: ChartWindow,
         scan: Sequence[tuple[float, float]],
         targets: Sequence[tuple[float, float]],
@@ -156,7 +156,7 @@ def _wall_near(pixels: Grid, at: tuple[int, int]) -> tuple[int, int] | None:
 
 
 def fitting(
-    robot: WatchedRobot,
+    robot: RobotState,
     scan: Sequence[tuple[float, float]],
     targets: Sequence[tuple[float, float]],
     columns: int,

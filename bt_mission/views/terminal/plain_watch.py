@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from bt_mission.events.log import LogEntry
-from bt_mission.events.mission_state import WatchedMission
+from bt_mission.events.mission_state import MissionState
 from bt_mission.views.terminal.marks import Marks, clean
 from bt_mission.views.terminal.tree_rows import tree_row
 from bt_mission.views.terminal.words import fit, seconds, text_of
 from bt_mission.views.tui.outline import Outline
 
 
-def title(mission: WatchedMission, marks: Marks) -> str:
+def title(mission: MissionState, marks: Marks) -> str:
     """Mission, state and time in one line."""
     tree, state = mission.tree, mission.state
     name = clean(tree.mission if tree else state.mission if state else "", marks)
@@ -24,7 +24,7 @@ def title(mission: WatchedMission, marks: Marks) -> str:
     return "   ".join(parts)
 
 
-def whole_tree(mission: WatchedMission, marks: Marks, width: int | None) -> Iterator[str]:
+def whole_tree(mission: MissionState, marks: Marks, width: int | None) -> Iterator[str]:
     """Every node in a line of its own.
 
     :param width: where lines are cut; None leaves them whole.

@@ -28,7 +28,7 @@ def _how(player: Player) -> str:
     if player.is_playing:
         how = "backwards" if player.is_backwards else "playing"
     elif player.is_at_end:
-        how = "cut here" if player.film.why_cut else "at the end"
+        how = "cut here" if player.timeline.why_cut else "at the end"
     else:
         how = "at the start" if player.is_at_start else "paused"
     return f"{how:<12} {f'{player.speed:.4g} x':>6}"

@@ -9,7 +9,7 @@ from textual.binding import Binding, BindingType
 
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events.attachment import Attachment
-from bt_mission.events.messages import FINAL
+from bt_mission.events.events import FINAL
 from bt_mission.events.source import ControlRequest, ExecutiveSource, FoundExecutive, Graph, Verb
 from bt_mission.views.terminal.marks import Marks
 from bt_mission.views.terminal.words import Span

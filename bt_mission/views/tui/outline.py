@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from bt_mission.events.messages import NodeInfo
+from bt_mission.events.events import NodeInfo
 
 
 class Outline:

@@ -38,14 +38,13 @@ class ReplayApp(ViewApp):
         passed_s, self._since_last = self._since_last.elapsed_s, Stopwatch()
         was_playing = self.player.is_playing
         self.player.advance(passed_s)
-        if was_playing and self.player.is_at_end and self.player.film.why_cut:
-            self.tell(f"the recording ends here: {self.player.film.why_cut}")
+        if was_playing and self.player.is_at_end and self.player.timeline.why_cut:
+            self.tell(f"the recording ends here: {self.player.timeline.why_cut}")
         self.draw()
 
     def draw(self) -> None:
         """Show the mission as it was."""
-        scene = self.player.scene
-        self.outlook.show(scene.mission, scene.robot, scene.log)
+        self.outlook.show(self.player.mission)
         line = time_line(self.player, self.size.width, self._marks)
         self._main.panes["time"].show([line])
         self._main.show(self.outlook, self.foot(), [("replay  ", "words")])
@@ -88,7 +87,7 @@ class ReplayApp(ViewApp):
         """To the next start of the selected node, or the one before."""
         node = self.outlook.cursor
         self.outlook.is_following = False  # or the selection would be another one there
-        tree = self.player.scene.mission.tree
+        tree = self.player.mission.tree
         if not self.player.step_to_start(node, steps) and tree is not None:
             when = "later" if steps > 0 else "before this"
             self.tell(f"'{tree.nodes[node].name}' does not start {when}")

@@ -15,7 +15,7 @@ from tf2_msgs.msg import TFMessage
 from action_servers.robot_io.messages import image_of, scan_of
 from action_servers.robot_io.sensors import Latest
 from action_servers.server.node import ServerOptions, ServersNode
-from bt_mission.core.cdr import reader
+from bt_mission.core.cdr.decoder import decoder_of
 from bt_mission.core.geometry import Pose2D
 
 
@@ -112,7 +112,7 @@ def test_a_message_is_translated_when_it_is_looked_at():
         translated.append(message)
         return scan_of(message)
 
-    latest = Latest(reader.scan, translate)
+    latest = Latest(decoder_of("sensor_msgs/msg/LaserScan").decode, translate)
     assert latest.value() is None
     for ray in (1.0, 2.0, 3.0):
         latest.take(serialize_message(LaserScan(angle_increment=1.0, ranges=[ray])))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bt_mission.events.messages import GoalInfo
+from bt_mission.events.events import GoalChanged
 from bt_mission.events.source import FoundExecutive
 from bt_mission.views.terminal.marks import ASCII_SIGNS
 from bt_mission.views.tui import app
@@ -214,8 +214,8 @@ def test_goals_are_listed_with_those_that_are_open_first():
             5.0,
             goals_sent=2,
             goals=(
-                GoalInfo("ab" * 16, "/turn", "turn away", 2 * S, 4 * S, "succeeded"),
-                GoalInfo("cd" * 16, "/explore_forward", "drive", S, S, "active"),
+                GoalChanged("ab" * 16, "/turn", "turn away", 2 * S, 4 * S, "succeeded"),
+                GoalChanged("cd" * 16, "/explore_forward", "drive", S, S, "active"),
             ),
         )
         await screen.look()
