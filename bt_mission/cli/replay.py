@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import argparse
-import math
 import os
 import sys
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bt_mission.cli.argument_types import seconds, speed
 from bt_mission.cli.exits import SUCCESS
-from bt_mission.cli.options import speed
 from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ def add_parser(commands: Any) -> None:
         "--at",
         "--start",
         dest="at",
-        type=_time,
+        type=partial(seconds, expected="seconds from 0, such as 12.5"),
         default=0.0,
         metavar="S",
         help="begin so many seconds after the mission's start",
@@ -169,13 +169,3 @@ def _tell_trace(options: argparse.Namespace, trace: StoredTrace) -> int:
 def _say_cut(film: Timeline) -> None:
     if film.why_cut:
         print(f"{film.path}: ends here: {film.why_cut}")
-
-
-def _time(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 0 <= value < math.inf:
-        raise argparse.ArgumentTypeError(f"expected seconds from 0, such as 12.5, got '{text}'")
-    return value

@@ -13,8 +13,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bt_mission.cli.argument_types import speed
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
-from bt_mission.cli.options import add_mission_options, speed
+from bt_mission.cli.options import add_mission_options
 from bt_mission.cli.recording import (
     Kept,
     add_recording_options,

@@ -6,8 +6,10 @@ import argparse
 import os
 import select
 import sys
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from bt_mission.cli.argument_types import seconds
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
 from bt_mission.core.dds.middleware import prepare_middleware
 
@@ -64,7 +66,7 @@ def add_parser(commands: Any) -> None:
     )
     parser.add_argument(
         "--wait",
-        type=_seconds,
+        type=partial(seconds, expected="a number of seconds from 0"),
         metavar="SECONDS",
         help="leave with code 1 when there is nobody to watch after this time (default: keep "
         "looking)",
@@ -208,13 +210,3 @@ def _reader_has_left() -> bool:
     poll = select.poll()
     poll.register(sys.stdout.fileno(), 0)
     return any(event & (select.POLLERR | select.POLLHUP) for _, event in poll.poll(0))
-
-
-def _seconds(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = -1.0
-    if not 0 <= value < float("inf"):
-        raise argparse.ArgumentTypeError(f"expected a number of seconds from 0, got '{text}'")
-    return value
