@@ -12,6 +12,7 @@ import sys
 import sysconfig
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -37,6 +38,9 @@ RMW = "RMW_IMPLEMENTATION"
 """Where it names a middleware that is absent, importing rclpy ends the process."""
 
 REINSTALL = "pip install bt-mission, or `make demo` in a checkout"
+
+REAL_TIME = "run in real time: bt-mission sim, servers, run --attach"
+RENDERING = "the camera is slower without it: apt install libegl1 libgl1-mesa-dri libopengl0"
 
 State = Literal["ok", "warning", "missing", "skipped"]
 STYLES: Mapping[State, str] = {
@@ -83,25 +87,28 @@ class DoctorCheck:
     needs: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
-class ProbeResult:
-    """How a probe ended: whether well, and its last line."""
-
-    ok: bool
-    text: str
-
-    def or_else(self, state: State, remedy: str) -> CheckResult:
-        """The finding for this answer: ok, or that state with that remedy."""
-        return CheckResult("ok", self.text) if self.ok else CheckResult(state, self.text, remedy)
-
-
 def probe(
-    name: str, *arguments: str, without: tuple[str, ...] = (), limit_s: float = PROBE_LIMIT_S
-) -> ProbeResult:
+    name: str,
+    *arguments: str,
+    otherwise: State = "missing",
+    remedy: str = "",
+    without: tuple[str, ...] = (),
+    limit_s: float = PROBE_LIMIT_S,
+) -> CheckResult:
     """Run one of `bt_mission.cli.doctor_probes` in a process of its own.
 
-    `without` names variables that it shall not find in its environment.
+    Args:
+        name: of the probe.
+        arguments: of the probe.
+        otherwise: the state of the result where the probe fails; its text is the reason then.
+        remedy: what to do about it.
+        without: names of variables that the probe shall not find in its environment.
+        limit_s: seconds of the wall clock after which it counts as hung.
     """
+
+    def failed(reason: str) -> CheckResult:
+        return CheckResult(otherwise, reason, remedy)
+
     try:
         ended = subprocess.run(
             _command(name, *arguments),
@@ -113,12 +120,13 @@ def probe(
             env=_environment(without),
         )
     except subprocess.TimeoutExpired:
-        return ProbeResult(False, f"no answer within {limit_s:g} s")
+        return failed(f"no answer within {limit_s:g} s")
     if ended.returncode < 0:
-        return ProbeResult(False, f"crashed ({signal.Signals(-ended.returncode).name})")
+        return failed(f"crashed ({signal.Signals(-ended.returncode).name})")
     said = ended.stdout if ended.returncode == 0 else ended.stderr
     lines = [line.strip() for line in said.splitlines() if line.strip()]
-    return ProbeResult(ended.returncode == 0, lines[-1] if lines else "no reason given")
+    last = lines[-1] if lines else "no reason given"
+    return CheckResult("ok", last) if ended.returncode == 0 else failed(last)
 
 
 def _command(name: str, *arguments: str) -> list[str]:
@@ -167,39 +175,24 @@ def packages(names: Iterable[str] = PACKAGES) -> CheckResult:
 
 def ros(environ: Mapping[str, str] = os.environ) -> CheckResult:
     """The ROS 2 that this Python imports: the wheels, or an installed Jazzy."""
-    answer = probe("ros", without=(RMW,))
+    answer = probe("ros", remedy=f"{REINSTALL}; or source an installed ROS 2 Jazzy", without=(RMW,))
     sourced = environ.get("ROS_DISTRO")
-    if not answer.ok:
-        return CheckResult(
-            "missing", answer.text, f"{REINSTALL}; or source an installed ROS 2 Jazzy"
-        )
-    if sourced is not None and sourced != "jazzy":
+    if answer.state == "ok" and sourced is not None and sourced != "jazzy":
         remedy = "use a shell where no other ROS is sourced"
-        return CheckResult("missing", f"{answer.text}; ROS 2 {sourced} is sourced", remedy)
-    return CheckResult("ok", answer.text)
+        return CheckResult("missing", f"{answer.found}; ROS 2 {sourced} is sourced", remedy)
+    return answer
 
 
 def middleware(environ: Mapping[str, str] = os.environ) -> CheckResult:
     """The RMW that is loaded; virtual time was proven with one."""
-    answer = probe("rmw")
-    if answer.ok and answer.text != "rmw_fastrtps_cpp":
+    answer = probe("rmw", remedy=REINSTALL)
+    if answer.state == "ok" and answer.found != "rmw_fastrtps_cpp":
         remedy = f"unset {RMW}; virtual time is only known to work on rmw_fastrtps_cpp"
-        return CheckResult("warning", answer.text, remedy)
-    if not answer.ok and RMW in environ:
+        return CheckResult("warning", answer.found, remedy)
+    if answer.state != "ok" and RMW in environ:
         remedy = f"unset {RMW}, or install what it names"
         return CheckResult("missing", f"{RMW}={environ[RMW]} does not load", remedy)
-    return answer.or_else("missing", REINSTALL)
-
-
-def types() -> CheckResult:
-    """The type support of our interfaces, and of Nav2's and tf2's."""
-    return probe("types", without=(RMW,)).or_else("missing", f"build the interfaces: {REINSTALL}")
-
-
-def rendering() -> CheckResult:
-    """Off-screen rendering, which only the camera needs."""
-    remedy = "the camera is slower without it: apt install libegl1 libgl1-mesa-dri libopengl0"
-    return probe("render").or_else("warning", remedy)
+    return answer
 
 
 def loopback() -> CheckResult:
@@ -211,20 +204,12 @@ def loopback() -> CheckResult:
         stderr=subprocess.DEVNULL,
         env=_environment(),
     )
+    remedy = "allow multicast and UDP on the loopback interface, and a writable /dev/shm"
     try:
-        answer = probe("listen", topic)
+        return probe("listen", topic, remedy=remedy)
     finally:
         talker.kill()
         talker.wait()
-    remedy = "allow multicast and UDP on the loopback interface, and a writable /dev/shm"
-    return answer.or_else("missing", remedy)
-
-
-def lockstep() -> CheckResult:
-    """The self-test of the virtual clock."""
-    return probe("lockstep").or_else(
-        "missing", "run in real time: bt-mission sim, servers, run --attach"
-    )
 
 
 CHECKS = (
@@ -232,11 +217,25 @@ CHECKS = (
     DoctorCheck("C++ compiler", compiler),
     DoctorCheck("Python packages", packages),
     DoctorCheck("ROS 2", ros),
-    DoctorCheck("interfaces", types, needs=("ROS 2",)),
+    DoctorCheck(
+        "interfaces",
+        partial(probe, "types", remedy=f"build the interfaces: {REINSTALL}", without=(RMW,)),
+        needs=("ROS 2",),
+    ),
     DoctorCheck("middleware", middleware, needs=("ROS 2",)),
     DoctorCheck("DDS between processes", loopback, needs=("ROS 2", "middleware")),
-    DoctorCheck("virtual clock", lockstep, needs=("ROS 2", "middleware")),
-    DoctorCheck("off-screen rendering", rendering, needs=("Python packages",)),
+    DoctorCheck(
+        "virtual clock",
+        partial(
+            probe, "lockstep", remedy="run in real time: bt-mission sim, servers, run --attach"
+        ),
+        needs=("ROS 2", "middleware"),
+    ),
+    DoctorCheck(
+        "off-screen rendering",
+        partial(probe, "render", otherwise="warning", remedy=RENDERING),
+        needs=("Python packages",),
+    ),
 )
 
 

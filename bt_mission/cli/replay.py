@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from functools import partial
 from pathlib import Path
@@ -110,14 +109,10 @@ def _draw(options: argparse.Namespace, film: Timeline) -> int:
 
 
 def _print_once(options: argparse.Namespace, film: Timeline) -> int:
+    from bt_mission.cli.watch import print_tree
     from bt_mission.recording.replay.player import Player
-    from bt_mission.views.terminal.marks import marks_for
-    from bt_mission.views.terminal.plain_watch import whole_tree
 
-    mission = Player(film, at_s=options.at).scene.mission
-    width = os.get_terminal_size().columns if sys.stdout.isatty() else None
-    for line in whole_tree(mission, marks_for(sys.stdout.encoding), width):
-        print(line)
+    print_tree(Player(film, at_s=options.at).scene.mission)
     _say_cut(film)
     return SUCCESS
 

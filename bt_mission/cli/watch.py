@@ -153,8 +153,6 @@ def _look_for(observer: ExecutiveDirectory, options: argparse.Namespace) -> Miss
 def _print_once(observer: ExecutiveDirectory, link: MissionClient) -> int:
     from bt_mission.core.wall_clock import Stopwatch
     from bt_mission.events.mission_state import WatchedMission
-    from bt_mission.views.terminal.marks import marks_for
-    from bt_mission.views.terminal.plain_watch import whole_tree
 
     mission = WatchedMission()
     since = Stopwatch()
@@ -162,10 +160,18 @@ def _print_once(observer: ExecutiveDirectory, link: MissionClient) -> int:
         observer.serve(WAIT_S)
         for message in link.take(needs_statuses=mission.needs_statuses).messages:
             mission.take(message)
+    print_tree(mission)
+    return SUCCESS
+
+
+def print_tree(mission: WatchedMission) -> None:
+    """Print the tree of a mission as it is, no wider than the terminal."""
+    from bt_mission.views.terminal.marks import marks_for
+    from bt_mission.views.terminal.plain_watch import whole_tree
+
     width = os.get_terminal_size().columns if sys.stdout.isatty() else None
     for line in whole_tree(mission, marks_for(sys.stdout.encoding), width):
         print(line)
-    return SUCCESS
 
 
 def _is_complete(mission: WatchedMission) -> bool:

@@ -6,7 +6,7 @@ import pytest
 from rich.console import Console
 
 from bt_mission.cli import doctor
-from bt_mission.cli.doctor import CheckResult, DoctorCheck, ProbeResult
+from bt_mission.cli.doctor import CheckResult, DoctorCheck
 
 
 def _report(*checks):
@@ -87,14 +87,14 @@ def test_packages_that_are_absent_are_named():
 @pytest.mark.process
 def test_a_probe_that_fails_tells_its_reason():
     """The last line of the traceback is the reason."""
-    assert doctor.probe("nothing") == ProbeResult(False, "KeyError: 'nothing'")
+    assert doctor.probe("nothing") == CheckResult("missing", "KeyError: 'nothing'")
 
 
 @pytest.mark.process
 def test_a_probe_that_hangs_is_given_up():
     """A limit on the wall clock, since what hangs may be anything."""
     answer = doctor.probe("talk", "nobody_listens", limit_s=0.5)
-    assert answer == ProbeResult(False, "no answer within 0.5 s")
+    assert answer == CheckResult("missing", "no answer within 0.5 s")
 
 
 @pytest.mark.process
