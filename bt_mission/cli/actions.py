@@ -29,6 +29,7 @@ from bt_mission.cli.graph_command import (
     named,
     subcommands,
 )
+from bt_mission.cli.options import add_plain_option
 from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
@@ -87,9 +88,7 @@ def _add_send(kinds: Any) -> None:
     parser.add_argument(
         "--timeout", type=seconds, metavar="SECONDS", help="cancel the goal after this time"
     )
-    parser.add_argument(
-        "--plain", action="store_true", help="plain lines, also when the output is a terminal"
-    )
+    add_plain_option(parser)
     add_json_option(parser, "an object a line for each thing that happens")
     parser.set_defaults(command=send)
 
@@ -150,7 +149,7 @@ def info(options: argparse.Namespace) -> int:
 def send(options: argparse.Namespace) -> int:
     """Send a goal and see it to its end."""
     from bt_mission.graph_tools.goal_sender import GoalSender, step_to_end
-    from bt_mission.graph_tools.goal_views import view_for
+    from bt_mission.graph_tools.goal_views import goal_view_for
     from bt_mission.graph_tools.interface_description import describe_interface
     from bt_mission.graph_tools.values import read_fields
 
@@ -166,7 +165,9 @@ def send(options: argparse.Namespace) -> int:
         if options.form:
             return _fill_in(session, sender, fields)
         message = sender.prepare(fields)
-        view = view_for(sys.stdout, sender.about, message, json=options.json, plain=options.plain)
+        view = goal_view_for(
+            sys.stdout, sender.about, message, json=options.json, plain=options.plain
+        )
         with closing(view):
             return _code(step_to_end(session, sender.open(message, view.show)).how)
 
@@ -206,14 +207,14 @@ def cancel(options: argparse.Namespace) -> int:
 def watch(options: argparse.Namespace) -> int:
     """Show the goals of an action until Ctrl-C."""
     from bt_mission.graph_tools.action_goals import GoalWatch
-    from bt_mission.graph_tools.goal_views import view_for
+    from bt_mission.graph_tools.goal_views import goal_view_for
     from bt_mission.graph_tools.interface_description import describe_interface
 
     with joined(options) as session:
         name, type_name = named(session, options)
         about = describe_interface(type_name)
         goals = GoalWatch(session, name, type_name)
-        with closing(view_for(sys.stdout, about, json=options.json, plain=False)) as view:
+        with closing(goal_view_for(sys.stdout, about, json=options.json, plain=False)) as view:
             while not session.interrupts:
                 session.step()
                 for event in goals.take():

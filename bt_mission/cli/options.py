@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import Any
 
 from bt_mission.cli.argument_types import assignment, seed
+from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import find
 
 
@@ -42,6 +44,26 @@ def add_set_option(parser: argparse.ArgumentParser) -> None:
         type=assignment,
         help="give an input of the mission another value; may be repeated",
     )
+
+
+def add_plain_option(parser: Any) -> None:
+    """Add the choice of plain lines to a parser, or to a group of options."""
+    parser.add_argument(
+        "--plain", action="store_true", help="plain lines, also when the output is a terminal"
+    )
+
+
+def write_output(path: Path, content: bytes) -> None:
+    """Write a file that the options name, and say so.
+
+    Raises:
+        BtMissionError: when it cannot be written.
+    """
+    try:
+        path.write_bytes(content)
+    except OSError as error:
+        raise BtMissionError(f"cannot write {path}: {error.strerror or error}") from error
+    print(f"{path}: written")
 
 
 def mission_file(options: argparse.Namespace) -> Path:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.argument_types import seconds, speed
 from bt_mission.cli.exits import SUCCESS
+from bt_mission.cli.options import add_plain_option
 from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
@@ -58,9 +59,7 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--once", action="store_true", help="print the tree as it was at the time --at, and leave"
     )
-    parser.add_argument(
-        "--plain", action="store_true", help="plain lines, also when the output is a terminal"
-    )
+    add_plain_option(parser)
     parser.add_argument("--poses", action="store_true", help="in lines: where the robot was, too")
     parser.set_defaults(command=replay)
 

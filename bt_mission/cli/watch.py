@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.argument_types import seconds
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
+from bt_mission.cli.options import add_plain_option
 from bt_mission.core.dds.middleware import prepare_middleware
 
 if TYPE_CHECKING:
@@ -61,9 +62,7 @@ def add_parser(commands: Any) -> None:
     how.add_argument(
         "--json", action="store_true", help="print what happens, one JSON object a line"
     )
-    how.add_argument(
-        "--plain", action="store_true", help="plain lines, also when the output is a terminal"
-    )
+    add_plain_option(how)
     parser.add_argument(
         "--wait",
         type=partial(seconds, expected="a number of seconds from 0"),

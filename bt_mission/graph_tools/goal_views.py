@@ -43,7 +43,7 @@ class GoalView(Protocol):
         """Take away what is drawn in place."""
 
 
-def view_for(
+def goal_view_for(
     stream: TextIO, about: InterfaceDescription, goal: Any = None, *, json: bool, plain: bool
 ) -> GoalView:
     """Choose the view: a picture on a terminal, lines in a pipe, objects for programs.

@@ -16,7 +16,7 @@ from rich.console import Console
 from bt_mission.graph_tools import action_goals
 from bt_mission.graph_tools.action_goals import GoalWatch
 from bt_mission.graph_tools.goal_events import FeedbackReceived, GoalStateChanged
-from bt_mission.graph_tools.goal_views import GoalLines, GoalObjects, GoalPicture, view_for
+from bt_mission.graph_tools.goal_views import GoalLines, GoalObjects, GoalPicture, goal_view_for
 from bt_mission.graph_tools.interface_description import describe_interface
 from tests.support.graph import TURN
 
@@ -202,11 +202,11 @@ def test_what_is_shown_fits_the_output(monkeypatch: pytest.MonkeyPatch) -> None:
 
     about = describe_interface(TURN)
     pipe = io.StringIO()
-    assert isinstance(view_for(pipe, about, json=True, plain=False), GoalObjects)
-    assert isinstance(view_for(pipe, about, json=False, plain=False), GoalLines)
+    assert isinstance(goal_view_for(pipe, about, json=True, plain=False), GoalObjects)
+    assert isinstance(goal_view_for(pipe, about, json=False, plain=False), GoalLines)
     monkeypatch.setenv("TERM", "dumb")
-    assert isinstance(view_for(Terminal(), about, json=False, plain=False), GoalLines)
+    assert isinstance(goal_view_for(Terminal(), about, json=False, plain=False), GoalLines)
     monkeypatch.setenv("TERM", "xterm")
-    view = view_for(Terminal(), about, json=False, plain=False)
+    view = goal_view_for(Terminal(), about, json=False, plain=False)
     view.close()
     assert isinstance(view, GoalPicture)

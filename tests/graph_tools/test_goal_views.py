@@ -18,7 +18,7 @@ from bt_mission.graph_tools.goal_events import (
     GoalResult,
     ServerAwaited,
 )
-from bt_mission.graph_tools.goal_views import GoalLines, GoalObjects, GoalPicture, view_for
+from bt_mission.graph_tools.goal_views import GoalLines, GoalObjects, GoalPicture, goal_view_for
 from bt_mission.graph_tools.interface_description import describe_interface
 
 SWEEP = describe_interface("bt_mission_interfaces/action/CameraSweep")
@@ -83,16 +83,16 @@ def test_what_is_drawn_fits_the_output(monkeypatch: pytest.MonkeyPatch) -> None:
     """Lines in a pipe and on a dumb terminal, a picture on one that can, objects for programs."""
     goal = CameraSweep.Goal()
     pipe = io.StringIO()
-    assert isinstance(view_for(pipe, SWEEP, goal, json=True, plain=False), GoalObjects)
-    assert isinstance(view_for(pipe, SWEEP, goal, json=False, plain=False), GoalLines)
+    assert isinstance(goal_view_for(pipe, SWEEP, goal, json=True, plain=False), GoalObjects)
+    assert isinstance(goal_view_for(pipe, SWEEP, goal, json=False, plain=False), GoalLines)
 
     class Terminal(io.StringIO):
         def isatty(self) -> bool:
             return True
 
     monkeypatch.setenv("TERM", "xterm")
-    view = view_for(Terminal(), SWEEP, goal, json=False, plain=False)
+    view = goal_view_for(Terminal(), SWEEP, goal, json=False, plain=False)
     assert isinstance(view, GoalPicture)
     monkeypatch.setenv("TERM", "dumb")
-    view = view_for(Terminal(), SWEEP, goal, json=False, plain=False)
+    view = goal_view_for(Terminal(), SWEEP, goal, json=False, plain=False)
     assert isinstance(view, GoalLines)
