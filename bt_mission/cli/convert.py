@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from bt_mission.cli.exits import SUCCESS
+from bt_mission.cli.options import write_output
 from bt_mission.core.errors import BtMissionError
 
 DESCRIPTION = """\
@@ -59,13 +60,8 @@ def convert(options: argparse.Namespace) -> int:
     text = _converted(options.file)
     if options.output is None:
         print(text, end="")
-        return SUCCESS
-    try:
-        options.output.write_text(text, encoding="utf-8")
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise BtMissionError(f"cannot write {options.output}: {reason}") from error
-    print(f"{options.output}: written")
+    else:
+        write_output(options.output, text.encode())
     return SUCCESS
 
 

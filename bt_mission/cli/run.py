@@ -13,8 +13,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bt_mission.cli.argument_types import speed
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
-from bt_mission.cli.options import add_mission_options, speed
+from bt_mission.cli.options import add_mission_options, add_plain_option
 from bt_mission.cli.recording import (
     Kept,
     add_recording_options,
@@ -81,9 +82,7 @@ def add_parser(commands: Any) -> None:
         help="let other processes of this machine see the simulated run (and be heard by it)",
     )
     parser.add_argument("--json", action="store_true", help="print one JSON object at the end")
-    parser.add_argument(
-        "--plain", action="store_true", help="plain lines, also when the output is a terminal"
-    )
+    add_plain_option(parser)
     parser.add_argument(
         "--tui",
         action="store_true",

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from bt_mission.cli.exits import SUCCESS
-from bt_mission.cli.options import add_mission_file, add_set_option, mission_file
+from bt_mission.cli.options import add_mission_file, add_set_option, mission_file, write_output
 from bt_mission.core.errors import BtMissionError
 
 FORMATS = ("text", "dot", "svg", "png")
@@ -102,11 +102,7 @@ def _write(content: bytes, output: Path | None) -> None:
         sys.stdout.buffer.write(content)
         sys.stdout.buffer.flush()
         return
-    try:
-        output.write_bytes(content)
-    except OSError as error:
-        raise BtMissionError(f"cannot write {output}: {error.strerror or error}") from error
-    print(f"{output}: written")
+    write_output(output, content)
 
 
 def _print(root: Any, title: str) -> None:

@@ -6,9 +6,12 @@ import argparse
 import os
 import select
 import sys
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from bt_mission.cli.argument_types import seconds
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
+from bt_mission.cli.options import add_plain_option
 from bt_mission.core.dds.middleware import prepare_middleware
 
 if TYPE_CHECKING:
@@ -59,12 +62,10 @@ def add_parser(commands: Any) -> None:
     how.add_argument(
         "--json", action="store_true", help="print what happens, one JSON object a line"
     )
-    how.add_argument(
-        "--plain", action="store_true", help="plain lines, also when the output is a terminal"
-    )
+    add_plain_option(how)
     parser.add_argument(
         "--wait",
-        type=_seconds,
+        type=partial(seconds, expected="a number of seconds from 0"),
         metavar="SECONDS",
         help="leave with code 1 when there is nobody to watch after this time (default: keep "
         "looking)",
@@ -151,8 +152,6 @@ def _look_for(observer: ExecutiveDirectory, options: argparse.Namespace) -> Miss
 def _print_once(observer: ExecutiveDirectory, link: MissionClient) -> int:
     from bt_mission.core.wall_clock import Stopwatch
     from bt_mission.events.mission_state import MissionState
-    from bt_mission.views.terminal.marks import marks_for
-    from bt_mission.views.terminal.plain_watch import whole_tree
 
     mission = MissionState()
     since = Stopwatch()
@@ -160,10 +159,18 @@ def _print_once(observer: ExecutiveDirectory, link: MissionClient) -> int:
         observer.serve(WAIT_S)
         for message in link.take(needs_statuses=mission.needs_statuses).messages:
             mission.take(message)
+    print_tree(mission)
+    return SUCCESS
+
+
+def print_tree(mission: MissionState) -> None:
+    """Print the tree of a mission as it is, no wider than the terminal."""
+    from bt_mission.views.terminal.marks import marks_for
+    from bt_mission.views.terminal.plain_watch import whole_tree
+
     width = os.get_terminal_size().columns if sys.stdout.isatty() else None
     for line in whole_tree(mission, marks_for(sys.stdout.encoding), width):
         print(line)
-    return SUCCESS
 
 
 def _is_complete(mission: MissionState) -> bool:
@@ -208,13 +215,3 @@ def _reader_has_left() -> bool:
     poll = select.poll()
     poll.register(sys.stdout.fileno(), 0)
     return any(event & (select.POLLERR | select.POLLHUP) for _, event in poll.poll(0))
-
-
-def _seconds(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = -1.0
-    if not 0 <= value < float("inf"):
-        raise argparse.ArgumentTypeError(f"expected a number of seconds from 0, got '{text}'")
-    return value

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.publisher import Publisher
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.serialization import serialize_message
 
 from bt_mission.core.cdr.decoder import Take
@@ -19,6 +19,7 @@ from bt_mission.core.diagnostics import listed
 from bt_mission.core.errors import BtMissionError
 from bt_mission.ros.graph import ProcessNode
 from bt_mission.ros.interface_types import action_type, message_type
+from bt_mission.ros.subscriber import matching_qos
 
 if TYPE_CHECKING:
     from rclpy.duration import Duration
@@ -155,7 +156,7 @@ class GraphTopics:
             message_class,
             topic,
             take,
-            _matching(offers),
+            matching_qos(offers, DEPTH),
             raw=True,
             # A publisher that comes later may offer less; the others are heard all the same.
             event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False),
@@ -182,17 +183,6 @@ def name_of(message_class: Any) -> str:
     """Return the full name of a message's type."""
     package, folder, *_ = message_class.__module__.split(".")
     return f"{package}/{folder}/{message_class.__name__}"
-
-
-def _matching(offers: list[QoSProfile]) -> QoSProfile:
-    """Ask for what all publishers offer."""
-    is_reliable = all(one.reliability is ReliabilityPolicy.RELIABLE for one in offers)
-    is_latched = all(one.durability is DurabilityPolicy.TRANSIENT_LOCAL for one in offers)
-    return QoSProfile(
-        depth=DEPTH,
-        reliability=ReliabilityPolicy.RELIABLE if is_reliable else ReliabilityPolicy.BEST_EFFORT,
-        durability=DurabilityPolicy.TRANSIENT_LOCAL if is_latched else DurabilityPolicy.VOLATILE,
-    )
 
 
 def offered(offers: Iterable[QoSProfile]) -> str:

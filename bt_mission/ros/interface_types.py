@@ -6,8 +6,6 @@ The only module of the mission language that touches ROS; the executive uses it 
 from __future__ import annotations
 
 import importlib
-import os
-import sys
 from collections.abc import Iterable, Mapping
 from functools import cache
 from pathlib import Path
@@ -15,6 +13,7 @@ from typing import Any
 
 from rosidl_parser import definition
 
+from bt_mission.core.cdr.definitions import share_folders
 from bt_mission.core.diagnostics import did_you_mean, listed, quoted
 from bt_mission.core.errors import BtMissionError
 from bt_mission.language.expressions.expression import Late, Text
@@ -33,7 +32,7 @@ from bt_mission.language.message_types import (
     conform,
 )
 
-_INDEX = Path("share", "ament_index", "resource_index", "rosidl_interfaces")
+_INDEX = Path("ament_index", "resource_index", "rosidl_interfaces")
 _TEXT_BY_NAME = {"octet": "byte", "boolean": "bool", "float": "float32", "double": "float64"}
 
 
@@ -117,9 +116,7 @@ def _types_of(package: str) -> frozenset[str]:
 
 
 def _indexes() -> list[Path]:
-    prefixes = [*filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep))]
-    indexes = [Path(prefix) / _INDEX for prefix in [*prefixes, sys.prefix]]
-    return [index for index in indexes if index.is_dir()]
+    return [index for share in share_folders() if (index := share / _INDEX).is_dir()]
 
 
 _PARTS = {

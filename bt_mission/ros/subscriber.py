@@ -11,7 +11,7 @@ from bt_mission.core.diagnostics import listed
 from bt_mission.ros.interface_types import check_type, message_type
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from rclpy.node import Node
 
@@ -24,6 +24,22 @@ LATCHED_PUBLISHER = QoSProfile(
     depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL
 )
 """Also brings what was published before."""
+
+
+def matching_qos(offers: Sequence[QoSProfile], depth: int) -> QoSProfile:
+    """Ask for the most that all publishers of a topic offer: reliable and latched only if each is.
+
+    Args:
+        offers: what each offers; where there is none, the least is asked for.
+        depth: how many messages may wait.
+    """
+    is_reliable = {one.reliability for one in offers} == {ReliabilityPolicy.RELIABLE}
+    is_latched = {one.durability for one in offers} == {DurabilityPolicy.TRANSIENT_LOCAL}
+    return QoSProfile(
+        depth=depth,
+        reliability=ReliabilityPolicy.RELIABLE if is_reliable else ReliabilityPolicy.BEST_EFFORT,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL if is_latched else DurabilityPolicy.VOLATILE,
+    )
 
 
 class LatestMessageSubscriber:

@@ -13,10 +13,11 @@ from rclpy.action import ActionClient, ActionServer, CancelResponse
 from rclpy.task import Future
 from rich.console import Console
 
-from bt_mission.graph_tools import canceling
+from bt_mission.graph_tools import action_goals
+from bt_mission.graph_tools.action_goals import GoalWatch
+from bt_mission.graph_tools.goal_events import FeedbackReceived, GoalStateChanged
+from bt_mission.graph_tools.goal_views import GoalLines, GoalObjects, GoalPicture, goal_view_for
 from bt_mission.graph_tools.interface_description import describe_interface
-from bt_mission.graph_tools.watch_views import WatchLines, WatchObjects, WatchPicture, watch_view
-from bt_mission.graph_tools.watching import GoalWatch
 from tests.support.graph import TURN
 
 
@@ -74,7 +75,7 @@ def robot(ros: Any, hand: Any, monkeypatch: pytest.MonkeyPatch) -> Iterator[Call
 
     # What was said before comes by a thread of the middleware: it takes wall time, here at most
     # that of 1200 steps.
-    monkeypatch.setattr(canceling, "STATUS_WAIT_S", 60.0)
+    monkeypatch.setattr(action_goals, "STATUS_WAIT_S", 60.0)
     hand.pauses = 1
     yield make
     for one in made:
@@ -154,16 +155,20 @@ def test_goals_under_way_are_told_to_those_who_come_later(
     """For programs: an object a line, a state or a feedback, with the goal's whole id."""
     turning = robot(2)
     out = io.StringIO()
-    view = WatchObjects(out)
-    GoalWatch(hand, "/turn", TURN, view)
-    for _ in range(2000):
+    view = GoalObjects(out)
+    goals = GoalWatch(hand, "/turn", TURN)
+
+    def step() -> None:
         hand.step()
-        view.flush()
+        for event in goals.take():
+            view.show(event)
+
+    for _ in range(2000):
+        step()
         if out.getvalue():
             break
     turning.goals[0].publish_feedback(Turn.Feedback(current_angle=4.0))
-    hand.step()
-    view.flush()
+    step()
     objects = [json.loads(line) for line in out.getvalue().splitlines()]
     assert objects == [
         *({"goal": one, "state": "executing", "is_end": False} for one in turning.ids),
@@ -175,15 +180,11 @@ def test_on_a_terminal_feedback_is_drawn_in_place() -> None:
     """States stay above it; a goal that has ended takes its feedback with it."""
     page = io.StringIO()
     console = Console(file=page, width=80, force_terminal=True, color_system=None)
-    view = WatchPicture(console, describe_interface(TURN))
-    view.state("0123456789", 0.0, "executing", is_end=False)
-    view.feedback("0123456789", 0.5, Turn.Feedback(current_angle=4.0))
-    view.flush()
+    view = GoalPicture(console, describe_interface(TURN))
+    view.show(GoalStateChanged("0123456789", 0.0, "executing", is_end=False))
+    view.show(FeedbackReceived(Turn.Feedback(current_angle=4.0), 0.5, "0123456789"))
     length = len(page.getvalue())
-    view.flush()
-    assert len(page.getvalue()) == length, "nothing new, nothing drawn"
-    view.state("0123456789", 1.0, "succeeded", is_end=True)
-    view.flush()
+    view.show(GoalStateChanged("0123456789", 1.0, "succeeded", is_end=True))
     view.close()
     text = page.getvalue()
     assert "01234567      0.00 s  executing" in text
@@ -199,11 +200,13 @@ def test_what_is_shown_fits_the_output(monkeypatch: pytest.MonkeyPatch) -> None:
         def isatty(self) -> bool:
             return True
 
-    assert isinstance(watch_view(io.StringIO(), describe_interface(TURN), json=True), WatchObjects)
-    assert isinstance(watch_view(io.StringIO(), describe_interface(TURN), json=False), WatchLines)
+    about = describe_interface(TURN)
+    pipe = io.StringIO()
+    assert isinstance(goal_view_for(pipe, about, json=True, plain=False), GoalObjects)
+    assert isinstance(goal_view_for(pipe, about, json=False, plain=False), GoalLines)
     monkeypatch.setenv("TERM", "dumb")
-    assert isinstance(watch_view(Terminal(), describe_interface(TURN), json=False), WatchLines)
+    assert isinstance(goal_view_for(Terminal(), about, json=False, plain=False), GoalLines)
     monkeypatch.setenv("TERM", "xterm")
-    view = watch_view(Terminal(), describe_interface(TURN), json=False)
+    view = goal_view_for(Terminal(), about, json=False, plain=False)
     view.close()
-    assert isinstance(view, WatchPicture)
+    assert isinstance(view, GoalPicture)

@@ -5,13 +5,13 @@ import io
 import pytest
 from rich.console import Console
 
-from bt_mission.cli import doctor_report
-from bt_mission.cli.doctor_report import CheckResult, DoctorCheck, ProbeResult
+from bt_mission.cli import doctor
+from bt_mission.cli.doctor import CheckResult, DoctorCheck
 
 
 def _report(*checks):
     printed = io.StringIO()
-    code = doctor_report.run(Console(file=printed, width=40), checks)
+    code = doctor.report_on(Console(file=printed, width=40), checks)
     return code, printed.getvalue()
 
 
@@ -61,46 +61,46 @@ def test_what_needs_something_missing_is_skipped():
 @pytest.mark.parametrize("version", [(3, 11), (3, 12), (3, 13)])
 def test_python_is_fine_from_3_11_to_3_13(version):
     """MuJoCo 4 needs 3.11; there are ROS wheels up to 3.13."""
-    assert doctor_report.python(version).state == "ok"
+    assert doctor.python(version).state == "ok"
 
 
 @pytest.mark.parametrize("version", [(3, 10), (3, 14)])
 def test_another_python_is_missing(version):
     """The finding names the version that was met and those that work."""
-    finding = doctor_report.python(version)
+    finding = doctor.python(version)
     assert (finding.state, finding.found) == ("missing", f"3.{version[1]}")
     assert "3.11, 3.12 or 3.13" in finding.remedy
 
 
 def test_without_a_compiler_only_installing_is_in_the_way(tmp_path):
     """What is installed runs without one."""
-    finding = doctor_report.compiler({"PATH": str(tmp_path)})
+    finding = doctor.compiler({"PATH": str(tmp_path)})
     assert (finding.state, finding.remedy) == ("warning", "needed to install: apt install g++")
 
 
 def test_packages_that_are_absent_are_named():
     """Each by the name that pip knows."""
-    finding = doctor_report.packages(["rich", "no-such-package"])
+    finding = doctor.packages(["rich", "no-such-package"])
     assert (finding.state, finding.found) == ("missing", "not installed: no-such-package")
 
 
 @pytest.mark.process
 def test_a_probe_that_fails_tells_its_reason():
     """The last line of the traceback is the reason."""
-    assert doctor_report.probe("nothing") == ProbeResult(False, "KeyError: 'nothing'")
+    assert doctor.probe("nothing") == CheckResult("missing", "KeyError: 'nothing'")
 
 
 @pytest.mark.process
 def test_a_probe_that_hangs_is_given_up():
     """A limit on the wall clock, since what hangs may be anything."""
-    answer = doctor_report.probe("talk", "nobody_listens", limit_s=0.5)
-    assert answer == ProbeResult(False, "no answer within 0.5 s")
+    answer = doctor.probe("talk", "nobody_listens", limit_s=0.5)
+    assert answer == CheckResult("missing", "no answer within 0.5 s")
 
 
 @pytest.mark.process
 def test_a_sourced_ros_of_another_release_is_missing():
     """Kilted's types have other hashes: nothing would be heard."""
-    finding = doctor_report.ros({"ROS_DISTRO": "kilted"})
+    finding = doctor.ros({"ROS_DISTRO": "kilted"})
     assert finding.state == "missing"
     assert "kilted is sourced" in finding.found
 
@@ -109,7 +109,7 @@ def test_a_sourced_ros_of_another_release_is_missing():
 def test_a_middleware_that_is_absent_is_named(monkeypatch):
     """Importing rclpy would end the process; the doctor survives it and names the variable."""
     monkeypatch.setenv("RMW_IMPLEMENTATION", "rmw_of_nobody_cpp")
-    finding = doctor_report.middleware()
+    finding = doctor.middleware()
     assert (finding.state, finding.found) == (
         "missing",
         "RMW_IMPLEMENTATION=rmw_of_nobody_cpp does not load",
@@ -119,5 +119,5 @@ def test_a_middleware_that_is_absent_is_named(monkeypatch):
 @pytest.mark.process
 def test_this_machine_has_what_the_tests_need():
     """The real checks, as a user runs them; rendering may be absent."""
-    code, text = _report(*doctor_report.CHECKS)
+    code, text = _report(*doctor.CHECKS)
     assert code == 0, text

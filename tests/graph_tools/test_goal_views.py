@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 import io
-from types import SimpleNamespace
-from typing import Any
 
 import pytest
 from bt_mission_interfaces.action import CameraSweep
 from rich.console import Console
 
-from bt_mission.graph_tools.goal_lines import GoalLines, GoalObjects
-from bt_mission.graph_tools.goal_picture import GoalPicture
-from bt_mission.graph_tools.goal_request import GoalOutcome, GoalResult
+from bt_mission.graph_tools.goal_events import (
+    CancelRefused,
+    CancelRequested,
+    FeedbackReceived,
+    GoalAccepted,
+    GoalEnded,
+    GoalOutcome,
+    GoalResult,
+    ServerAwaited,
+)
+from bt_mission.graph_tools.goal_views import GoalLines, GoalObjects, GoalPicture, goal_view_for
 from bt_mission.graph_tools.interface_description import describe_interface
-from bt_mission.graph_tools.sending import audience_for
 
 SWEEP = describe_interface("bt_mission_interfaces/action/CameraSweep")
-GOAL: Any = SimpleNamespace(short_id="0123abcd")
 
 
 def drawn(width: int) -> str:
@@ -26,11 +30,12 @@ def drawn(width: int) -> str:
         file=io.StringIO(), width=width, height=24, force_terminal=True, color_system=None
     )
     picture = GoalPicture(console, SWEEP, CameraSweep.Goal(sweep_angle=90.0, image_count=4))
-    picture.accepted(GOAL)
-    picture.feedback(CameraSweep.Feedback(current_image=1, current_angle=45.0), 3.0)
+    picture.show(GoalAccepted("0123abcd0000"))
+    feedback = CameraSweep.Feedback(current_image=1, current_angle=45.0)
+    picture.show(FeedbackReceived(feedback, 3.0))
     picture.close()
     page = io.StringIO()
-    Console(file=page, width=width).print(picture._render())
+    Console(file=page, width=width).print(picture.picture())
     return page.getvalue()
 
 
@@ -54,11 +59,12 @@ def test_the_end_stays_on_the_screen() -> None:
     """With the result below it."""
     console = Console(file=io.StringIO(), width=80, force_terminal=True, color_system=None)
     picture = GoalPicture(console, SWEEP, CameraSweep.Goal())
-    picture.waiting("/sweep")
-    picture.canceling("because")
-    picture.refused()
+    picture.show(ServerAwaited("/sweep"))
+    picture.show(CancelRequested("because"))
+    picture.show(CancelRefused())
     result = CameraSweep.Result(image_paths=[f"/a/long/path/image_{i}.png" for i in range(3)])
-    picture.ended(GoalResult(GoalOutcome.CANCELED, "canceled: because", result), 2.0)
+    end = GoalResult(GoalOutcome.CANCELED, "canceled: because", result)
+    picture.show(GoalEnded(end, 2.0))
     text = console.file.getvalue()  # type: ignore[attr-defined]
     assert "waiting for a server of /sweep" in text
     assert "the server refused to cancel; asking again each second" in text
@@ -77,16 +83,16 @@ def test_what_is_drawn_fits_the_output(monkeypatch: pytest.MonkeyPatch) -> None:
     """Lines in a pipe and on a dumb terminal, a picture on one that can, objects for programs."""
     goal = CameraSweep.Goal()
     pipe = io.StringIO()
-    assert isinstance(audience_for(pipe, SWEEP, goal, json=True, plain=False), GoalObjects)
-    assert isinstance(audience_for(pipe, SWEEP, goal, json=False, plain=False), GoalLines)
+    assert isinstance(goal_view_for(pipe, SWEEP, goal, json=True, plain=False), GoalObjects)
+    assert isinstance(goal_view_for(pipe, SWEEP, goal, json=False, plain=False), GoalLines)
 
     class Terminal(io.StringIO):
         def isatty(self) -> bool:
             return True
 
     monkeypatch.setenv("TERM", "xterm")
-    audience = audience_for(Terminal(), SWEEP, goal, json=False, plain=False)
-    assert isinstance(audience, GoalPicture)
+    view = goal_view_for(Terminal(), SWEEP, goal, json=False, plain=False)
+    assert isinstance(view, GoalPicture)
     monkeypatch.setenv("TERM", "dumb")
-    audience = audience_for(Terminal(), SWEEP, goal, json=False, plain=False)
-    assert isinstance(audience, GoalLines)
+    view = goal_view_for(Terminal(), SWEEP, goal, json=False, plain=False)
+    assert isinstance(view, GoalLines)
