@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 
 from bt_mission.btcpp.document import FORMAT
-from bt_mission.btcpp.emit import Tag, xml_text
+from bt_mission.btcpp.elements import Tag, xml_text
 from bt_mission.btcpp.leaves import LEAVES, OUT, TEXTS, LeafElement
 from bt_mission.btcpp.ports import LABELS
 from bt_mission.core.errors import BtMissionError

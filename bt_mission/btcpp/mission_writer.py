@@ -9,11 +9,11 @@ from typing import Any
 
 from bt_mission.btcpp.attributes import is_illegal
 from bt_mission.btcpp.document import FORMAT, METADATA
-from bt_mission.btcpp.emit import Tag, xml_text
-from bt_mission.btcpp.leaf_writing import Path as At
-from bt_mission.btcpp.models import ShapesOf, leaf_models
+from bt_mission.btcpp.elements import Tag, xml_text
+from bt_mission.btcpp.leaves import Path as At
+from bt_mission.btcpp.nodes import NodeWriter
+from bt_mission.btcpp.palette import ShapesOf, leaf_models
 from bt_mission.btcpp.ports import LABELS, written_port_value
-from bt_mission.btcpp.writing import NodeWriter
 from bt_mission.core.diagnostics import Diagnostic, InputError, in_order
 from bt_mission.core.yaml.document import Document
 from bt_mission.language.file import MissionFile, TreeDefinition
