@@ -10,7 +10,6 @@ the limits say nothing about an obstacle.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -34,11 +33,6 @@ class ObstaclePoint:
     gap: float
     x: float
     y: float
-
-    @property
-    def bearing_deg(self) -> float:
-        """Direction seen from the middle of the axle, degrees, left positive."""
-        return math.degrees(math.atan2(self.y, self.x))
 
 
 def obstacle_points(scan: Scan, lidar: LidarModel) -> Points:

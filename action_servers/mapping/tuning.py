@@ -51,7 +51,3 @@ class MapperTuning:
     updates_per_map: int = tuning(
         5, 1, 100, "Updates from one map to the next; with the default period, one a second."
     )
-
-
-MAPPING = MapperTuning()
-"""The defaults."""

@@ -33,12 +33,6 @@ def read_fields(text: str, shape: MessageShape, what: str) -> Mapping[str, Any]:
     return filled
 
 
-def fault_of(text: str, shape: Shape) -> str:
-    """What is wrong with the text of one field; empty where nothing is."""
-    _, fault = read_value(text, shape)
-    return fault
-
-
 def read_value(text: str, shape: Shape) -> tuple[Any, str]:
     """Read the value of one field from YAML; gives it, and what is wrong with it if anything is."""
     try:

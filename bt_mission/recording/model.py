@@ -18,7 +18,7 @@ import numpy.typing as npt
 Floats = npt.NDArray[np.float64]
 Times = npt.NDArray[np.int64]
 
-RUNNING, SUCCESS, FAILURE, HALTED = "running", "success", "failure", "halted"
+RUNNING, SUCCESS, FAILURE = "running", "success", "failure"
 
 
 @dataclass(frozen=True)

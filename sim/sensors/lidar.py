@@ -17,9 +17,6 @@ from sim.sensors.sensor_faults import LidarDistortion
 _TURN_JITTER = 0.005
 """1 sigma of the time an LDS-02 takes for a turn, relative: a few rays more or less."""
 
-_GAPS = 0.01
-"""Share of an LDS-02's directions that come without a reading, in passing."""
-
 _NEAR, _MIDDLE = 0.3, 6.0
 _NEAR_SIGMA, _MIDDLE_SHARE, _FAR_SHARE = 0.010 / 3, 0.03 / 3, 0.05 / 3
 """Noise of an LDS-02: its data sheet's 10 mm below 0.3 m, 3 % below 6 m and 5 % beyond, taken for
