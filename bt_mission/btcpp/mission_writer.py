@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
+import operator
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
+from functools import reduce
 from pathlib import Path
 from typing import Any
 
@@ -43,14 +46,12 @@ class _Writer:
         self._document = document
         self._mission = mission
         self._shapes = shapes
-        self._head: MissionFile = MissionFile.model_validate(document.data)
-        self._limits = GoalLimitsTable.written(self._head)
+        self._limits = GoalLimitsTable.written(MissionFile.model_validate(document.data))
         self._used: dict[str, dict[str, None]] = {}
         self._faults: list[Diagnostic] = []
-        self._definitions = dict(self._defined())
         self._signatures = {
-            name: Signature(name, definition, tree.types, tree.document, tree.path)
-            for name, (tree, definition) in self._definitions.items()
+            name: Signature(name, _definition(tree), tree.types, tree.document, tree.path)
+            for name, tree in mission.trees.items()
         }
 
     def text(self) -> str:
@@ -58,11 +59,11 @@ class _Writer:
         main = self._id()
         bodies = [self._tree(self._document, ("tree",), data["tree"], main, data)]
         models = [self._main_model(main)]
-        for name, (tree, definition) in self._definitions.items():
-            written = _at(tree.document.data, tree.path)
+        for name, tree in self._mission.trees.items():
+            written = _data(tree)
             path = (*tree.path, "do")
             bodies.append(self._tree(tree.document, path, written["do"], name, written))
-            models.append(self._model(name, tree, definition))
+            models.append(self._model(name, tree, self._signatures[name].definition))
             self._refuse_files(tree)
         if self._faults:
             raise InputError(in_order(self._faults))
@@ -72,18 +73,12 @@ class _Writer:
         root = {"BTCPP_format": FORMAT, "main_tree_to_execute": main}
         return xml_text(Tag("root", root, (*bodies, *palette)))
 
-    def _defined(self) -> Iterator[tuple[str, tuple[Tree, TreeDefinition]]]:
-        for name, tree in self._mission.trees.items():
-            written = _at(tree.document.data, tree.path)
-            yield name, (tree, TreeDefinition.model_validate(written))
-
     def _id(self) -> str:
         """Return the ID of the main tree: the mission's name where it can be one."""
-        name = self._mission.name
-        taken = self._mission.trees
-        if _ID.fullmatch(name) and name not in taken:
-            return name
-        return next(one for one in _candidates() if one not in taken)
+        own = [name for name in (self._mission.name,) if _ID.fullmatch(name)]
+        others = (f"MainTree{number}" for number in itertools.count(2))
+        candidates = itertools.chain(own, ["MainTree"], others)
+        return next(name for name in candidates if name not in self._mission.trees)
 
     def _refuse(self, document: Document, path: At, what: str, hint: str) -> None:
         message = f"{what}: XML has no counterpart"
@@ -160,15 +155,10 @@ class _Writer:
                 self._refuse(tree.document, path, "a file beside an included one", hint)
 
 
-def _at(data: Any, path: At) -> Any:
-    for key in path:
-        data = data[key]
-    return data
+def _data(tree: Tree) -> Any:
+    """Return a tree as its file has it."""
+    return reduce(operator.getitem, tree.path, tree.document.data)
 
 
-def _candidates() -> Iterator[str]:
-    yield "MainTree"
-    number = 1
-    while True:
-        number += 1
-        yield f"MainTree{number}"
+def _definition(tree: Tree) -> TreeDefinition:
+    return TreeDefinition.model_validate(_data(tree))
