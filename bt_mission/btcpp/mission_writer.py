@@ -111,19 +111,18 @@ class _Writer:
         return Tag("SubTree", {"ID": main}, (*ports, *children))
 
     def _model(self, name: str, tree: Tree, definition: TreeDefinition) -> Tag:
-        ports: list[Tag] = []
-        for key, word in definition.needs.items():
-            self._name(tree.document, (*tree.path, "needs", key), key)
-            ports.append(Tag("input_port", {"name": key, "type": LABELS[word]}))
-        inputs = (*tree.path, "inputs")
-        ports += self._inputs(tree.document, inputs, definition.inputs, tree.types)
+        document, needs, outputs = tree.document, (*tree.path, "needs"), (*tree.path, "outputs")
+        ports = [
+            self._port("input_port", document, (*needs, key), {"type": LABELS[word]})
+            for key, word in definition.needs.items()
+        ]
+        ports += self._inputs(document, (*tree.path, "inputs"), definition.inputs, tree.types)
         for key, word in definition.outputs.items():
-            self._name(tree.document, (*tree.path, "outputs", key), key)
+            path = (*outputs, key)
+            ports.append(self._port("output_port", document, path, {"type": LABELS[word]}))
             if key in tree.types:
-                path = (*tree.path, "outputs", key)
                 hint = "give the output another name, and 'set' it"
-                self._refuse(tree.document, path, f"'{key}' as an input and an output", hint)
-            ports.append(Tag("output_port", {"name": key, "type": LABELS[word]}))
+                self._refuse(document, path, f"'{key}' as an input and an output", hint)
         return Tag("SubTree", {"ID": name}, tuple(ports))
 
     def _inputs(
@@ -131,19 +130,20 @@ class _Writer:
     ) -> list[Tag]:
         ports = []
         for name, value in values.items():
-            self._name(document, (*path, name), name)
-            word = types[name]
-            said = written_port_value(value, word)
+            said = written_port_value(value, types[name])
+            label = {"type": LABELS[types[name]], "default": said or ""}
+            ports.append(self._port("input_port", document, (*path, name), label))
             if said is None or is_illegal(said):
                 self._refuse(document, (*path, name), "a control character", "leave it out")
-            label = {"name": name, "type": LABELS[word], "default": said or ""}
-            ports.append(Tag("input_port", label))
         return ports
 
-    def _name(self, document: Document, path: At, name: str) -> None:
+    def _port(self, tag: str, document: Document, path: At, label: Mapping[str, str]) -> Tag:
+        """Return the port with the name that ends a path."""
+        name = str(path[-1])
         if name in _RESERVED or name.startswith("_"):
             what = f"a port with the name '{name}'"
             self._refuse(document, path, what, "give the variable another name")
+        return Tag(tag, {"name": name, **label})
 
     def _refuse_files(self, tree: Tree) -> None:
         """Refuse files of Python that are looked for beside another file than the XML file."""
