@@ -14,7 +14,7 @@ from typing import Any, NoReturn
 from xml.parsers import expat
 
 from bt_mission.core.diagnostics import Diagnostic, InputError, quoted
-from bt_mission.core.yaml.document import MAX_BYTES
+from bt_mission.core.yaml.document import refuse_large
 
 At = tuple[int, int]
 """Line and column, from 1."""
@@ -94,10 +94,7 @@ def fault_in(
 
 def parse(text: str, file: str) -> XmlSource:
     """Return the elements of an XML text. Raises InputError with the first fault."""
-    size = len(text.encode("utf-8", "replace"))
-    if size > MAX_BYTES:
-        message = f"the file is too large: {size:,} bytes, at most {MAX_BYTES:,} are read"
-        raise InputError([Diagnostic(message, file)])
+    refuse_large(text, file)
     return _XmlParser(text, file).parse()
 
 
