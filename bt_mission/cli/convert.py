@@ -67,9 +67,9 @@ def convert(options: argparse.Namespace) -> int:
 
 def _converted(file: Path | None) -> str:
     """The text of the other form, or of the palette."""
-    from bt_mission.btcpp.conversion import mission_yaml
-    from bt_mission.btcpp.mission_writing import mission_xml
-    from bt_mission.btcpp.models import palette_xml
+    from bt_mission.btcpp.document import mission_yaml
+    from bt_mission.btcpp.mission_writer import mission_xml
+    from bt_mission.btcpp.palette import palette_xml
     from bt_mission.core.files import SUFFIXES
     from bt_mission.core.yaml.document import read
     from bt_mission.sessions.load import XML

@@ -7,7 +7,7 @@ import py_trees
 from bt_mission.btcpp.built_in import BUILT_IN
 from bt_mission.btcpp.document import METADATA, document_of
 from bt_mission.btcpp.leaves import LEAVES
-from bt_mission.btcpp.mission_writing import mission_xml
+from bt_mission.btcpp.mission_writer import mission_xml
 from bt_mission.btcpp.ports import LABELS
 from bt_mission.cli import main
 from bt_mission.core.yaml.document import read_text

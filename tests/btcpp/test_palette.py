@@ -4,7 +4,7 @@ import re
 
 from bt_mission.btcpp.document import document_of
 from bt_mission.btcpp.leaves import LEAVES
-from bt_mission.btcpp.models import palette_xml
+from bt_mission.btcpp.palette import palette_xml
 from bt_mission.ros.interface_types import shapes
 
 

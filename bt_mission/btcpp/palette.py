@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 
 from bt_mission.btcpp.document import FORMAT
-from bt_mission.btcpp.emit import Tag, xml_text
-from bt_mission.btcpp.leaves import LEAVES, OUT, TEXTS, LeafElement
+from bt_mission.btcpp.elements import Tag, xml_text
+from bt_mission.btcpp.leaves import LEAVES, OUT, LeafElement
 from bt_mission.btcpp.ports import LABELS
 from bt_mission.core.errors import BtMissionError
 from bt_mission.language.action_names import ACTION_NAMES
@@ -22,8 +22,6 @@ from bt_mission.language.message_types import (
 ShapesOf = Callable[[str], ActionShapes | ServiceShapes | MessageShape]
 """Tells what a ROS type holds. Raises UnknownType."""
 
-_CONDITIONS = frozenset(("check",))
-
 
 def palette_xml(shapes: ShapesOf | None = None) -> str:
     """Return the models of all leaves, as a file without a tree, for Groot 2 to load."""
@@ -35,33 +33,22 @@ def leaf_models(used: Mapping[str, Iterable[str]], shapes: ShapesOf | None = Non
     """Yield the models of leaves, by kind; those attributes are listed as well that are `used`."""
     for kind, attributes in used.items():
         ports = _ports(LEAVES[kind], shapes)
-        for attribute in attributes:
-            if attribute != "name":
-                ports.setdefault(attribute, _port(attribute, "" if attribute in TEXTS else None))
-        tag = "Condition" if kind in _CONDITIONS else "Action"
-        yield Tag(tag, {"ID": kind}, tuple(ports.values()))
+        ports |= {name: None for name in attributes if name != "name" and name not in ports}
+        tags = tuple(_port(name, label) for name, label in ports.items())
+        yield Tag("Condition" if kind == "check" else "Action", {"ID": kind}, tags)
 
 
-def _ports(leaf: LeafElement, shapes: ShapesOf | None) -> dict[str, Tag]:
-    """Return the ports of a leaf that are known without a mission, by name."""
-    ports: dict[str, Tag] = {}
-    if leaf.whole:
-        ports[leaf.whole] = _port(leaf.whole)
-    for name in leaf.settings:
-        ports[name] = _port(name)
-    talk = action_shapes(leaf, shapes)
-    if talk is not None:
-        for name, shape in talk.goal.fields.items():
-            attribute = leaf.field_attribute((name,))
-            if attribute is not None:
-                ports[attribute] = _port(attribute, _label(shape))
-    for name in leaf.modifiers:
-        ports[name] = _port(name)
-    if talk is not None:
-        for name, shape in talk.result.fields.items():
-            attribute = leaf.output_attribute(name)
-            ports[attribute] = _port(attribute, _label(shape))
-    return ports
+def _ports(leaf: LeafElement, shapes: ShapesOf | None) -> dict[str, str | None]:
+    """Return the ports of a leaf that are known without a mission, each with its type."""
+    found = action_shapes(leaf, shapes)
+    goal, result = (found.goal.fields, found.result.fields) if found else ({}, {})
+    fields = {leaf.field_attribute((name,)): _label(shape) for name, shape in goal.items()}
+    return {
+        **dict.fromkeys([leaf.whole] if leaf.whole else leaf.settings),
+        **{name: label for name, label in fields.items() if name is not None},
+        **dict.fromkeys(leaf.modifiers),
+        **{leaf.output_attribute(name): _label(shape) for name, shape in result.items()},
+    }
 
 
 def action_shapes(leaf: LeafElement, shapes: ShapesOf | None) -> ActionShapes | None:
@@ -75,7 +62,7 @@ def action_shapes(leaf: LeafElement, shapes: ShapesOf | None) -> ActionShapes | 
     return found if isinstance(found, ActionShapes) else None
 
 
-def _port(name: str, label: str | None = None) -> Tag:
+def _port(name: str, label: str | None) -> Tag:
     direction = "output_port" if name.startswith(OUT) else "input_port"
     return Tag(direction, {"name": name, **({"type": label} if label else {})})
 

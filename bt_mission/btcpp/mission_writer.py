@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import itertools
+import operator
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
+from functools import reduce
 from pathlib import Path
 from typing import Any
 
 from bt_mission.btcpp.attributes import is_illegal
 from bt_mission.btcpp.document import FORMAT, METADATA
-from bt_mission.btcpp.emit import Tag, xml_text
-from bt_mission.btcpp.leaf_writing import Path as At
-from bt_mission.btcpp.models import ShapesOf, leaf_models
+from bt_mission.btcpp.elements import Tag, xml_text
+from bt_mission.btcpp.leaves import Path as At
+from bt_mission.btcpp.nodes import NodeWriter
+from bt_mission.btcpp.palette import ShapesOf, leaf_models
 from bt_mission.btcpp.ports import LABELS, written_port_value
-from bt_mission.btcpp.writing import NodeWriter
 from bt_mission.core.diagnostics import Diagnostic, InputError, in_order
 from bt_mission.core.yaml.document import Document
 from bt_mission.language.file import MissionFile, TreeDefinition
@@ -43,14 +46,12 @@ class _Writer:
         self._document = document
         self._mission = mission
         self._shapes = shapes
-        self._head: MissionFile = MissionFile.model_validate(document.data)
-        self._limits = GoalLimitsTable.written(self._head)
+        self._limits = GoalLimitsTable.written(MissionFile.model_validate(document.data))
         self._used: dict[str, dict[str, None]] = {}
         self._faults: list[Diagnostic] = []
-        self._definitions = dict(self._defined())
         self._signatures = {
-            name: Signature(name, definition, tree.types, tree.document, tree.path)
-            for name, (tree, definition) in self._definitions.items()
+            name: Signature(name, _definition(tree), tree.types, tree.document, tree.path)
+            for name, tree in mission.trees.items()
         }
 
     def text(self) -> str:
@@ -58,11 +59,11 @@ class _Writer:
         main = self._id()
         bodies = [self._tree(self._document, ("tree",), data["tree"], main, data)]
         models = [self._main_model(main)]
-        for name, (tree, definition) in self._definitions.items():
-            written = _at(tree.document.data, tree.path)
+        for name, tree in self._mission.trees.items():
+            written = _data(tree)
             path = (*tree.path, "do")
             bodies.append(self._tree(tree.document, path, written["do"], name, written))
-            models.append(self._model(name, tree, definition))
+            models.append(self._model(name, tree, self._signatures[name].definition))
             self._refuse_files(tree)
         if self._faults:
             raise InputError(in_order(self._faults))
@@ -72,18 +73,12 @@ class _Writer:
         root = {"BTCPP_format": FORMAT, "main_tree_to_execute": main}
         return xml_text(Tag("root", root, (*bodies, *palette)))
 
-    def _defined(self) -> Iterator[tuple[str, tuple[Tree, TreeDefinition]]]:
-        for name, tree in self._mission.trees.items():
-            written = _at(tree.document.data, tree.path)
-            yield name, (tree, TreeDefinition.model_validate(written))
-
     def _id(self) -> str:
         """Return the ID of the main tree: the mission's name where it can be one."""
-        name = self._mission.name
-        taken = self._mission.trees
-        if _ID.fullmatch(name) and name not in taken:
-            return name
-        return next(one for one in _candidates() if one not in taken)
+        own = [name for name in (self._mission.name,) if _ID.fullmatch(name)]
+        others = (f"MainTree{number}" for number in itertools.count(2))
+        candidates = itertools.chain(own, ["MainTree"], others)
+        return next(name for name in candidates if name not in self._mission.trees)
 
     def _refuse(self, document: Document, path: At, what: str, hint: str) -> None:
         message = f"{what}: XML has no counterpart"
@@ -116,19 +111,18 @@ class _Writer:
         return Tag("SubTree", {"ID": main}, (*ports, *children))
 
     def _model(self, name: str, tree: Tree, definition: TreeDefinition) -> Tag:
-        ports: list[Tag] = []
-        for key, word in definition.needs.items():
-            self._name(tree.document, (*tree.path, "needs", key), key)
-            ports.append(Tag("input_port", {"name": key, "type": LABELS[word]}))
-        inputs = (*tree.path, "inputs")
-        ports += self._inputs(tree.document, inputs, definition.inputs, tree.types)
+        document, needs, outputs = tree.document, (*tree.path, "needs"), (*tree.path, "outputs")
+        ports = [
+            self._port("input_port", document, (*needs, key), {"type": LABELS[word]})
+            for key, word in definition.needs.items()
+        ]
+        ports += self._inputs(document, (*tree.path, "inputs"), definition.inputs, tree.types)
         for key, word in definition.outputs.items():
-            self._name(tree.document, (*tree.path, "outputs", key), key)
+            path = (*outputs, key)
+            ports.append(self._port("output_port", document, path, {"type": LABELS[word]}))
             if key in tree.types:
-                path = (*tree.path, "outputs", key)
                 hint = "give the output another name, and 'set' it"
-                self._refuse(tree.document, path, f"'{key}' as an input and an output", hint)
-            ports.append(Tag("output_port", {"name": key, "type": LABELS[word]}))
+                self._refuse(document, path, f"'{key}' as an input and an output", hint)
         return Tag("SubTree", {"ID": name}, tuple(ports))
 
     def _inputs(
@@ -136,19 +130,20 @@ class _Writer:
     ) -> list[Tag]:
         ports = []
         for name, value in values.items():
-            self._name(document, (*path, name), name)
-            word = types[name]
-            said = written_port_value(value, word)
+            said = written_port_value(value, types[name])
+            label = {"type": LABELS[types[name]], "default": said or ""}
+            ports.append(self._port("input_port", document, (*path, name), label))
             if said is None or is_illegal(said):
                 self._refuse(document, (*path, name), "a control character", "leave it out")
-            label = {"name": name, "type": LABELS[word], "default": said or ""}
-            ports.append(Tag("input_port", label))
         return ports
 
-    def _name(self, document: Document, path: At, name: str) -> None:
+    def _port(self, tag: str, document: Document, path: At, label: Mapping[str, str]) -> Tag:
+        """Return the port with the name that ends a path."""
+        name = str(path[-1])
         if name in _RESERVED or name.startswith("_"):
             what = f"a port with the name '{name}'"
             self._refuse(document, path, what, "give the variable another name")
+        return Tag(tag, {"name": name, **label})
 
     def _refuse_files(self, tree: Tree) -> None:
         """Refuse files of Python that are looked for beside another file than the XML file."""
@@ -160,15 +155,10 @@ class _Writer:
                 self._refuse(tree.document, path, "a file beside an included one", hint)
 
 
-def _at(data: Any, path: At) -> Any:
-    for key in path:
-        data = data[key]
-    return data
+def _data(tree: Tree) -> Any:
+    """Return a tree as its file has it."""
+    return reduce(operator.getitem, tree.path, tree.document.data)
 
 
-def _candidates() -> Iterator[str]:
-    yield "MainTree"
-    number = 1
-    while True:
-        number += 1
-        yield f"MainTree{number}"
+def _definition(tree: Tree) -> TreeDefinition:
+    return TreeDefinition.model_validate(_data(tree))

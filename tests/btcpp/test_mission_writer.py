@@ -3,7 +3,7 @@
 import pytest
 
 from bt_mission.btcpp.document import document_of
-from bt_mission.btcpp.mission_writing import mission_xml
+from bt_mission.btcpp.mission_writer import mission_xml
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.yaml.document import read_text
 from bt_mission.language.loader import draft, load_text
