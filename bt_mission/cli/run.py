@@ -165,8 +165,8 @@ def _run_on_screen(options: argparse.Namespace, mission: Any) -> tuple[Report, K
     from bt_mission.sessions.session import InterruptSignals, driving
     from bt_mission.views.terminal.marks import marks_for
     from bt_mission.views.terminal.views import Quiet
-    from bt_mission.views.tui.memory import settle_memory
     from bt_mission.views.tui.run_app import RunApp
+    from bt_mission.views.tui.view_app import settle_memory
 
     with (
         _open_session(options, mission, lambda _: None) as session,

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from bt_mission.events.log import LogEntry
 from bt_mission.events.mission_state import WatchedMission
 from bt_mission.views.terminal.marks import Marks, clean
+from bt_mission.views.terminal.outline import Outline
 from bt_mission.views.terminal.tree_rows import tree_row
 from bt_mission.views.terminal.words import fit, seconds, text_of
-from bt_mission.views.tui.outline import Outline
 
 
 def title(mission: WatchedMission, marks: Marks) -> str:
