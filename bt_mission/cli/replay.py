@@ -111,8 +111,8 @@ def _draw(options: argparse.Namespace, film: Timeline) -> int:
 
 def _print_once(options: argparse.Namespace, film: Timeline) -> int:
     from bt_mission.recording.replay.player import Player
+    from bt_mission.views.terminal.lines import whole_tree
     from bt_mission.views.terminal.marks import marks_for
-    from bt_mission.views.terminal.plain_watch import whole_tree
 
     mission = Player(film, at_s=options.at).scene.mission
     width = os.get_terminal_size().columns if sys.stdout.isatty() else None
@@ -137,8 +137,8 @@ def _tell_log(options: argparse.Namespace, film: Timeline) -> None:
     """Print what a recording without a trace tells."""
     from bt_mission.core.wall_clock import Pacer
     from bt_mission.recording.replay.scene import entries_of
+    from bt_mission.views.terminal.lines import log_line
     from bt_mission.views.terminal.marks import marks_for
-    from bt_mission.views.terminal.plain_watch import log_line
 
     marks = marks_for(sys.stdout.encoding)
     begin_ns = film.start_ns + round(options.at * 1e9)

@@ -135,7 +135,7 @@ def _leaves(report: Report) -> list[str]:
     """What each leaf came to, for people; programs that read a pipe ask for ``--json``."""
     if not sys.stdout.isatty():
         return []
-    from bt_mission.views.terminal.leaf_table import leaf_table
+    from bt_mission.views.terminal.lines import leaf_table
     from bt_mission.views.terminal.marks import marks_for
 
     width = shutil.get_terminal_size().columns

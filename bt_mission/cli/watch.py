@@ -151,8 +151,8 @@ def _look_for(observer: ExecutiveDirectory, options: argparse.Namespace) -> Miss
 def _print_once(observer: ExecutiveDirectory, link: MissionClient) -> int:
     from bt_mission.core.wall_clock import Stopwatch
     from bt_mission.events.mission_state import WatchedMission
+    from bt_mission.views.terminal.lines import whole_tree
     from bt_mission.views.terminal.marks import marks_for
-    from bt_mission.views.terminal.plain_watch import whole_tree
 
     mission = WatchedMission()
     since = Stopwatch()
@@ -181,8 +181,8 @@ def _follow(observer: ExecutiveDirectory, link: MissionClient, *, as_json: bool)
     from bt_mission.events.json_stream import as_line, as_object
     from bt_mission.events.log import entry_of
     from bt_mission.events.mission_state import WatchedMission
+    from bt_mission.views.terminal.lines import log_line, whole_tree
     from bt_mission.views.terminal.marks import marks_for
-    from bt_mission.views.terminal.plain_watch import log_line, whole_tree
 
     mission = WatchedMission()
     marks = marks_for(sys.stdout.encoding)
