@@ -46,7 +46,7 @@ from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import StageOptions
 from bt_mission.views.terminal.marks import SIGNS
 from bt_mission.views.tui.app import WatchApp
-from bt_mission.views.tui.memory import settle_memory
+from bt_mission.views.tui.view_app import settle_memory
 
 VIRTUAL_S = 40.0
 """Of one turn."""

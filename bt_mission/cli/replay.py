@@ -97,8 +97,8 @@ def _replay_recording(options: argparse.Namespace) -> int:
 def _draw(options: argparse.Namespace, film: Timeline) -> int:
     from bt_mission.recording.replay.player import Player
     from bt_mission.views.terminal.marks import marks_for
-    from bt_mission.views.tui.memory import settle_memory
     from bt_mission.views.tui.replay_app import ReplayApp
+    from bt_mission.views.tui.view_app import settle_memory
 
     player = Player(film, speed=options.speed or 1.0, at_s=options.at)
     player.play()
@@ -131,8 +131,8 @@ def _tell_log(options: argparse.Namespace, film: Timeline) -> None:
     """Print what a recording without a trace tells."""
     from bt_mission.core.wall_clock import Pacer
     from bt_mission.recording.replay.seeker import entries_of
+    from bt_mission.views.terminal.lines import log_line
     from bt_mission.views.terminal.marks import marks_for
-    from bt_mission.views.terminal.plain_watch import log_line
 
     marks = marks_for(sys.stdout.encoding)
     begin_ns = film.start_ns + round(options.at * 1e9)

@@ -134,7 +134,7 @@ def _leaves(report: Report) -> list[str]:
     """What each leaf came to, for people; programs that read a pipe ask for ``--json``."""
     if not sys.stdout.isatty():
         return []
-    from bt_mission.views.terminal.leaf_table import leaf_table
+    from bt_mission.views.terminal.lines import leaf_table
     from bt_mission.views.terminal.marks import marks_for
 
     width = shutil.get_terminal_size().columns
@@ -165,8 +165,8 @@ def _run_on_screen(options: argparse.Namespace, mission: Any) -> tuple[Report, K
     from bt_mission.sessions.session import driving
     from bt_mission.views.terminal.marks import marks_for
     from bt_mission.views.terminal.views import Quiet
-    from bt_mission.views.tui.memory import settle_memory
     from bt_mission.views.tui.run_app import RunApp
+    from bt_mission.views.tui.view_app import settle_memory
 
     with (
         _open_session(options, mission, lambda _: None) as session,

@@ -69,7 +69,7 @@ def _serve(options: argparse.Namespace) -> int:
     from bt_mission.language.mission import Mission
     from bt_mission.ros.graph import GraphConnection, NodeOptions
     from bt_mission.sessions.mission_server import MissionServer
-    from bt_mission.views.terminal.plain import PlainLines
+    from bt_mission.views.terminal.lines import PlainLines
 
     def say(text: str) -> None:
         print(text, flush=True)

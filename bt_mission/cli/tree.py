@@ -112,7 +112,7 @@ def _print(root: Any, title: str) -> None:
 
     from bt_mission.core.text import escape_control
     from bt_mission.views.drawing.outline import can_show, legend, outline
-    from bt_mission.views.drawing.style import STROKES
+    from bt_mission.views.drawing.scene import STROKES
 
     console = Console(highlight=False)
     ascii_only = not can_show(console.encoding)

@@ -107,7 +107,7 @@ def _draw(observer: ExecutiveDirectory, options: argparse.Namespace) -> int:
     from bt_mission.events.attachment import nobody, wanted_name
     from bt_mission.views.terminal.marks import marks_for
     from bt_mission.views.tui.app import WatchApp
-    from bt_mission.views.tui.memory import settle_memory
+    from bt_mission.views.tui.view_app import settle_memory
 
     name = wanted_name(options.executive)
     settle_memory()
@@ -165,8 +165,8 @@ def _print_once(observer: ExecutiveDirectory, link: MissionClient) -> int:
 
 def print_tree(mission: MissionState) -> None:
     """Print the tree of a mission as it is, no wider than the terminal."""
+    from bt_mission.views.terminal.lines import whole_tree
     from bt_mission.views.terminal.marks import marks_for
-    from bt_mission.views.terminal.plain_watch import whole_tree
 
     width = os.get_terminal_size().columns if sys.stdout.isatty() else None
     for line in whole_tree(mission, marks_for(sys.stdout.encoding), width):
@@ -188,8 +188,8 @@ def _follow(observer: ExecutiveDirectory, link: MissionClient, *, as_json: bool)
     from bt_mission.events.json_stream import as_line, as_object
     from bt_mission.events.log import entry_of
     from bt_mission.events.mission_state import MissionState
+    from bt_mission.views.terminal.lines import log_line, whole_tree
     from bt_mission.views.terminal.marks import marks_for
-    from bt_mission.views.terminal.plain_watch import log_line, whole_tree
 
     mission = MissionState()
     marks = marks_for(sys.stdout.encoding)

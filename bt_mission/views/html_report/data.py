@@ -9,8 +9,9 @@ import numpy as np
 
 from bt_mission.recording.model import RecordedRun
 from bt_mission.views.html_report.charts import charts_of, thinned
+from bt_mission.views.html_report.figures import duration_s, since_start_s
 from bt_mission.views.html_report.plan import points_on_map
-from bt_mission.views.html_report.timeline import duration_s, rows_of
+from bt_mission.views.html_report.timeline import rows_of
 
 MOST_POSES = 3000
 MOST_SCANS = 400
@@ -48,7 +49,7 @@ def script_data(run: RecordedRun) -> str:
 
 
 def _s(run: RecordedRun, time_ns: int) -> float:
-    return round((time_ns - run.start_ns) / 1e9, 3)
+    return round(since_start_s(run, time_ns), 3)
 
 
 def _poses(run: RecordedRun) -> dict[str, list[float]]:

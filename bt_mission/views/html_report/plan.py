@@ -9,7 +9,7 @@ import numpy as np
 
 from bt_mission.recording.model import Floats, RecordedGrid, RecordedRun, RecordedScan, Track
 from bt_mission.views.html_report.figures import stops
-from bt_mission.views.html_report.markup import element, number, rows, seconds, void
+from bt_mission.views.html_report.markup import element, hint, legend, number, rows, seconds, void
 
 MARGIN = 0.3
 """m around everything that is drawn."""
@@ -23,7 +23,7 @@ def plan(run: RecordedRun) -> str:
     """The drawing, with y up as maps have it; nothing where nothing is known."""
     box = _box(run)
     if box is None:
-        return element("p", "The recording has no map and no pose of the robot.", class_="hint")
+        return hint("The recording has no map and no pose of the robot.")
     x, y, width, height = box
     unit = max(width, height) / 85
     parts = [
@@ -48,7 +48,7 @@ def plan(run: RecordedRun) -> str:
         aria_label="The way of the robot over the map",
         style=f"aspect-ratio:{number(width / height, 3)}",
     )
-    return drawing + _legend(run) + _scale(width)
+    return drawing + _legend(run) + hint(f"{number(width, 1)} m wide.")
 
 
 def _box(run: RecordedRun) -> tuple[float, float, float, float] | None:
@@ -253,12 +253,4 @@ def _legend(run: RecordedRun) -> str:
     parts += [("stopped", "stood still"), ("ended", "a goal ended here (numbers: see Goals)")]
     if run.scans:
         parts.append(("scanned", "seen by the lidar"))
-    return element(
-        "p",
-        " ".join(element("span", element("span", "", class_=f"key {k}") + t) for k, t in parts),
-        class_="legend",
-    )
-
-
-def _scale(width: float) -> str:
-    return element("p", f"{number(width, 1)} m wide.", class_="hint")
+    return legend("key", parts)

@@ -81,19 +81,23 @@ def path(names: Sequence[str], width: int, marks: Marks) -> list[Span]:
 
 def log_rows(entries: Iterable[LogEntry], start_ns: int, marks: Marks) -> Rows:
     """A row for each entry, with the time since the start."""
-    rows: Rows = []
-    for entry in entries:
-        style = "" if entry.status is None else STATUS_STYLES[entry.status]
-        sign = " " if entry.status is None else marks.status[entry.status]
-        time_s = (entry.time_ns - start_ns) / 1e9
-        row: list[Span] = [(f"{time_s:8.2f}  ", "time"), (f"{sign} ", style)]
-        if entry.name:
-            row.append((clean(entry.name, marks), style or "title"))
-        if entry.text:
-            text = clean(entry.text, marks)
-            row.append((f"  {text}" if entry.name else text, "words" if entry.name else ""))
-        rows.append(row)
-    return rows
+    return [
+        [(f"{(entry.time_ns - start_ns) / 1e9:8.2f}  ", "time"), *log_words(entry, marks)]
+        for entry in entries
+    ]
+
+
+def log_words(entry: LogEntry, marks: Marks) -> list[Span]:
+    """An entry without its time."""
+    style = "" if entry.status is None else STATUS_STYLES[entry.status]
+    sign = " " if entry.status is None else marks.status[entry.status]
+    spans: list[Span] = [(f"{sign} ", style)]
+    if entry.name:
+        spans.append((clean(entry.name, marks), style or "title"))
+    if entry.text:
+        text = clean(entry.text, marks)
+        spans.append((f"  {text}", "words") if entry.name else (text, ""))
+    return spans
 
 
 def goal_rows(mission: MissionState, marks: Marks) -> Rows:

@@ -8,8 +8,8 @@ from py_trees.common import Status
 
 from bt_mission.events.mission_state import MissionState
 from bt_mission.views.terminal.marks import Marks, clean
+from bt_mission.views.terminal.outline import Outline
 from bt_mission.views.terminal.words import Span, bar, seconds
-from bt_mission.views.tui.outline import Outline
 
 BAR_WIDTH = 12
 NARROW, TINY = 50, 30

@@ -114,21 +114,9 @@ class WatchApp(ViewApp):
         if self.source is not None:
             self.source.send(command)
 
-    def action_pause(self) -> None:
-        """Pause."""
-        self.send_command(ControlRequest(Verb.PAUSE))
-
-    def action_pause_keeping(self) -> None:
-        """Pause, while goals run on."""
-        self.send_command(ControlRequest(Verb.PAUSE_KEEPING_GOALS))
-
-    def action_resume(self) -> None:
-        """Go on."""
-        self.send_command(ControlRequest(Verb.RESUME))
-
-    def action_step(self) -> None:
-        """One tick."""
-        self.send_command(ControlRequest(Verb.STEP))
+    def action_send(self, verb: str) -> None:
+        """Pass on the wish of this name."""
+        self.send_command(ControlRequest(Verb[verb]))
 
     def action_stop(self) -> None:
         """Stop, when asked twice in a row."""

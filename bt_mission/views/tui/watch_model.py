@@ -8,8 +8,7 @@ from bt_mission.events import messages
 from bt_mission.events.events import MissionStarted
 from bt_mission.events.mission_state import MissionState
 from bt_mission.events.source import ControlRequest, Heard, Verb
-from bt_mission.views.tui.outline import Outline
-from bt_mission.views.tui.viewport import scrolled_to
+from bt_mission.views.terminal.outline import Outline, scrolled_to
 
 WINDOW_S = 3.0
 """Wall time over which the pace is taken."""
@@ -156,6 +155,7 @@ class WatchModel:
     def follow(self) -> None:
         """Go with what runs, or no longer."""
         self.is_following = not self.is_following
+        self._go_along()
 
     def search(self, text: str, start: int, *, step: int = 1) -> bool:
         """Select the next node with a text in its name, class or words; gives whether there is one.

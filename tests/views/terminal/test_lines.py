@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bt_mission.executive.leaf_statistics import LeafSummary
-from bt_mission.views.terminal.leaf_table import MOST_ROWS, leaf_table
+from bt_mission.views.terminal.lines import MOST_ROWS, leaf_table
 from bt_mission.views.terminal.marks import ASCII_SIGNS, SIGNS
 
 DRIVE = LeafSummary("drive", "0.0", 12, {"canceled by condition": 2, "succeeded": 10}, 85.5, 16.1)

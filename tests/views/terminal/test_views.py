@@ -9,7 +9,7 @@ import pytest
 from bt_mission_interfaces.action import Turn
 from rich.console import Console
 
-from bt_mission.views.terminal.live import LiveTree
+from bt_mission.views.terminal.views import LiveTree
 
 TREE = """\
   sequence:
