@@ -24,13 +24,14 @@ from bt_mission.core.errors import described
 from bt_mission.recording.contents import (
     DETAILS_TYPE,
     DetailsRecorder,
+    PictureFolder,
+    compressed,
     files_of,
     log_line,
     versions,
 )
 from bt_mission.recording.file import McapFile
 from bt_mission.recording.goals import GoalEvents
-from bt_mission.recording.pictures import PictureFolder, compressed
 from bt_mission.recording.topics import GraphTopics
 
 if TYPE_CHECKING:
