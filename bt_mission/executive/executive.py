@@ -83,7 +83,7 @@ class Executive:
         self.goal_listeners: list[Callable[[str, Goal], None]] = []
         runtime.ledger.on_event = self._on_goal
         self.after_tick: list[Callable[[], None]] = []
-        self.tick_wrapper: Callable[[Iterator[Behaviour]], Iterator[Behaviour]] = iter
+        self.tick_wrappers: list[Callable[[Iterator[Behaviour]], Iterator[Behaviour]]] = []
         """Put around each tick's walk, by who wants to see every node that it visits."""
         self._runtime = runtime
         self._trace = trace
@@ -238,7 +238,7 @@ class Executive:
     def _tick_tree(self) -> None:
         if self._walk is None:
             self.ticks += 1
-            self._walk = self.tick_wrapper(self.root.tick())
+            self._walk = self._begin_walk()
         try:
             known = self._known
             for node in self._walk:
@@ -258,6 +258,12 @@ class Executive:
                 self._end(MissionStatus.SUCCESS, "")
             elif self.root.status is not Status.RUNNING:
                 self._end(MissionStatus.FAILURE, self._why_failed())
+
+    def _begin_walk(self) -> Iterator[Behaviour]:
+        walk: Iterator[Behaviour] = self.root.tick()
+        for wrap in self.tick_wrappers:
+            walk = wrap(walk)
+        return walk
 
     def _break(self) -> None:
         """Stop in the middle of a tick."""

@@ -4,8 +4,8 @@
 - ``stages``: :class:`Stages`, the fixture ``stage``
 - ``run``: :class:`Run`, a mission under test
 - ``moment``: :class:`Moment`, one control step, for conditions
-- ``claims``: what can be claimed of a run: always, never, eventually, whenever
-- ``seeds``, ``rates``, ``scenarios``: ``@pytest.mark.scenario``, a test for each seed
+- ``assertions``: what can be claimed of a run: always, never, eventually, whenever
+- ``seeds``, ``pass_rates``, ``scenarios``: ``@pytest.mark.scenario``, a test for each seed
 - ``coverage/``: ``--mission-cov``, what no test has reached
 - ``results``: what a test tells and leaves when it is over
 - ``live_graph``, ``processes``: sim, servers and executive as processes of their own

@@ -28,9 +28,11 @@ def test_a_message_reaches_whoever_listens(graph: Any) -> None:
 
 def test_a_recorder_does_not_count_as_a_reader(graph: Any) -> None:
     """A mission that waits for somebody to listen waits on while it is recorded."""
-    writer = TopicPublisher(graph.node("mission"), "lamp", "std_msgs/msg/Bool")
+    node = graph.node("mission")
+    writer = TopicPublisher(node, "lamp", "std_msgs/msg/Bool")
+    (publisher,) = (one for one in node.publishers if one.topic_name == writer.name)
     graph.node(RECORDER).create_subscription(Bool, "lamp", lambda _: None, 10)
-    graph.settle(lambda: writer._publisher.get_subscription_count() == 1)
+    graph.settle(lambda: publisher.get_subscription_count() == 1)
     assert writer.count_readers() == 0
 
 

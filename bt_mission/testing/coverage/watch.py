@@ -45,8 +45,7 @@ class CoverageWatch:
         self._mark = mark
         self._built = {one.node: one for one in built(mission, executive.root)}
         self._seen: set[tuple[Behaviour, str, str]] = set()
-        followed = executive.tick_wrapper
-        executive.tick_wrapper = lambda walk: self._follow(followed(walk))
+        executive.tick_wrappers.append(self._follow)
         executive.listeners.append(self._on_change)
 
     def _follow(self, walk: Iterator[Behaviour]) -> Iterator[Behaviour]:
