@@ -58,9 +58,8 @@ class MapChart:
 
     def __init__(self, marks: Marks) -> None:
         self._marks = marks
-        self._key: tuple[int, ChartWindow] | None = None
+        self._drawn: tuple[Map, ChartWindow] | None = None
         self._walls: Grid = np.zeros((0, 0), np.int8)
-        self._map: Map | None = None
 
     def draw(
         self,
@@ -85,8 +84,8 @@ class MapChart:
         """The map in the chart's pixels."""
         if grid is None:
             return np.zeros((frame.height, frame.width), np.int8)
-        if self._map is not grid or self._key != (id(grid), frame):
-            self._map, self._key = grid, (id(grid), frame)
+        if self._drawn is None or self._drawn[0] is not grid or self._drawn[1] != frame:
+            self._drawn = (grid, frame)
             self._walls = _rasterised(grid, frame)
         return self._walls
 
@@ -143,13 +142,8 @@ class MapChart:
 def _wall_near(pixels: Grid, at: tuple[int, int]) -> tuple[int, int] | None:
     """The pixel of a wall that a ray has hit: a hit that is a pixel off, by noise, counts."""
     row, column = at
-    for r, c in (
-        (row, column),
-        (row - 1, column),
-        (row + 1, column),
-        (row, column - 1),
-        (row, column + 1),
-    ):
+    for down, right in ((0, 0), (-1, 0), (1, 0), (0, -1), (0, 1)):
+        r, c = row + down, column + right
         if 0 <= r < pixels.shape[0] and 0 <= c < pixels.shape[1] and pixels[r, c] == WALL:
             return r, c
     return None
