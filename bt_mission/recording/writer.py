@@ -337,3 +337,19 @@ def string_message(text: str) -> bytes:
     """A ``std_msgs/msg/String``, serialized (little-endian CDR)."""
     data = text.encode() + b"\0"
     return b"\0\1\0\0" + _LENGTH(len(data)) + data
+
+
+def record(
+    session: ObservableSession, path: str | Path, options: RecordingOptions | None = None
+) -> RunRecorder:
+    """Record a session from its present step on; a context manager that closes the file.
+
+    Args:
+        session: A :class:`bt_mission.Stage`, or another session.
+        path: MCAP file to write; overwritten.
+        options: What to record besides everything that is always recorded.
+
+    Raises:
+        BtMissionError: When the file cannot be opened.
+    """
+    return RunRecorder(session, Path(path), options)
