@@ -304,7 +304,8 @@ class MissionRunner:
         with ExitStack() as made:
             if not self.node.context.ok():
                 self.executive.abandon("ROS was shut down")
-            elif executor is None:
+            elif executor is None or self.node not in executor.get_nodes():
+                # `rclpy.spin_once` takes the node out of its executor each time.
                 executor = SingleThreadedExecutor(context=self.node.context)
                 made.callback(executor.shutdown)
                 executor.add_node(self.node)

@@ -6,12 +6,15 @@ from typing import Any
 
 import pytest
 from rclpy.clock_type import ClockType
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.time import Time
 from std_msgs.msg import String
 
 from bt_mission import BtMissionError, MissionRunner, RunnerOptions, load_text
 from bt_mission.core.dds.liveliness import TOPIC
+from bt_mission.testing import ScriptedServer
+from tests.support.graph import TURN as TYPE
 
 TURN = "mission: turns\ntree:\n  turn: {angle: 90}\n  timeout: 60\n"
 TALK = """\
@@ -122,6 +125,24 @@ def test_a_block_that_is_left_halts_the_mission_and_waits_for_its_goals(
     report = runner.report()
     assert (report.status, report.goals_left_behind) == ("interrupted", 0)
     assert report.reason == "its caller has left: ZeroDivisionError"
+
+
+def test_a_node_that_no_executor_holds_is_spun_until_the_end(ros: Any) -> None:
+    """As after `rclpy.spin_once`; on the clock of this machine."""
+    node = Node("alone", context=ros.context)
+    turn = ScriptedServer(node, TYPE, "turn")
+    executor = SingleThreadedExecutor(context=ros.context)
+    with MissionRunner(node, load_text(TURN)) as runner:
+        for _ in range(1000):
+            executor.add_node(node)
+            executor.spin_once(timeout_sec=0.1)
+            executor.remove_node(node)
+            if turn.goals and turn.goal.accepted:
+                break
+    executor.shutdown()
+    report = runner.report()
+    assert (report.reason, report.goals_left_behind) == ("its caller has left", 0)
+    node.destroy_node()
 
 
 def test_halting_cancels_goals(ros: Any, node: Node) -> None:
