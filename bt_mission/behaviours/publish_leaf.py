@@ -9,7 +9,7 @@ from py_trees.common import Status
 from bt_mission.behaviours.evaluator import Evaluator
 from bt_mission.behaviours.leaf import Leaf
 from bt_mission.behaviours.runtime import NS, Publisher, Runtime, placed
-from bt_mission.language.nodes.topics import PublishNode
+from bt_mission.language.nodes.interfaces import PublishNode
 
 
 class PublishLeaf(Leaf):

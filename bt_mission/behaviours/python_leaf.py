@@ -7,7 +7,7 @@ from py_trees.common import Status
 
 from bt_mission.behaviours.evaluator import Evaluator
 from bt_mission.behaviours.runtime import MissionFailure, placed
-from bt_mission.language.nodes.python import PythonNode
+from bt_mission.language.nodes.leaves import PythonNode
 from bt_mission.language.plugins import find_class
 
 

@@ -11,7 +11,7 @@ from bt_mission.behaviours.evaluator import Evaluator
 from bt_mission.behaviours.leaf import Leaf
 from bt_mission.behaviours.runtime import NS, Runtime, ServiceClient, placed
 from bt_mission.language.nodes.fields import LIMIT
-from bt_mission.language.nodes.service import ServiceNode
+from bt_mission.language.nodes.interfaces import ServiceNode
 
 
 class ServiceLeaf(Leaf):

@@ -10,7 +10,7 @@ from py_trees.common import Status
 from bt_mission.behaviours.evaluator import Evaluator, MessageFields, values_read
 from bt_mission.behaviours.leaf import Leaf
 from bt_mission.behaviours.runtime import NS, LatestMessage, MissionFailure, Runtime, placed
-from bt_mission.language.nodes.topics import WaitForNode
+from bt_mission.language.nodes.interfaces import WaitForNode
 
 
 class WaitFor(Leaf):

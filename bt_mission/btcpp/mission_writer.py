@@ -24,7 +24,7 @@ from bt_mission.language.goal_limits import GoalLimitsTable
 from bt_mission.language.loader import draft
 from bt_mission.language.mission import Mission, Tree
 from bt_mission.language.node_reader import Signature
-from bt_mission.language.nodes.python import PythonNode
+from bt_mission.language.nodes.leaves import PythonNode
 
 _ID = re.compile(r"[A-Za-z_][\w-]*")
 _RESERVED = ("name", "ID")

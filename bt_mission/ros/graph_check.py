@@ -13,9 +13,7 @@ from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.language.nodes.base import (
     NodeModel,
 )
-from bt_mission.language.nodes.interface import (
-    InterfaceNode,
-)
+from bt_mission.language.nodes.interfaces import InterfaceNode
 from bt_mission.language.trees import used
 from bt_mission.ros.graph import WAIT_S, GraphConnection
 

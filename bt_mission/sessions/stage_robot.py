@@ -11,7 +11,7 @@ from action_servers.mapping.node import MapperNode, MapperOptions
 from action_servers.server.node import ServerOptions, ServersNode
 from bt_mission.executive.trace import Trace
 from bt_mission.language.nodes.action import GoalNode
-from bt_mission.language.nodes.python import PythonNode
+from bt_mission.language.nodes.leaves import PythonNode
 from bt_mission.language.trees import all_steps
 from bt_mission.ros.graph import NodeOptions
 from bt_mission.ros.mission_node import MissionNode

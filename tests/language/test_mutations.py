@@ -11,7 +11,7 @@ from bt_mission.core.yaml.document import read_text
 from bt_mission.language.expressions.expression import names_in, resolve
 from bt_mission.language.loader import draft, load_text
 from bt_mission.language.nodes.action import GoalNode
-from bt_mission.language.nodes.service import ServiceNode
+from bt_mission.language.nodes.interfaces import ServiceNode
 from bt_mission.ros.interface_types import action_type, fill, service_type
 from bt_mission.sessions.check import check
 from tests.support.project import ROOT

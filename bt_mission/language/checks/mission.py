@@ -16,10 +16,8 @@ from bt_mission.language.mission import Mission, Tree
 from bt_mission.language.nodes.base import (
     Path,
 )
-from bt_mission.language.nodes.interface import (
-    InterfaceNode,
-)
-from bt_mission.language.nodes.python import PythonNode
+from bt_mission.language.nodes.interfaces import InterfaceNode
+from bt_mission.language.nodes.leaves import PythonNode
 
 
 def scope_faults(mission: Mission) -> Iterator[Diagnostic]:

@@ -26,9 +26,7 @@ from bt_mission.language.nodes.base import (
 )
 from bt_mission.language.nodes.decorators import ForEachNode
 from bt_mission.language.nodes.fields import NumberRule
-from bt_mission.language.nodes.interface import (
-    InterfaceNode,
-)
+from bt_mission.language.nodes.interfaces import InterfaceNode
 
 OutputType = Callable[[InterfaceNode, str], Type | None]
 """The type of a field that a node reads of messages; None where it is not known."""

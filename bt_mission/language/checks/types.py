@@ -24,10 +24,8 @@ from bt_mission.language.message_types import (
     value_type,
 )
 from bt_mission.language.mission import Tree
-from bt_mission.language.nodes.interface import (
-    InterfaceNode,
-)
-from bt_mission.language.nodes.python import PythonNode
+from bt_mission.language.nodes.interfaces import InterfaceNode
+from bt_mission.language.nodes.leaves import PythonNode
 from bt_mission.language.plugins import PythonError, attributes_of, find_class
 
 Shapes = ActionShapes | ServiceShapes | MessageShape

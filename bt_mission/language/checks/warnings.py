@@ -40,8 +40,9 @@ def _tree_warnings(tree: Tree) -> Iterator[Diagnostic]:
     yield from unreached(document, tree.body)
     yield from restarted(document, tree.body)
     for node in tree.body.walk():
-        if node.endless is not None:
-            message = f"{node.endless} has no timeout: it may take for ever"
+        endless = node.endless()
+        if endless is not None:
+            message = f"{endless} has no timeout: it may take for ever"
             hint = "add 'timeout: SECONDS'"
             yield document.fault(node.path, message, hint, severity="warning")
         for write in node.writes():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, PlainValidator, create_model
@@ -12,13 +12,14 @@ from bt_mission.language.action_names import ACTION_NAMES, ActionName
 from bt_mission.language.expressions.expression import Expression, Value
 from bt_mission.language.nodes import fields
 from bt_mission.language.nodes.base import (
+    OutputsNode,
     Path,
-    Read,
     Reading,
     Written,
+    shown_fields,
+    shown_limit,
 )
 from bt_mission.language.nodes.fields import (
-    LIMIT,
     TEXT_SCHEMA,
     ActionNameField,
     FeedbackCondition,
@@ -28,12 +29,7 @@ from bt_mission.language.nodes.fields import (
     ResultField,
     Variable,
 )
-from bt_mission.language.nodes.interface import (
-    InterfaceNode,
-    OutputsNode,
-    shown_fields,
-    shown_limit,
-)
+from bt_mission.language.nodes.interfaces import InterfaceNode
 
 
 class GoalNode(InterfaceNode, OutputsNode):
@@ -44,6 +40,7 @@ class GoalNode(InterfaceNode, OutputsNode):
     # of the result, also of a goal that was cancelled or aborted, provided a result came.
     kind: ClassVar[str] = "action"
     interface: ClassVar[Literal["action", "service", "topic"]] = "action"
+    condition_path: ClassVar[Path] = ("cancel_when",)
 
     timeout: Limit = None
     cancel_when: FeedbackCondition = None
@@ -67,19 +64,6 @@ class GoalNode(InterfaceNode, OutputsNode):
         found: Expression | None = self.cancel_when
         return found
 
-    @property
-    @override
-    def condition_path(self) -> Path:
-        return ("cancel_when",)
-
-    @override
-    def reads(self) -> Iterator[Read]:
-        if self.timeout is not None:
-            yield Read(("timeout",), self.timeout, LIMIT)
-        if self.silence_timeout is not None:
-            yield Read(("silence_timeout",), self.silence_timeout, LIMIT)
-
-    @property
     @override
     def endless(self) -> str | None:
         return self.ros_name if self.timeout is None else None
@@ -101,33 +85,15 @@ class ActionSettings(Written):
 
     name: ActionNameField
     type: Annotated[str, PlainValidator(fields.action_type), TEXT_SCHEMA]
-    goal: Goal = {}
+    values: Goal = Field({}, alias="goal")
 
 
 class ActionNode(GoalNode):
     """A goal for any action."""
 
+    sent_key: ClassVar[str] = "goal"
+
     settings: ActionSettings = Field(alias="action")
-
-    @property
-    @override
-    def ros_name(self) -> str:
-        return self.settings.name
-
-    @property
-    @override
-    def type(self) -> str:
-        return self.settings.type
-
-    @property
-    @override
-    def sent(self) -> Mapping[str, Value]:
-        return self.settings.goal
-
-    @property
-    @override
-    def sent_path(self) -> Path:
-        return ("action", "goal")
 
 
 class ShortActionNode(GoalNode):

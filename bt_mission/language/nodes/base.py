@@ -8,8 +8,9 @@ the builder of behaviours ask the class; `registry.KINDS` lists them all.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import (
     TYPE_CHECKING,
     Annotated,
@@ -21,6 +22,8 @@ from typing import (
     Self,
     TypeAlias,
     TypeVar,
+    get_args,
+    get_origin,
 )
 
 from pydantic import BaseModel, ConfigDict, Field, SkipValidation, WithJsonSchema
@@ -29,7 +32,7 @@ from typing_extensions import override
 
 from bt_mission.language.expressions.expression import Expression, Value, written_text
 from bt_mission.language.expressions.values import Type
-from bt_mission.language.nodes.fields import Line, NumberRule
+from bt_mission.language.nodes.fields import Line, NumberRule, Reads
 
 Key = str | int
 Path = tuple[Key, ...]
@@ -131,6 +134,10 @@ class NodeModel(Written):
     kind: ClassVar[str]
     keys: ClassVar[tuple[str, ...]] = ("name",)
     """The keys that may stand in a node of this kind."""
+    read_fields: ClassVar[tuple[tuple[Path, Callable[[Any], Any], Reads], ...]] = ()
+    """The fields that may read variables: the path of each, what gets it, and how it is marked."""
+    always: ClassVar[Ends] = EITHER
+    """How it can end, where that depends on nothing; a goal may always end either way."""
     takes_time: ClassVar[bool] = False
     """Whether it may take more than a tick by itself."""
     child_keys: ClassVar[tuple[str, ...]] = ()
@@ -148,6 +155,7 @@ class NodeModel(Written):
     def __pydantic_init_subclass__(cls, **_kwargs: Any) -> None:
         names = (field.alias or name for name, field in cls.model_fields.items())
         cls.keys = tuple(name for name in names if not name.startswith(HIDDEN))
+        cls.read_fields = tuple(_read_fields(cls))
 
     @classmethod
     def written_children(cls, data: Mapping[str, Any]) -> Iterator[tuple[Path, Any]]:
@@ -197,17 +205,21 @@ class NodeModel(Written):
 
     def reads(self) -> Iterator[Read]:
         """Yield the values that may read variables, those for ROS messages left out."""
-        yield from ()
+        for path, get, mark in self.read_fields:
+            value = get(self)
+            if isinstance(value, dict):
+                yield from (Read((*path, key), one, mark.wanted) for key, one in value.items())
+            elif value is not None:
+                yield Read(path, value, mark.wanted)
 
     def writes(self) -> Iterator[Write]:
         """Yield the variables that it writes."""
         yield from ()
 
     def ends(self, _below: list[Ends]) -> Ends:
-        """Return how it can end, from how those below it can; a goal may always end either way."""
-        return EITHER
+        """Return how it can end, from how those below it can."""
+        return self.always
 
-    @property
     def endless(self) -> str | None:
         """What of it may take for ever, in words; None where nothing may."""
         return None
@@ -215,9 +227,8 @@ class NodeModel(Written):
     @property
     def label(self) -> str:
         """What it is called in the tree."""
-        return self.name or self.default_label
+        return self.name or self.default_label()
 
-    @property
     def default_label(self) -> str:
         """What it is called where its author gives it no name."""
         return self.kind
@@ -225,6 +236,21 @@ class NodeModel(Written):
     def details(self) -> list[str]:
         """Return what it does, in order of importance, in the words of its author."""
         return []
+
+
+def _read_fields(
+    model: type[Written], path: Path = (), names: tuple[str, ...] = ()
+) -> Iterator[tuple[Path, Callable[[Any], Any], Reads]]:
+    """Yield the marked fields of a model, and of the models in it that are no nodes."""
+    for name, field in model.model_fields.items():
+        place, within = (*path, field.alias or name), (*names, name)
+        kind: Any = field.annotation
+        parts = get_args(kind)[1:] if get_origin(kind) is dict else ()
+        for mark in (*field.metadata, *(one for part in parts for one in part.__metadata__)):
+            if isinstance(mark, Reads):
+                yield place, attrgetter(".".join(within)), mark
+        if isinstance(kind, type) and issubclass(kind, Written) and kind is not NodeModel:
+            yield from _read_fields(kind, place, within)
 
 
 Child = Annotated[NodeModel, SkipValidation, NODE_SCHEMA]
@@ -272,15 +298,37 @@ class ConditionalNode(NodeModel):
         condition: Expression | bool
 
     @override
-    def reads(self) -> Iterator[Read]:
-        if isinstance(self.condition, Expression):
-            yield Read((self.kind,), self.condition, "bool")
-
-    @property
-    @override
     def default_label(self) -> str:
         return f"{self.kind} {written_text(self.condition)}"
 
     @override
     def details(self) -> list[str]:
         return [written_text(self.condition)] if self.name else []
+
+
+class OutputsNode(NodeModel):
+    """A node with results; `outputs` names the variable that each of them goes to."""
+
+    takes_time: ClassVar[bool] = True
+
+    if TYPE_CHECKING:
+        outputs: dict[str, str]
+
+    @override
+    def writes(self) -> Iterator[Write]:
+        for source, variable in self.outputs.items():
+            yield Write(("outputs", source), variable)
+
+    def shown_outputs(self) -> list[str]:
+        """Return the outputs as a drawing shows them."""
+        return [f"{variable} := {source}" for source, variable in self.outputs.items()]
+
+
+def shown_fields(values: Mapping[str, Any]) -> list[str]:
+    """Return fields of a message or inputs as a drawing shows them."""
+    return [f"{name} {written_text(value)}" for name, value in values.items()]
+
+
+def shown_limit(timeout: Value | None) -> list[str]:
+    """Return a limit in seconds as a drawing shows it."""
+    return [] if timeout is None else [f"within {written_text(timeout)} s"]

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
-from pydantic import BeforeValidator, Field, PlainValidator
+from pydantic import BeforeValidator, Field
 from typing_extensions import override
 
-from bt_mission.language.expressions.expression import Expression, Value, written_text
+from bt_mission.language.expressions.expression import Value, written_text
 from bt_mission.language.nodes import fields
 from bt_mission.language.nodes.base import (
     FAILURE,
@@ -17,18 +17,14 @@ from bt_mission.language.nodes.base import (
     ConditionalNode,
     DecoratorNode,
     Ends,
-    Read,
     Write,
     Written,
 )
 from bt_mission.language.nodes.fields import (
-    LIMIT,
-    NUMBER_SCHEMA,
     OBJECT_SCHEMA,
-    SECONDS,
-    TIMES,
     Condition,
     Elements,
+    Limit,
     Seconds,
     Times,
     Variable,
@@ -51,10 +47,6 @@ class RepeatNode(DecoratorNode):
 
     settings: RepeatSettings = Field(alias="repeat")
     child: Child = Field(alias="do")
-
-    @override
-    def reads(self) -> Iterator[Read]:
-        yield Read(("repeat", "count"), self.settings.count, TIMES)
 
     @override
     def ends(self, below: list[Ends]) -> Ends:
@@ -81,11 +73,6 @@ class RetryNode(DecoratorNode):
     child: Child = Field(alias="do")
 
     @override
-    def reads(self) -> Iterator[Read]:
-        yield Read(("retry", "attempts"), self.settings.attempts, TIMES)
-        yield Read(("retry", "pause"), self.settings.pause, SECONDS)
-
-    @override
     def ends(self, below: list[Ends]) -> Ends:
         return below[0]
 
@@ -102,12 +89,8 @@ class TimeoutNode(DecoratorNode):
     # Then it is halted, and the timeout fails.
     kind: ClassVar[str] = "timeout"
 
-    seconds: Annotated[Any, PlainValidator(LIMIT.parse), NUMBER_SCHEMA] = Field(alias="timeout")
+    seconds: Limit = Field(alias="timeout")
     child: Child = Field(alias="do")
-
-    @override
-    def reads(self) -> Iterator[Read]:
-        yield Read(("timeout",), self.seconds, LIMIT)
 
     @override
     def ends(self, below: list[Ends]) -> Ends:
@@ -183,11 +166,6 @@ class ForEachNode(DecoratorNode):
         """The list, or the expression that gives it."""
         elements: Value = self.loop[self.variable]
         return elements
-
-    @override
-    def reads(self) -> Iterator[Read]:
-        if isinstance(self.elements, Expression):
-            yield Read(("for_each", self.variable), self.elements, "list")
 
     @override
     def writes(self) -> Iterator[Write]:

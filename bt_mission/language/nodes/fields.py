@@ -262,24 +262,40 @@ message_type = ros_type("msg", "sensor_msgs/msg/BatteryState")
 
 # ---- the types of fields ---------------------------------------------------------------------
 
+
+@dataclass(frozen=True)
+class Reads:
+    """Marks a field whose value may read variables, with the rule or the type of that value."""
+
+    wanted: NumberRule | Type | None = None
+
+
 NUMBER_SCHEMA = WithJsonSchema({"type": ["number", "string"]})
 TEXT_SCHEMA = WithJsonSchema({"type": "string"})
 OBJECT_SCHEMA = WithJsonSchema({"type": "object", "minProperties": 1, "maxProperties": 1})
 
-Times = Annotated[Any, PlainValidator(TIMES.parse), NUMBER_SCHEMA]
-Seconds = Annotated[Any, PlainValidator(SECONDS.parse), NUMBER_SCHEMA]
-Limit = Annotated[Any, PlainValidator(LIMIT.parse), NUMBER_SCHEMA]
+Times = Annotated[Any, PlainValidator(TIMES.parse), NUMBER_SCHEMA, Reads(TIMES)]
+Seconds = Annotated[Any, PlainValidator(SECONDS.parse), NUMBER_SCHEMA, Reads(SECONDS)]
+Limit = Annotated[Any, PlainValidator(LIMIT.parse), NUMBER_SCHEMA, Reads(LIMIT)]
 FixedLimit = Annotated[
     float, PlainValidator(LIMIT.parse_constant), WithJsonSchema({"type": "number"})
 ]
 Weight = Annotated[float, PlainValidator(WEIGHT.parse_constant), WithJsonSchema({"type": "number"})]
 FeedbackCondition = Annotated[Any, PlainValidator(condition), TEXT_SCHEMA]
 Condition = Annotated[
-    Any, PlainValidator(question), WithJsonSchema({"type": ["string", "boolean"]})
+    Any,
+    PlainValidator(question),
+    WithJsonSchema({"type": ["string", "boolean"]}),
+    Reads("bool"),
 ]
-Computed = Annotated[Any, PlainValidator(computed), WithJsonSchema({})]
-Elements = Annotated[Any, PlainValidator(elements), WithJsonSchema({"type": ["array", "string"]})]
-Message = Annotated[Any, PlainValidator(message), TEXT_SCHEMA]
+Computed = Annotated[Any, PlainValidator(computed), WithJsonSchema({}), Reads()]
+Elements = Annotated[
+    Any,
+    PlainValidator(elements),
+    WithJsonSchema({"type": ["array", "string"]}),
+    Reads("list"),
+]
+Message = Annotated[Any, PlainValidator(message), TEXT_SCHEMA, Reads()]
 ActionNameField = Annotated[str, PlainValidator(action_name), TEXT_SCHEMA]
 Variable = Annotated[str, PlainValidator(variable), TEXT_SCHEMA]
 TreeName = Annotated[str, PlainValidator(tree_name), TEXT_SCHEMA]

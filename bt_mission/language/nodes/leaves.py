@@ -1,14 +1,15 @@
-"""The kinds of leaf that speak to nobody."""
+"""The kinds of leaf that speak to nobody, and those that are written in Python."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from typing import Annotated, ClassVar
 
-from pydantic import Field
+from pydantic import Field, PlainValidator
 from typing_extensions import override
 
 from bt_mission.language.expressions.expression import written_text
+from bt_mission.language.nodes import fields
 from bt_mission.language.nodes.base import (
     EITHER,
     FAILURE,
@@ -16,11 +17,13 @@ from bt_mission.language.nodes.base import (
     ConditionalNode,
     Ends,
     NodeModel,
+    OutputsNode,
     Read,
     Write,
+    shown_fields,
 )
 from bt_mission.language.nodes.fields import (
-    SECONDS,
+    TEXT_SCHEMA,
     Computed,
     Condition,
     Message,
@@ -48,24 +51,20 @@ class SetNode(NodeModel):
 
     # One after another: each value may read those before it.
     kind: ClassVar[str] = "set"
+    always: ClassVar[Ends] = SUCCESS
 
     values: Annotated[dict[Variable, Computed], Field(min_length=1)] = Field(alias="set")
 
     @override
     def reads(self) -> Iterator[Read]:
-        for name, value in self.values.items():
-            yield Read(("set", name), value, assigns=name)
+        for read, name in zip(super().reads(), self.values, strict=True):
+            yield read._replace(assigns=name)
 
     @override
     def writes(self) -> Iterator[Write]:
         for name, value in self.values.items():
             yield Write(("set", name), name, "variable", value=value)
 
-    @override
-    def ends(self, _below: list[Ends]) -> Ends:
-        return SUCCESS
-
-    @property
     @override
     def default_label(self) -> str:
         return f"set {', '.join(self.values)}"
@@ -79,17 +78,10 @@ class WaitNode(NodeModel):
     """Nothing, for some seconds."""
 
     kind: ClassVar[str] = "wait"
+    always: ClassVar[Ends] = SUCCESS
     takes_time: ClassVar[bool] = True
 
     seconds: Seconds = Field(alias="wait")
-
-    @override
-    def reads(self) -> Iterator[Read]:
-        yield Read(("wait",), self.seconds, SECONDS)
-
-    @override
-    def ends(self, _below: list[Ends]) -> Ends:
-        return SUCCESS
 
     @override
     def details(self) -> list[str]:
@@ -100,17 +92,32 @@ class LogNode(NodeModel):
     """A line in the log."""
 
     kind: ClassVar[str] = "log"
+    always: ClassVar[Ends] = SUCCESS
 
     message: Message = Field(alias="log")
 
     @override
-    def reads(self) -> Iterator[Read]:
-        yield Read(("log",), self.message)
+    def details(self) -> list[str]:
+        return [self.message.text]
+
+
+class PythonNode(OutputsNode):
+    """A behaviour written in Python."""
+
+    # "module:Class", "file.py:Class", or the name of a plug-in. `inputs` become attributes of it
+    # whenever it is entered; `outputs` takes attributes.
+    kind: ClassVar[str] = "python"
+
+    target: Annotated[str, PlainValidator(fields.python_target), TEXT_SCHEMA] = Field(
+        alias="python"
+    )
+    inputs: dict[Variable, Computed] = {}
+    outputs: dict[Variable, Variable] = {}
 
     @override
-    def ends(self, _below: list[Ends]) -> Ends:
-        return SUCCESS
+    def default_label(self) -> str:
+        return self.target.rpartition(":")[2]
 
     @override
     def details(self) -> list[str]:
-        return [self.message.text]
+        return [self.target, *shown_fields(self.inputs), *self.shown_outputs()]

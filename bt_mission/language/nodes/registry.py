@@ -5,10 +5,9 @@ from __future__ import annotations
 from bt_mission.language.nodes import composites, decorators, leaves
 from bt_mission.language.nodes.action import SHORT_NODES, ActionNode
 from bt_mission.language.nodes.base import NodeModel
-from bt_mission.language.nodes.python import PythonNode
-from bt_mission.language.nodes.service import ServiceNode
+from bt_mission.language.nodes.interfaces import PublishNode, ServiceNode, WaitForNode
+from bt_mission.language.nodes.leaves import PythonNode
 from bt_mission.language.nodes.subtree import TreeNode
-from bt_mission.language.nodes.topics import PublishNode, WaitForNode
 
 _NODES: tuple[type[NodeModel], ...] = (
     composites.SequenceNode,

@@ -14,20 +14,18 @@ from bt_mission.language.expressions.values import WORDS, Type, fits, type_of
 from bt_mission.language.nodes import fields
 from bt_mission.language.nodes.base import (
     Hidden,
+    OutputsNode,
     Path,
     Read,
     Reading,
     Write,
     Written,
+    shown_fields,
 )
 from bt_mission.language.nodes.fields import (
     Computed,
     TreeName,
     Variable,
-)
-from bt_mission.language.nodes.interface import (
-    OutputsNode,
-    shown_fields,
 )
 
 
@@ -107,16 +105,14 @@ class TreeNode(OutputsNode):
 
     @override
     def reads(self) -> Iterator[Read]:
-        for name, value in self.inputs.items():
-            if isinstance(value, Expression):
-                yield Read(("tree", "inputs", name), value, self.takes.get(name))
+        for read in super().reads():
+            yield read._replace(wanted=self.takes.get(str(read.path[-1])))
 
     @override
     def writes(self) -> Iterator[Write]:
         for source, variable in self.outputs.items():
             yield Write(("outputs", source), variable, type=self.gives.get(source))
 
-    @property
     @override
     def default_label(self) -> str:
         return self.tree

@@ -21,11 +21,8 @@ from bt_mission.language.nodes.base import (
     NodeModel,
     Written,
 )
-from bt_mission.language.nodes.interface import (
-    InterfaceNode,
-)
+from bt_mission.language.nodes.interfaces import InterfaceNode, ServiceNode
 from bt_mission.language.nodes.leaves import SetNode
-from bt_mission.language.nodes.service import ServiceNode
 from bt_mission.ros import interface_types
 
 _CLASH = re.compile(
