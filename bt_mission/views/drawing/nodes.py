@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -34,7 +33,7 @@ class Sign:
     family: Family
 
 
-SIGNS: Mapping[str, Sign] = {
+SIGNS: dict[str, Sign] = {
     "sequence": Sign("→", "->", "sequence", Family.COMPOSITE),
     "fallback": Sign("?", "?", "fallback", Family.COMPOSITE),
     "parallel": Sign("⇉", "=>", "parallel", Family.COMPOSITE),
