@@ -8,7 +8,7 @@ from typing import Any
 from py_trees.common import Status
 
 from bt_mission.behaviours.evaluator import Evaluator
-from bt_mission.behaviours.leaf import Leaf
+from bt_mission.behaviours.leaves import Leaf
 from bt_mission.behaviours.progress import LeafProgress
 from bt_mission.behaviours.runtime import Runtime, placed, read_field, scalars
 from bt_mission.goals.attempt import Attempt, Limits

@@ -11,8 +11,7 @@ from bt_mission.core.diagnostics import MOST_FAULTS, Diagnostic, InputError, in_
 from bt_mission.core.yaml.composer import Place
 from bt_mission.core.yaml.document import Document
 from bt_mission.core.yaml.document import read_text as read_yaml
-from bt_mission.language.checks.mission import scope_faults
-from bt_mission.language.checks.warnings import warnings
+from bt_mission.language.checks.mission import scope_faults, warnings
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.file import MissionFile
 from bt_mission.language.goal_limits import GoalLimitsTable, server_faults

@@ -83,22 +83,21 @@ class ServiceShapes:
     response: MessageShape
 
 
-class UnknownType(BtMissionError):  # noqa: N818 - what it is says more than that it is an error
+class _HintedError(BtMissionError):
+    """A fault whose `hint` says what might help."""
+
+    def __init__(self, message: str, hint: str | None = None) -> None:
+        super().__init__(message if hint is None else f"{message}; {hint}")
+        self.message = message
+        self.hint = hint
+
+
+class UnknownType(_HintedError):  # noqa: N818 - what it is says more than that it is an error
     """A ROS type that is not installed here."""
 
-    def __init__(self, message: str, hint: str | None = None) -> None:
-        super().__init__(f"{message}; {hint}" if hint else message)
-        self.message = message
-        self.hint = hint
 
-
-class UnknownField(BtMissionError):  # noqa: N818 - what it is says more than that it is an error
+class UnknownField(_HintedError):  # noqa: N818 - what it is says more than that it is an error
     """A field that a message does not have."""
-
-    def __init__(self, message: str, hint: str | None = None) -> None:
-        super().__init__(f"{message}; {hint}" if hint else message)
-        self.message = message
-        self.hint = hint
 
 
 class Unknowable(Exception):  # noqa: N818 - not an error

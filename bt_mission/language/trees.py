@@ -166,16 +166,22 @@ def size_faults(document: Document, mission: Mission) -> Iterator[Diagnostic]:
         yield document.fault(("tree",), f"{message}; at most {MOST_LEVELS} are built", key=True)
 
 
+def reached(node: NodeModel, mission: Mission) -> Iterator[NodeModel]:
+    """Yield a node and all below it, with those of the trees that are used, each tree once."""
+    waiting, seen = [node], set[str]()
+    while waiting:
+        for below in waiting.pop().walk():
+            yield below
+            if isinstance(below, TreeNode) and below.tree not in seen:
+                seen.add(below.tree)
+                if below.tree in mission.trees:
+                    waiting.append(mission.trees[below.tree].body)
+
+
 def used(mission: Mission) -> dict[str, None]:
     """Return the names of the trees that a mission uses, directly or not."""
-    found: dict[str, None] = {}
-    waiting = [mission.tree]
-    while waiting:
-        for step in waiting.pop().walk():
-            if isinstance(step, TreeNode) and step.tree not in found and step.tree in mission.trees:
-                found[step.tree] = None
-                waiting.append(mission.trees[step.tree].body)
-    return found
+    uses = (node.tree for node in reached(mission.tree, mission) if isinstance(node, TreeNode))
+    return dict.fromkeys(name for name in uses if name in mission.trees)
 
 
 def _uses(body: NodeModel) -> list[str]:

@@ -26,16 +26,14 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.core.robot.model import load_robot
 from bt_mission.core.yaml.document import Document, read_text
 from bt_mission.language.action_names import ACTION_NAMES
-from bt_mission.language.checks.mission import type_faults
+from bt_mission.language.checks.mission import type_faults, warnings
 from bt_mission.language.checks.types import FindShapes
-from bt_mission.language.checks.warnings import warnings
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.loader import Draft, draft
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.action import GoalNode
-from bt_mission.language.nodes.base import NodeModel
 from bt_mission.language.nodes.composites import ParallelNode
-from bt_mission.language.nodes.subtree import TreeNode
+from bt_mission.language.trees import reached
 from bt_mission.sessions.load import read_mission
 
 NEEDS_A_CAMERA = frozenset(short.type for short in ACTION_NAMES.values() if short.needs_camera)
@@ -133,7 +131,14 @@ def _base_faults(mission: Mission) -> Iterator[Diagnostic]:
         for step in tree.body.walk():
             if not isinstance(step, ParallelNode):
                 continue
-            movers = [child for child in step.children if _moves(child, mission)]
+            movers = [
+                child
+                for child in step.children
+                if any(
+                    isinstance(node, GoalNode) and node.type in MOVES_THE_BASE
+                    for node in reached(child, mission)
+                )
+            ]
             if len(movers) > 1:
                 what = "two branches of a parallel move the base"
                 message = f"{what}; the later goal ends the earlier"
@@ -158,16 +163,3 @@ def _camera_faults(mission: Mission) -> Iterator[Diagnostic]:
         for document, step in found:
             message = f"{step.ros_name} needs a camera; a {robot.name} has none"
             yield document.fault(step.path, message)
-
-
-def _moves(step: NodeModel, mission: Mission) -> bool:
-    """Return whether anything below a step moves the base, also in the trees that it uses."""
-    waiting, seen = [step], set[str]()
-    while waiting:
-        for part in waiting.pop().walk():
-            if isinstance(part, GoalNode) and part.type in MOVES_THE_BASE:
-                return True
-            if isinstance(part, TreeNode) and part.tree not in seen and part.tree in mission.trees:
-                seen.add(part.tree)
-                waiting.append(mission.trees[part.tree].body)
-    return False

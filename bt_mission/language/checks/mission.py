@@ -1,4 +1,4 @@
-"""Everything that can be wrong in the nodes of a mission, in one walk over each tree."""
+"""Everything that can be wrong in the trees of a mission, in one walk over each, and warnings."""
 
 from __future__ import annotations
 
@@ -7,9 +7,16 @@ from typing import Any
 
 from bt_mission.core.diagnostics import Diagnostic
 from bt_mission.core.yaml.document import Document
-from bt_mission.language.checks.scope import node_faults, reference_faults, walk, written_by
+from bt_mission.language.checks.reachability import restarted, unreached
+from bt_mission.language.checks.scope import (
+    Variables,
+    names_read,
+    node_faults,
+    reference_faults,
+    walk,
+    written_by,
+)
 from bt_mission.language.checks.types import FindShapes, TypeChecker, python_faults
-from bt_mission.language.checks.variables import Variables
 from bt_mission.language.expressions.expression import Text
 from bt_mission.language.expressions.values import WORDS, fits
 from bt_mission.language.mission import Mission, Tree
@@ -18,6 +25,7 @@ from bt_mission.language.nodes.base import (
 )
 from bt_mission.language.nodes.interfaces import InterfaceNode
 from bt_mission.language.nodes.leaves import PythonNode
+from bt_mission.language.trees import used
 
 
 def scope_faults(mission: Mission) -> Iterator[Diagnostic]:
@@ -97,3 +105,47 @@ def _texts(value: Any, path: Path) -> Iterator[tuple[Path, Text]]:
         case list() | tuple():
             for index, part in enumerate(value):
                 yield from _texts(part, (*path, index))
+
+
+def warnings(mission: Mission) -> Iterator[Diagnostic]:
+    """Yield what a mission would better not do, as far as that is seen without ROS.
+
+    Of named trees only those are looked at that the mission uses.
+    """
+    names = used(mission)
+    for tree in mission.all_trees:
+        if tree.is_main or tree.name in names:
+            yield from _tree_warnings(tree)
+    for name, tree in mission.trees.items():
+        if name not in names and tree.document is mission.document:
+            message = f"the tree '{name}' is never used"
+            yield tree.document.fault(tree.path, message, key=True, severity="warning")
+
+
+def _tree_warnings(tree: Tree) -> Iterator[Diagnostic]:
+    document = tree.document
+    read = frozenset(tree.outputs).union(*(names_read(node) for node in tree.body.walk()))
+    head = () if tree.is_main else tree.path
+    for name in tree.types:
+        if name not in read:
+            place = next(one for one in ("inputs", "needs") if _has(document, (*head, one), name))
+            message = f"the input '{name}' is never read"
+            yield document.fault((*head, place, name), message, key=True, severity="warning")
+    yield from unreached(document, tree.body)
+    yield from restarted(document, tree.body)
+    for node in tree.body.walk():
+        endless = node.endless()
+        if endless is not None:
+            message = f"{endless} has no timeout: it may take for ever"
+            hint = "add 'timeout: SECONDS'"
+            yield document.fault(node.path, message, hint, severity="warning")
+        for write in node.writes():
+            if write.variable not in read:
+                message = f"the {write.what} '{write.variable}' is never read"
+                path = (*node.path, *write.path)
+                yield document.fault(path, message, severity="warning")
+
+
+def _has(document: Document, path: Path, name: str) -> bool:
+    place = document.find(path)
+    return name in (place.keys or {})

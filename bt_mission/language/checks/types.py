@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from bt_mission.core.diagnostics import Diagnostic, describe, did_you_mean, listed, quoted
 from bt_mission.core.yaml.document import Document
 from bt_mission.language.checks.goals import goal_faults
-from bt_mission.language.checks.scope import expression_faults
-from bt_mission.language.checks.variables import Variables
+from bt_mission.language.checks.scope import Variables, expression_faults
 from bt_mission.language.expressions.expression import Expression
 from bt_mission.language.expressions.syntax import Name
 from bt_mission.language.expressions.values import WORDS, Type, fits, type_of

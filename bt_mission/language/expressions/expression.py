@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import random
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from types import MappingProxyType
@@ -185,36 +185,31 @@ def resolve(value: Any, names: Mapping[str, Plain], rng: random.Random) -> Any:
     return value
 
 
-def draws(value: Any) -> bool:
-    """Return whether a value, nested parts included, uses random numbers."""
+def _formulas(value: Any) -> Iterator[Expression | Template]:
+    """Yield what is computed in a value, nested parts and both readings of texts included."""
     match value:
         case Expression() | Template():
-            return value.draws
+            yield value
         case Text():
-            readings = (value.template, value.expression)
-            return any(one.draws for one in readings if not isinstance(one, ExpressionError))
+            for reading in (value.template, value.expression):
+                if not isinstance(reading, ExpressionError):
+                    yield reading
         case Mapping():
-            return any(draws(part) for part in value.values())
+            for part in value.values():
+                yield from _formulas(part)
         case list() | tuple():
-            return any(draws(part) for part in value)
-    return False
+            for part in value:
+                yield from _formulas(part)
+
+
+def draws(value: Any) -> bool:
+    """Return whether a value, nested parts included, uses random numbers."""
+    return any(formula.draws for formula in _formulas(value))
 
 
 def names_in(value: Any) -> frozenset[str]:
     """Return the variables that a value may read, nested parts included."""
-    match value:
-        case Expression() | Template():
-            return value.names
-        case Text():
-            readings = (value.template, value.expression)
-            return frozenset().union(
-                *(one.names for one in readings if not isinstance(one, ExpressionError))
-            )
-        case Mapping():
-            return frozenset().union(*(names_in(part) for part in value.values()))
-        case list() | tuple():
-            return frozenset().union(*(names_in(part) for part in value))
-    return frozenset()
+    return frozenset().union(*(formula.names for formula in _formulas(value)))
 
 
 def written_text(value: Any) -> str:

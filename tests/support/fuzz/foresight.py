@@ -8,8 +8,7 @@ from random import Random
 from typing import Any
 
 from bt_mission.behaviours.runtime import Scope
-from bt_mission.language.checks.scope import walk
-from bt_mission.language.checks.variables import Variables
+from bt_mission.language.checks.scope import Variables, walk
 from bt_mission.language.expressions.expression import Expression, Template, Text
 from bt_mission.language.expressions.syntax import EvaluationScope as Known
 from bt_mission.language.expressions.syntax import FunctionCall, Name, SyntaxNode

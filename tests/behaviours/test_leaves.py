@@ -10,7 +10,7 @@ import pytest
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from bt_mission.behaviours.leaf import Leaf
+from bt_mission.behaviours.leaves import Leaf
 
 STATUSES = (Status.RUNNING, Status.SUCCESS, Status.FAILURE)
 
