@@ -180,7 +180,7 @@ class TimedMission(MissionRunner):
         self.seconds.append(watch.elapsed_s)
 
     def _note(self, what: str, _goal: Goal) -> None:
-        self.halted += what == "handed over"
+        self.halted += what == "released"
 
 
 class TimedNode(Node):

@@ -66,7 +66,7 @@ def watch_executives(node: Node, on_lost: Callable[[str], None]) -> None:
 
     def changed(status: Any) -> None:
         if status.not_alive_count_change > 0:
-            on_lost(f"the executive has died: no sign of life for {LEASE_S:g} s")
+            on_lost(f"the executive has died: its liveliness lease of {LEASE_S:g} s expired")
         elif status.alive_count_change < 0 and status.alive_count == 0:
             on_lost("the executive has left")
 

@@ -168,7 +168,7 @@ class Evaluator:
         except ExpressionError as error:
             raise self.failure(str(error)) from error
         if not isinstance(answer, bool):
-            raise self.failure(f"'{condition.text}' gave {show(answer)}, not true or false")
+            raise self.failure(f"'{condition.text}' gave {show(answer)}, not a boolean")
         names = dict.fromkeys(name.name for name in condition.references)
         values = ", ".join(
             f"{name} = {_brief(variables[name])}" for name in names if name in variables

@@ -91,7 +91,7 @@ class NodeElement:
         value = number(attribute.value)
         if not isinstance(value, int) or value < least:
             hint = "for ever has no counterpart; give a number" if value == -1 else None
-            message = f"expected a whole number of at least {least}, or a variable '{{name}}'"
+            message = f"expected an integer of at least {least}, or a variable '{{name}}'"
             self.report(attribute.value_at, f"{message}, got {quoted(attribute.value)}", hint)
             value = 1
         return located(value, attribute.value_at)

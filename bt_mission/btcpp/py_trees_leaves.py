@@ -1,7 +1,7 @@
 """Our leaves with ports, for py_trees' own XML loader (``py_trees.parsers``).
 
 The loader makes them from the elements and attributes of `docs/how-to/groot.md`, wires `{name}`
-to py_trees' blackboard, and hands over anything else as a text, which means here what it means in
+to py_trees' blackboard, and hands over anything else as a string, which means here what it means in
 a mission. Each leaf is the leaf that a mission would have.
 """
 

@@ -25,14 +25,14 @@ def speed(text: str) -> float:
 def count(text: str) -> int:
     """Read a number of things, 1 or more."""
     if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"expected a whole number from 1, got '{text}'")
+        raise argparse.ArgumentTypeError(f"expected an integer from 1, got '{text}'")
     return int(text)
 
 
 def seed(text: str) -> int:
     """Read the seed of a mission's random numbers, 0 or more."""
     if not text.isdecimal():
-        raise argparse.ArgumentTypeError(f"expected a whole number from 0, got '{text}'")
+        raise argparse.ArgumentTypeError(f"expected an integer from 0, got '{text}'")
     return int(text)
 
 

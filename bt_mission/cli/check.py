@@ -106,7 +106,7 @@ def _check_file(options: argparse.Namespace) -> int:
         return BAD_INPUT
     count = sum(1 for _ in mission.tree.walk())
     nodes = "1 node" if count == 1 else f"{count} nodes"
-    print(f"{mission.file}: mission '{mission.name}' is sound ({nodes})")
+    print(f"{mission.file}: mission '{mission.name}' is valid ({nodes})")
     return _check_against(mission, options.namespace) if options.against else SUCCESS
 
 

@@ -335,7 +335,9 @@ class Executive:
     def _finish(self) -> None:
         left = self.goals_left_behind
         if left:
-            self.reason = "; ".join(filter(None, (self.reason, "left behind: " + ", ".join(left))))
+            self.reason = "; ".join(
+                filter(None, (self.reason, "orphaned goals: " + ", ".join(left)))
+            )
             if self._verdict is MissionStatus.SUCCESS:
                 self._verdict = MissionStatus.FAILURE
         self.status, self.ended_ns = self._verdict, self._runtime.now_ns

@@ -59,7 +59,7 @@ class Report:
             f"  {self.virtual_s:.2f} s in {self.wall_s:.2f} s of wall time "
             f"({self.real_time_factor:.1f} x real time), seed {self.seed}"
         )
-        facts = [f"{self.goals_sent} goals sent", f"{self.goals_left_behind} left behind"]
+        facts = [f"{self.goals_sent} goals sent", f"{self.goals_left_behind} orphaned"]
         if self.distance_travelled_m is not None:
             facts.append(f"{self.distance_travelled_m:.2f} m driven")
         if self.collisions is not None:

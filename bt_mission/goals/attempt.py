@@ -116,7 +116,7 @@ class Attempt:
         if self.goal is None:
             return "waiting for the server"
         if self.goal.phase is Phase.SENT:
-            return "waiting for an answer"
+            return "waiting for acceptance"
         return "canceling" if self._cause else "active"
 
     def is_quiet(self, now_ns: int) -> bool:

@@ -107,7 +107,7 @@ class Ledger:
             return
         goal.orphaned_ns = now_ns
         self._retry_ns[goal.id] = now_ns + RETRY_NS
-        self.on_event(now_ns, "handed over", goal)
+        self.on_event(now_ns, "released", goal)
         goal.on(Event.UNWANTED)
 
     def has_orphan_at(self, courier: GoalClient) -> bool:
@@ -145,7 +145,7 @@ class Ledger:
             elif now_ns >= goal.orphaned_ns + goal.grace_ns:
                 self._given_up.add(goal.id)
                 goal.on(Event.GIVEN_UP)
-                self.on_event(now_ns, "given up", goal)
+                self.on_event(now_ns, "abandoned", goal)
             elif now_ns >= self._retry_ns[goal.id]:
                 self._retry_ns[goal.id] = now_ns + RETRY_NS
                 goal.on(Event.UNWANTED)

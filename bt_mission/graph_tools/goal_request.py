@@ -104,7 +104,7 @@ class GoalRequest:
         """End at once, whatever becomes of the goal; the end names it."""
         if self.end is None:
             left = "; ".join(self._ledger.describe_left_behind()) or "nothing was sent"
-            self._finish(GoalResult(GoalOutcome.LEFT, f"{why}; left behind: {left}"), now_ns)
+            self._finish(GoalResult(GoalOutcome.LEFT, f"{why}; orphaned goal: {left}"), now_ns)
 
     # ---- one step per stage ----------------------------------------------------------------
 
@@ -181,7 +181,7 @@ class GoalRequest:
 
     def _given_up(self, how: GoalOutcome, what: str) -> GoalResult:
         left = "; ".join(self._ledger.describe_left_behind())
-        return GoalResult(how, f"{self._client.name} {what}; left behind: {left}")
+        return GoalResult(how, f"{self._client.name} {what}; orphaned goal: {left}")
 
     def _since_s(self, now_ns: int) -> float:
         return 0.0 if self._accepted_ns is None else (now_ns - self._accepted_ns) / NS

@@ -184,7 +184,7 @@ def _scalar(shape: Scalar, value: Any, report: Report, path: Path) -> Any:
         report(TypeMismatch(path, f"expected a finite number ({shape.name}), got {value}"))
     elif shape.type == "integer" and not isinstance(value, int):
         hint = "round(...), floor(...) and // give whole numbers"
-        report(TypeMismatch(path, f"expected a whole number ({shape.name}), got {value}", hint))
+        report(TypeMismatch(path, f"expected an integer ({shape.name}), got {value}", hint))
     elif not shape.least <= value <= shape.most:
         limits = f"{shape.least:.12g} to {shape.most:.12g}"
         if shape.type == "integer":
@@ -201,7 +201,7 @@ def _text(shape: Scalar, value: Any, report: Report, path: Path) -> Any:
     return value
 
 
-_EXPECTED = {"bool": "true or false", "text": "a text", "integer": "a whole number"}
+_EXPECTED = {"bool": "a boolean", "text": "a string", "integer": "an integer"}
 
 
 def _refuse(shape: Shape, value: Any, report: Report, path: Path) -> None:

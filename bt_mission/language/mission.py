@@ -62,7 +62,7 @@ class Mission:
     @property
     def main(self) -> Tree:
         """The mission's own tree."""
-        assert self.document is not None, "a mission comes from a file or a text"
+        assert self.document is not None, "a mission comes from a file or a string"
         return Tree(
             name=self.name,
             body=self.tree,

@@ -160,7 +160,7 @@ class NodeReader:
         else:
             strange = (key for key in data if key not in _MODIFIERS and key != TIMEOUT)
             key = next(strange, next(iter(data)))
-            message = f"no kind of node is called {quoted(key)} (kinds: {listed(KINDS)})"
+            message = f"unknown node type {quoted(key)} (types: {listed(KINDS)})"
             hint = did_you_mean(key, KINDS)
             if key in BROKEN:
                 message, hint = f"the plug-in {quoted(key)} does not work: {BROKEN[key]}", None

@@ -106,7 +106,7 @@ def _goal(what: str, event: dict[str, Any]) -> tuple[int, str]:
     came_to = ""
     if what == "ended" and event["status"] is not None:
         came_to = f": {GoalStatus(event['status']).name.lower()}"
-    level = WARN if what == "given up" else DEBUG
+    level = WARN if what == "abandoned" else DEBUG
     return (
         level,
         f"goal {event['goal'][:8]} of '{event['owner']}' to {event['action']} {what}{came_to}",

@@ -57,7 +57,7 @@ class ControlServices:
 
     def _pause(self, request: Any, answer: Any) -> Any:
         def act(executive: Executive) -> str:
-            executive.pause("paused from outside", keep_goals=request.keep_goals)
+            executive.pause("paused on request", keep_goals=request.keep_goals)
             running = ", ".join(f"'{leaf.name}'" for leaf in executive.running_leaves)
             return "paused" + (f"; still under way: {running}" if running else "")
 
@@ -101,16 +101,16 @@ def _resume(executive: Executive) -> str:
     if executive.paused is None:
         raise BtMissionError("the mission is not paused")
     executive.resume()
-    return "goes on"
+    return "resumed"
 
 
 def _step(executive: Executive) -> str:
     if executive.paused is None:
         raise BtMissionError("the mission is not paused: pause it first")
     executive.step()
-    return "one tick"
+    return "stepped one tick"
 
 
 def _stop(executive: Executive) -> str:
-    executive.interrupt("stopped from outside")
+    executive.interrupt("stopped on request")
     return "stops, and sees every goal to its end"

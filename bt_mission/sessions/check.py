@@ -91,7 +91,7 @@ def _examined(read_draft: Callable[[], Draft]) -> tuple[Mission | None, tuple[Di
 
 def _faults(mission: Mission) -> list[Diagnostic]:
     document = mission.document
-    assert document is not None, "a mission to check comes from a file or a text"
+    assert document is not None, "a mission to check comes from a file or a string"
     faults = [*_place_faults(document, mission), *_base_faults(mission), *_camera_faults(mission)]
     find: FindShapes | None = None
     try:

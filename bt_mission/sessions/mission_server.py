@@ -232,7 +232,7 @@ class MissionServer(Node):
                 node=replace(self._options, name="bt_mission_run", namespace=self.get_namespace()),
             )
         except BtMissionError as error:
-            self._say(f"mission is not sound:\n{error}")
+            self._say(f"mission is not valid:\n{error}")
             self._end(handle, Result.UNSOUND, str(error))
             return
         except Exception as error:  # noqa: BLE001 - a user's behaviour may raise when it is made
@@ -301,7 +301,7 @@ def load_goal(goal: Any) -> Mission:
     if bool(goal.path) == bool(goal.text):
         raise BtMissionError("a goal gives a path or a text: one of them, not both")
     if goal.seed < -1:
-        raise BtMissionError(f"seed: expected a whole number from 0, or -1, got {goal.seed}")
+        raise BtMissionError(f"seed: expected an integer from 0, or -1, got {goal.seed}")
     values = dict[str, str]()
     for one in goal.inputs:
         name, equals, value = one.partition("=")

@@ -130,7 +130,7 @@ def stage(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Stages]:
     yield made
     made.close()
     if made.left_behind:
-        pytest.fail("goals left behind: " + "; ".join(made.left_behind), pytrace=False)
+        pytest.fail("orphaned goals: " + "; ".join(made.left_behind), pytrace=False)
 
 
 @pytest.fixture

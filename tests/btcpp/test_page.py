@@ -66,4 +66,4 @@ def test_a_tree_that_py_trees_has_loaded_runs_in_a_mission(tmp_path, capsys):
         ["▶", "two", "turns.as"],
     ]
     assert "two_turns: success" in lines
-    assert lines[-1] == "  2 goals sent, 0 left behind, 0.00 m driven, 0 collisions"
+    assert lines[-1] == "  2 goals sent, 0 orphaned, 0.00 m driven, 0 collisions"

@@ -51,7 +51,7 @@ def test_a_signal_ends_the_mission_with_no_goal_left_behind(
         rest, _ = process.communicate(timeout=30)
     name = "Ctrl-C" if number == signal.SIGINT else "SIGTERM"
     assert f"drive: interrupted: interrupted by {name}" in rest
-    assert "0 left behind" in rest
+    assert "0 orphaned" in rest
     assert "Traceback" not in rest
     assert process.returncode == 130
 
@@ -110,7 +110,7 @@ def test_servers_that_are_killed_are_missed(tmp_path: Path) -> None:
         run.send_signal(signal.SIGINT)
         rest, _ = run.communicate(timeout=60)
     assert "Traceback" not in seen + rest
-    assert "left behind: /move goal" in rest
+    assert "orphaned goals: /move goal" in rest
 
 
 def test_a_mission_runs_missions_until_their_executive_is_told_to_end(tmp_path: Path) -> None:
@@ -138,7 +138,7 @@ def test_a_mission_runs_missions_until_their_executive_is_told_to_end(tmp_path: 
     assert (serve.returncode, run.returncode) == (0, 1)
     assert "inner: success" in served
     assert "long: interrupted: interrupted by Ctrl-C" in served
-    assert "1 goals sent, 0 left behind" in served
+    assert "1 goals sent, 0 orphaned" in served
     assert "interrupted by Ctrl-C (code 901)" in seen
     assert "Traceback" not in served + seen
 
@@ -172,7 +172,7 @@ def test_a_mission_goes_on_after_its_process_was_killed(tmp_path: Path) -> None:
     assert "leg 1" not in seen
     assert [line.split()[-1] for line in seen.splitlines() if " leg " in line] == ["2", "3"]
     assert "three: success" in seen
-    assert "0 left behind" in seen
+    assert "0 orphaned" in seen
     assert "this mission has ended: success; start it anew" in ended
 
 

@@ -34,7 +34,7 @@ def test_each_object_says_what_it_is_and_when(lines: Any):
     executive.begin()
     executive.change(0.5, go="running")
     executive.say("here we go")
-    executive.stand("paused", "paused from outside")
+    executive.stand("paused", "paused on request")
     found = lines(executive)
     assert found[0] == {
         "event": "tree",
@@ -63,7 +63,7 @@ def test_each_object_says_what_it_is_and_when(lines: Any):
             "run": "run",
             "mission": "explore",
             "status": "paused",
-            "reason": "paused from outside",
+            "reason": "paused on request",
         },
     ]
 

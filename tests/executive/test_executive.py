@@ -78,7 +78,7 @@ def test_a_server_that_never_confirms_is_named_after_the_grace_period(play: Any)
     assert story.status == "interrupted"
     goal = story.turn.goal
     assert story.executive.goals_left_behind == (f"/turn goal {goal.short_id} of 'turn' (lost)",)
-    assert "left behind: /turn goal" in story.executive.reason
+    assert "orphaned goals: /turn goal" in story.executive.reason
 
 
 def test_success_with_a_goal_left_behind_is_a_failure(play: Any) -> None:
@@ -89,7 +89,7 @@ def test_success_with_a_goal_left_behind_is_a_failure(play: Any) -> None:
     story.tick(70)
     assert story.root.status is Status.SUCCESS
     assert story.status == "failure"
-    assert "left behind" in story.executive.reason
+    assert "orphaned goals" in story.executive.reason
 
 
 def test_an_exception_in_a_leaf_halts_its_siblings(

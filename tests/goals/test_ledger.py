@@ -80,7 +80,7 @@ def test_every_step_is_told(server: Any) -> None:
     ledger.release_goal(goal, 0)
     server.cancel()
     ledger.update(0)
-    assert told == ["sent", "handed over", "ended"]
+    assert told == ["sent", "released", "ended"]
 
 
 def test_a_goal_that_is_heard_of_after_it_was_given_up_has_its_time_again(server: Any) -> None:

@@ -108,7 +108,7 @@ def test_a_field_says_what_is_wrong_while_it_is_typed(ros: Any, fill_in: Any) ->
     async def script(form: GoalForm, pilot: Pilot[Any]) -> None:
         assert note(form, 0).startswith("how far to turn; left (anticlockwise) is positive")
         await pilot.press(*"9x")
-        assert note(form, 0) == "expected a number (float32), got text '9x'"
+        assert note(form, 0) == "expected a number (float32), got string '9x'"
         await pilot.press("tab", *"[1")
         assert note(form, 1).startswith("this list is opened with '['")
         await pilot.press("ctrl+s")
@@ -186,7 +186,7 @@ def test_leaving_cancels_the_goal_first(ros: Any, fill_in: Any, cancels: Any) ->
     form = fill_in(script)
     assert form.return_value.how is (GoalOutcome.CANCELED if cancels else GoalOutcome.LEFT)
     if cancels is None:
-        assert "left behind: /turn goal" in form.last_words[0]
+        assert "orphaned goal: /turn goal" in form.last_words[0]
 
 
 def test_a_signal_leaves_as_ctrl_q_does(ros: Any, hand: Any, fill_in: Any) -> None:

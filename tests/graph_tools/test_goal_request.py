@@ -114,7 +114,7 @@ def test_a_refused_cancel_is_asked_again_each_second_until_the_grace_is_over(
             break
     assert end is not None
     assert end.how is GoalOutcome.UNCONFIRMED
-    assert end.reason.startswith("/turn refused to cancel within 10 s; left behind: /turn goal ")
+    assert end.reason.startswith("/turn refused to cancel within 10 s; orphaned goal: /turn goal ")
     assert record.told == ["accepted", "canceling because", "refused", "unconfirmed 11"]
     assert len(server.cancels) == 10
 
@@ -142,7 +142,7 @@ def test_a_server_that_never_answers(server: Any, record: Record) -> None:
     end = goal.poll(15 * S)
     assert end is not None
     assert end.how is GoalOutcome.NO_ANSWER
-    assert end.reason.startswith("/turn did not answer; left behind: /turn goal ")
+    assert end.reason.startswith("/turn did not answer; orphaned goal: /turn goal ")
     assert server.cancels == [server.goal]
     server.accept()
     assert server.cancels == [server.goal] * 2

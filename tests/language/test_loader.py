@@ -163,7 +163,7 @@ def test_the_command_line_has_the_last_word():
 def test_an_input_from_outside_is_checked_where_it_is_used():
     """The mission is checked as it will run."""
     text = HEAD + "  repeat: {count: $legs}\n  do: {wait: $speed}"
-    message = "expected a whole number of at least 1, got the number 0"
+    message = "expected an integer of at least 1, got the number 0"
     assert messages(text, set={"legs": "0"}) == [(4, message)]
 
 
@@ -185,7 +185,7 @@ def test_outputs_of_a_node_with_a_fault_still_have_a_writer():
         "    - log: $a $b $c\n"
     )
     assert [line for line, _ in found] == [4, 7, 9]
-    assert found[2][1].startswith("'$c' is written by nothing (known here: a, b)")
+    assert found[2][1].startswith("'$c' is an undefined variable (defined: a, b)")
 
 
 def test_after_many_faults_no_more_are_looked_for():

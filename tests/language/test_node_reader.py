@@ -19,7 +19,7 @@ def read_node(text):
 @pytest.mark.parametrize(
     ("text", "message", "hint"),
     [
-        ("wait", "expected a node such as 'wait: 2.0', got text 'wait'", "write 'wait: ...'"),
+        ("wait", "expected a node such as 'wait: 2.0', got string 'wait'", "write 'wait: ...'"),
         ("[wait]", "expected a node such as 'wait: 2.0', got a list of 1", None),
         ("{}", "expected a node such as 'wait: 2.0', got an empty mapping", None),
         (
@@ -29,12 +29,12 @@ def read_node(text):
         ),
         (
             "{name: x, trun: {}}",
-            f"no kind of node is called 'trun' (kinds: {', '.join(KINDS)})",
+            f"unknown node type 'trun' (types: {', '.join(KINDS)})",
             "did you mean 'turn'?",
         ),
         (
             "{name: x}",
-            f"no kind of node is called 'name' (kinds: {', '.join(KINDS)})",
+            f"unknown node type 'name' (types: {', '.join(KINDS)})",
             None,
         ),
         (
@@ -50,8 +50,8 @@ def read_node(text):
         ("{turn: {}, timeout: }", "expected seconds above 0, got nothing", None),
         ("{turn: {}, timeout: [1]}", "expected seconds above 0, got a list of 1", None),
         ("{turn: {}, timeout: true}", "expected seconds above 0, got true", None),
-        ("{log: 5}", "expected a text, got the number 5", None),
-        ("{wait: 1, name: 5}", "expected a text, got the number 5", None),
+        ("{log: 5}", "expected a string, got the number 5", None),
+        ("{wait: 1, name: 5}", "expected a string, got the number 5", None),
         (
             "{turn: {}, cancel_when: true}",
             "expected a condition such as 'current_image >= 5', got true",
@@ -59,12 +59,12 @@ def read_node(text):
         ),
         (
             "{turn: {}, server_timeout: $limit}",
-            "expected seconds above 0, got text '$limit'",
+            "expected seconds above 0, got string '$limit'",
             None,
         ),
         (
             "{turn: {}, outputs: {angle turned: x}}",
-            "expected the name of a result field, got text 'angle turned'",
+            "expected the name of a result field, got string 'angle turned'",
             None,
         ),
         (
@@ -90,7 +90,7 @@ def read_node(text):
         ("{turn: {angle: }}", "expected a value, got nothing", None),
         (
             "{action: {name: /go/, type: a/action/B}}",
-            "expected the name of an action such as /turn, got text '/go/'",
+            "expected the name of an action such as /turn, got string '/go/'",
             None,
         ),
     ],

@@ -39,7 +39,7 @@ def test_a_recorder_does_not_count_as_a_reader(graph: Any) -> None:
 def test_a_value_that_does_not_fit_is_refused(graph: Any) -> None:
     """Before anything is sent."""
     writer = TopicPublisher(graph.node("mission"), "lamp", "std_msgs/msg/Bool")
-    with pytest.raises(FillError, match="expected true or false"):
+    with pytest.raises(FillError, match="expected a boolean"):
         writer.prepare({"data": 3})
 
 

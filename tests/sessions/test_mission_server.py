@@ -105,7 +105,7 @@ def test_a_mission_that_fails_says_where(ros: Any, send: Any) -> None:
         ({"path": "no_such_mission"}, "no such mission"),
         ({}, "one of them, not both"),
         ({"text": TURN, "path": "explore"}, "one of them, not both"),
-        ({"text": TURN, "seed": -2}, "seed: expected a whole number from 0"),
+        ({"text": TURN, "seed": -2}, "seed: expected an integer from 0"),
         ({"text": TURN, "inputs": ["angle"]}, "inputs: expected NAME=VALUE, got 'angle'"),
         ({"text": TURN, "inputs": ["angel=3"]}, "no input 'angel'"),
     ],

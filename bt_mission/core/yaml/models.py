@@ -27,20 +27,20 @@ Model = TypeVar("Model", bound=pydantic.BaseModel)
 Key = str | int
 
 _EXPECTED = {
-    "bool_parsing": "true or false",
-    "bool_type": "true or false",
+    "bool_parsing": "a boolean",
+    "bool_type": "a boolean",
     "dict_type": "a mapping",
     "float_parsing": "a number",
     "float_type": "a number",
     "finite_number": "a finite number",
-    "int_from_float": "a whole number",
-    "int_parsing": "a whole number",
-    "int_type": "a whole number",
+    "int_from_float": "an integer",
+    "int_parsing": "an integer",
+    "int_type": "an integer",
     "list_type": "a list",
     "mapping_type": "a mapping",
     "model_attributes_type": "a mapping",
     "model_type": "a mapping",
-    "string_type": "a text",
+    "string_type": "a string",
     "tuple_type": "a list",
 }
 _LIMITS = {
@@ -49,7 +49,7 @@ _LIMITS = {
     "less_than": "less than {lt}",
     "less_than_equal": "at most {le}",
     "multiple_of": "a multiple of {multiple_of}",
-    "string_pattern_mismatch": "text of the form {pattern}",
+    "string_pattern_mismatch": "a string of the form {pattern}",
     "string_too_long": "at most {max_length} characters",
     "string_too_short": "at least {min_length} characters",
     "too_long": "a list of at most {max_length}",

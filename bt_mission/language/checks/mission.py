@@ -70,7 +70,7 @@ def _promise_faults(tree: Tree, variables: Variables) -> Iterator[Diagnostic]:
     for name, wanted in tree.outputs.items():
         path = (*tree.path, "outputs", name)
         if name not in written | tree.types.keys():
-            message = f"nothing in the tree '{tree.name}' writes '{name}'"
+            message = f"no node of the tree '{tree.name}' assigns '{name}'"
             yield tree.document.fault(path, message, key=True)
         elif not fits(types.get(name), wanted):
             message = f"'{name}' is written as {WORDS[types[name]]}, not as {WORDS[wanted]}"

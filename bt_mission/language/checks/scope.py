@@ -88,8 +88,8 @@ class Variables:
         if name.name in self.left:
             return f"is known only inside the for_each in line {self.left[name.name]}", None
         if name.name in self.lines:
-            return f"is only written later, in line {self.lines[name.name]}", None
-        why = f"is written by nothing (known here: {listed(self.types)})"
+            return f"is used before assignment, in line {self.lines[name.name]}", None
+        why = f"is an undefined variable (defined: {listed(self.types)})"
         return why, did_you_mean(name.name, [*self.types, "true", "false"])
 
     def fixes(self, names: frozenset[str]) -> bool:

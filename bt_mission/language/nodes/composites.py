@@ -126,7 +126,7 @@ class ParallelNode(CompositeNode):
 
 
 class ChooseNode(CompositeNode):
-    """One of the children, drawn by lot each time."""
+    """One of the children, chosen at random each time."""
 
     kind: ClassVar[str] = "choose"
 

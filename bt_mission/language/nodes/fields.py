@@ -78,7 +78,7 @@ MOST_SECONDS = 2**31 - 1
 MOST_WEIGHT = 1_000_000_000
 """So that the weights of all children have a finite sum."""
 
-TIMES = NumberRule("a whole number of at least 1", 1, whole=True)
+TIMES = NumberRule("an integer of at least 1", 1, whole=True)
 SECONDS = NumberRule("seconds, 0 or more", 0, MOST_SECONDS)
 LIMIT = NumberRule("seconds above 0", 0, MOST_SECONDS, itself=False)
 WEIGHT = NumberRule("a weight above 0", 0, MOST_WEIGHT, itself=False)
@@ -174,7 +174,7 @@ def elements(value: Any) -> Any:
 def message(value: Any) -> Template:
     """Return the template of a log message."""
     if not isinstance(value, str):
-        raise refusal(f"expected a text, got {describe(value)}")
+        raise refusal(f"expected a string, got {describe(value)}")
     return parsed(Template, value)
 
 
@@ -224,7 +224,7 @@ def plain(value: Any) -> Any:
         for part in value:
             plain(part)
     elif value is None or isinstance(value, dict):
-        message = f"expected a number, true or false, a text or a list, got {describe(value)}"
+        message = f"expected a number, a boolean, a string or a list, got {describe(value)}"
         raise refusal(message)
     return value
 

@@ -98,7 +98,7 @@ class GoalFaults(Maker):
                 return (Delivery(passing.message, gate=gate),)
 
             def on_goal(what: str, goal: Goal) -> None:
-                if what == "handed over" and goal.goal_client.name == name:
+                if what == "released" and goal.goal_client.name == name:
                     release(after_ns)
 
             def release(by_ns: int) -> None:

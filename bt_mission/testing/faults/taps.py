@@ -60,7 +60,7 @@ def for_first(what: str, count: Any, tap: Tap) -> Tap:
     if count is None:
         return tap
     if not isinstance(count, int) or count < 1:
-        raise ScenarioError(f"{what}: expected a whole number from 1 up, got {count!r}")
+        raise ScenarioError(f"{what}: expected an integer from 1 up, got {count!r}")
 
     def counted(fault: FaultInstance, passing: Passing) -> Fates:
         if fault.ended_ns is not None:

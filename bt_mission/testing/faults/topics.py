@@ -51,7 +51,7 @@ class TopicFaults(Maker):
         if every is None:
             return _at(topic, receiver, for_share(share, lost))
         if every < 1 or share != 1.0:
-            raise ScenarioError("drop: give a share, or every, a whole number from 1 up")
+            raise ScenarioError("drop: give a share, or every, an integer from 1 up")
 
         def drop_every(fault: FaultInstance, passing: Passing) -> Fates:
             count = fault.kept[passing.receiver] = fault.kept.get(passing.receiver, -1) + 1

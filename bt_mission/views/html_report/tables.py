@@ -56,7 +56,7 @@ def facts(run: RecordedRun) -> str:
 
 def _goal_count(run: RecordedRun) -> str:
     left = run.summary.get("goals_left_behind", 0)
-    return f"{len(run.goals)}" + (f", {left} left behind" if left else "")
+    return f"{len(run.goals)}" + (f", {left} orphaned" if left else "")
 
 
 def why(run: RecordedRun) -> str:
@@ -98,7 +98,7 @@ def _goal(run: RecordedRun, index: int, goal: RecordedGoal) -> str:
         known = time_ns is not None and start_ns is not None
         return seconds((time_ns - start_ns) / 1e9) if known else "?"  # type: ignore[operator]
 
-    end = goal.status or ("left behind" if goal.given_up_ns is not None else "no end is known")
+    end = goal.status or ("orphaned" if goal.given_up_ns is not None else "no end is known")
     more = []
     if goal.cancel_ns is not None and goal.sent_ns is not None:
         more.append(f"cancel after {since(goal.cancel_ns, goal.sent_ns)}")

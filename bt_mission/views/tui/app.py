@@ -67,7 +67,10 @@ class WatchApp(ViewApp):
         before: list[Span] = []
         if self.source is None or not self.source.is_there:
             known = self.outlook.mission.state is not None
-            before = [(" gone; looking " if known else " looking ", "paused"), (" ", "")]
+            before = [
+                (" disconnected; reconnecting " if known else " searching ", "paused"),
+                (" ", ""),
+            ]
         self._main.show(self.outlook, self.foot(), before)
 
     def attach(self, name: str) -> None:

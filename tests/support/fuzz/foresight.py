@@ -27,7 +27,7 @@ from bt_mission.ros import interface_types
 _CLASH = re.compile(
     r"expected (a whole number(?! of at least)|a number|true or false|a text|a list|a mapping)\b"
     r".*, got "
-    r"|cannot compare|compares numbers, got|not true or false"
+    r"|cannot compare|compares numbers, got|not a boolean"
 )
 _ELEMENT = re.compile(r"\.\d+(\.\w+)*: expected ")
 

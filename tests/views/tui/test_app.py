@@ -96,7 +96,7 @@ def test_nobody_there_is_said_and_looked_for():
     executive.is_there = False
 
     async def play(screen: Screen) -> None:
-        assert screen.rows[0] == " looking  no mission"
+        assert screen.rows[0] == " searching  no mission"
         assert screen.rows[-1] == "no sign of an executive (a test)"
         executive.is_there = True
         executive.begin()
@@ -114,7 +114,7 @@ def test_an_executive_that_vanishes_is_waited_for():
         await screen.look()
         screen.executive.is_there = False
         await screen.look()
-        assert screen.rows[0].startswith(" gone; looking  explore")
+        assert screen.rows[0].startswith(" disconnected; reconnecting  explore")
         assert "drive" in screen.text
         screen.executive.is_there = True
         screen.executive.begin("another run")
