@@ -168,16 +168,20 @@ def node_faults(document: Document, node: NodeModel, variables: Variables) -> It
             if around is variables:
                 around = replace(variables, types=ChainMap({}, variables.types))
             around.note(assigns, around.type_of(value))
-    for write in node.writes():
-        place, name = (*node.path, *write.path), write.variable
+    yield from _naming_faults(document, node, variables)
+
+
+def _naming_faults(
+    document: Document, node: NodeModel, variables: Variables
+) -> Iterator[Diagnostic]:
+    """Yield the variables that a node must not write."""
+    for path, name, what, *_ in node.writes():
+        why = variables.fixed(name)
         if isinstance(node, ForEachNode):
-            why = f"'{name}' is a variable already; choose another name"
-            known = name in variables.types
-        else:
-            fixed = variables.fixed(name)
-            why, known = fixed or "", fixed is not None
-        if known:
-            yield document.fault(place, why, key=write.what == "variable")
+            is_known = name in variables.types
+            why = f"'{name}' is a variable already; choose another name" if is_known else None
+        if why is not None:
+            yield document.fault((*node.path, *path), why, key=what == "variable")
 
 
 def number_faults(
