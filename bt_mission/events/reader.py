@@ -127,9 +127,12 @@ def battery(message: Any) -> told.BatteryState:
 
 def yaw(turn: Any) -> float:
     """Return the angle about the vertical axis of a quaternion, rad."""
-    return math.atan2(
-        2 * (turn.w * turn.z + turn.x * turn.y), 1 - 2 * (turn.y * turn.y + turn.z * turn.z)
-    )
+    return yaw_of(turn.x, turn.y, turn.z, turn.w)
+
+
+def yaw_of(x: float, y: float, z: float, w: float) -> float:
+    """Return the angle about the vertical axis, rad."""
+    return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
 
 
 def _standings(messages: Any) -> tuple[told.NodeStatus, ...]:

@@ -69,6 +69,7 @@ class _RunReader:
     def __init__(self, file: RecordedFile) -> None:
         self._file = file
         self._first_ns: int | None = None
+        self._last_ns = 0
         self._tree: MissionStarted | None = None
         self._node = ""
         self._changes: list[tuple[int, NodeStatus]] = []
@@ -87,10 +88,11 @@ class _RunReader:
 
     def take(self, channel: Channel, time_ns: int, data: bytes) -> None:
         """Take a message in; one that cannot be read is passed over."""
-        if not channel.is_cdr:
+        if channel.encoding != "cdr":
             return
         if self._first_ns is None:
             self._first_ns = time_ns
+        self._last_ns = max(self._last_ns, time_ns)
         try:
             self._hand_on(channel, time_ns, data)
         except UNREADABLE:
@@ -176,13 +178,13 @@ class _RunReader:
             facts=facts,
             summary=summary,
             start_ns=start_ns,
-            end_ns=file.end_ns,
+            end_ns=self._last_ns,
             status=self._state.status,
             reason=self._state.reason,
             why_cut=file.why_cut,
             missing=summary.get("missing", ""),
             tree=self._tree.nodes,
-            spans=spans_of(len(self._tree.nodes), self._changes, file.end_ns),
+            spans=spans_of(len(self._tree.nodes), self._changes, self._last_ns),
             truth=robot.truth,
             measured=robot.measured,
             scans=robot.scans,

@@ -40,11 +40,6 @@ class Channel:
     definition: str
     encoding: str
 
-    @property
-    def is_cdr(self) -> bool:
-        """Can messages of it be decoded?"""
-        return self.encoding == "cdr"
-
     @cached_property
     def decode(self) -> Callable[[bytes], DecodedMessage]:
         """Decodes a message of it. Raises DecodingError."""
@@ -97,8 +92,6 @@ class RecordedFile:
         self.attached: list[RecordingAttachment] = []
         self.why_cut = ""
         """Why it ends before its end; empty where it does not."""
-        self.end_ns = 0
-        """Time of the newest message in CDR, ns."""
         self._topics: set[str] = set()
 
     @property
@@ -139,8 +132,6 @@ class RecordedFile:
                     if channel is None:
                         continue
                     self._topics.add(channel.topic)
-                    if channel.is_cdr:
-                        self.end_ns = max(self.end_ns, record.log_time)
                     yield channel, record.log_time, record.data
                 case records.Schema():
                     schemas[record.id] = record

@@ -101,7 +101,7 @@ class RobotLife:
                 time_ns,
                 place["x"],
                 place["y"],
-                reader.yaw(turned),
+                reader.yaw_of(*turned.values()),
                 twist["linear"]["x"],
                 twist["angular"]["z"],
             )

@@ -45,6 +45,9 @@ _FORMATS = {
 HEAD = 4
 """Bytes that say how the rest is written."""
 
+_ORDERS = {b"\0\0": ">", b"\0\1": "<"}
+"""By the first bytes of the head."""
+
 
 class DecodingError(BtMissionError, ValueError):
     """A message that its definition does not fit."""
@@ -73,7 +76,8 @@ class Decoder:
     def __init__(self, type_name: str, definition: str) -> None:
         self.type_name = type_name
         self._specs = parse(type_name, definition)
-        self._steps: dict[str, Step] = {}
+        self._steps: dict[bytes, Step] = {}
+        """By the first bytes of a message."""
 
     @property
     def has_known_length(self) -> bool:
@@ -124,10 +128,11 @@ class Decoder:
 
     def _read(self, data: bytes) -> tuple[DecodedMessage, int]:
         try:
-            order = _byte_order(data)
-            if order not in self._steps:
-                self._steps[order] = _Compiler(self._specs, order).message("")
-            value, end = self._steps[order](data, HEAD)
+            head = data[:2] if len(data) >= HEAD else b""
+            step = self._steps.get(head)
+            if step is None:
+                step = self._steps[head] = _Compiler(self._specs, _byte_order(head)).message("")
+            value, end = step(data, HEAD)
         except (struct.error, IndexError, ValueError, KeyError, RecursionError) as error:
             raise DecodingError(
                 f"a message of type {self.type_name} cannot be read: {error}"
@@ -136,10 +141,10 @@ class Decoder:
             return value, end
 
 
-def _byte_order(data: bytes) -> str:
-    if len(data) < HEAD or data[0] or data[1] > 1:
+def _byte_order(head: bytes) -> str:
+    if head not in _ORDERS:
         raise ValueError("no CDR head")
-    return "<" if data[1] else ">"
+    return _ORDERS[head]
 
 
 class _Compiler:

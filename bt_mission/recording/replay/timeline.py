@@ -132,12 +132,15 @@ class _TimelineReader:
         self._trees: list[events.MissionStarted] = []
         self._said: list[tuple[int, str]] = []
         self._sequence = 0
+        self._last_ns = 0
 
     def take(self, channel: Channel, time_ns: int, data: bytes) -> None:
         """Take a message in, if it is of use; one that cannot be read is passed over."""
+        if channel.encoding != "cdr":
+            return
+        self._last_ns = max(self._last_ns, time_ns)
         try:
-            if channel.is_cdr:
-                self._hand_on(channel, time_ns, data)
+            self._hand_on(channel, time_ns, data)
         except UNREADABLE as error:
             self._unread.setdefault(channel.type_name, str(error))
 
@@ -211,7 +214,7 @@ class _TimelineReader:
         return Timeline(
             path=self._file.path,
             start_ns=start_ns,
-            end_ns=max(self._file.end_ns, start_ns),
+            end_ns=max(self._last_ns, start_ns),
             times_ns=tuple(time_ns for time_ns, _ in kept),
             frames=tuple(frame for _, frame in kept),
             trace=tuple(self._trace),
