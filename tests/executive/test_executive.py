@@ -190,3 +190,34 @@ def test_the_same_play_gives_the_same_trace(play: Any) -> None:
         story.tick()
         hashes.append(story.trace.sha256)
     assert hashes[0] == hashes[1] != hashes[2]
+
+
+def test_a_halt_stops_each_leaf_once(play: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """And each goal is handed over once."""
+    story = play(TWO_TURNS)
+    story.tick(2)
+    stopped, events = [], []
+    for leaf in story.executive.running_leaves:
+        terminate = leaf.terminate
+        monkeypatch.setattr(
+            leaf,
+            "terminate",
+            lambda status, leaf=leaf, own=terminate: (stopped.append(leaf.name), own(status)),
+        )
+    story.executive.goal_listeners.append(lambda what, goal: events.append((what, goal.owner)))
+    story.executive.interrupt("enough")
+    assert stopped == ["turn", "other"]
+    assert events == [("handed over", "turn"), ("handed over", "other")]
+
+
+def test_a_goal_whose_leaf_is_left_running_is_cancelled(play: Any) -> None:
+    """A composite of the user's own may end without halting its children."""
+    story = play(TWO_TURNS)
+    story.tick()
+    story.turn.accept()
+    story.tick()
+    root = story.root
+    root.tick = lambda: iter([setattr(root, "status", Status.SUCCESS) or root])
+    story.tick()
+    assert len(story.turn.cancels) == 1
+    assert [leaf.status for leaf in root.children] == [Status.INVALID, Status.INVALID]
