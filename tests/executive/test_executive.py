@@ -197,17 +197,22 @@ def test_a_halt_stops_each_leaf_once(play: Any, monkeypatch: pytest.MonkeyPatch)
     story = play(TWO_TURNS)
     story.tick(2)
     stopped, events = [], []
-    for leaf in story.executive.running_leaves:
+
+    def watched(leaf: Any) -> Any:
         terminate = leaf.terminate
-        monkeypatch.setattr(
-            leaf,
-            "terminate",
-            lambda status, leaf=leaf, own=terminate: (stopped.append(leaf.name), own(status)),
-        )
+
+        def stop(status: Status) -> None:
+            stopped.append(leaf.name)
+            terminate(status)
+
+        return stop
+
+    for leaf in story.executive.running_leaves:
+        monkeypatch.setattr(leaf, "terminate", watched(leaf))
     story.executive.goal_listeners.append(lambda what, goal: events.append((what, goal.owner)))
     story.executive.interrupt("enough")
     assert stopped == ["turn", "other"]
-    assert events == [("handed over", "turn"), ("handed over", "other")]
+    assert events == [("released", "turn"), ("released", "other")]
 
 
 def test_a_goal_whose_leaf_is_left_running_is_cancelled(play: Any) -> None:
@@ -217,7 +222,12 @@ def test_a_goal_whose_leaf_is_left_running_is_cancelled(play: Any) -> None:
     story.turn.accept()
     story.tick()
     root = story.root
-    root.tick = lambda: iter([setattr(root, "status", Status.SUCCESS) or root])
+
+    def tick() -> Any:
+        root.status = Status.SUCCESS
+        yield root
+
+    root.tick = tick
     story.tick()
     assert len(story.turn.cancels) == 1
     assert [leaf.status for leaf in root.children] == [Status.INVALID, Status.INVALID]
