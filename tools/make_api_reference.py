@@ -32,6 +32,7 @@ Every public name of bt-mission, generated from the docstrings by `tools/make_ap
 Import from these three modules only: what lies deeper may move. Importing them loads neither rclpy
 nor MuJoCo; a name is loaded when it is first used.
 """
+WIDTH, LONGEST_DEFAULT = 88, 60
 REFERENCE = re.compile(r":\w+:`~?(?:[\w.]+\.)?(\w+)`")
 
 
@@ -41,14 +42,49 @@ def text_of(thing: Any) -> str:
     return REFERENCE.sub(r"`\1`", text).replace("``", "`").replace("::\n", ":\n")
 
 
-def signature_of(thing: Any) -> str:
-    """Return a signature without quotes and module paths."""
+def _annotation(shown: Any) -> str:
+    """Return an annotation without the paths of modules."""
+    text = shown if isinstance(shown, str) else inspect.formatannotation(shown)
+    return re.sub(r"\b(?:[a-z_]\w*\.)+(?=[A-Za-z])", "", text)
+
+
+def _parameter(one: inspect.Parameter) -> str:
+    stars = {one.VAR_POSITIONAL: "*", one.VAR_KEYWORD: "**"}.get(one.kind, "")
+    text = stars + one.name
+    if one.annotation is not one.empty:
+        text += f": {_annotation(one.annotation)}"
+    if one.default is not one.empty:
+        default = repr(one.default)
+        text += (
+            " = ..."
+            if default.startswith("<") or len(default) > LONGEST_DEFAULT
+            else f" = {default}"
+        )
+    return text
+
+
+def signature_of(name: str, thing: Any) -> str:
+    """Return a call as one writes it: on one line where it is short, else a parameter a line."""
     try:
-        shown = str(inspect.signature(thing))
+        signature = inspect.signature(thing)
     except (TypeError, ValueError):
-        return ""
-    shown = re.sub(r"<object object at \w+>", "...", shown)
-    return re.sub(r"\b(?:[a-z_]\w*\.)+(?=[A-Za-z])", "", shown).replace("'", "")
+        return name
+    shown, has_star = [], False
+    for one in signature.parameters.values():
+        if one.name == "self" or one.name.startswith("_"):
+            continue
+        if one.kind is one.KEYWORD_ONLY and not has_star:
+            shown.append("*")
+        has_star = has_star or one.kind in (one.KEYWORD_ONLY, one.VAR_POSITIONAL)
+        shown.append(_parameter(one))
+    result = signature.return_annotation
+    end = (
+        "" if result is signature.empty or inspect.isclass(thing) else f" -> {_annotation(result)}"
+    )
+    line = f"{name}({', '.join(shown)}){end}"
+    if len(line) <= WIDTH:
+        return line
+    return "\n".join([f"{name}(", *(f"    {one}," for one in shown), f"){end}"])
 
 
 def public_members(thing: type) -> Iterator[tuple[str, Any]]:
@@ -62,26 +98,30 @@ def public_members(thing: type) -> Iterator[tuple[str, Any]]:
             yield name, member
 
 
+def _call(name: str, thing: Any) -> Iterator[str]:
+    yield from ("```python", signature_of(name, thing), "```", "")
+
+
 def described(name: str, thing: Any) -> Iterator[str]:
     """Yield the lines about one public name."""
     if inspect.isclass(thing):
-        plain = issubclass(thing, Exception | enum.Enum) or getattr(thing, "_is_protocol", False)
-        yield from (
-            f"### class `{name}{'' if plain else signature_of(thing)}`",
-            "",
-            text_of(thing),
-            "",
-        )
+        yield from (f"### class `{name}`", "")
+        is_plain = issubclass(thing, Exception | enum.Enum) or getattr(thing, "_is_protocol", False)
+        if not is_plain and not hasattr(thing, "model_fields"):
+            yield from _call(name, thing)
+        yield from (text_of(thing), "")
         if issubclass(thing, enum.Enum):
             yield from (f"- `{one.name}` = `{one.value!r}`" for one in thing)
             yield ""
             return
         for member_name, member in public_members(thing):
-            kind = isinstance(member, property)
-            shown = member_name if kind else f"{member_name}{signature_of(member)}"
-            yield from (f"#### `{shown}`", "", text_of(member.fget if kind else member), "")
+            yield from (f"#### `{name}.{member_name}`", "")
+            if isinstance(member, property):
+                yield from (text_of(member.fget), "")
+            else:
+                yield from (*_call(member_name, member), text_of(member), "")
     elif callable(thing):
-        yield from (f"### `{name}{signature_of(thing)}`", "", text_of(thing), "")
+        yield from (f"### `{name}`", "", *_call(name, thing), text_of(thing), "")
     else:
         yield from (f"### `{name}`", "", f"A `{type(thing).__name__}`.", "")
 

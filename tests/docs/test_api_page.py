@@ -1,0 +1,56 @@
+"""The Python API: its page, and what the documentation imports."""
+
+import ast
+import importlib
+import re
+import textwrap
+
+import pytest
+
+from tests.support.project import ROOT
+from tools.make_api_reference import MODULES, PAGE, page
+
+PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])
+CODE = sorted((ROOT / "docs").rglob("*.py"))
+BLOCK = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
+OURS = ("bt_mission", "action_servers", "sim")
+
+
+def test_the_page_is_that_of_the_docstrings():
+    """Who changes a public name writes the page again: `make docs`."""
+    assert PAGE.read_text(encoding="utf-8") == page()
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_every_public_name_is_described(module):
+    """Each has a docstring of its own."""
+    public = importlib.import_module(module)
+    bare = [name for name in public.__all__ if not getattr(public, name).__doc__]
+    assert bare == []
+
+
+def imports(text: str) -> list[str]:
+    """The names of ours that a piece of Python imports."""
+    found = []
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.Import):
+            found += [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            found += [f"{node.module}.{alias.name}" for alias in node.names]
+    return [name for name in found if name.partition(".")[0] in OURS]
+
+
+@pytest.mark.parametrize("path", [*PAGES, *CODE], ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_the_documentation_imports_public_names_only(path):
+    """Whatever a reader copies goes on working when modules move."""
+    text = path.read_text(encoding="utf-8")
+    blocks = [text] if path.suffix == ".py" else [textwrap.dedent(b) for b in BLOCK.findall(text)]
+    deeper = []
+    for name in (name for block in blocks for name in imports(block)):
+        module, _, last = name.rpartition(".")
+        is_public = name in MODULES or (
+            module in MODULES and last in importlib.import_module(module).__all__
+        )
+        if not is_public:
+            deeper.append(name)
+    assert deeper == []
