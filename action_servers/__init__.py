@@ -1,1 +1,91 @@
-"""Action servers of the robot: pure maneuvers, the pilot that owns the base, one adapter to ROS."""
+"""Action servers of the robot: pure maneuvers, the pilot that owns the base, one adapter to ROS.
+
+The names of `__all__` are public: from them a user writes an action of their own, and serves it
+beside ours.
+
+    def plan(goal, now):
+        return Circle(goal.secs) if goal.secs > 0 else Refusal("secs must be above 0")
+
+    circle = Action("circle", Move, plan)
+    options = ServerOptions(image_folder=Path("images"), extra_actions=[circle])
+    rclpy.spin(ServersNode(load_robot("waffle"), options))
+
+They are imported when first asked for: the import of this package does not load rclpy.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from action_servers.core.action import Action
+    from action_servers.core.checks import outside, refusal, stale
+    from action_servers.core.maneuver import (
+        SUCCEEDED,
+        ZERO,
+        ErrorCode,
+        Finished,
+        Grid,
+        Image,
+        Maneuver,
+        Observation,
+        Refusal,
+        Scan,
+    )
+    from action_servers.core.tuning import Tuning
+    from action_servers.driving.drive import DriveGuard
+    from action_servers.server.node import ServerOptions, ServersNode
+    from bt_mission.core.geometry import Pose2D, Twist2D
+    from bt_mission.core.robot.model import RobotModel, load_robot
+
+__all__ = [
+    "SUCCEEDED",
+    "ZERO",
+    "Action",
+    "DriveGuard",
+    "ErrorCode",
+    "Finished",
+    "Grid",
+    "Image",
+    "Maneuver",
+    "Observation",
+    "Pose2D",
+    "Refusal",
+    "RobotModel",
+    "Scan",
+    "ServerOptions",
+    "ServersNode",
+    "Tuning",
+    "Twist2D",
+    "load_robot",
+    "outside",
+    "refusal",
+    "stale",
+]
+
+_HOMES = {
+    "action_servers.core.action": ("Action",),
+    "action_servers.core.checks": ("outside", "refusal", "stale"),
+    "action_servers.core.maneuver": (
+        *("SUCCEEDED", "ZERO", "ErrorCode", "Finished", "Grid", "Image"),
+        *("Maneuver", "Observation", "Refusal", "Scan"),
+    ),
+    "action_servers.core.tuning": ("Tuning",),
+    "action_servers.driving.drive": ("DriveGuard",),
+    "action_servers.server.node": ("ServerOptions", "ServersNode"),
+    "bt_mission.core.geometry": ("Pose2D", "Twist2D"),
+    "bt_mission.core.robot.model": ("RobotModel", "load_robot"),
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name from where it is defined (PEP 562)."""
+    for module, names in _HOMES.items():
+        if name in names:
+            return getattr(importlib.import_module(module), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

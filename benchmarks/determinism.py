@@ -18,6 +18,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
+from contextlib import closing
 from pathlib import Path
 
 BATCH = 25
@@ -32,12 +33,9 @@ def run_batch(first: int, last: int) -> None:
 
     for seed in range(first, last):
         scenario = drawn_scenario(SeededDraws(seed))
-        stages = Stages(Path(tempfile.mkdtemp(dir=".")))
-        try:
+        with tempfile.TemporaryDirectory() as folder, closing(Stages(Path(folder))) as stages:
             run = scenario.on(stages)
             run.until_done()
-        finally:
-            stages.close()
         found = {
             "seed": seed,
             "end": run.status,

@@ -23,12 +23,15 @@ from rclpy.parameter import Parameter
 
 from bt_mission.goals.goal import Goal
 from bt_mission.language.loader import load_text
-from bt_mission.ros.mission_node import TICK_RATE_HZ, MissionNode
+from bt_mission.ros.graph import NodeOptions
+from bt_mission.ros.mission_node import MissionNode
+from bt_mission.ros.mission_runner import TICK_RATE_HZ, MissionRunner, RunnerOptions
 from bt_mission.testing.scripted_server import ScriptedServer
 from bt_mission.virtual_time import VirtualTimeExecutor
 
 TURN = "bt_mission_interfaces/action/Turn"
 Options = dict[str, Any]
+ALONE = RunnerOptions(has_controls=False, has_presence=False)
 LEAN: Options = {
     "enable_rosout": False,
     "start_parameter_services": False,
@@ -132,7 +135,10 @@ def compare(rounds: int) -> None:
     print("### A goal, its acceptance and its result\n")
     mission = load_text(TURNS)
     sides = (
-        Side(lambda options: MissionNode(mission, lean=True, **options), QuickServer),
+        Side(
+            lambda options: MissionNode(mission, ALONE, node=NodeOptions(lean=True, **options)),
+            QuickServer,
+        ),
         Side(BareClient, QuickServer),
     )
     for side in sides:
@@ -158,11 +164,11 @@ def halts(goals: int) -> str:
     )
 
 
-class TimedMission(MissionNode):
+class TimedMission(MissionRunner):
     """Knows how long each tick took, and how many goals were handed over so far."""
 
-    def __init__(self, goals: int, options: Options) -> None:
-        super().__init__(load_text(halts(goals)), lean=True, **options)
+    def __init__(self, node: Node, goals: int) -> None:
+        super().__init__(node, load_text(halts(goals)), ALONE)
         self.seconds: list[float] = []
         self.halted = 0
         self.executive.goal_listeners.append(self._note)
@@ -174,7 +180,15 @@ class TimedMission(MissionNode):
         self.seconds.append(watch.elapsed_s)
 
     def _note(self, what: str, _goal: Goal) -> None:
-        self.halted += what == "handed over"
+        self.halted += what == "released"
+
+
+class TimedNode(Node):
+    """A node that has a timed mission."""
+
+    def __init__(self, goals: int, options: Options) -> None:
+        super().__init__(**NodeOptions(lean=True, **options).arguments())
+        self.runner = TimedMission(self, goals)
 
 
 def _halting(goals: int, rounds: int) -> list[object]:
@@ -183,9 +197,9 @@ def _halting(goals: int, rounds: int) -> list[object]:
     A step of the executor is one instant of virtual time with at most one tick: what the server
     has heard when the step returns, it has heard at the instant of the tick.
     """
-    side = Side(lambda options: TimedMission(goals, options), ScriptedServer)
-    node = side.client
-    assert isinstance(node, TimedMission)
+    side = Side(lambda options: TimedNode(goals, options), ScriptedServer)
+    assert isinstance(side.client, TimedNode)
+    node = side.client.runner
     ordinary, halting, heard = [], [], 0
     while len(halting) < rounds:
         halted, cancels = node.halted, _cancels(side)

@@ -32,11 +32,12 @@ from rclpy.time import Time
 from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.goals.goal import Event, Goal
 from bt_mission.language.loader import load_text
-from bt_mission.language.nodes.steps import ActionStep
+from bt_mission.language.nodes.action import GoalNode
 from bt_mission.ros.goal_client import RosGoalClient
+from bt_mission.ros.graph import NodeOptions
 from bt_mission.ros.journal import open_journal
-from bt_mission.ros.mission_node import MissionNode
-from bt_mission.ros.status_topics import CHANGES
+from bt_mission.ros.mission_runner import MissionRunner, RunnerOptions
+from bt_mission.ros.status_publisher import CHANGES
 from bt_mission.testing.scripted_server import ScriptedServer
 from bt_mission.virtual_time.discovery import wait_for_matching
 
@@ -126,15 +127,13 @@ class HeldCourier(RosGoalClient):
         """Ask nobody."""
 
 
-class HeldMission(MissionNode):
+class HeldMission(MissionRunner):
     """A mission all of whose goals run on."""
 
     def goal_client(self, action: str, type_name: str) -> RosGoalClient:
         """A courier that keeps its goals."""
-        key = (self.resolve_topic_name(action), type_name)
-        if key not in self._couriers:
-            self._couriers[key] = HeldCourier(self, action, type_name, lambda _: "")
-        return self._couriers[key]
+        full = self.node.resolve_topic_name(action)
+        return self._client(HeldCourier, full, action, type_name, lambda _: "")
 
 
 class Ticked:
@@ -143,12 +142,12 @@ class Ticked:
     :param feedback: given to each goal before each tick, in turn; empty is none.
     """
 
-    def __init__(self, node: MissionNode, feedback: tuple[Any, ...]) -> None:
-        self.node = node
-        self.size = len(node.executive.nodes)
-        self._bare = py_trees.trees.BehaviourTree(bare_tree(node.executive.root))
+    def __init__(self, runner: MissionRunner, feedback: tuple[Any, ...]) -> None:
+        self.runner = runner
+        self.size = len(runner.executive.nodes)
+        self._bare = py_trees.trees.BehaviourTree(bare_tree(runner.executive.root))
         self._feedback = cycle(feedback)
-        self._clock = node.get_clock()
+        self._clock = runner.node.get_clock()
         with self._clock.handle:
             self._clock.handle.set_ros_time_override_is_enabled(True)
         self._now_ns = 1_000_000_000
@@ -156,8 +155,8 @@ class Ticked:
             work()  # every leaf starts
 
     def ours(self) -> float:
-        """Seconds of one tick of the mission's node."""
-        return self._timed(self.node.tick)
+        """Seconds of one tick of the mission's runner."""
+        return self._timed(self.runner.tick)
 
     def theirs(self) -> float:
         """Seconds of one tick of py_trees' ``BehaviourTree``, without visitors or handlers."""
@@ -169,7 +168,7 @@ class Ticked:
 
     def flush(self) -> float:
         """Seconds of what status publishing adds to a tick."""
-        publish = self.node.executive.after_tick[0]
+        publish = self.runner.executive.after_tick[0]
         watch = CpuWatch()
         for _ in range(FLUSHES):
             publish()
@@ -190,7 +189,7 @@ class Ticked:
         time = Time(nanoseconds=self._now_ns, clock_type=ClockType.ROS_TIME)
         self._clock.set_ros_time_override(time)
         for feedback in self._feedback:
-            for goal in self.node.ledger.open_goals:
+            for goal in self.runner.ledger.open_goals:
                 goal.on_feedback(feedback)
             break
 
@@ -208,18 +207,20 @@ def ticked(
         made.callback(context.shutdown)
         others = Node("others", context=context, start_parameter_services=False)
         made.callback(others.destroy_node)
-        steps = [step for step in mission.tree.walk() if isinstance(step, ActionStep)]
-        for action, kind in sorted({(step.action, step.type) for step in steps}):
+        steps = [step for step in mission.tree.walk() if isinstance(step, GoalNode)]
+        for action, kind in sorted({(step.ros_name, step.type) for step in steps}):
             ScriptedServer(others, kind, action)
         others.create_subscription(StatusChanges, "/bt_mission/changes", lambda _: None, CHANGES)
-        node = HeldMission(mission, context=context, lean=True, has_controls=True)
+        node = Node(**NodeOptions(context=context, lean=True).arguments())
         made.callback(node.destroy_node)
+        runner = HeldMission(node, mission, RunnerOptions(has_presence=False))
+        made.callback(runner.close)
         if with_journal:
             folder = made.enter_context(tempfile.TemporaryDirectory())
-            journal = open_journal(Path(folder) / "journal", mission, node, resume=False)
+            journal = open_journal(Path(folder) / "journal", mission, runner, resume=False)
             made.callback(journal.close)
         wait_for_matching([others, node])
-        yield Ticked(node, feedback)
+        yield Ticked(runner, feedback)
 
 
 def compare(rounds: int, sizes: tuple[int, ...]) -> None:

@@ -16,7 +16,7 @@ from pathlib import Path
 
 from report import record
 
-from bt_mission.recording.replay.scene import Projector
+from bt_mission.recording.replay.seeker import TimelineSeeker
 from bt_mission.recording.replay.timeline import read_timeline
 
 
@@ -29,23 +29,23 @@ def main() -> None:
         path = Path(folder) / "run.mcap"
         virtual_s = record(path, Path(folder))
         begin = time.process_time()
-        film = read_timeline(path)
+        timeline = read_timeline(path)
         reading = time.process_time() - begin
         size = path.stat().st_size
-    projector = Projector(film)
+    seeker = TimelineSeeker(timeline)
     begin = time.process_time()
-    projector.show(film.end_ns)
+    seeker.seek(timeline.end_ns)
     playing = time.process_time() - begin
     seeks = []
     draw = random.Random(1)
     for _ in range(options.seeks):
-        time_ns = draw.randint(film.start_ns, film.end_ns)
+        time_ns = draw.randint(timeline.start_ns, timeline.end_ns)
         begin = time.process_time()
-        projector.show(time_ns)
+        seeker.seek(time_ns)
         seeks.append(time.process_time() - begin)
     seeks.sort()
     print(f"patrol.yaml, {virtual_s:.1f} s virtual, recording of {size / 1e6:.1f} MB")
-    print(f"  read it: {reading:.2f} s; {len(film.frames)} messages are of use")
+    print(f"  read it: {reading:.2f} s; {len(timeline.frames)} messages are of use")
     print(f"  from the start to the end for the first time: {playing:.2f} s")
     print(
         f"  to any instant: median {statistics.median(seeks) * 1e3:.1f} ms, "

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any, Self
 
 import rclpy
+from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
@@ -25,7 +26,9 @@ from bt_mission.core.wall_clock import Stopwatch
 
 SPEED = 0.26
 PATIENCE_S = 60.0
-"""Seconds of the wall clock until the robot must drive."""
+"""Seconds of the wall clock until the robot must drive, and after the kill, stand."""
+WATCHED_S = 1.0
+"""Seconds of the simulation for which the base is watched once it stands."""
 
 MISSION = """\
 mission: drive
@@ -52,10 +55,14 @@ class Kill:
     stood_after_s: float
     way_m: float
     """How far the base still went."""
+    commands: tuple[tuple[float, float], ...] = ()
+    """What the base was told from then on, in order: m/s ahead, rad/s to the left."""
+    stayed: bool = False
+    """Whether it stood for all of :data:`WATCHED_S` after that."""
 
 
 class Truth:
-    """Hears the true motion of the base, as `(time s, x, linear, angular)`."""
+    """Hears the true motion of the base, as `(time s, x, linear, angular)`, and its commands."""
 
     def __init__(self) -> None:
         self._exit = ExitStack()
@@ -65,10 +72,12 @@ class Truth:
         node = rclpy.create_node("truth", context=self.context, enable_rosout=False)
         self._exit.callback(node.destroy_node)
         node.create_subscription(Odometry, "ground_truth/odom", self._take, 50)
+        node.create_subscription(TwistStamped, "cmd_vel", self._take_command, 50)
         self._executor = SingleThreadedExecutor(context=self.context)
         self._executor.add_node(node)
         self._exit.callback(self._executor.shutdown)
         self.seen: list[tuple[float, float, float, float]] = []
+        self.commands: list[tuple[float, float]] = []
 
     def __enter__(self) -> Self:
         return self
@@ -86,6 +95,14 @@ class Truth:
                 twist.angular.z,
             )
         )
+
+    def _take_command(self, message: Any) -> None:
+        self.commands.append((message.twist.linear.x, message.twist.angular.z))
+
+    def stands(self) -> bool:
+        """Tell whether the base stands, by the newest truth that was heard."""
+        _, _, linear, angular = self.seen[-1]
+        return abs(linear) < 0.01 and abs(angular) < 0.02
 
     def newest(self) -> tuple[float, float, float, float]:
         """Return the newest truth that there is, after a look for more."""
@@ -140,10 +157,17 @@ def kill(what: str, *, with_arbiter: bool, world: str = "empty_arena") -> Kill:
             if watch.elapsed_s > PATIENCE_S:
                 raise RuntimeError("the robot never drove; are the processes alive?")
         killed_s, killed_x, *_ = truth.newest()
+        before = len(truth.commands)
         victims[what].kill()
+        watch = Stopwatch()
         while True:
-            now_s, x, linear, angular = truth.newest()
-            if abs(linear) < 0.01 and abs(angular) < 0.02:
-                return Kill(what, with_arbiter, now_s - killed_s, x - killed_x)
-            if now_s - killed_s > 5.0:
+            stood_s, x, *_ = truth.newest()
+            if truth.stands():
+                break
+            if watch.elapsed_s > PATIENCE_S:
                 return Kill(what, with_arbiter, float("inf"), x - killed_x)
+        stayed = True
+        while truth.newest()[0] < stood_s + WATCHED_S:
+            stayed = stayed and truth.stands()
+        commands = tuple(truth.commands[before:])
+        return Kill(what, with_arbiter, stood_s - killed_s, x - killed_x, commands, stayed)

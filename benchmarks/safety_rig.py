@@ -23,11 +23,11 @@ from rclpy.node import Node
 from std_srvs.srv import Trigger
 from unique_identifier_msgs.msg import UUID
 
-from action_servers.server.node import ServersNode
+from action_servers.server.node import ServerOptions, ServersNode
 from bt_mission.core.robot.model import load_robot
 from bt_mission.virtual_time import VirtualTimeExecutor
 from sim.physics.names import OBSTACLE_PREFIX, SOLID, STEP_NS
-from sim.ros.node import SimNode
+from sim.ros.node import SimNode, SimOptions
 from sim.world.loader import load_world
 from sim.world.world import World
 
@@ -84,13 +84,11 @@ class Rig:
         self.sim = SimNode(
             _with_intruder(self.world) if intruder else self.world,
             self.robot,
-            seed=seed,
-            start_ns=START_NS,
-            lean=True,
-            context=self.context,
+            SimOptions(seed=seed, start_ns=START_NS, lean=True, context=self.context),
         )
         self.servers = ServersNode(
-            self.robot, image_folder=Path("images"), lean=True, context=self.context
+            self.robot,
+            ServerOptions(image_folder=Path("images"), lean=True, context=self.context),
         )
         self.client = Node(
             "client", context=self.context, enable_rosout=False, start_parameter_services=False

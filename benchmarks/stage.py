@@ -22,7 +22,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from std_msgs.msg import Empty
 
-from action_servers.server.node import ServersNode
+from action_servers.server.node import ServerOptions, ServersNode
 from bt_mission.core.dds.discovery import isolate
 from bt_mission.core.robot.model import load_robot
 from bt_mission.core.wall_clock import Stopwatch
@@ -79,7 +79,8 @@ class Echo:
         self.context = Context()
         rclpy.init(context=self.context)
         robot = load_robot("waffle")
-        servers = ServersNode(robot, image_folder=Path(), lean=True, context=self.context)
+        options = ServerOptions(image_folder=Path(), lean=True, context=self.context)
+        servers = ServersNode(robot, options)
         self.talker = Node("talker", context=self.context, **LEAN)
         self.answerer = Node("answerer", context=self.context, **LEAN)
         self.nodes = (servers, self.talker, self.answerer)

@@ -39,13 +39,14 @@ from py_trees.common import Status
 from rclpy.serialization import deserialize_message, serialize_message
 
 from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.events import messages, reader
+from bt_mission.events import events, messages, reader
 from bt_mission.events.source import ControlRequest, FoundExecutive, Heard
 from bt_mission.language.loader import load_text
 from bt_mission.sessions.stage import Stage
+from bt_mission.sessions.stage_robot import StageOptions
 from bt_mission.views.terminal.marks import SIGNS
 from bt_mission.views.tui.app import WatchApp
-from bt_mission.views.tui.memory import settle_memory
+from bt_mission.views.tui.view_app import settle_memory
 
 VIRTUAL_S = 40.0
 """Of one turn."""
@@ -158,7 +159,12 @@ def measure_slowdown(turns: int, arguments: tuple[str, ...]) -> None:
     mission = load_text(MISSION)
     with (
         tempfile.TemporaryDirectory() as folder,
-        Stage(mission, image_folder=Path(folder), say=lambda _: None, visible=True) as stage,
+        Stage(
+            mission,
+            image_folder=Path(folder),
+            say=lambda _: None,
+            options=StageOptions(visible=True),
+        ) as stage,
     ):
         meter = Meter(stage)
         turn(stage, meter, None)  # imports, and the first pictures
@@ -196,15 +202,15 @@ class Large:
     where = "a benchmark"
 
     def __init__(self, count: int) -> None:
-        nodes = [messages.NodeInfo("large", "Sequence", "0", 0)]
+        nodes = [events.NodeInfo("large", "Sequence", "0", 0)]
         while len(nodes) < count:
             place = len(nodes)
             part = (place - 1) // (CHILDREN + 1) * (CHILDREN + 1) + 1
             is_part = place == part
             kind, parent = ("Sequence", 0) if is_part else ("ActionLeaf", part)
             name = f"part {place}" if is_part else f"leaf {place}"
-            nodes.append(messages.NodeInfo(name, kind, f"0.{place}", parent))
-        self.tree = messages.TreeInfo(S, "run", "large", tuple(nodes))
+            nodes.append(events.NodeInfo(name, kind, f"0.{place}", parent))
+        self.tree = events.MissionStarted(S, "run", "large", tuple(nodes))
         self.heard = Heard()
 
     def serve(self) -> None:
@@ -231,7 +237,7 @@ class Large:
         """Nothing to leave."""
 
 
-def wire(tree: messages.TreeInfo) -> tuple[bytes, bytes]:
+def wire(tree: events.MissionStarted) -> tuple[bytes, bytes]:
     """The tree, and the answer with all its statuses, as they come over the network."""
     nodes = [
         TreeNode(name=one.name, kind=one.kind, path=one.path, parent=one.parent)
@@ -262,7 +268,7 @@ async def draw(nodes: int, changes: int) -> tuple[float, list[float]]:
         return Heard(
             (
                 reader.tree(deserialize_message(tree, Tree)),
-                messages.MissionStateInfo(S, "run", "large", "running", ""),
+                events.MissionStateChanged(S, "run", "large", "running", ""),
                 reader.statuses(deserialize_message(answer, GetStatuses.Response)),
             )
         )

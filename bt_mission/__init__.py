@@ -1,1 +1,120 @@
-"""Missions as behaviour trees over ROS 2 actions: language, tree, executive, command line."""
+"""Missions in YAML, carried out as behaviour trees over ROS 2 actions.
+
+Load a mission and run it on a node of one's own::
+
+    import bt_mission, rclpy
+
+    rclpy.init()
+    node = rclpy.create_node("my_robot")
+    mission = bt_mission.load("square.yaml", set={"speed": 0.2})
+    runner = bt_mission.MissionRunner(node, mission)  # uses the caller's node and executor
+    while not runner.is_done:
+        rclpy.spin_once(node, timeout_sec=0.1)
+    print(runner.report())
+
+Or in the simulation, without other processes: :class:`Stage`. Names are loaded when they are first
+used, so that importing the package loads neither rclpy nor MuJoCo.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from bt_mission.core import deprecated_paths
+from bt_mission.core.lazy import lazy_names
+
+if TYPE_CHECKING:
+    from bt_mission.btcpp.py_trees_leaves import port_leaves
+    from bt_mission.core.diagnostics import Diagnostic, InputError
+    from bt_mission.core.errors import BtMissionError
+    from bt_mission.executive.executive import Executive
+    from bt_mission.executive.report import Report
+    from bt_mission.goals.goal import GoalClient
+    from bt_mission.goals.outcome import Outcome
+    from bt_mission.language.action_names import ActionName
+    from bt_mission.language.loader import load_text
+    from bt_mission.language.mission import Mission
+    from bt_mission.recording.reader import read_run as read_recording
+    from bt_mission.recording.writer import RecordingOptions, record
+    from bt_mission.ros.graph import NodeOptions
+    from bt_mission.ros.mission_node import MissionNode
+    from bt_mission.ros.mission_runner import MissionRunner, RunnerOptions
+    from bt_mission.sessions.check import check
+    from bt_mission.sessions.load import convert, load
+    from bt_mission.sessions.stage import Stage
+    from bt_mission.sessions.stage_robot import FleetRobot, StageOptions
+
+    __version__: str
+
+__all__ = [
+    "ActionName",
+    "BtMissionError",
+    "Diagnostic",
+    "Executive",
+    "FleetRobot",
+    "GoalClient",
+    "InputError",
+    "Mission",
+    "MissionNode",
+    "MissionRunner",
+    "NodeOptions",
+    "Outcome",
+    "RecordingOptions",
+    "Report",
+    "RunnerOptions",
+    "Stage",
+    "StageOptions",
+    "__version__",
+    "check",
+    "convert",
+    "load",
+    "load_text",
+    "port_leaves",
+    "read_recording",
+    "record",
+]
+
+_load = lazy_names(
+    __name__,
+    {
+        "ActionName": "bt_mission.language.action_names",
+        "BtMissionError": "bt_mission.core.errors",
+        "Diagnostic": "bt_mission.core.diagnostics",
+        "Executive": "bt_mission.executive.executive",
+        "FleetRobot": "bt_mission.sessions.stage_robot",
+        "GoalClient": "bt_mission.goals.goal",
+        "InputError": "bt_mission.core.diagnostics",
+        "Mission": "bt_mission.language.mission",
+        "MissionNode": "bt_mission.ros.mission_node",
+        "MissionRunner": "bt_mission.ros.mission_runner",
+        "NodeOptions": "bt_mission.ros.graph",
+        "Outcome": "bt_mission.goals.outcome",
+        "RecordingOptions": "bt_mission.recording.writer",
+        "Report": "bt_mission.executive.report",
+        "RunnerOptions": "bt_mission.ros.mission_runner",
+        "Stage": "bt_mission.sessions.stage",
+        "StageOptions": "bt_mission.sessions.stage_robot",
+        "check": "bt_mission.sessions.check",
+        "convert": "bt_mission.sessions.load",
+        "load": "bt_mission.sessions.load",
+        "load_text": "bt_mission.language.loader",
+        "port_leaves": "bt_mission.btcpp.py_trees_leaves",
+        "read_recording": "bt_mission.recording.reader:read_run",
+        "record": "bt_mission.recording.writer",
+    },
+)
+
+
+def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        from importlib.metadata import version  # noqa: PLC0415 - it costs as much as all the rest
+
+        return version("bt-mission")
+    return _load(name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
+
+
+deprecated_paths.install()

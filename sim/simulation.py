@@ -9,11 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import mujoco
-
 from bt_mission.core.robot.model import RobotModel
 from sim.physics.physics import Physics
-from sim.physics.props import Props
 from sim.physics.spawn import RobotSpawn
 from sim.robot.robot import SimulatedRobot
 from sim.world.world import World
@@ -37,27 +34,9 @@ class Simulation(SimulatedRobot):
     ) -> None:
         physics = Physics(world, [RobotSpawn(robot)], start_ns, props)
         super().__init__(physics, RobotSpawn(robot), seed=seed)
-        self.physics.begin([self])
-
-    @property
-    def world(self) -> World:
-        """Where the robot is."""
-        return self.physics.world
-
-    @property
-    def props(self) -> Props:
-        """Obstacles that appear, move and vanish."""
-        return self.physics.props
-
-    @property
-    def model(self) -> mujoco.MjModel:
-        """MuJoCo's model of world and robot."""
-        return self.physics.model
-
-    @property
-    def data(self) -> mujoco.MjData:
-        """MuJoCo's state of world and robot."""
-        return self.physics.data
+        self.world, self.props = physics.world, physics.props
+        self.model, self.data = physics.model, physics.data
+        physics.begin([self])
 
     @property
     def time_ns(self) -> int:
@@ -79,8 +58,8 @@ class Simulation(SimulatedRobot):
 class Fleet:
     """Several robots in one world, on one clock. They see each other and collide.
 
-        fleet = Fleet(world, [Entrant(waffle, "robot1", Spawn(x=-1)),
-                              Entrant(burger, "robot2", Spawn(x=1))], seed=1)
+        fleet = Fleet(world, [RobotSpawn(waffle, "robot1", Spawn(x=-1)),
+                              RobotSpawn(burger, "robot2", Spawn(x=1))], seed=1)
         fleet["robot1"].command(0.2, 0.0)
         fleet.physics.advance_to(fleet.physics.time_ns + 50_000_000)
         fleet["robot2"].scan(0)
@@ -89,7 +68,7 @@ class Fleet:
     A lidar 0.13 m above the floor looks over the bodies of other robots, so each of several
     carries a screen: as long and as wide as its hull, from the floor up to above the highest
     lidar. The others' lidars and cameras see the screen, in a colour of its own; it touches
-    nothing. Raises SpawnError and EntrantError.
+    nothing. Raises SpawnError and RobotSpawnError.
     """
 
     def __init__(
@@ -102,6 +81,7 @@ class Fleet:
         props: int = 0,
     ) -> None:
         self.physics = Physics(world, entrants, start_ns, props)
+        self.props = self.physics.props
         self.robots = tuple(
             SimulatedRobot(self.physics, entrant, seed=seed) for entrant in entrants
         )
@@ -110,11 +90,6 @@ class Fleet:
     def __getitem__(self, name: str) -> SimulatedRobot:
         """Return the robot of that name. Raises KeyError."""
         return {robot.name: robot for robot in self.robots}[name]
-
-    @property
-    def props(self) -> Props:
-        """Obstacles that appear, move and vanish."""
-        return self.physics.props
 
     @property
     def collisions(self) -> int:

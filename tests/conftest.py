@@ -14,7 +14,12 @@ from bt_mission.goals.goal import Event, Goal
 from bt_mission.testing.live_graph import own_domain
 from tests.support.play import Play
 
-pytest_plugins = ["pytester", "tests.support.node_graph", "tests.support.recorded_runs"]
+pytest_plugins = [
+    "pytester",
+    "tests.support.checkout",
+    "tests.support.node_graph",
+    "tests.support.recorded_runs",
+]
 
 # Before any test module imports rclpy. The domain belongs to this process as long as it lives.
 # Within a process DDS works with discovery off; a test with processes of its own hands them

@@ -9,7 +9,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from action_servers.core.maneuver import ZERO, Twist2D
+from action_servers.core.maneuver import ZERO
+from bt_mission.core.geometry import Twist2D
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,8 +7,7 @@ from collections.abc import Mapping
 from typing import Protocol
 
 from action_servers.camera.camera import CameraSwitch, Snapshot
-from action_servers.core.freshness import stale
-from action_servers.core.limits import first_fault, outside
+from action_servers.core.checks import outside, refusal, stale
 from action_servers.core.maneuver import (
     SUCCEEDED,
     ZERO,
@@ -17,12 +16,12 @@ from action_servers.core.maneuver import (
     Image,
     Observation,
     Refusal,
-    Twist2D,
     Value,
 )
 from action_servers.core.tuning import TUNING, Tuning
 from action_servers.driving.drive import DriveGuard
 from action_servers.driving.rotation import ARRIVED_WITHIN, Rotation
+from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
 
 MAX_ANGLE_DEG = 180.0
@@ -32,13 +31,10 @@ MAX_ANGLE_DEG = 180.0
 class CameraSweepGoal(Protocol):
     """The goal fields of `bt_mission_interfaces/action/CameraSweep`."""
 
-    @property
-    def sweep_angle(self) -> float:
-        """How far to turn left, degrees."""
-
-    @property
-    def image_count(self) -> int:
-        """Number of pictures, one at the end of each equal part of the angle."""
+    sweep_angle: float
+    """How far to turn left, degrees."""
+    image_count: int
+    """Number of pictures, one at the end of each equal part of the angle."""
 
 
 class ImageStore(Protocol):
@@ -69,17 +65,13 @@ def plan(
     """Check a goal against the robot and what it sees."""
     if robot.camera is None:
         return Refusal(f"the robot '{robot.name}' has no camera")
-    fault = first_fault(
+    refused = refusal(
         _outside_angle(goal.sweep_angle),
         outside("image_count", goal.image_count, 1, tuning.sweep_images, "images"),
+        unready=stale(now, tuning.sensor_timeout),
     )
-    if fault is not None:
-        return Refusal(fault)
-    unready = stale(now, tuning.sensor_timeout)
-    if unready is not None:
-        return Refusal(unready.reason)
     angle = math.radians(goal.sweep_angle)
-    return CameraSweep(angle, goal.image_count, robot, camera, store, tuning)
+    return refused or CameraSweep(angle, goal.image_count, robot, camera, store, tuning)
 
 
 def _outside_angle(angle_deg: float) -> str | None:

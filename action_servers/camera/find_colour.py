@@ -8,7 +8,7 @@ from typing import Protocol
 
 from action_servers.camera.camera import CameraSwitch
 from action_servers.camera.colours import HUES_DEG, ColourPatch, largest_patch
-from action_servers.core.limits import outside
+from action_servers.core.checks import outside, refusal
 from action_servers.core.maneuver import (
     SUCCEEDED,
     ZERO,
@@ -17,11 +17,11 @@ from action_servers.core.maneuver import (
     Image,
     Observation,
     Refusal,
-    Twist2D,
     Value,
 )
 from action_servers.core.tuning import TUNING, Tuning
 from bt_mission.core.diagnostics import did_you_mean, listed
+from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
 from bt_mission.core.robot.parts import CameraModel
 
@@ -32,13 +32,10 @@ SMALLEST_SHARE = 1e-4
 class FindColourGoal(Protocol):
     """The goal fields of `bt_mission_interfaces/action/FindColour`."""
 
-    @property
-    def colour(self) -> str:
-        """Name of the colour."""
-
-    @property
-    def min_share(self) -> float:
-        """Share of the picture that it must cover; 0 for the default."""
+    colour: str
+    """Name of the colour."""
+    min_share: float
+    """Share of the picture that it must cover; 0 for the default."""
 
 
 def plan(
@@ -54,10 +51,8 @@ def plan(
             + (f"; {near}" if near else "")
         )
     share = goal.min_share or tuning.colour_share
-    fault = outside("min_share", share, SMALLEST_SHARE, 1.0, "of the picture")
-    if fault is not None:
-        return Refusal(fault)
-    return FindColour(goal.colour, share, robot.camera, camera, tuning)
+    refused = refusal(outside("min_share", share, SMALLEST_SHARE, 1.0, "of the picture"))
+    return refused or FindColour(goal.colour, share, robot.camera, camera, tuning)
 
 
 class FindColour:

@@ -9,7 +9,7 @@ from typing import Protocol
 from PIL import Image as Picture
 
 from action_servers.camera.camera import CameraSwitch, Snapshot
-from action_servers.core.limits import outside
+from action_servers.core.checks import outside, refusal
 from action_servers.core.maneuver import (
     SUCCEEDED,
     ZERO,
@@ -17,20 +17,19 @@ from action_servers.core.maneuver import (
     Image,
     Observation,
     Refusal,
-    Twist2D,
     Value,
 )
 from action_servers.core.ticker import Ticker
 from action_servers.core.tuning import TUNING, Tuning
+from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
 
 
 class TakePicturesGoal(Protocol):
     """The goal fields of `bt_mission_interfaces/action/TakePictures`."""
 
-    @property
-    def nseconds(self) -> int:
-        """How many pictures, one a second."""
+    nseconds: int
+    """How many pictures, one a second."""
 
 
 def plan(
@@ -39,8 +38,8 @@ def plan(
     """Check a goal. So many pictures that memory would suffer are refused."""
     if robot.camera is None:
         return Refusal(f"the robot '{robot.name}' has no camera")
-    fault = outside("nseconds", goal.nseconds, 1, tuning.pictures, "s")
-    return Refusal(fault) if fault is not None else TakePictures(goal.nseconds, camera, tuning)
+    refused = refusal(outside("nseconds", goal.nseconds, 1, tuning.pictures, "s"))
+    return refused or TakePictures(goal.nseconds, camera, tuning)
 
 
 class TakePictures:

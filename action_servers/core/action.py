@@ -18,13 +18,19 @@ def _nothing(_maneuver: Maneuver, _goal_id: str) -> AbstractContextManager[None]
 class Action:
     """An action that the servers offer.
 
-    `plan` checks a goal message against what is known of the robot, and gives the maneuver that
-    carries it out, or why it is refused. `during` is entered when a goal is accepted, with its
-    maneuver and its id (32 hexadecimal digits), and left at its end.
+    Args:
+        name: Its name, relative to the namespace of the servers.
+        type: Its generated type. Where a result has `error_code` and `error_msg`, they tell how
+            the goal ended.
+        plan: Checks a goal message against what is known of the robot; returns the maneuver that
+            carries it out, or why it is refused.
+        needs_map: Whether its observations hold the map, and the robot's pose on it.
+        during: Entered when a goal is accepted, with its maneuver and its id (32 hexadecimal
+            digits), and left at its end.
     """
 
     name: str
     type: Any
     plan: Callable[[Any, Observation], Maneuver | Refusal]
-    observe: Callable[[], Observation]
+    needs_map: bool = False
     during: Callable[[Any, str], AbstractContextManager[None]] = _nothing

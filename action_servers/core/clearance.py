@@ -19,6 +19,7 @@ import numpy.typing as npt
 
 from action_servers.core.maneuver import Scan
 from action_servers.core.tuning import TUNING
+from bt_mission.core.geometry import Pose2D
 from bt_mission.core.robot.parts import Hull, LidarModel
 
 Points = npt.NDArray[np.float64]
@@ -34,11 +35,6 @@ class ObstaclePoint:
     gap: float
     x: float
     y: float
-
-    @property
-    def bearing_deg(self) -> float:
-        """Direction seen from the middle of the axle, degrees, left positive."""
-        return math.degrees(math.atan2(self.y, self.x))
 
 
 def obstacle_points(scan: Scan, lidar: LidarModel) -> Points:
@@ -93,3 +89,19 @@ def nearest_in_front(points: Points, hull: Hull) -> ObstaclePoint | None:
     gaps = np.where(x > 0.0, np.hypot(np.maximum(x - hull.front, 0.0), beside), np.inf)
     index = int(np.argmin(gaps))
     return ObstaclePoint(float(gaps[index]), float(x[index]), float(y[index]))
+
+
+def into_frame(pose: Pose2D, points: Points) -> Points:
+    """Return `n x 2` points, given in the frame in which `pose` is, as seen from `pose`."""
+    cosine, sine = math.cos(pose.yaw), math.sin(pose.yaw)
+    across, along = points[:, 0] - pose.x, points[:, 1] - pose.y
+    return np.column_stack((cosine * across + sine * along, cosine * along - sine * across))
+
+
+def out_of_frame(pose: Pose2D, points: Points) -> Points:
+    """Return `n x 2` points, as seen from `pose`, in the frame in which `pose` is given."""
+    cosine, sine = math.cos(pose.yaw), math.sin(pose.yaw)
+    forward, left = points[:, 0], points[:, 1]
+    return np.column_stack(
+        (pose.x + cosine * forward - sine * left, pose.y + sine * forward + cosine * left)
+    )

@@ -1,17 +1,30 @@
-"""How fast a navigating robot goes, and how gently it changes its mind."""
+"""How fast a robot goes: to stop in time, and how gently it changes its mind."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
 
-from action_servers.core.maneuver import ZERO, Twist2D
+from action_servers.core.maneuver import ZERO
+from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
 
 _TURN_SHARE = 0.6
 _BRAKE_SHARE = 0.4
 _SPIN_BRAKE_SHARE = 0.3
 _GAIN_PER_S = 4.0
+
+
+def speed_to_stop_in(distance: float, *, deceleration: float, delay_s: float) -> float:
+    """Return the highest speed from which the base stops within `distance`.
+
+    It goes on at that speed for `delay_s` (until the next command takes effect) and then brakes
+    at `deceleration`: distance = v * delay + v**2 / (2 * deceleration), solved for v. Works alike
+    for metres and for radians; 0 for a distance of 0 or less, inf for an infinite one.
+    """
+    if distance <= 0.0:
+        return 0.0
+    return deceleration * (math.sqrt(delay_s**2 + 2.0 * distance / deceleration) - delay_s)
 
 
 @dataclass(frozen=True, slots=True)

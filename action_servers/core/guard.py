@@ -9,7 +9,8 @@ import numpy as np
 
 from action_servers.core.drive_limits import DriveLimits
 from action_servers.core.grid import Floats
-from action_servers.core.maneuver import ZERO, Twist2D
+from action_servers.core.maneuver import ZERO
+from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
 
 MARGIN_M = 0.01

@@ -18,6 +18,8 @@ from typing import Literal, Protocol, TypeAlias, Union
 import numpy as np
 import numpy.typing as npt
 
+from bt_mission.core.geometry import Pose2D, Twist2D
+
 
 class ErrorCode(IntEnum):
     """`error_code` of the actions of `bt_mission_interfaces`; 0 means none, whatever the action."""
@@ -34,24 +36,7 @@ class ErrorCode(IntEnum):
     NO_MAP = 908
 
 
-@dataclass(frozen=True, slots=True)
-class Twist2D:
-    """Velocity of the base: `linear` in m/s (forward is positive), `angular` in rad/s (left is)."""
-
-    linear: float = 0.0
-    angular: float = 0.0
-
-
 ZERO = Twist2D()
-
-
-@dataclass(frozen=True, slots=True)
-class Pose2D:
-    """Pose on the floor: `x`, `y` in metres, `yaw` in radians."""
-
-    x: float
-    y: float
-    yaw: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)

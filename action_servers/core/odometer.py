@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from action_servers.core.maneuver import Observation, Pose2D
+from action_servers.core.maneuver import Observation
+from bt_mission.core.geometry import Pose2D
 
 
 @dataclass(slots=True)

@@ -12,16 +12,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
-from action_servers.core.maneuver import (
-    ZERO,
-    ErrorCode,
-    Finished,
-    Maneuver,
-    Observation,
-    Twist2D,
-    Value,
-)
+from action_servers.core.maneuver import ZERO, ErrorCode, Finished, Maneuver, Observation, Value
 from action_servers.core.tuning import TUNING
+from bt_mission.core.geometry import Twist2D
 
 Fields: TypeAlias = Mapping[str, Value]
 

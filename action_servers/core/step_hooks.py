@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Literal, TypeAlias
 
-from action_servers.core.maneuver import Finished, Maneuver, Observation, Twist2D, Value
+from action_servers.core.maneuver import Finished, Maneuver, Observation, Value
+from bt_mission.core.geometry import Twist2D
 
 Method: TypeAlias = Literal["step", "feedback", "result"]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-_ROUNDING_S = 1e-6
+ROUNDING_S = 1e-6
 
 
 class Ticker:
@@ -20,7 +20,7 @@ class Ticker:
     @property
     def count(self) -> int:
         """How many seconds are full."""
-        return int(self.elapsed_s + _ROUNDING_S)
+        return int(self.elapsed_s + ROUNDING_S)
 
     def update(self, time_s: float) -> None:
         """Take in the time of a control step."""
@@ -30,7 +30,7 @@ class Ticker:
 
     def has_reached(self, duration_s: float) -> bool:
         """Return whether so many seconds have passed."""
-        return self._start_s is not None and self.elapsed_s >= duration_s - _ROUNDING_S
+        return self._start_s is not None and self.elapsed_s >= duration_s - ROUNDING_S
 
     def take(self) -> bool:
         """Return whether a second has become full since the last call."""

@@ -6,114 +6,96 @@ build stands in its model, and what belongs to one goal is a field of the goal.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
-from typing import Any
+from dataclasses import dataclass
 
-
-@dataclass(frozen=True, slots=True)
-class Range:
-    """What a tuning may be, both ends included, and what it is for."""
-
-    low: float
-    high: float
-    description: str
-
-
-def tuning(default: Any, low: float, high: float, description: str) -> Any:
-    """Return a field of a tuning: its default, its range, and what it is for."""
-    return field(default=default, metadata={"range": Range(low, high, description)})
-
-
-def ranges(tunings: Any) -> dict[str, Range]:
-    """Return the range of each field of a class of tunings, by name."""
-    return {one.name: one.metadata["range"] for one in fields(tunings)}
+from action_servers.core.parameters import number
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tuning:
     """All of them, with their defaults. Times in s of ROS time, lengths in m, angles in deg."""
 
-    sensor_timeout: float = tuning(
+    sensor_timeout: float = number(
         1.0,
         0.2,
         10.0,
         "Age at which a scan or odometry is no longer trusted, s. The default is five turns of the "
         "slowest lidar of a TurtleBot3 (LDS-01, 5 Hz), twenty messages of its odometry.",
     )
-    hold_after: float = tuning(
+    hold_after: float = number(
         0.6,
         0.2,
         10.0,
         "Age of a scan or odometry at which the base is held until there is a newer one, s: three "
         "turns of an LDS-01. With the 0.26 s of braking from full speed, it stands within 1 s.",
     )
-    image_timeout: float = tuning(
+    image_timeout: float = number(
         2.0, 0.1, 60.0, "How long a picture is waited for, s; twenty of a camera at 10 Hz."
     )
-    blocked_after: float = tuning(
+    blocked_after: float = number(
         2.0, 0.5, 60.0, "Time without progress after which a maneuver gives up, s."
     )
-    settle_limit: float = tuning(
+    settle_limit: float = number(
         1.0, 0.0, 10.0, "Time after which a base that was told to stop counts as standing, s."
     )
-    rest_linear: float = tuning(
+    rest_linear: float = number(
         0.01, 0.001, 0.1, "Speed below which the base counts as standing, m/s."
     )
-    rest_angular: float = tuning(
+    rest_angular: float = number(
         0.02, 0.001, 0.5, "Turning speed below which the base counts as standing, rad/s."
     )
-    side_margin: float = tuning(
+    side_margin: float = number(
         0.02,
         0.0,
         0.5,
         "Added to each side of the width that a drive ahead keeps free, m; twice the precision of "
         "an LDS-01 (10 mm, ROBOTIS e-manual).",
     )
-    stop_margin: float = tuning(
+    stop_margin: float = number(
         0.03,
         0.01,
         0.5,
         "Gap that is left to an obstacle by move, back_up and drive_on_heading, m; three standard "
         "deviations of a lidar's ray.",
     )
-    turn_margin: float = tuning(
+    turn_margin: float = number(
         3.0, 0.5, 45.0, "Rotation that is kept free before the hull would meet an obstacle, deg."
     )
-    turn_tolerance: float = tuning(
+    turn_tolerance: float = number(
         1.0, 0.1, 10.0, "Error with which a rotation counts as done once the robot stands, deg."
     )
-    turn_limit: float = tuning(
+    turn_limit: float = number(
         3600.0, 1.0, 36000.0, "Largest angle of turn and spin that is accepted, deg; ten turns."
     )
-    distance_limit: float = tuning(
+    distance_limit: float = number(
         100.0, 0.1, 10000.0, "Longest way of back_up and drive_on_heading that is accepted, m."
     )
-    duration_limit: int = tuning(
+    duration_limit: int = number(
         3600, 1, 86400, "Longest time of move and record_distance that is accepted, s."
     )
-    explore_nearest: float = tuning(
+    explore_nearest: float = number(
         0.05, 0.01, 1.0, "Shortest stopping distance that is accepted, m; five times a ray's noise."
     )
-    sweep_velocity: float = tuning(
+    sweep_velocity: float = number(
         0.2,
         0.05,
         3.0,
         "Speed of a camera sweep, rad/s: slow enough for sharp pictures (the Sheffield course's).",
     )
-    sweep_images: int = tuning(
+    sweep_images: int = number(
         30, 1, 1000, "Most pictures of one camera sweep (the Sheffield course's limit)."
     )
-    spin_velocity: float = tuning(
+    spin_velocity: float = number(
         1.0, 0.05, 3.0, "Speed of spin, rad/s; the fastest of Nav2's (0.4 to 1.0)."
     )
-    pictures: int = tuning(
+    pictures: int = number(
         60, 1, 600, "Most pictures of one goal of take_pictures; they are kept in memory."
     )
-    picture_quality: int = tuning(90, 1, 95, "Quality of JPEG pictures, as Pillow counts it.")
-    colour_share: float = tuning(
+    picture_quality: int = number(90, 1, 95, "Quality of JPEG pictures, as Pillow counts it.")
+    colour_share: float = number(
         0.01, 0.0001, 1.0, "Share of the picture that find_colour looks for by default."
     )
-    side_goals: int = tuning(
+    side_goals: int = number(
         8, 1, 100, "Most goals at a time that do not drive: pictures, distances, waiting."
     )
 

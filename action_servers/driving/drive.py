@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from action_servers.core.freshness import stale
-from action_servers.core.maneuver import ZERO, ErrorCode, Finished, Observation, Twist2D
+from action_servers.core.checks import stale
+from action_servers.core.maneuver import ZERO, ErrorCode, Finished, Observation
 from action_servers.core.odometer import Odometer
 from action_servers.core.tuning import TUNING, Tuning
+from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
 
 

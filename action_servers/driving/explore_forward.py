@@ -6,21 +6,13 @@ import math
 from collections.abc import Mapping
 from typing import Protocol
 
-from action_servers.core.braking import speed_to_stop_in
+from action_servers.core.checks import outside, refusal, stale
 from action_servers.core.clearance import ObstaclePoint, ahead, nearest_in_front, obstacle_points
-from action_servers.core.freshness import stale
-from action_servers.core.limits import first_fault, outside
-from action_servers.core.maneuver import (
-    SUCCEEDED,
-    Finished,
-    Observation,
-    Refusal,
-    Scan,
-    Twist2D,
-    Value,
-)
+from action_servers.core.drive_limits import speed_to_stop_in
+from action_servers.core.maneuver import SUCCEEDED, Finished, Observation, Refusal, Scan, Value
 from action_servers.core.tuning import TUNING, Tuning
 from action_servers.driving.drive import DriveGuard
+from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
 
 SLOWEST = 0.01
@@ -37,13 +29,10 @@ GONE_BEYOND = 0.05
 class ExploreForwardGoal(Protocol):
     """The goal fields of `bt_mission_interfaces/action/ExploreForward`."""
 
-    @property
-    def fwd_velocity(self) -> float:
-        """Speed, m/s."""
-
-    @property
-    def stopping_distance(self) -> float:
-        """Gap between hull and obstacle at which to stop, metres."""
+    fwd_velocity: float
+    """Speed, m/s."""
+    stopping_distance: float
+    """Gap between hull and obstacle at which to stop, metres."""
 
 
 def plan(
@@ -54,16 +43,12 @@ def plan(
     blind = lidar.min_range - (front - lidar.x)
     reach = lidar.max_range - (front - lidar.x)
     nearest = tuning.explore_nearest + max(0.0, blind)
-    fault = first_fault(
+    refused = refusal(
         outside("fwd_velocity", goal.fwd_velocity, SLOWEST, robot.max_linear_velocity, "m/s"),
         outside("stopping_distance", goal.stopping_distance, nearest, reach, "m"),
+        unready=stale(now, tuning.sensor_timeout),
     )
-    if fault is not None:
-        return Refusal(fault)
-    unready = stale(now, tuning.sensor_timeout)
-    if unready is not None:
-        return Refusal(unready.reason)
-    return ExploreForward(goal.fwd_velocity, goal.stopping_distance, robot, tuning)
+    return refused or ExploreForward(goal.fwd_velocity, goal.stopping_distance, robot, tuning)
 
 
 class ExploreForward:

@@ -5,21 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Protocol
 
-from action_servers.core.freshness import stale
-from action_servers.core.limits import first_fault, outside
-from action_servers.core.maneuver import (
-    SUCCEEDED,
-    ErrorCode,
-    Finished,
-    Observation,
-    Refusal,
-    Twist2D,
-    Value,
-)
+from action_servers.core.checks import outside, refusal, stale
+from action_servers.core.maneuver import SUCCEEDED, ErrorCode, Finished, Observation, Refusal, Value
 from action_servers.core.ticker import Ticker
 from action_servers.core.tuning import TUNING, Tuning
 from action_servers.driving.drive import DriveGuard
 from action_servers.driving.path import Way
+from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
 
 DEFAULT_SPEED = 0.1
@@ -29,17 +21,12 @@ DEFAULT_SPEED = 0.1
 class MoveGoal(Protocol):
     """The goal fields of `bt_mission_interfaces/action/Move`."""
 
-    @property
-    def secs(self) -> int:
-        """How long to drive, s."""
-
-    @property
-    def linear_velocity(self) -> float:
-        """m/s, forward positive."""
-
-    @property
-    def angular_velocity(self) -> float:
-        """rad/s, left positive."""
+    secs: int
+    """How long to drive, s."""
+    linear_velocity: float
+    """m/s, forward positive."""
+    angular_velocity: float
+    """rad/s, left positive."""
 
 
 def plan(
@@ -47,20 +34,16 @@ def plan(
 ) -> Move | Refusal:
     """Check a goal against the robot and what it sees."""
     fastest, sharpest = robot.max_linear_velocity, robot.max_angular_velocity
-    fault = first_fault(
+    refused = refusal(
         outside("secs", goal.secs, 1, tuning.duration_limit, "s"),
         outside("linear_velocity", goal.linear_velocity, -fastest, fastest, "m/s"),
         outside("angular_velocity", goal.angular_velocity, -sharpest, sharpest, "rad/s"),
+        unready=stale(now, tuning.sensor_timeout),
     )
-    if fault is not None:
-        return Refusal(fault)
-    unready = stale(now, tuning.sensor_timeout)
-    if unready is not None:
-        return Refusal(unready.reason)
     twist = Twist2D(goal.linear_velocity, goal.angular_velocity)
     if twist == Twist2D():
         twist = Twist2D(DEFAULT_SPEED, 0.0)
-    return Move(goal.secs, twist, robot, tuning)
+    return refused or Move(goal.secs, twist, robot, tuning)
 
 
 class Move:

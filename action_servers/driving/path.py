@@ -6,8 +6,9 @@ import math
 
 from action_servers.core.clearance import Points, obstacle_points
 from action_servers.core.guard import footprint, free_angle, free_distance
-from action_servers.core.maneuver import Observation, Scan, Twist2D
+from action_servers.core.maneuver import Observation, Scan
 from action_servers.core.tuning import TUNING, Tuning
+from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
 
 _CREEP = 1e-6

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Protocol
 
-from action_servers.core.freshness import stale_odometry
-from action_servers.core.limits import outside
+from action_servers.core.checks import outside, refusal, stale_odometry
 from action_servers.core.maneuver import (
     SUCCEEDED,
     ZERO,
@@ -14,21 +13,20 @@ from action_servers.core.maneuver import (
     Finished,
     Observation,
     Refusal,
-    Twist2D,
     Value,
 )
 from action_servers.core.odometer import Odometer
 from action_servers.core.ticker import Ticker
 from action_servers.core.tuning import TUNING, Tuning
+from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
 
 
 class RecordDistanceGoal(Protocol):
     """The goal fields of `bt_mission_interfaces/action/RecordDistance`."""
 
-    @property
-    def seconds(self) -> int:
-        """How long to measure, s."""
+    seconds: int
+    """How long to measure, s."""
 
 
 def plan(
@@ -39,13 +37,11 @@ def plan(
     tuning: Tuning = TUNING,
 ) -> RecordDistance | Refusal:
     """Check a goal; `publish` is told the distance so far, in metres, once a second."""
-    fault = outside("seconds", goal.seconds, 1, tuning.duration_limit, "s")
-    if fault is not None:
-        return Refusal(fault)
-    unready = stale_odometry(now, tuning.sensor_timeout)
-    if unready is not None:
-        return Refusal(unready.reason)
-    return RecordDistance(goal.seconds, robot, publish, tuning)
+    refused = refusal(
+        outside("seconds", goal.seconds, 1, tuning.duration_limit, "s"),
+        unready=stale_odometry(now, tuning.sensor_timeout),
+    )
+    return refused or RecordDistance(goal.seconds, robot, publish, tuning)
 
 
 class RecordDistance:

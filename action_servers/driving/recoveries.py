@@ -12,10 +12,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
-from action_servers.core.maneuver import ErrorCode, Finished, Observation, Twist2D, Value
-
-_ROUNDING_S = 1e-6
-_NS = 1_000_000_000
+from action_servers.core.maneuver import ErrorCode, Finished, Observation, Value
+from action_servers.core.ticker import ROUNDING_S, Ticker
+from bt_mission.core.geometry import Twist2D
+from bt_mission.core.stamps import NS, to_ns
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,18 +48,15 @@ DRIVE_ON_HEADING = Codes(
 class Duration(Protocol):
     """A `builtin_interfaces/Duration`."""
 
-    @property
-    def sec(self) -> int:
-        """Whole seconds, rounded down."""
-
-    @property
-    def nanosec(self) -> int:
-        """Nanoseconds on top."""
+    sec: int
+    """Whole seconds, rounded down."""
+    nanosec: int
+    """Nanoseconds on top."""
 
 
 def seconds_of(duration: Duration) -> float:
     """Return a duration in seconds."""
-    return (duration.sec * _NS + duration.nanosec) / _NS
+    return to_ns(duration) / NS
 
 
 def negative(name: str, seconds: float) -> str | None:
@@ -67,21 +64,18 @@ def negative(name: str, seconds: float) -> str | None:
     return None if seconds >= 0.0 else f"{name} must not be negative, got {seconds:g} s"
 
 
-class Allowance:
+class Allowance(Ticker):
     """The time since the first control step, and whether more is used than `seconds` (0: any)."""
 
     def __init__(self, seconds: float, codes: Codes) -> None:
+        super().__init__()
         self._seconds = seconds
         self._codes = codes
-        self._start_s: float | None = None
-        self.elapsed_s = 0.0
 
-    def update(self, now: Observation) -> Finished | None:
+    def late(self, now: Observation) -> Finished | None:
         """Take in the time; return the end of the goal when too much is used."""
-        if self._start_s is None:
-            self._start_s = now.time_s
-        self.elapsed_s = max(self.elapsed_s, now.time_s - self._start_s)
-        if not self._seconds or self.elapsed_s <= self._seconds + _ROUNDING_S:
+        self.update(now.time_s)
+        if not self._seconds or self.elapsed_s <= self._seconds + ROUNDING_S:
             return None
         reason = f"the time allowance of {self._seconds:g} s is used up"
         return Finished("aborted", self._codes.timeout, reason)

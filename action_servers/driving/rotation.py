@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 
-from action_servers.core.braking import speed_to_stop_in
 from action_servers.core.clearance import obstacle_points
+from action_servers.core.drive_limits import speed_to_stop_in
 from action_servers.core.guard import footprint, free_angle
-from action_servers.core.maneuver import ErrorCode, Finished, Observation, Scan, Twist2D
+from action_servers.core.maneuver import ErrorCode, Finished, Observation, Scan
 from action_servers.core.tuning import TUNING, Tuning
 from action_servers.driving.drive import DriveGuard
+from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
 
 ARRIVED_WITHIN = math.radians(0.3)

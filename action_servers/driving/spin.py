@@ -6,25 +6,22 @@ import math
 from collections.abc import Mapping
 from typing import Protocol
 
-from action_servers.core.freshness import stale
-from action_servers.core.limits import first_fault, outside
-from action_servers.core.maneuver import Finished, Observation, Refusal, Twist2D, Value
+from action_servers.core.checks import outside, refusal, stale
+from action_servers.core.maneuver import Finished, Observation, Refusal, Value
 from action_servers.core.tuning import TUNING, Tuning
 from action_servers.driving.recoveries import SPIN, Allowance, Duration, negative, seconds_of
 from action_servers.driving.turn import Turn
+from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
 
 
 class SpinGoal(Protocol):
     """The goal fields of `nav2_msgs/action/Spin`."""
 
-    @property
-    def target_yaw(self) -> float:
-        """How far to turn, rad, left positive, not wrapped."""
-
-    @property
-    def time_allowance(self) -> Duration:
-        """When to give up; 0 for never."""
+    target_yaw: float
+    """How far to turn, rad, left positive, not wrapped."""
+    time_allowance: Duration
+    """When to give up; 0 for never."""
 
 
 def plan(
@@ -33,16 +30,12 @@ def plan(
     """Check a goal against what the robot sees."""
     limit = math.radians(tuning.turn_limit)
     allowance = seconds_of(goal.time_allowance)
-    fault = first_fault(
+    refused = refusal(
         outside("target_yaw", goal.target_yaw, -limit, limit, "rad"),
         negative("time_allowance", allowance),
+        unready=stale(now, tuning.sensor_timeout),
     )
-    if fault is not None:
-        return Refusal(fault)
-    unready = stale(now, tuning.sensor_timeout)
-    if unready is not None:
-        return Refusal(unready.reason)
-    return Spin(goal.target_yaw, allowance, robot, tuning)
+    return refused or Spin(goal.target_yaw, allowance, robot, tuning)
 
 
 class Spin:
@@ -60,7 +53,7 @@ class Spin:
 
     def step(self, now: Observation) -> Twist2D | Finished:
         """Turn on, or end."""
-        late = self._allowance.update(now)
+        late = self._allowance.late(now)
         answer = self._turn.step(now)
         if isinstance(answer, Finished):
             return SPIN.of(answer)

@@ -6,18 +6,9 @@ import math
 from collections.abc import Mapping
 from typing import Protocol
 
-from action_servers.core.braking import speed_to_stop_in
-from action_servers.core.freshness import stale
-from action_servers.core.limits import first_fault, outside
-from action_servers.core.maneuver import (
-    SUCCEEDED,
-    ErrorCode,
-    Finished,
-    Observation,
-    Refusal,
-    Twist2D,
-    Value,
-)
+from action_servers.core.checks import outside, refusal, stale
+from action_servers.core.drive_limits import speed_to_stop_in
+from action_servers.core.maneuver import SUCCEEDED, ErrorCode, Finished, Observation, Refusal, Value
 from action_servers.core.tuning import TUNING, Tuning
 from action_servers.driving.drive import DriveGuard
 from action_servers.driving.path import Way
@@ -31,6 +22,7 @@ from action_servers.driving.recoveries import (
     negative,
     seconds_of,
 )
+from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
 
 SLOWEST = 0.01
@@ -43,33 +35,23 @@ ARRIVED_WITHIN = 0.003
 class Point(Protocol):
     """A `geometry_msgs/Point`, metres."""
 
-    @property
-    def x(self) -> float:
-        """Ahead."""
-
-    @property
-    def y(self) -> float:
-        """To the left."""
-
-    @property
-    def z(self) -> float:
-        """Up."""
+    x: float
+    """Ahead."""
+    y: float
+    """To the left."""
+    z: float
+    """Up."""
 
 
 class StraightGoal(Protocol):
     """The goal fields of `nav2_msgs/action/BackUp` and `DriveOnHeading`."""
 
-    @property
-    def target(self) -> Point:
-        """How far to drive."""
-
-    @property
-    def speed(self) -> float:
-        """How fast, m/s."""
-
-    @property
-    def time_allowance(self) -> Duration:
-        """When to give up; 0 for never."""
+    target: Point
+    """How far to drive."""
+    speed: float
+    """How fast, m/s."""
+    time_allowance: Duration
+    """When to give up; 0 for never."""
 
 
 def plan_back_up(
@@ -98,14 +80,14 @@ def _plan(
     distance, speed = way
     fastest, longest = robot.max_linear_velocity, tuning.distance_limit
     allowance = seconds_of(goal.time_allowance)
-    fault = first_fault(
+    refused = refusal(
         outside("target.x", distance, -longest, longest, "m"),
         None if math.isfinite(goal.target.y + goal.target.z) else "target must be finite",
         outside("speed", speed, -fastest, fastest, "m/s"),
         negative("time_allowance", allowance),
     )
-    if fault is not None:
-        return Refusal(fault)
+    if refused is not None:
+        return refused
     if goal.target.y != 0.0 or goal.target.z != 0.0:
         reason = f"target.y and target.z must be 0, got {goal.target.y:g} and {goal.target.z:g}"
         return Useless(codes.invalid_input, reason)
@@ -114,10 +96,8 @@ def _plan(
         return Useless(codes.invalid_input, reason)
     if abs(speed) < SLOWEST and distance != 0.0:
         return Useless(codes.invalid_input, f"speed must be {SLOWEST:g} m/s or more, got {speed:g}")
-    unready = stale(now, tuning.sensor_timeout)
-    if unready is not None:
-        return Refusal(unready.reason)
-    return Straight(distance, abs(speed), allowance, codes, robot, tuning)
+    refused = refusal(unready=stale(now, tuning.sensor_timeout))
+    return refused or Straight(distance, abs(speed), allowance, codes, robot, tuning)
 
 
 class Straight:
@@ -150,7 +130,7 @@ class Straight:
 
     def step(self, now: Observation) -> Twist2D | Finished:
         """Drive on, slow down, or end."""
-        late = self._allowance.update(now)
+        late = self._allowance.late(now)
         answer = self._drive.fault(now) or self._drive_on(now)
         if isinstance(answer, Finished):
             return self._codes.of(answer)

@@ -6,12 +6,12 @@ import math
 from collections.abc import Mapping
 from typing import Protocol
 
-from action_servers.core.freshness import stale
-from action_servers.core.limits import first_fault, outside
-from action_servers.core.maneuver import SUCCEEDED, Finished, Observation, Refusal, Twist2D, Value
+from action_servers.core.checks import outside, refusal, stale
+from action_servers.core.maneuver import SUCCEEDED, Finished, Observation, Refusal, Value
 from action_servers.core.tuning import TUNING, Tuning
 from action_servers.driving.drive import DriveGuard
 from action_servers.driving.rotation import Rotation
+from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
 
 SLOWEST = 0.05
@@ -24,13 +24,10 @@ DEFAULT_SPEED = 1.0
 class TurnGoal(Protocol):
     """The goal fields of `bt_mission_interfaces/action/Turn`."""
 
-    @property
-    def angle(self) -> float:
-        """How far to turn, degrees, left positive, not wrapped."""
-
-    @property
-    def angular_velocity(self) -> float:
-        """Speed, rad/s; 0 for the default."""
+    angle: float
+    """How far to turn, degrees, left positive, not wrapped."""
+    angular_velocity: float
+    """Speed, rad/s; 0 for the default."""
 
 
 def plan(
@@ -43,16 +40,14 @@ def plan(
     """Check a goal against the robot and what it sees. An angle of 0 succeeds without moving."""
     fastest = robot.max_angular_velocity
     speed = goal.angular_velocity
-    fault = first_fault(
+    refused = refusal(
         outside("angle", goal.angle, -tuning.turn_limit, tuning.turn_limit, "deg"),
         None if speed == 0.0 else outside("angular_velocity", speed, SLOWEST, fastest, "rad/s"),
+        unready=stale(now, tuning.sensor_timeout),
     )
-    if fault is not None:
-        return Refusal(fault)
-    unready = stale(now, tuning.sensor_timeout)
-    if unready is not None:
-        return Refusal(unready.reason)
-    return Turn(math.radians(goal.angle), speed or min(default_speed, fastest), robot, tuning)
+    return refused or Turn(
+        math.radians(goal.angle), speed or min(default_speed, fastest), robot, tuning
+    )
 
 
 class Turn:

@@ -5,32 +5,24 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Protocol
 
-from action_servers.core.maneuver import (
-    SUCCEEDED,
-    ZERO,
-    Finished,
-    Observation,
-    Refusal,
-    Twist2D,
-    Value,
-)
+from action_servers.core.checks import refusal
+from action_servers.core.maneuver import SUCCEEDED, ZERO, Finished, Observation, Refusal, Value
 from action_servers.core.ticker import Ticker
 from action_servers.driving.recoveries import Duration, negative, seconds_of
+from bt_mission.core.geometry import Twist2D
 
 
 class WaitGoal(Protocol):
     """The goal fields of `nav2_msgs/action/Wait`."""
 
-    @property
-    def time(self) -> Duration:
-        """How long to wait."""
+    time: Duration
+    """How long to wait."""
 
 
 def plan(goal: WaitGoal) -> Wait | Refusal:
     """Check a goal; 0 s end at once."""
     seconds = seconds_of(goal.time)
-    fault = negative("time", seconds)
-    return Refusal(fault) if fault is not None else Wait(seconds)
+    return refusal(negative("time", seconds)) or Wait(seconds)
 
 
 class Wait:

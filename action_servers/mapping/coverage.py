@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from action_servers.core.maneuver import Grid, Pose2D
+from action_servers.core.maneuver import Grid
+from bt_mission.core.geometry import Pose2D
 
 Indices = npt.NDArray[np.intp]
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Protocol
 
-from action_servers.core.limits import first_fault, outside
+from action_servers.core.checks import outside, refusal
 from action_servers.core.maneuver import (
     SUCCEEDED,
     ZERO,
@@ -15,7 +15,6 @@ from action_servers.core.maneuver import (
     Grid,
     Observation,
     Refusal,
-    Twist2D,
     Value,
 )
 from action_servers.mapping.frontiers import Frontier, Target, choose, frontiers
@@ -26,6 +25,7 @@ from action_servers.navigation.planner import Point
 from action_servers.navigation.senses import missing
 from action_servers.navigation.surroundings import Surroundings
 from action_servers.navigation.tuning import NAVIGATION, NavigationTuning
+from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
 
 LEAST_MIN_FRONTIER_M = 0.05
@@ -57,13 +57,10 @@ _NO_WAY = (Code.GOAL_OCCUPIED, Code.GOAL_OUTSIDE_MAP, Code.NO_VALID_PATH)
 class ExploreFrontiersGoal(Protocol):
     """The goal fields of `bt_mission_interfaces/action/ExploreFrontiers`."""
 
-    @property
-    def max_duration(self) -> float:
-        """Limit, s; 0 for none."""
-
-    @property
-    def min_frontier(self) -> float:
-        """Length of the shortest frontier worth a visit, m; 0 for the default."""
+    max_duration: float
+    """Limit, s; 0 for none."""
+    min_frontier: float
+    """Length of the shortest frontier worth a visit, m; 0 for the default."""
 
 
 def plan(
@@ -75,15 +72,13 @@ def plan(
 ) -> ExploreFrontiers | Refusal:
     """Check a goal. A map that has not come yet is no reason to refuse: it is waited for."""
     shortest = goal.min_frontier
-    fault = first_fault(
+    refused = refusal(
         outside("max_duration", goal.max_duration, 0.0, LONGEST_S, "s"),
         None
         if shortest == 0.0
         else outside("min_frontier", shortest, LEAST_MIN_FRONTIER_M, MOST_MIN_FRONTIER_M, "m"),
     )
-    if fault is not None:
-        return Refusal(fault)
-    return ExploreFrontiers(
+    return refused or ExploreFrontiers(
         robot, goal.max_duration, shortest or tuning.min_length, tuning, navigation
     )
 

@@ -14,11 +14,11 @@ from scipy import ndimage
 from scipy.sparse import csgraph
 from scipy.spatial import cKDTree
 
-from action_servers.core.geometry import wrapped
 from action_servers.core.grid import OCCUPIED_FROM, Bools, Floats, Survey
-from action_servers.core.maneuver import Grid, Pose2D
+from action_servers.core.maneuver import Grid
 from action_servers.mapping.occupancy import UNKNOWN
 from action_servers.navigation.planner import PRICE_UNIT_M, Point, RoadMap, departures
+from bt_mission.core.geometry import Pose2D, wrap
 
 REACH_M = 1.0
 """How far from a frontier the robot may end when it cannot stand on it; it must see it, though."""
@@ -130,7 +130,7 @@ def choose(
         index, seen = place
         node = reachable[index]
         x, y = (float(part) for part in roads.centres[node])
-        ahead = wrapped(math.atan2(y - pose.y, x - pose.x) - pose.yaw)
+        ahead = wrap(math.atan2(y - pose.y, x - pose.x) - pose.yaw)
         price = float(prices[node]) + TURN_COST_M * abs(ahead)
         price -= SIZE_GAIN * min(frontier.size, LARGEST_M)
         if best is None or price < best.price:

@@ -3,91 +3,64 @@
 from __future__ import annotations
 
 import array
-from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-import rclpy
 from bt_mission_interfaces.msg import Coverage as CoverageMessage
 from nav_msgs.msg import OccupancyGrid
-from rcl_interfaces.msg import ParameterDescriptor
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.logging import LoggingSeverity
-from rclpy.node import Node
-from rclpy.parameter import Parameter
-from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import Trigger
 
 from action_servers.core.maneuver import Grid, Scan
+from action_servers.core.parameters import ParameterSpec
 from action_servers.mapping.coverage import Measure, VisitedArea
 from action_servers.mapping.files import MapFileError, save
 from action_servers.mapping.occupancy import FREE, OccupancyMapper
 from action_servers.mapping.tuning import MapperTuning
 from action_servers.navigation.history import PoseHistory
-from action_servers.robot_io.interrupts import SignalNote
-from action_servers.robot_io.node_parameters import declare, made_with, overrides
-from action_servers.robot_io.parameter_file import read_parameters
-from action_servers.robot_io.robot_settings import listening, sensor_settings
-from action_servers.robot_io.sensors import LATCHED, SensorSubscriptions
-from action_servers.robot_io.tuning_parameters import declare_tuning
+from action_servers.robot_io.node import NodeOptions, RobotNode, run
+from action_servers.robot_io.sensors import LATCHED, SensorSubscriptions, SensorWiring
 from bt_mission.core.robot.model import RobotModel, load_robot
-
-if TYPE_CHECKING:
-    from rclpy.context import Context
 
 NODE_NAME = "bt_mission_mapper"
 MAP_PREFIX = "map_prefix"
 
 
-class MapperNode(Node):
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MapperOptions(NodeOptions):
+    """How the mapper is made. `map_prefix`: where `save_map` writes, .pgm and .yaml appended."""
+
+    map_prefix: str = "map"
+
+
+class MapperNode(RobotNode):
     """Publishes `map` (latched) and `coverage`, and offers `save_map`.
 
     The robot's place comes from the transform of the map frame to odometry: something else
     localises, this only maps. `map` is published when anything is known to be free, then at most
     once a second, and only when it has changed; `coverage` too, when it has.
 
-    :param robot: place and reach of its lidar.
-    :param lean: no parameter services, log topic or type description, and only warnings in the
-        log, as on the stage.
-    :param context: the rclpy context; None is the default one.
-    :param use_sim_time: follow `/clock`.
-    :param map_prefix: where `save_map` writes, `.pgm` and `.yaml` appended.
-    :param parameters: values of parameters by name, instead of their defaults.
-    :raises rclpy.exceptions.ParameterException: for a parameter out of its range.
+    Args:
+        robot: Place and reach of its lidar.
+        options: Everything else.
+
+    Raises:
+        rclpy.exceptions.ParameterException: For a parameter out of its range.
     """
 
-    def __init__(
-        self,
-        robot: RobotModel,
-        *,
-        lean: bool = False,
-        context: Context | None = None,
-        namespace: str | None = None,
-        use_sim_time: bool = False,
-        map_prefix: str = "map",
-        parameters: Mapping[str, Any] | None = None,
-    ) -> None:
-        super().__init__(
-            NODE_NAME,
-            context=context,
-            namespace=namespace,
-            enable_rosout=not lean,
-            start_parameter_services=not lean,
-            parameter_overrides=[
-                Parameter("use_sim_time", value=use_sim_time),
-                Parameter("start_type_description_service", value=not lean),
-                *overrides(parameters or {}),
-            ],
-        )
-        if lean:
-            _log(self).set_level(LoggingSeverity.WARN)
-        self.declare_parameter(
+    def __init__(self, robot: RobotModel, options: MapperOptions | None = None) -> None:
+        options = options or MapperOptions()
+        super().__init__(NODE_NAME, options)
+        self.declare(
             MAP_PREFIX,
-            map_prefix,
-            ParameterDescriptor(description="Where save_map writes; .pgm and .yaml are appended."),
+            ParameterSpec(
+                options.map_prefix,
+                "Where save_map writes; .pgm and .yaml are appended.",
+                is_fixed=False,
+            ),
         )
-        self._tuning = declare_tuning(self, MapperTuning)
+        self._tuning = self.declare_all(MapperTuning())
         self._mapper = OccupancyMapper(robot.lidar)
         self._coverage = VisitedArea()
         self._poses = PoseHistory()
@@ -95,10 +68,10 @@ class MapperNode(Node):
         self._grid: Grid | None = None
         self._told: tuple[float, int] | None = None
         self._updates = 0
-        wiring = listening(declare(self, sensor_settings()))
+        wiring = self.declare_all(SensorWiring())
         self._sensors = SensorSubscriptions(self, wiring, robot.lidar, listen_to_map=False)
         self._map_frame = wiring.map_frame
-        self._map_out = self.create_publisher(OccupancyGrid, wiring.topics.map, LATCHED)
+        self._map_out = self.create_publisher(OccupancyGrid, wiring.map, LATCHED)
         self._coverage_out = self.create_publisher(CoverageMessage, "coverage", LATCHED)
         self.create_service(Trigger, "save_map", self._save)
         self.create_timer(self._tuning.update_period, self._update)
@@ -123,7 +96,7 @@ class MapperNode(Node):
             if pose is not None:
                 self._scan = now.scan
                 if not self._mapper.add(now.scan, pose):
-                    _log(self).warning(
+                    self._log.warning(
                         f"the robot, at ({pose.x:.1f}, {pose.y:.1f}) m, has left what one map "
                         "can hold; its scans are not added",
                         throttle_duration_sec=5.0,
@@ -178,10 +151,6 @@ class MapperNode(Node):
         return response
 
 
-def _log(node: Node) -> Any:
-    return node.get_logger()
-
-
 def main(
     *,
     robot: str,
@@ -196,26 +165,5 @@ def main(
     that cannot be used.
     """
     model = load_robot(robot)
-    file = None if parameters is None else read_parameters(parameters, NODE_NAME)
-    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
-    try:
-        node = made_with(
-            file,
-            lambda values: MapperNode(
-                model,
-                namespace=namespace,
-                use_sim_time=use_sim_time,
-                map_prefix=map_prefix,
-                parameters=values,
-            ),
-        )
-        executor = SingleThreadedExecutor()
-        executor.add_node(node)
-        with SignalNote() as interrupts:
-            while not interrupts.received:
-                executor.spin_once(timeout_sec=0.1)
-        executor.shutdown()
-        node.destroy_node()  # type: ignore[no-untyped-call]
-    finally:
-        rclpy.try_shutdown()
-    return 0
+    options = MapperOptions(namespace=namespace, use_sim_time=use_sim_time, map_prefix=map_prefix)
+    return run(NODE_NAME, parameters, options, lambda options: MapperNode(model, options))

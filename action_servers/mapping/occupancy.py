@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from action_servers.core.geometry import composed
-from action_servers.core.maneuver import Grid, Pose2D, Scan
+from action_servers.core.maneuver import Grid, Scan
+from bt_mission.core.geometry import Pose2D, composed
 from bt_mission.core.robot.parts import LidarModel
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1

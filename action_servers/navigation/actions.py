@@ -12,14 +12,14 @@ from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import FollowWaypoints as FollowWaypointsAction
 from nav2_msgs.action import NavigateToPose as NavigateToPoseAction
 
-from action_servers.core.freshness import stale
-from action_servers.core.geometry import composed, relative
-from action_servers.core.maneuver import Observation, Pose2D, Refusal
+from action_servers.core.checks import stale
+from action_servers.core.maneuver import Observation, Refusal
 from action_servers.navigation.navigate import NavigateToPose
 from action_servers.navigation.senses import missing
 from action_servers.navigation.surroundings import Surroundings
 from action_servers.navigation.tuning import NAVIGATION, NavigationTuning
 from action_servers.navigation.waypoints import FollowWaypoints
+from bt_mission.core.geometry import Pose2D, composed, relative, yaw_of
 from bt_mission.core.robot.model import RobotModel
 
 _FRAMES = ("map", "odom")
@@ -93,14 +93,9 @@ def _on_map(stamped: PoseStamped, name: str, now: Observation) -> Pose2D | Refus
     frame = stamped.header.frame_id
     if frame not in ("", *_FRAMES):
         return Refusal(f"{name}.header.frame_id must be one of {', '.join(_FRAMES)}, got '{frame}'")
-    pose = Pose2D(position.x, position.y, _yaw(turn.x, turn.y, turn.z, turn.w))
+    pose = Pose2D(position.x, position.y, yaw_of(turn))
     if frame != "odom":
         return pose
     if now.map_pose is None or now.odom is None:
         return Refusal(f"{name} is given in odom, whose place on the map is not known yet")
     return composed(now.map_pose, relative(now.odom, pose))
-
-
-def _yaw(x: float, y: float, z: float, w: float) -> float:
-    """Return the heading of a quaternion, radians; what tilts the robot is left out."""
-    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from action_servers.core.clearance import into_frame
 from action_servers.core.drive_limits import DriveLimits
-from action_servers.core.geometry import into_frame, wrapped
 from action_servers.core.grid import Floats, Survey
 from action_servers.core.guard import Footprint, free_angle, free_distance
-from action_servers.core.maneuver import Pose2D, Twist2D
+from bt_mission.core.geometry import Pose2D, Twist2D, wrap
 
 REACH_M = 1.0
 """The longest way out that is looked for, m."""
@@ -54,7 +54,7 @@ def way_out(
         for side in (1, -1) if turn else (1,):
             if angle > room[side]:
                 continue
-            facing = Pose2D(pose.x, pose.y, wrapped(pose.yaw + side * angle))
+            facing = Pose2D(pose.x, pose.y, wrap(pose.yaw + side * angle))
             turned = into_frame(Pose2D(0.0, 0.0, side * angle), points)
             distance = _straight_out(facing, turned, body, survey, radius)
             if distance is not None and abs(distance) + angle * _TURN_COST_M < least:
@@ -97,7 +97,7 @@ class Escape:
 
     def steer(self, pose: Pose2D) -> Twist2D | None:
         """Return the twist that is wanted now, or None when out."""
-        error = wrapped(self._way.yaw - pose.yaw)
+        error = wrap(self._way.yaw - pose.yaw)
         if not self._aligned:
             self._aligned = abs(error) <= _ALIGNED_RAD
             if not self._aligned:

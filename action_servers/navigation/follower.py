@@ -12,12 +12,10 @@ import math
 import numpy as np
 
 from action_servers.core.drive_limits import DriveLimits
-from action_servers.core.geometry import wrapped
 from action_servers.core.grid import Bools, Floats, Survey
-from action_servers.core.maneuver import Pose2D, Twist2D
-from action_servers.navigation.cost import CostModel
-from action_servers.navigation.path import Path
+from action_servers.navigation.path import CostModel, Path
 from action_servers.navigation.tuning import NAVIGATION, NavigationTuning
+from bt_mission.core.geometry import Pose2D, Twist2D, wrap
 
 _THERE_M = 0.05
 _LOOKAHEAD_M = 0.20
@@ -66,7 +64,7 @@ class Follower:
 
     def seconds_left(self, pose: Pose2D) -> float:
         """Estimate the time still needed, s."""
-        turn = abs(wrapped(self._goal_yaw - pose.yaw)) if self._driven else 0.0
+        turn = abs(wrap(self._goal_yaw - pose.yaw)) if self._driven else 0.0
         return self.remaining / self._limits.linear + turn / self._limits.angular
 
     def blocked_in(self, survey: Survey) -> float:
@@ -91,14 +89,14 @@ class Follower:
             if self._path.length - self._along > self._tuning.arrival_distance:
                 return self._drive(pose, survey, speed, limit)
             self._driven = True
-        error = wrapped(self._goal_yaw - pose.yaw)
+        error = wrap(self._goal_yaw - pose.yaw)
         if abs(error) <= self._tuning.arrival_angle:
             return None
         return Twist2D(0.0, self._limits.spin(error))
 
     def _drive(self, pose: Pose2D, survey: Survey, speed: float, limit: float) -> Twist2D:
         ahead_x, ahead_y = self._carrot(pose, survey, speed)
-        bearing = wrapped(math.atan2(ahead_y - pose.y, ahead_x - pose.x) - pose.yaw)
+        bearing = wrap(math.atan2(ahead_y - pose.y, ahead_x - pose.x) - pose.yaw)
         self._turning = abs(bearing) > (_TURNED_RAD if self._turning else _TURN_FIRST_RAD)
         if self._turning:
             return Twist2D(0.0, self._limits.spin(bearing))

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 
-from action_servers.core.geometry import between
-from action_servers.core.maneuver import Pose2D
+from bt_mission.core.geometry import Pose2D, between
 
 _HISTORY_S = 1.0
 _GUESS_S = 0.15

@@ -13,8 +13,7 @@ from scipy.sparse import csgraph
 
 from action_servers.core.grid import Floats, Survey
 from action_servers.navigation.codes import Code
-from action_servers.navigation.cost import CostModel
-from action_servers.navigation.path import Path, smooth, straighten
+from action_servers.navigation.path import CostModel, Path, smooth, straighten
 from action_servers.navigation.tuning import NAVIGATION, NavigationTuning
 
 Point: TypeAlias = tuple[float, float]

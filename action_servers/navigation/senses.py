@@ -1,10 +1,14 @@
-"""Whether the robot still sees and knows where it is."""
+"""Whether the robot still sees, knows where it is, and gets anywhere."""
 
 from __future__ import annotations
 
 from action_servers.core.maneuver import Finished, Observation
 from action_servers.navigation.codes import Code
 from action_servers.navigation.tuning import NAVIGATION, NavigationTuning
+from bt_mission.core.geometry import Pose2D, distance, wrap
+
+_MOVED_M = 0.05
+_TURNED_RAD = 0.2
 
 
 def missing(now: Observation) -> str | None:
@@ -57,3 +61,26 @@ class Senses:
             f"no {what} with a stamp less than {self._tuning.blind_after:g} s from now for "
             f"{seconds:.1f} s; is the robot running, and do the clocks agree?"
         )
+
+
+class ProgressChecker:
+    """Measures for how long the robot has stayed where it is."""
+
+    def __init__(self) -> None:
+        self._anchor: Pose2D | None = None
+        self._since_s = 0.0
+
+    def standing_s(self, pose: Pose2D, time_s: float) -> float:
+        """Return for how many seconds the robot has moved less than 0.05 m and 0.2 rad."""
+        anchor = self._anchor
+        if (
+            anchor is None
+            or distance(anchor, pose) > _MOVED_M
+            or abs(wrap(pose.yaw - anchor.yaw)) > _TURNED_RAD
+        ):
+            self._anchor, self._since_s = pose, time_s
+        return time_s - self._since_s
+
+    def restart(self) -> None:
+        """Begin to measure anew."""
+        self._anchor = None

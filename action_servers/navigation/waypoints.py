@@ -4,19 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from action_servers.core.maneuver import (
-    SUCCEEDED,
-    ZERO,
-    Finished,
-    Observation,
-    Pose2D,
-    Twist2D,
-    Value,
-)
+from action_servers.core.maneuver import SUCCEEDED, ZERO, Finished, Observation, Value
 from action_servers.navigation.codes import Code
 from action_servers.navigation.navigate import NavigateToPose
 from action_servers.navigation.surroundings import Surroundings
 from action_servers.navigation.tuning import NAVIGATION, NavigationTuning
+from bt_mission.core.geometry import Pose2D, Twist2D
 from bt_mission.core.robot.model import RobotModel
 
 _SIGN_OF_LIFE_S = 1.0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from builtin_interfaces.msg import Time
@@ -14,14 +14,41 @@ from rclpy.publisher import Publisher
 from rclpy.serialization import serialize_message
 
 from action_servers.core.action import Action
-from action_servers.core.maneuver import Maneuver, Observation, Refusal, Twist2D
-from action_servers.robot_io.command_types import STAMPED, Listeners
-from action_servers.robot_io.robot_settings import Wiring
+from action_servers.core.maneuver import Maneuver, Observation, Refusal
+from action_servers.core.parameters import text
+from action_servers.robot_io.command_types import CHOICES, STAMPED, Choice, Listeners
 from bt_mission.core.cdr.writer import MessageTemplate
 from bt_mission.core.dds.liveliness import RECORDER
+from bt_mission.core.geometry import Twist2D
+from bt_mission.core.stamps import set_ns
 
 WATCH_PERIOD_S = 0.5
 """Seconds between two looks at who listens."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CommandWiring:
+    """Where commands go, and in what form, as parameters.
+
+    `is_watched`: look who listens, and refuse goals that drive while nobody would hear.
+    """
+
+    topic: str = text(
+        "topics.cmd_vel", "cmd_vel", "Velocity commands, geometry_msgs/TwistStamped or Twist."
+    )
+    frame: str = text("frames.base", "base_footprint", "Frame id of stamped velocity commands.")
+    type: Choice = text(  # noqa: RUF009 - makes a field, as above
+        "cmd_vel_type",
+        "stamped",
+        "stamped, plain, or auto: what the robot is found to listen for.",
+        CHOICES,
+    )
+    is_watched: bool = False
+
+    @classmethod
+    def of_type(cls, choice: Choice) -> CommandWiring:
+        """Return the wiring for a type of command; with "auto" it is watched."""
+        return cls(type=choice, is_watched=choice == "auto")
 
 
 class CommandPublisher:
@@ -29,27 +56,21 @@ class CommandPublisher:
 
     With the type "auto", it is the one that is listened for. Where the wiring is watched, goals
     that drive are refused with the reason while nobody would hear, and `on_fault` is told once.
-
     """
 
-    def __init__(
-        self,
-        node: Node,
-        wiring: Wiring,
-        on_fault: Callable[[str], None],
-    ) -> None:
+    def __init__(self, node: Node, wiring: CommandWiring, on_fault: Callable[[str], None]) -> None:
         self._node = node
         self._clock = node.get_clock()
         self._log: Any = node.get_logger()
-        self._topic = node.resolve_topic_name(wiring.topics.cmd_vel)
-        self._frame = wiring.base_frame
+        self._topic = node.resolve_topic_name(wiring.topic)
+        self._frame = wiring.frame
         self._on_fault = on_fault
-        self._listeners = Listeners(self._topic, wiring.command_type)
+        self._listeners = Listeners(self._topic, wiring.type)
         self._publisher: Publisher | None = None
         self._stamp = Time()
         self._message: MessageTemplate
         self._fault: str | None = None
-        self._watched = wiring.watched
+        self._watched = wiring.is_watched
         self._told: str | None = None
         if self.type is not None:
             self._open()
@@ -75,7 +96,7 @@ class CommandPublisher:
             return  # whoever shut the context down has taken the publisher away
         (numbers,) = self._message.numbers
         numbers.linear.x, numbers.angular.z = twist.linear, twist.angular
-        self._stamp.sec, self._stamp.nanosec = divmod(self._clock.now().nanoseconds, 10**9)
+        set_ns(self._stamp, self._clock.now().nanoseconds)
         publisher.publish(self._message.packed())
 
     def watch(self) -> str | None:

@@ -12,8 +12,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from action_servers.core.maneuver import Grid, Image, Pose2D, Scan, Twist2D, Value
+from action_servers.core.maneuver import Grid, Image, Scan, Value
+from bt_mission.core.geometry import Pose2D, Twist2D, set_planar, yaw_of
 from bt_mission.core.robot.parts import LidarModel
+from bt_mission.core.stamps import NS, set_ns, to_ns
 
 MAP_FRAME = "map"
 
@@ -41,7 +43,7 @@ def seconds(nanoseconds: int) -> float:
 
 def stamp_of(header: Any) -> float:
     """Return the stamp of a `std_msgs/Header` in seconds."""
-    return seconds(header.stamp.sec * 1_000_000_000 + header.stamp.nanosec)
+    return seconds(to_ns(header.stamp))
 
 
 def scan_of(message: Any, lidar: LidarModel | None = None) -> Scan | None:
@@ -85,9 +87,8 @@ def transform_of(message: Any) -> Pose2D | None:
     return _pose(message.translation, message.rotation)
 
 
-def _pose(at: Any, q: Any) -> Pose2D | None:
-    # This form of the formula does not mind a quaternion that is not quite of unit length.
-    yaw = math.atan2(2.0 * (q.w * q.z + q.x * q.y), q.w**2 + q.x**2 - q.y**2 - q.z**2)
+def _pose(at: Any, rotation: Any) -> Pose2D | None:
+    yaw = yaw_of(rotation)
     return Pose2D(at.x, at.y, yaw) if math.isfinite(at.x + at.y + yaw) else None
 
 
@@ -174,11 +175,11 @@ def _filled(type_name: str, value: Any, now: Callable[[], Any]) -> Any:
     if type_name == "geometry_msgs/PoseStamped":
         message.header.frame_id = MAP_FRAME
         message.header.stamp = now()
-        _set_pose(message.pose, value)
+        set_planar(message.pose.position, message.pose.orientation, value)
     elif type_name == "geometry_msgs/Pose":
-        _set_pose(message, value)
+        set_planar(message.position, message.orientation, value)
     elif type_name in _TIMES:
-        message.sec, message.nanosec = divmod(round(value * 1e9), 1_000_000_000)
+        set_ns(message, round(value * NS))
     else:
         fill(message, value, now)
     return message
@@ -187,9 +188,3 @@ def _filled(type_name: str, value: Any, now: Callable[[], Any]) -> Any:
 def _made(type_name: str) -> Any:
     package, name = type_name.split("/")
     return getattr(importlib.import_module(f"{package}.msg"), name)()
-
-
-def _set_pose(message: Any, pose: Pose2D) -> None:
-    message.position.x, message.position.y = pose.x, pose.y
-    message.orientation.z = math.sin(pose.yaw / 2.0)
-    message.orientation.w = math.cos(pose.yaw / 2.0)

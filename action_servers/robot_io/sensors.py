@@ -1,8 +1,8 @@
 """What the servers hear of the robot: a few topics, each translated only when it is looked at.
 
 Messages are kept as they come, serialized: most are never looked at. Those that every control step
-looks at are read where they lie (`cdr`): to unpack an odometry message costs ten times as much as
-receiving it.
+looks at are decoded by `core.cdr`: to unpack an odometry message with rclpy costs ten times as much
+as receiving it.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import partial
 from typing import Any, Generic, TypeVar
 
@@ -23,8 +24,8 @@ from sensor_msgs.msg import Image as ImageMessage
 from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
 
-from action_servers.core.geometry import composed
-from action_servers.core.maneuver import Image, Observation, Pose2D
+from action_servers.core.maneuver import Image, Observation
+from action_servers.core.parameters import text
 from action_servers.robot_io.messages import (
     grid_of,
     image_of,
@@ -33,8 +34,8 @@ from action_servers.robot_io.messages import (
     seconds,
     transform_of,
 )
-from action_servers.robot_io.robot_settings import Wiring
-from bt_mission.core.cdr import reader
+from bt_mission.core.cdr.decoder import decoder_of
+from bt_mission.core.geometry import Pose2D, composed
 from bt_mission.core.robot.parts import LidarModel
 
 T = TypeVar("T")
@@ -44,6 +45,20 @@ T = TypeVar("T")
 NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 TRANSFORMS = QoSProfile(depth=100)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SensorWiring:
+    """Which topics are listened to, relative to the namespace unless they begin with a slash."""
+
+    scan: str = text("topics.scan", "scan", "The lidar, sensor_msgs/LaserScan.")
+    odom: str = text("topics.odom", "odom", "Odometry, nav_msgs/Odometry.")
+    tf: str = text(
+        "topics.tf", "tf", "Transforms; the one from the map to the odometry frame is read."
+    )
+    map: str = text("topics.map", "map", "The map, nav_msgs/OccupancyGrid.")
+    camera: str = text("topics.camera", "camera/image_raw", "Pictures, sensor_msgs/Image.")
+    map_frame: str = text("frames.map", "map", "Frame of the map, in transforms.")
 
 
 class Latest(Generic[T]):
@@ -144,24 +159,25 @@ class SensorSubscriptions:
     """
 
     def __init__(
-        self, node: Node, wiring: Wiring, lidar: LidarModel, *, listen_to_map: bool = True
+        self, node: Node, wiring: SensorWiring, lidar: LidarModel, *, listen_to_map: bool = True
     ) -> None:
         self._node = node
         self._clock = node.get_clock()
         self._map_frame = wiring.map_frame
-        self._scan = Latest(reader.scan, partial(scan_of, lidar=lidar))
-        self._odometry = Latest(reader.odometry, odometry_of)
+        self._scan = Latest(
+            decoder_of("sensor_msgs/msg/LaserScan").decode, partial(scan_of, lidar=lidar)
+        )
+        self._odometry = Latest(decoder_of("nav_msgs/msg/Odometry").decode, odometry_of)
         self._grid = Latest(_unpack_grid, grid_of)
         self._transforms: deque[bytes] = deque(maxlen=100)
         self._map_to_odom: Pose2D | None = None
         self._map_users = 0
-        self.camera = CameraStream(node, wiring.topics.camera)
-        topics = wiring.topics
-        self._listen(LaserScan, topics.scan, self._scan.take, NEWEST)
-        self._listen(OdometryMessage, topics.odom, self._odometry.take, NEWEST)
-        self._listen(TFMessage, topics.tf, self._take_transforms, TRANSFORMS)
+        self.camera = CameraStream(node, wiring.camera)
+        self._listen(LaserScan, wiring.scan, self._scan.take, NEWEST)
+        self._listen(OdometryMessage, wiring.odom, self._odometry.take, NEWEST)
+        self._listen(TFMessage, wiring.tf, self._take_transforms, TRANSFORMS)
         if listen_to_map:
-            self._listen(OccupancyGrid, topics.map, self._grid.take, LATCHED)
+            self._listen(OccupancyGrid, wiring.map, self._grid.take, LATCHED)
 
     def _listen(
         self, message_type: type, topic: str, take: Callable[[bytes], None], qos: QoSProfile
@@ -201,8 +217,8 @@ class SensorSubscriptions:
             return None
         # The newest that places the odometry frame counts; other transforms lie in between.
         while self._transforms:
-            transforms = reader.transforms(self._transforms.pop())
-            found = _transform(self._map_frame, odometry.frame, transforms)
+            message = decoder_of("tf2_msgs/msg/TFMessage").decode(self._transforms.pop())
+            found = _transform(self._map_frame, odometry.frame, message.transforms)
             if found is not None:
                 self._map_to_odom = found
                 self._transforms.clear()
@@ -217,7 +233,7 @@ def _unpack_grid(data: bytes) -> Any:
     return deserialize_message(data, OccupancyGrid)
 
 
-def _transform(parent: str, child: str, transforms: list[reader.TransformStamped]) -> Pose2D | None:
+def _transform(parent: str, child: str, transforms: list[Any]) -> Pose2D | None:
     for transform in reversed(transforms):
         if transform.header.frame_id == parent and transform.child_frame_id == child:
             return transform_of(transform.transform)

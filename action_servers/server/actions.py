@@ -65,13 +65,11 @@ class ServerContext:
 
 def actions(kit: ServerContext) -> tuple[Action, ...]:
     """Return every action that the servers offer."""
-    observe = kit.sensors.observe
-    return (*_driving(kit, observe), *_watching(kit, observe), *_recoveries(kit, observe))
+    return (*_driving(kit), *_watching(kit), *_recoveries(kit))
 
 
-def _driving(kit: ServerContext, observe: Callable[[], Observation]) -> tuple[Action, ...]:
+def _driving(kit: ServerContext) -> tuple[Action, ...]:
     common: dict[str, Any] = {"robot": kit.robot, "tuning": kit.tuning}
-    on_map = partial(kit.sensors.observe, on_map=True)
 
     def plan_turn(goal: Any, now: Observation) -> Maneuver | Refusal:
         return turn.plan(goal, now, default_speed=kit.turn_velocity(), **common)
@@ -79,8 +77,7 @@ def _driving(kit: ServerContext, observe: Callable[[], Observation]) -> tuple[Ac
     @contextmanager
     def navigating(maneuver: Any, _goal_id: str) -> Iterator[None]:
         maneuver.surroundings.on_path = kit.publish_path
-        with kit.sensors.localization():
-            yield
+        yield
 
     on_roads: dict[str, Any] = {"robot": kit.robot, "tuning": kit.navigation}
     navigate = partial(plan_navigate_to_pose, **on_roads)
@@ -89,16 +86,18 @@ def _driving(kit: ServerContext, observe: Callable[[], Observation]) -> tuple[Ac
         explore.plan, robot=kit.robot, tuning=kit.frontiers, navigation=kit.navigation
     )
     return (
-        Action("move", Move, partial(move.plan, **common), observe),
-        Action("turn", Turn, plan_turn, observe),
-        Action("explore_forward", ExploreForward, partial(explore_forward.plan, **common), observe),
-        Action("navigate_to_pose", NavigateToPose, navigate, on_map, navigating),
-        Action("follow_waypoints", FollowWaypoints, follow, on_map, navigating),
-        Action("explore_frontiers", ExploreFrontiers, explore_map, on_map, navigating),
+        Action("move", Move, partial(move.plan, **common)),
+        Action("turn", Turn, plan_turn),
+        Action("explore_forward", ExploreForward, partial(explore_forward.plan, **common)),
+        Action("navigate_to_pose", NavigateToPose, navigate, needs_map=True, during=navigating),
+        Action("follow_waypoints", FollowWaypoints, follow, needs_map=True, during=navigating),
+        Action(
+            "explore_frontiers", ExploreFrontiers, explore_map, needs_map=True, during=navigating
+        ),
     )
 
 
-def _watching(kit: ServerContext, observe: Callable[[], Observation]) -> tuple[Action, ...]:
+def _watching(kit: ServerContext) -> tuple[Action, ...]:
     common: dict[str, Any] = {"robot": kit.robot, "tuning": kit.tuning}
 
     def with_camera(plan: Callable[[CameraSwitch], Maneuver | Refusal]) -> Maneuver | Refusal:
@@ -128,20 +127,20 @@ def _watching(kit: ServerContext, observe: Callable[[], Observation]) -> tuple[A
 
     @contextmanager
     def sweeping(sweep: Any, goal_id: str) -> Iterator[None]:
-        sweep.store.name = f"sweep_{observe().time_s:.3f}_{goal_id[:8]}"
+        sweep.store.name = f"sweep_{kit.sensors.observe().time_s:.3f}_{goal_id[:8]}"
         with looking(sweep, goal_id):
             yield
 
     record = partial(record_distance.plan, publish=kit.publish_distance, **common)
     return (
-        Action("camera_sweep", CameraSweep, plan_sweep, observe, sweeping),
-        Action("take_pictures", TakePictures, plan_pictures, observe, looking),
-        Action("find_colour", FindColour, plan_colour, observe, looking),
-        Action("record_distance", RecordDistance, record, observe),
+        Action("camera_sweep", CameraSweep, plan_sweep, during=sweeping),
+        Action("take_pictures", TakePictures, plan_pictures, during=looking),
+        Action("find_colour", FindColour, plan_colour, during=looking),
+        Action("record_distance", RecordDistance, record),
     )
 
 
-def _recoveries(kit: ServerContext, observe: Callable[[], Observation]) -> tuple[Action, ...]:
+def _recoveries(kit: ServerContext) -> tuple[Action, ...]:
     common: dict[str, Any] = {"robot": kit.robot, "tuning": kit.tuning}
 
     def plan_wait(goal: Any, _now: Observation) -> Maneuver | Refusal:
@@ -149,8 +148,8 @@ def _recoveries(kit: ServerContext, observe: Callable[[], Observation]) -> tuple
 
     on_heading = partial(straight.plan_drive_on_heading, **common)
     return (
-        Action("spin", Spin, partial(spin.plan, **common), observe),
-        Action("backup", BackUp, partial(straight.plan_back_up, **common), observe),
-        Action("drive_on_heading", DriveOnHeading, on_heading, observe),
-        Action("wait", Wait, plan_wait, observe),
+        Action("spin", Spin, partial(spin.plan, **common)),
+        Action("backup", BackUp, partial(straight.plan_back_up, **common)),
+        Action("drive_on_heading", DriveOnHeading, on_heading),
+        Action("wait", Wait, plan_wait),
     )

@@ -22,6 +22,7 @@ from action_servers.core.maneuver import Maneuver, Refusal
 from action_servers.core.pilot import Fields, ManeuverOutcome, ManeuverRun, Pilot, raised
 from action_servers.core.step_hooks import Before, HookedManeuver
 from action_servers.robot_io.messages import fill
+from action_servers.robot_io.sensors import SensorSubscriptions
 
 SHOWN_CHARACTERS = 300
 
@@ -40,7 +41,7 @@ class ActionAdapter:
 
     The result's `error_code` and `error_msg` are filled from the way the maneuver ended. A goal
     whose maneuver raises is aborted with the cause. `refusal` says why a maneuver, which drives or
-    not, may not begin now.
+    not, may not begin now. `sensors` give what is known of the robot when a goal comes.
     """
 
     def __init__(
@@ -48,6 +49,7 @@ class ActionAdapter:
         node: Node,
         pilot: Pilot,
         action: Action,
+        sensors: SensorSubscriptions,
         refusal: Callable[[Maneuver], str | None],
     ) -> None:
         self._clock = node.get_clock()
@@ -55,6 +57,7 @@ class ActionAdapter:
         self._pilot = pilot
         self._action = action
         self.name = node.resolve_topic_name(action.name)
+        self._sensors = sensors
         self._refusal = refusal
         self._planned: Maneuver | None = None
         self._running: dict[bytes, tuple[ManeuverRun, Future]] = {}
@@ -107,7 +110,7 @@ class ActionAdapter:
 
     def _plan(self, goal: Any) -> Maneuver | Refusal:
         try:
-            planned = self._action.plan(goal, self._action.observe())
+            planned = self._action.plan(goal, self._sensors.observe(on_map=self._action.needs_map))
             if isinstance(planned, Refusal):
                 return planned
             reason = self._refusal(planned)
@@ -134,6 +137,8 @@ class ActionAdapter:
         self._running[_key(handle)] = (run, ended)
         self._pilot.start(run)
         try:
+            if self._action.needs_map:
+                meanwhile.enter_context(self._sensors.localization())
             meanwhile.enter_context(self._action.during(maneuver, _key(handle).hex()))
         except Exception as error:  # noqa: BLE001 - the goal was accepted, so it ends with the cause
             self._pilot.fail(run, error)
@@ -173,8 +178,9 @@ class ActionAdapter:
         except Exception as error:  # noqa: BLE001 - a result that cannot be sent ends no server
             result = self._action.type.Result()
             outcome = raised(error)
-        result.error_code = int(outcome.error_code)
-        result.error_msg = outcome.reason
+        told = {"error_code": int(outcome.error_code), "error_msg": outcome.reason}
+        for name in told.keys() & result.get_fields_and_field_types().keys():
+            setattr(result, name, told[name])
         return result, outcome
 
     def _filled(self, message: Any, fields: Fields) -> Any:

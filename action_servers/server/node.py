@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-import rclpy
-from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.logging import LoggingSeverity
-from rclpy.node import Node
-from rclpy.parameter import Parameter
-from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import Float64
 
 from action_servers.core.action import Action
@@ -20,29 +14,28 @@ from action_servers.core.interlock import Interlock
 from action_servers.core.maneuver import Maneuver
 from action_servers.core.pilot import Pilot
 from action_servers.core.step_hooks import Before
-from action_servers.core.tuning import Tuning
-from action_servers.driving import turn
-from action_servers.mapping.tuning import FrontierTuning
-from action_servers.navigation.tuning import NavigationTuning
-from action_servers.robot_io.base import CommandPublisher
+from action_servers.core.tuning import TUNING
+from action_servers.mapping.tuning import FRONTIERS
+from action_servers.navigation.tuning import NAVIGATION
+from action_servers.robot_io.base import CommandPublisher, CommandWiring
 from action_servers.robot_io.command_types import Choice
-from action_servers.robot_io.executive_watch import watch_executives
-from action_servers.robot_io.interrupts import SignalNote
-from action_servers.robot_io.node_parameters import declare_wiring, made_with, overrides
-from action_servers.robot_io.parameter_file import read_parameters
-from action_servers.robot_io.sensors import SensorSubscriptions
-from action_servers.robot_io.tuning_parameters import declare_on_new_goal, declare_tuning
+from action_servers.robot_io.node import NodeOptions, RobotNode, run
+from action_servers.robot_io.sensors import SensorSubscriptions, SensorWiring
 from action_servers.server.actions import ServerContext, actions
 from action_servers.server.adapter import ActionAdapter
-from action_servers.server.plan_topic import PlanTopic
-from action_servers.server.switches import Switches
+from action_servers.server.parameters import (
+    DEFAULT_TURN_VELOCITY,
+    ON_NEW_GOAL,
+    declare_server_parameters,
+    limited,
+)
+from action_servers.server.topics import PlanTopic, Switches, watch_executives
 from bt_mission.core.robot.model import RobotModel, load_robot
 
 if TYPE_CHECKING:
-    from rclpy.context import Context
+    from rclpy.executors import Executor
 
 NODE_NAME = "bt_mission_servers"
-DEFAULT_TURN_VELOCITY = "default_turn_velocity"
 
 LAST_CALLBACKS = 100
 """Callbacks that are served after the servers were told to stop: a result takes three."""
@@ -51,67 +44,56 @@ LAST_WORDS_S = 0.5
 """Seconds to wait until the robot has confirmed the last command; it stops by itself then."""
 
 
-class ServersNode(Node):
-    """Offers the actions of `actions.py`, and the services `stop` and `release`.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ServerOptions(NodeOptions):
+    """How the servers' node is made.
 
-    It knows the robot only through its topics: `scan`, `odom`, `tf`, `map`, `camera/image_raw`,
-    `motors_on` and `cmd_vel`, relative to `namespace`.
-
-    :param robot: limits, hull and sensors of the robot.
-    :param image_folder: where each camera sweep makes a folder of its own.
-    :param lean: no parameter services, log topic or type description, and only warnings in the
-        log, as on the stage.
-    :param context: the rclpy context; None is the default one.
-    :param use_sim_time: follow `/clock`.
-    :param command_type: the type of `cmd_vel`; "auto" is what the robot listens for, and goals
-        that drive are refused while it would not hear.
-    :param parameters: values of parameters by name, instead of their defaults.
-    :param without: names of actions that are left to others.
-    :param at_first: names of the actions that are offered before :meth:`offer_all`; None is all.
-    :raises rclpy.exceptions.ParameterException: for a parameter out of its range.
+    Args:
+        image_folder: Where each camera sweep makes a folder of its own.
+        command_type: The type of `cmd_vel`; "auto" is what the robot listens for, and goals that
+            drive are refused while it would not hear.
+        extra_actions: Actions of a user's own. One with the name of one of ours takes its place.
+        without: Names of actions that are left to others.
+        at_first: Names of the actions that are offered before `ServersNode.offer_all`; None is
+            all.
     """
 
-    def __init__(  # noqa: PLR0913 - everything that a node is told once
-        self,
-        robot: RobotModel,
-        *,
-        image_folder: Path,
-        lean: bool = False,
-        context: Context | None = None,
-        namespace: str | None = None,
-        use_sim_time: bool = False,
-        command_type: Choice = "stamped",
-        parameters: Mapping[str, Any] | None = None,
-        without: Collection[str] = (),
-        at_first: Collection[str] | None = None,
-    ) -> None:
-        super().__init__(
-            NODE_NAME,
-            context=context,
-            namespace=namespace,
-            enable_rosout=not lean,
-            start_parameter_services=not lean,
-            parameter_overrides=[
-                Parameter("use_sim_time", value=use_sim_time),
-                Parameter("start_type_description_service", value=not lean),
-                *overrides(parameters or {}),
-            ],
-        )
-        if lean:
-            _log(self).set_level(LoggingSeverity.WARN)
-        robot, wiring = declare_wiring(self, robot, command_type)
-        self._robot = robot
-        self._image_folder = image_folder
-        self._declare_parameters()
-        tuning = declare_tuning(self, Tuning)
-        self._sensors = SensorSubscriptions(self, wiring, robot.lidar)
-        self._base = CommandPublisher(self, wiring, self._lose_base)
+    image_folder: Path
+    command_type: Choice = "stamped"
+    extra_actions: Sequence[Action] = ()
+    without: Collection[str] = ()
+    at_first: Collection[str] | None = None
+
+
+class ServersNode(RobotNode):
+    """Offers the actions of `actions.py`, those of the options, and the services `stop`, `release`.
+
+    It knows the robot only through its topics: `scan`, `odom`, `tf`, `map`, `camera/image_raw`,
+    `motors_on` and `cmd_vel`, relative to the namespace.
+
+    Args:
+        robot: Limits, hull and sensors of the robot.
+        options: Everything else.
+
+    Raises:
+        rclpy.exceptions.ParameterException: For a parameter out of its range.
+    """
+
+    def __init__(self, robot: RobotModel, options: ServerOptions) -> None:
+        super().__init__(NODE_NAME, options)
+        sensors = self.declare_all(SensorWiring())
+        commands = self.declare_all(CommandWiring.of_type(options.command_type))
+        robot = limited(self, robot)
+        declare_server_parameters(self, robot, options.image_folder)
+        tuning = self.declare_all(TUNING)
+        self._sensors = SensorSubscriptions(self, sensors, robot.lidar)
+        self._base = CommandPublisher(self, commands, self._lose_base)
         self._pilot = Pilot(
             self._sensors.observe,
             self._base.command,
             max_linear=robot.max_linear_velocity,
             max_angular=robot.max_angular_velocity,
-            replaces=declare_on_new_goal(self) == "replace",
+            replaces=self.declare("on_new_goal", ON_NEW_GOAL) == "replace",
             side_goals=tuning.side_goals,
         )
         self._interlock = Interlock(self._pilot)
@@ -120,29 +102,23 @@ class ServersNode(Node):
         kit = ServerContext(
             robot=robot,
             tuning=tuning,
-            navigation=declare_tuning(self, NavigationTuning, "navigation."),
-            frontiers=declare_tuning(self, FrontierTuning, "frontiers."),
+            navigation=self.declare_all(NAVIGATION, "navigation."),
+            frontiers=self.declare_all(FRONTIERS, "frontiers."),
             sensors=self._sensors,
-            image_folder=image_folder,
+            image_folder=options.image_folder,
             turn_velocity=lambda: self.get_parameter(DEFAULT_TURN_VELOCITY).value,
-            publish_distance=self._publish_distance,
-            publish_path=PlanTopic(self, lean=lean).publish,
+            publish_distance=lambda metres: self._distance.publish(Float64(data=metres)),
+            publish_path=PlanTopic(self, lean=options.lean).publish,
         )
-
-        def refusal(maneuver: Maneuver) -> str | None:
-            return self._interlock.refusal(needs_base=maneuver.needs_base)
-
-        def offer(action: Action) -> ActionAdapter:
-            return ActionAdapter(self, self._pilot, self._base.guarded(action), refusal)
-
-        mine = [action for action in actions(kit) if action.name not in without]
-        first = [one for one in mine if at_first is None or one.name in at_first]
-        self._offer = offer
-        self._adapters = [offer(action) for action in first]
-        self._not_yet = [action for action in mine if action not in first]
-        if not lean:
+        table = {action.name: action for action in (*actions(kit), *options.extra_actions)}
+        mine = [action for name, action in table.items() if name not in options.without]
+        first = set(table) if options.at_first is None else set(options.at_first)
+        self._adapters = [self._offered(action) for action in mine if action.name in first]
+        self._not_yet = [action for action in mine if action.name not in first]
+        if not options.lean:
             watch_executives(self, self._lose_base)
         self._control_timer = self.create_timer(1.0 / robot.control_rate, self._pilot.step)
+        self._missing: tuple[str, ...] = ()
 
     @property
     def missing(self) -> tuple[str, ...]:
@@ -162,7 +138,7 @@ class ServersNode(Node):
 
     def offer_all(self) -> None:
         """Offer what was not offered at first."""
-        self._adapters += map(self._offer, self._not_yet)
+        self._adapters += map(self._offered, self._not_yet)
         self._not_yet = []
 
     def interpose(self, action: str, before: Before) -> Callable[[], None]:
@@ -181,10 +157,6 @@ class ServersNode(Node):
             adapter.close(reason)
         self._pilot.stop(reason)
 
-    def wait_until_stopped(self, timeout_s: float) -> None:
-        """Block until every subscriber of `cmd_vel` has acknowledged the last command."""
-        self._base.wait_until_stopped(timeout_s)
-
     def destroy_node(self) -> None:
         """Stop the robot, then leave the graph."""
         self.stop("the action servers have been shut down")
@@ -195,38 +167,39 @@ class ServersNode(Node):
         for adapter in self._adapters:
             adapter.destroy()
         self._adapters.clear()
-        Node.destroy_node(self)
+        super().destroy_node()
+
+    def begin(self) -> None:
+        """Say what is waited for."""
+        self._missing = self.missing
+        names = " and ".join(self._missing)
+        self._log.info(f"waiting for {names}: is the robot, or bt-mission sim, there?")
+
+    def look(self) -> None:
+        """Say once that the robot's sensors have come."""
+        if self._missing:
+            self._missing = self.missing
+            if not self._missing:
+                self._log.info("ready: scan and odometry have come")
+
+    def end(self, signal: str, executor: Executor) -> None:
+        """Stop the robot, and see every goal to its end."""
+        self._log.info(f"{signal}: stopping the robot and ending all goals")
+        self.stop(f"the action servers were stopped by {signal}")
+        for _ in range(LAST_CALLBACKS):
+            executor.spin_once(timeout_sec=0.0)
+        self._base.wait_until_stopped(LAST_WORDS_S)
 
     def _lose_base(self, reason: str) -> None:
         if not self._pilot.idle:
             self._pilot.stop(reason)
 
-    def _publish_distance(self, metres: float) -> None:
-        self._distance.publish(Float64(data=metres))
+    def _offered(self, action: Action) -> ActionAdapter:
+        guarded = self._base.guarded(action)
+        return ActionAdapter(self, self._pilot, guarded, self._sensors, self._refusal)
 
-    def _declare_parameters(self) -> None:
-        for name, value, description in (
-            ("robot", self._robot.name, "Model of the robot: limits, hull and sensors."),
-            ("image_folder", str(self._image_folder), "Where camera sweeps make their folders."),
-        ):
-            self.declare_parameter(
-                name, value, ParameterDescriptor(description=description, read_only=True)
-            )
-        fastest = self._robot.max_angular_velocity
-        self.declare_parameter(
-            DEFAULT_TURN_VELOCITY,
-            min(turn.DEFAULT_SPEED, fastest),
-            ParameterDescriptor(
-                description="Speed of a turn whose goal asks for 0, rad/s.",
-                floating_point_range=[
-                    FloatingPointRange(from_value=turn.SLOWEST, to_value=fastest)
-                ],
-            ),
-        )
-
-
-def _log(node: Node) -> Any:
-    return node.get_logger()
+    def _refusal(self, maneuver: Maneuver) -> str | None:
+        return self._interlock.refusal(needs_base=maneuver.needs_base)
 
 
 def main(
@@ -244,43 +217,10 @@ def main(
     BtMissionError for a robot or a file that cannot be used. A second signal leaves at once.
     """
     model = load_robot(robot)
-    file = None if parameters is None else read_parameters(parameters, NODE_NAME)
-    # rclpy's own handlers would take the publisher away before the robot is stopped.
-    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
-    try:
-        node = made_with(
-            file,
-            lambda values: ServersNode(
-                model,
-                image_folder=image_folder,
-                namespace=namespace,
-                use_sim_time=use_sim_time,
-                command_type=command_type,
-                parameters=values,
-            ),
-        )
-        try:
-            _serve(node)
-        finally:
-            node.destroy_node()
-    finally:
-        rclpy.try_shutdown()
-    return 0
-
-
-def _serve(node: ServersNode) -> None:
-    executor = SingleThreadedExecutor()
-    executor.add_node(node)
-    missing = node.missing
-    _log(node).info(f"waiting for {' and '.join(missing)}: is the robot, or bt-mission sim, there?")
-    with SignalNote() as interrupts:
-        while not interrupts.received:
-            executor.spin_once(timeout_sec=0.1)
-            if missing and not (missing := node.missing):
-                _log(node).info("ready: scan and odometry have come")
-        _log(node).info(f"{interrupts.received}: stopping the robot and ending all goals")
-        node.stop(f"the action servers were stopped by {interrupts.received}")
-        for _ in range(LAST_CALLBACKS):
-            executor.spin_once(timeout_sec=0.0)
-        node.wait_until_stopped(LAST_WORDS_S)
-    executor.shutdown()
+    options = ServerOptions(
+        image_folder=image_folder,
+        namespace=namespace,
+        use_sim_time=use_sim_time,
+        command_type=command_type,
+    )
+    return run(NODE_NAME, parameters, options, lambda options: ServersNode(model, options))

@@ -3,113 +3,78 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from py_trees.common import Status
 
-from bt_mission.behaviours.leaf import Leaf
+from bt_mission.behaviours.evaluator import Evaluator
+from bt_mission.behaviours.leaves import Leaf
 from bt_mission.behaviours.progress import LeafProgress
-from bt_mission.behaviours.runtime import (
-    MissionFailure,
-    Runtime,
-    Scope,
-    placed,
-    read_field,
-    scalars,
-)
-from bt_mission.core.errors import BtMissionError
+from bt_mission.behaviours.runtime import Runtime, placed, read_field, scalars
 from bt_mission.goals.attempt import Attempt, Limits
 from bt_mission.goals.goal import Goal, GoalClient
 from bt_mission.goals.outcome import AttemptResult, Outcome
-
-
-@dataclass(frozen=True)
-class Plan:
-    """Everything an attempt needs that is known only when the leaf starts.
-
-    :param goal: fields of the goal.
-    :param limits: see :class:`bt_mission.goals.attempt.Limits`.
-    :param condition: looks at a feedback message; a text that says what was met cancels the goal.
-    :param target: the feedback field that the condition waits for, and its bound, where the
-        condition is as simple as that.
-    """
-
-    goal: Mapping[str, Any]
-    limits: Limits
-    condition: Callable[[Any], str | None] | None = None
-    target: tuple[str, float] | None = None
+from bt_mission.language.nodes.action import GoalNode
 
 
 class ActionLeaf(Leaf):
     """Sends one goal each time it starts, and turns the goal's outcome into a status.
 
-    Succeeds when the goal does, or when it is cancelled by its condition and ``on_cancel`` is
+    Succeeds when the goal does, or when it is cancelled by its condition and `on_cancel` is
     success. Outputs are written whenever the server sent a result, also a cancelled or aborted
     one.
-
-    :param action: name of the action, such as ``/turn``.
-    :param type_name: its type, such as ``bt_mission_interfaces/action/Turn``.
-    :param plan: called at each start.
-    :param on_cancel: status when the condition cancels the goal.
-    :param outputs: result field to variable.
-    :param scope: holds the variables that outputs go to.
-    :param place: ``file:line:column`` of the step.
     """
 
-    def __init__(
-        self,
-        name: str,
-        action: str,
-        type_name: str,
-        plan: Callable[[], Plan],
-        on_cancel: Status,
-        outputs: Mapping[str, str],
-        scope: Scope,
-        place: str,
-    ) -> None:
-        super().__init__(name)
-        self.action = action
-        self.type_name = type_name
-        self._plan = plan
-        self._on_cancel = on_cancel
-        self._outputs = outputs
-        self._scope = scope
-        self._place = place
+    def __init__(self, node: GoalNode, values: Evaluator) -> None:
+        super().__init__(node.label)
+        self._node = node
+        self._values = values
         self.attempt: Attempt | None = None
         self._target: tuple[str, float] | None = None
         self._limits = Limits()
         self._started_ns = 0
         self._runtime: Runtime
-        self._courier: GoalClient
+        self._client: GoalClient
 
     def setup(self, **kwargs: Any) -> None:
         """Take the runtime and make the client of the action."""
         self._runtime = kwargs["runtime"]
-        with placed(self._place):
-            self._courier = self._runtime.goal_client(self.action, self.type_name)
+        with placed(self._values.place):
+            self._client = self._runtime.goal_client(self._node.ros_name, self._node.type)
 
     def initialise(self) -> None:
         """Open an attempt of its own for this goal.
 
         :raises MissionFailure: when the goal's values do not fit its type.
         """
-        plan = self._plan()
-        try:
-            request = self._courier.prepare(plan.goal)
-        except BtMissionError as error:
-            raise MissionFailure(f"{self._place}: '{self.name}' cannot start: {error}") from error
-        self._target, self._limits = plan.target, plan.limits
+        node, values = self._node, self._values
+        with values.starting():
+            request = self._client.prepare(values.resolve(node.sent))
+        self._limits = self._bounds()
+        self._target = values.target(node.cancel_when)
         self._started_ns = self._runtime.now_ns
         self.attempt = Attempt(
-            self._courier,
+            self._client,
             self._runtime.ledger,
             self.name,
             request,
-            plan.limits,
-            plan.condition,
+            self._limits,
             self._started_ns,
+        )
+
+    def _bounds(self) -> Limits:
+        node, values = self._node, self._values
+        given = (node.server_timeout, node.answer_timeout, node.cancel_timeout)
+        server, answer, cancel = (limit for limit in given if limit is not None)
+        return Limits(
+            server=server,
+            answer=answer,
+            goal=values.limit(node.timeout),
+            silence=values.limit(node.silence_timeout),
+            cancel=cancel,
+            condition=None
+            if node.cancel_when is None
+            else values.condition("cancel_when", node.cancel_when),
         )
 
     def update(self) -> Status:
@@ -124,12 +89,11 @@ class ActionLeaf(Leaf):
             return Status.RUNNING
         self.feedback_message = _say(ending)
         if ending.result is not None:
-            for field, variable in self._outputs.items():
-                self._scope.values[variable] = read_field(ending.result, field)
+            self._values.store(self._node.outputs, ending.result)
         if ending.outcome is Outcome.SUCCEEDED:
             return Status.SUCCESS
         if ending.outcome is Outcome.CANCELED_BY_CONDITION:
-            return self._on_cancel
+            return Status.SUCCESS if self._node.on_cancel == "success" else Status.FAILURE
         return Status.FAILURE
 
     def terminate(self, new_status: Status) -> None:

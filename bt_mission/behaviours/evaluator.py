@@ -3,47 +3,82 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
 from operator import is_
-from typing import Any
+from typing import Any, TypeAlias
 
 from bt_mission.behaviours.control import ConditionResult, Question
 from bt_mission.behaviours.runtime import MissionFailure, Scope, read_field
 from bt_mission.core.diagnostics import describe
+from bt_mission.core.errors import BtMissionError
 from bt_mission.language.expressions.expression import Expression, Value, resolve
 from bt_mission.language.expressions.syntax import Comparison, Constant, Name
 from bt_mission.language.expressions.syntax import EvaluationScope as Evaluation
 from bt_mission.language.expressions.values import WORDS, ExpressionError, Type, fits, show, type_of
-from bt_mission.language.nodes import steps
+from bt_mission.language.mission import Mission
+from bt_mission.language.nodes.base import NodeModel
 from bt_mission.language.nodes.fields import LIMIT, SECONDS, TIMES, NumberRule
+
+Condition: TypeAlias = Expression | bool
+"""A condition on variables; a constant where it holds always or never."""
 
 _LASTING = (bool, int, float, str)
 """Values that do not change while a variable holds them, unlike lists."""
 
 
-class Evaluator:
-    """Computes the values of one step.
+@dataclass(frozen=True)
+class BuildContext:
+    """What the nodes of one tree of a mission have in common when they are built.
 
-    :param path: of its node in the tree; what is random in it follows from that and the seed.
-    :param file: that it stands in, for messages.
-    :param scope: the variables that it reads and writes.
+    Args:
+        mission: the whole mission.
+        file: in which the tree stands, for messages.
+        scope: the variables that its nodes read and write.
     """
 
-    def __init__(self, step: steps.Step, path: str, file: str, scope: Scope) -> None:
-        self._step = step
-        self._path = path
-        self._scope = scope
-        self.place = f"{file}:{step.line}:{step.column}"
+    mission: Mission
+    file: str
+    scope: Scope
+
+
+class Evaluator:
+    """Computes the values of one node.
+
+    Args:
+        path: of the node in the tree; what is random in it follows from that and the seed.
+    """
+
+    def __init__(self, node: NodeModel, path: str, context: BuildContext) -> None:
+        self.node = node
+        self.path = path
+        self.context = context
+        self.place = f"{context.file}:{node.line}:{node.column}"
+        self._scope = context.scope
 
     def failure(self, message: str) -> MissionFailure:
-        """The end of the mission at this step."""
-        return MissionFailure(f"{self.place}: '{name_of(self._step)}' cannot start: {message}")
+        """The end of the mission at this node."""
+        return MissionFailure(f"{self.place}: '{self.node.label}' cannot start: {message}")
+
+    @contextmanager
+    def starting(self) -> Iterator[None]:
+        """Turn what goes wrong when the node starts into the end of the mission."""
+        try:
+            yield
+        except BtMissionError as error:
+            raise self.failure(str(error)) from error
 
     def resolve(self, value: Any) -> Any:
         """A value with everything in it computed. Raises MissionFailure."""
         try:
-            return resolve(value, self._scope.values, self._scope.random_for(self._path, value))
+            return resolve(value, self._scope.values, self._scope.random_for(self.path, value))
         except ExpressionError as error:
             raise self.failure(str(error)) from error
+
+    def store(self, outputs: Mapping[str, str], message: Any) -> None:
+        """Write fields of a message, by their dotted names, to variables."""
+        for field, variable in outputs.items():
+            self._scope.values[variable] = read_field(message, field)
 
     # ---- numbers -------------------------------------------------------------------------
 
@@ -101,7 +136,7 @@ class Evaluator:
 
     # ---- decisions -----------------------------------------------------------------------
 
-    def question(self, condition: steps.Condition) -> Question:
+    def question(self, condition: Condition) -> Question:
         """A condition on variables. Asking raises MissionFailure where it cannot be answered.
 
         While the variables that it reads hold the same plain values, the answer is the same.
@@ -129,11 +164,11 @@ class Evaluator:
     def _judge(self, condition: Expression) -> ConditionResult:
         variables = self._scope.values
         try:
-            answer = condition.evaluate(variables, self._scope.random_for(self._path, condition))
+            answer = condition.evaluate(variables, self._scope.random_for(self.path, condition))
         except ExpressionError as error:
             raise self.failure(str(error)) from error
         if not isinstance(answer, bool):
-            raise self.failure(f"'{condition.text}' gave {show(answer)}, not true or false")
+            raise self.failure(f"'{condition.text}' gave {show(answer)}, not a boolean")
         names = dict.fromkeys(name.name for name in condition.references)
         values = ", ".join(
             f"{name} = {_brief(variables[name])}" for name in names if name in variables
@@ -141,7 +176,7 @@ class Evaluator:
         holds = "holds" if answer else "does not hold"
         return ConditionResult(answer, holds + (f" ({values})" if values else ""))
 
-    def fork(self, condition: steps.Condition) -> Callable[[], tuple[int, str]]:
+    def fork(self, condition: Condition) -> Callable[[], tuple[int, str]]:
         """What picks the first child where a condition holds, else the second."""
         ask = self.question(condition)
 
@@ -155,7 +190,7 @@ class Evaluator:
         """What draws one of so many children."""
 
         def draw() -> tuple[int, str]:
-            random = self._scope.random(self._path)
+            random = self._scope.random(self.path)
             (index,) = random.choices(range(count), weights=weights or None)
             return index, f"drew {index + 1} of {count}"
 
@@ -165,7 +200,7 @@ class Evaluator:
 
     def condition(self, key: str, expression: Expression) -> Callable[[Any], str | None]:
         """What says whether a message meets a condition, with the values that it names."""
-        random = self._scope.random_for(f"{self._path}/{key}", expression)
+        random = self._scope.random_for(f"{self.path}/{key}", expression)
 
         def met(message: Any) -> str | None:
             fields = MessageFields(message)
@@ -173,8 +208,8 @@ class Evaluator:
                 if not expression.evaluate(self._scope.values, random, fields):
                     return None
             except ExpressionError as error:
-                name = name_of(self._step)
-                raise MissionFailure(f"{self.place}: '{name}' {key}: {error}") from error
+                where = f"{self.place}: '{self.node.label}' {key}"
+                raise MissionFailure(f"{where}: {error}") from error
             values = values_read(expression, fields)
             return f"{expression.text}" + (f" ({values})" if values else "")
 
@@ -186,7 +221,7 @@ class Evaluator:
             case Comparison(first=Name(variable=False) as name, rest=((sign, _, bound),)) if (
                 sign in (">", ">=") and name.name not in self._scope.values
             ):
-                random = self._scope.random_for(f"{self._path}/target", condition)
+                random = self._scope.random_for(f"{self.path}/target", condition)
                 nodes = Evaluation(self._scope.values, {}, random)
                 limit = bound.evaluate(nodes) if isinstance(bound, Constant | Name) else None
                 if isinstance(limit, int | float):
@@ -211,34 +246,6 @@ class MessageFields(Mapping[str, Any]):
 
     def __len__(self) -> int:
         return len(self._message.get_fields_and_field_types())
-
-
-def name_of(step: steps.Step) -> str:
-    """What a step is called in the tree."""
-    if step.name:
-        return step.name
-    find = _NAMES.get(type(step))
-    return step.kind if find is None else find(step)
-
-
-def _asking(step: Any) -> str:
-    condition = step.condition
-    text = condition.text if isinstance(condition, Expression) else str(condition).lower()
-    return f"{step.kind} {text}"
-
-
-_NAMES: dict[type[steps.Step], Callable[[Any], str]] = {
-    steps.ActionStep: lambda step: step.action.strip("/"),
-    steps.ServiceStep: lambda step: step.service.strip("/"),
-    steps.PublishStep: lambda step: f"publish {step.topic.strip('/')}",
-    steps.WaitForStep: lambda step: f"wait for {step.topic.strip('/')}",
-    steps.SubtreeStep: lambda step: step.tree,
-    steps.PythonStep: lambda step: step.target.rpartition(":")[2],
-    steps.CheckStep: _asking,
-    steps.GuardStep: _asking,
-    steps.WhenStep: _asking,
-    steps.SetStep: lambda step: f"set {', '.join(step.values)}",
-}
 
 
 def values_read(condition: Expression, fields: Mapping[str, Any]) -> str:

@@ -2,78 +2,56 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from typing import Any
 
 from py_trees.common import Status
 
-from bt_mission.behaviours.leaf import Leaf
-from bt_mission.behaviours.runtime import NS, MissionFailure, Publisher, Runtime, placed
-from bt_mission.core.errors import BtMissionError
+from bt_mission.behaviours.evaluator import Evaluator
+from bt_mission.behaviours.leaves import Leaf
+from bt_mission.behaviours.runtime import NS, Publisher, Runtime, placed
+from bt_mission.language.nodes.interfaces import PublishNode
 
 
 class PublishLeaf(Leaf):
     """Publishes a message each time it starts, as soon as so many subscriptions are matched.
 
     It fails when they are not there in time.
-
-    :param topic: name of the topic, such as ``/lamp``.
-    :param type_name: its type, such as ``std_msgs/msg/Bool``.
-    :param fields: gives the fields of the message, at each start.
-    :param readers: how many subscriptions to wait for.
-    :param limit_s: how long to wait for them, s.
-    :param place: ``file:line:column`` of the step.
     """
 
-    def __init__(
-        self,
-        name: str,
-        topic: str,
-        type_name: str,
-        fields: Callable[[], Mapping[str, Any]],
-        readers: int,
-        limit_s: float,
-        place: str,
-    ) -> None:
-        super().__init__(name)
-        self.topic = topic
-        self.type_name = type_name
-        self._fields = fields
-        self._readers = readers
-        self._limit_s = limit_s
-        self._place = place
+    def __init__(self, node: PublishNode, values: Evaluator) -> None:
+        super().__init__(node.label)
+        self._node = node
+        self._values = values
         self._message: Any = None
         self._until_ns = 0
         self._runtime: Runtime
-        self._speech: Publisher
+        self._publisher: Publisher
 
     def setup(self, **kwargs: Any) -> None:
         """Take the runtime and make the publisher."""
         self._runtime = kwargs["runtime"]
-        with placed(self._place):
-            self._speech = self._runtime.publisher(self.topic, self.type_name)
+        with placed(self._values.place):
+            self._publisher = self._runtime.publisher(self._node.ros_name, self._node.type)
 
     def initialise(self) -> None:
         """Make the message.
 
         :raises MissionFailure: when a value does not fit its field.
         """
-        try:
-            self._message = self._speech.prepare(self._fields())
-        except BtMissionError as error:
-            raise MissionFailure(f"{self._place}: '{self.name}' cannot start: {error}") from error
-        self._until_ns = self._runtime.now_ns + round(self._limit_s * NS)
+        with self._values.starting():
+            self._message = self._publisher.prepare(self._values.resolve(self._node.sent))
+        self._until_ns = self._runtime.now_ns + round(self._node.server_timeout * NS)
 
     def update(self) -> Status:
         """Publish it once it is heard."""
-        there = self._speech.count_readers()
-        if there >= self._readers:
-            self._speech.publish(self._message)
+        there = self._publisher.count_readers()
+        if there >= self._node.readers:
+            self._publisher.publish(self._message)
             self.feedback_message = f"published to {there}" if there else "published to nobody"
             return Status.SUCCESS
-        wanted = "nobody listens" if there == 0 else f"{there} of {self._readers} listen"
-        self.feedback_message = f"{wanted} to {self._speech.name}"
+        wanted = "nobody listens" if there == 0 else f"{there} of {self._node.readers} listen"
+        self.feedback_message = f"{wanted} to {self._publisher.name}"
         if self._runtime.now_ns < self._until_ns:
             return Status.RUNNING
-        self.feedback_message += f" after {self._limit_s:g} s"
+        self.feedback_message += f" after {self._node.server_timeout:g} s"
         return Status.FAILURE

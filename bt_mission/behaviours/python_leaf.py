@@ -2,29 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any
-
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from bt_mission.behaviours.runtime import MissionFailure, Scope
+from bt_mission.behaviours.evaluator import Evaluator
+from bt_mission.behaviours.runtime import MissionFailure, placed
+from bt_mission.language.nodes.leaves import PythonNode
+from bt_mission.language.plugins import find_class
 
 
-def make(
-    kind: type[Behaviour],
-    name: str,
-    inputs: Callable[[], Mapping[str, Any]],
-    outputs: Mapping[str, str],
-    scope: Scope,
-    place: str,
-) -> Behaviour:
-    """A behaviour of a user's, whose inputs are set at each entry and outputs read at each end.
+def python_leaf(node: PythonNode, values: Evaluator) -> Behaviour:
+    """Return a behaviour of a user's, its inputs set at each entry and outputs read at each end.
 
-    :param inputs: gives the values of attributes.
-    :param outputs: attribute to variable.
-    :raises MissionFailure: when its constructor raises.
+    Raises:
+        MissionFailure: when it is not there, or its constructor raises.
     """
+    name, place, scope = node.label, values.place, values.context.scope
+    with placed(place):
+        kind = find_class(node.target, values.context.file)
     try:
         leaf = kind(name)
     except Exception as error:
@@ -33,14 +28,14 @@ def make(
     initialise, terminate = leaf.initialise, leaf.terminate
 
     def begin() -> None:
-        for attribute, value in inputs().items():
+        for attribute, value in values.resolve(node.inputs).items():
             setattr(leaf, attribute, value)
         initialise()
 
     def end(new_status: Status) -> None:
         terminate(new_status)
         if new_status is not Status.INVALID:
-            for attribute, variable in outputs.items():
+            for attribute, variable in node.outputs.items():
                 if not hasattr(leaf, attribute):
                     message = f"{place}: '{name}' has no attribute '{attribute}' to give"
                     raise MissionFailure(message)

@@ -2,38 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable
 from typing import Any
 
 from py_trees.common import Status
 
-from bt_mission.behaviours.leaf import Leaf
-from bt_mission.behaviours.runtime import (
-    MissionFailure,
-    Runtime,
-    Scope,
-    ServiceClient,
-    placed,
-    read_field,
-)
-from bt_mission.core.errors import BtMissionError
-
-NS = 1_000_000_000
-
-
-@dataclass(frozen=True)
-class PendingCall:
-    """What a call needs that is known only when the leaf starts.
-
-    :param request: fields of the request.
-    :param server_s: how long to wait for the server, s.
-    :param answer_s: how long to wait for the answer, s.
-    """
-
-    request: Mapping[str, Any]
-    server_s: float
-    answer_s: float
+from bt_mission.behaviours.evaluator import Evaluator
+from bt_mission.behaviours.leaves import Leaf
+from bt_mission.behaviours.runtime import NS, Runtime, ServiceClient, placed
+from bt_mission.language.nodes.fields import LIMIT
+from bt_mission.language.nodes.interfaces import ServiceNode
 
 
 class ServiceLeaf(Leaf):
@@ -42,56 +20,34 @@ class ServiceLeaf(Leaf):
     It fails when there is no server or no answer in time, and when the response has a field
     ``success`` that is false. Outputs are written from every response. An answer that comes
     after the leaf has ended, or was halted, changes nothing.
-
-    :param service: name of the service, such as ``/stop``.
-    :param type_name: its type, such as ``std_srvs/srv/Trigger``.
-    :param plan: called at each start.
-    :param outputs: response field to variable.
-    :param scope: holds the variables that outputs go to.
-    :param place: ``file:line:column`` of the step.
     """
 
-    def __init__(
-        self,
-        name: str,
-        service: str,
-        type_name: str,
-        plan: Callable[[], PendingCall],
-        outputs: Mapping[str, str],
-        scope: Scope,
-        place: str,
-    ) -> None:
-        super().__init__(name)
-        self.service = service
-        self.type_name = type_name
-        self._plan = plan
-        self._outputs = outputs
-        self._scope = scope
-        self._place = place
-        self._call = PendingCall({}, 0.0, 0.0)
+    def __init__(self, node: ServiceNode, values: Evaluator) -> None:
+        super().__init__(node.label)
+        self._node = node
+        self._values = values
+        self._answer_s = 0.0
         self._request: Any = None
         self._since_ns = 0
         self._answers: list[Any] = []
         self._forget: Callable[[], None] | None = None
         self._runtime: Runtime
-        self._caller: ServiceClient
+        self._client: ServiceClient
 
     def setup(self, **kwargs: Any) -> None:
         """Take the runtime and make the client of the service."""
         self._runtime = kwargs["runtime"]
-        with placed(self._place):
-            self._caller = self._runtime.service_client(self.service, self.type_name)
+        with placed(self._values.place):
+            self._client = self._runtime.service_client(self._node.ros_name, self._node.type)
 
     def initialise(self) -> None:
         """Begin anew; nothing that was called before is heard any more.
 
         :raises MissionFailure: when the request's values do not fit its type.
         """
-        self._call = self._plan()
-        try:
-            self._request = self._caller.prepare(self._call.request)
-        except BtMissionError as error:
-            raise MissionFailure(f"{self._place}: '{self.name}' cannot start: {error}") from error
+        with self._values.starting():
+            self._request = self._client.prepare(self._values.resolve(self._node.sent))
+        self._answer_s = self._values.number(self._node.timeout, LIMIT)
         self._answers, self._forget = [], None
         self._since_ns = self._runtime.now_ns
 
@@ -99,17 +55,17 @@ class ServiceLeaf(Leaf):
         """Call as soon as there is a server; then look for the answer, and at the limits."""
         waited_s = (self._runtime.now_ns - self._since_ns) / NS
         if self._forget is None:
-            if self._caller.is_ready():
+            if self._client.is_ready():
                 self._since_ns = self._runtime.now_ns
-                self._forget = self._caller.call(self._request, self._answers.append)
+                self._forget = self._client.call(self._request, self._answers.append)
                 return self._running("waiting for the answer")
-            if waited_s >= self._call.server_s:
-                return self._fail(f"no server after {self._call.server_s:g} s")
+            if waited_s >= self._node.server_timeout:
+                return self._fail(f"no server after {self._node.server_timeout:g} s")
             return self._running("waiting for the server")
         if self._answers:
             return self._read(self._answers[0])
-        if waited_s >= self._call.answer_s:
-            return self._fail(f"no answer within {self._call.answer_s:g} s")
+        if waited_s >= self._answer_s:
+            return self._fail(f"no answer within {self._answer_s:g} s")
         return self._running("waiting for the answer")
 
     def terminate(self, new_status: Status) -> None:
@@ -121,8 +77,7 @@ class ServiceLeaf(Leaf):
             self.feedback_message = "halted"
 
     def _read(self, response: Any) -> Status:
-        for field, variable in self._outputs.items():
-            self._scope.values[variable] = read_field(response, field)
+        self._values.store(self._node.outputs, response)
         message = getattr(response, "message", "")
         said = message if isinstance(message, str) else ""
         if getattr(response, "success", True) is False:
@@ -135,5 +90,5 @@ class ServiceLeaf(Leaf):
         return Status.RUNNING
 
     def _fail(self, message: str) -> Status:
-        self.feedback_message = f"{self._caller.name}: {message}"
+        self.feedback_message = f"{self._client.name}: {message}"
         return Status.FAILURE

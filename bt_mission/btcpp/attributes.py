@@ -1,4 +1,4 @@
-"""What an attribute of a leaf says, and how a value is said as one.
+"""Values with places, what an attribute says, and how a value is said as one.
 
 `{name}` is the variable `$name`. A number, true, false and a list in `[...]` are themselves, and
 anything else is a text. A text that would be read as something else stands in double quotes, as
@@ -9,14 +9,18 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from typing import Any, Protocol
 
-from bt_mission.btcpp import parts
-from bt_mission.btcpp.elements import Attribute
-from bt_mission.btcpp.parts import At, LocatedValue
+from bt_mission.btcpp.elements import At, Attribute
 from bt_mission.btcpp.yaml_text import escaped, flow
-from bt_mission.core.diagnostics import Diagnostic, InputError, quoted
-from bt_mission.core.yaml.composer import MAX_INTEGER, compose
+from bt_mission.core.diagnostics import InputError, did_you_mean, listed, quoted
+from bt_mission.core.yaml.composer import MAX_INTEGER, Place, compose
+
+NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+VARIABLE_NAME = re.compile(r"\$?([A-Za-z_][A-Za-z0-9_]*)")
+"""An expression that is a variable and nothing else."""
 
 _REFERENCE = re.compile(r"\{([A-Za-z_][A-Za-z0-9_]*)\}")
 _VARIABLE = re.compile(r"\$([A-Za-z_][A-Za-z0-9_]*)")
@@ -33,6 +37,99 @@ class FaultReport(Protocol):
         """Note it."""
 
 
+# ---- values with places ----------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class LocatedValue:
+    """A value as a YAML file would hold it, and where it stands in the XML file."""
+
+    data: Any
+    place: Place
+
+
+Entry = tuple[str, At, LocatedValue]
+"""A key, where it stands, and its value."""
+
+
+def located(data: Any, at: At) -> LocatedValue:
+    """Return data that stands at one place, but for the values in it that have theirs."""
+    match data:
+        case LocatedValue():
+            return data
+        case dict():
+            return mapping(at, [(key, at, located(value, at)) for key, value in data.items()])
+        case list():
+            items = [located(value, at) for value in data]
+            place = Place(*at, parts=[one.place for one in items])
+            return LocatedValue([one.data for one in items], place)
+    return LocatedValue(data, Place(*at))
+
+
+def mapping(at: At, entries: Iterable[Entry]) -> LocatedValue:
+    """Return a mapping; of two entries with one key the later counts."""
+    data: dict[str, Any] = {}
+    keys: dict[str, At] = {}
+    parts: dict[str, Place] = {}
+    for key, key_at, part in entries:
+        data[key], keys[key], parts[key] = part.data, key_at, part.place
+    return LocatedValue(data, Place(*at, keys=keys, parts=parts))
+
+
+def plain_text(attribute: Attribute) -> LocatedValue:
+    """Return the value of an attribute as it is, so that columns in it can be told."""
+    return LocatedValue(attribute.value, Place(*attribute.value_at, text=attribute.value))
+
+
+def entry(attribute: Attribute) -> Entry:
+    """Return an attribute as an entry: its name, its place, and its value as it is."""
+    return attribute.name, attribute.at, plain_text(attribute)
+
+
+def _moved(place: Place, at: At) -> Place:
+    """Return a place within a text as a place in the file that the text begins at, on one line."""
+    line, column = at
+    parts: dict[str, Place] | list[Place] | None = None
+    if isinstance(place.parts, dict):
+        parts = {key: _moved(part, at) for key, part in place.parts.items()}
+    elif isinstance(place.parts, list):
+        parts = [_moved(part, at) for part in place.parts]
+    keys = {key: (line, column + found[1] - 1) for key, found in (place.keys or {}).items()}
+    return Place(
+        line,
+        column + place.column - 1,
+        keys=keys if place.keys is not None else None,
+        parts=parts,
+        text=place.text,
+    )
+
+
+# ---- attributes that an element does not take ---------------------------------------------------
+
+
+def refuse_attribute(
+    attribute: Attribute, tag: str, known: Iterable[str], report: FaultReport
+) -> None:
+    """Report an attribute that an element does not take."""
+    name = attribute.name
+    if name.startswith("_"):
+        report(attribute.at, f"the attribute {quoted(name)} has no counterpart", _instead(name))
+        return
+    message = f"no attribute {quoted(name)} for {tag} (it takes: {listed(known)})"
+    report(attribute.at, message, did_you_mean(name, known))
+
+
+def _instead(name: str) -> str:
+    if name == "_autoremap":
+        return 'name each port: x="{x}"'
+    if name == "_description":
+        return "use 'name', or a comment"
+    return "use nodes instead: ScriptCondition, Script, Precondition, WhileDoElse"
+
+
+# ---- values of attributes -----------------------------------------------------------------------
+
+
 def number(text: str) -> int | float | None:
     """Return the number that a text is, or None where it is none, or too large."""
     if not _NUMBER.fullmatch(text) or len(text) > 400:
@@ -47,65 +144,55 @@ def number(text: str) -> int | float | None:
 def read_reference(attribute: Attribute) -> LocatedValue | None:
     """Return `$name` for the value `{name}`, or None."""
     found = _REFERENCE.fullmatch(attribute.value)
-    at = (attribute.value_line, attribute.value_column)
-    return parts.scalar(f"${found[1]}", at) if found else None
+    return located(f"${found[1]}", attribute.value_at) if found else None
+
+
+def written_reference(text: Any) -> str | None:
+    """Return `{name}` for `$name`, or None."""
+    found = _VARIABLE.fullmatch(text) if isinstance(text, str) else None
+    return f"{{{found[1]}}}" if found else None
+
+
+def read_variable(attribute: Attribute, report: FaultReport) -> LocatedValue:
+    """Return the name of the variable that an attribute such as `out_x="{name}"` holds."""
+    found = read_reference(attribute)
+    if found is None:
+        message = f"expected a variable such as '{{name}}', got {quoted(attribute.value)}"
+        report(attribute.value_at, message)
+        return located("_", attribute.value_at)
+    return located(found.data.removeprefix("$"), attribute.value_at)
 
 
 def read_text(attribute: Attribute, report: FaultReport) -> LocatedValue:
     """Return the text that an attribute holds."""
-    value = attribute.value
-    at = (attribute.value_line, attribute.value_column)
     reference = read_reference(attribute)
     if reference is not None:
         return reference
-    inner = _unquoted(value)
+    inner = _unquoted(attribute.value)
     if inner is not None:
-        return parts.scalar(inner, at)
-    if _is_braced(value):
-        message = f"expected the name of a variable in '{{...}}', got {quoted(value)}"
-        report(at, message, "a text in braces is written in double quotes, within the others")
-        return parts.scalar("", at)
-    return parts.text(value, attribute)
+        return located(inner, attribute.value_at)
+    if _is_braced(attribute.value):
+        got = quoted(attribute.value)
+        message = f"expected the name of a variable in '{{...}}', got {got}"
+        hint = "a text in braces is written in double quotes, within the others"
+        report(attribute.value_at, message, hint)
+        return located("", attribute.value_at)
+    return plain_text(attribute)
+
+
+def written_text(text: str) -> str:
+    """Return the value of an attribute that `read_text` takes for this text."""
+    is_plain = _unquoted(text) is None and not _is_braced(text) and not is_illegal(text)
+    return written_reference(text) or (text if is_plain else _json_quoted(text))
 
 
 def read_value(attribute: Attribute, report: FaultReport) -> LocatedValue:
     """Return the value that an attribute holds."""
     value = attribute.value
-    at = (attribute.value_line, attribute.value_column)
-    if value in _WORDS:
-        return parts.scalar(_WORDS[value], at)
-    found = number(value)
+    found = _WORDS[value] if value in _WORDS else number(value)
     if found is not None:
-        return parts.scalar(found, at)
-    if value.startswith("["):
-        return read_list(attribute, report)
-    return read_text(attribute, report)
-
-
-def read_list(attribute: Attribute, report: FaultReport) -> LocatedValue:
-    """Return the list that an attribute holds."""
-    line, column = attribute.value_line, attribute.value_column + 1
-    try:
-        data, place = compose(attribute.value, "")
-    except InputError as error:
-        for fault in error.faults:
-            report(attribute.at(max(fault.column, 1) - 1), fault.message, _one_line(fault))
-        return parts.scalar("", (line, column))
-    return LocatedValue(data, parts.moved(place, line, column))
-
-
-def _one_line(fault: Diagnostic) -> str:
-    return fault.hint or "a list is written as in YAML, such as [1.0, 0.5, 90]"
-
-
-def written_text(text: str) -> str:
-    """Return the value of an attribute that `read_text` takes for this text."""
-    found = _VARIABLE.fullmatch(text)
-    if found:
-        return f"{{{found[1]}}}"
-    if _unquoted(text) is not None or _is_braced(text) or _ILLEGAL.search(text):
-        return json_quoted(text)
-    return text
+        return located(found, attribute.value_at)
+    return (read_list if value.startswith("[") else read_text)(attribute, report)
 
 
 def written_value(value: Any) -> str:
@@ -113,18 +200,44 @@ def written_value(value: Any) -> str:
     if not isinstance(value, str):
         return flow(value)
     if value in _WORDS or number(value) is not None or value.startswith("["):
-        return json_quoted(value)
+        return _json_quoted(value)
     return written_text(value)
 
 
-def json_quoted(text: str) -> str:
-    """Return a text in double quotes, with what cannot be shown escaped."""
-    return escaped(text, lambda c: json.dumps(c)[1:-1])
+def read_list(attribute: Attribute, report: FaultReport) -> LocatedValue:
+    """Return the list that an attribute holds."""
+    line, column = attribute.value_at
+    try:
+        data, place = compose(attribute.value, "")
+    except InputError as error:
+        for fault in error.faults:
+            hint = fault.hint or "a list is written as in YAML, such as [1.0, 0.5, 90]"
+            report(attribute.within(max(fault.column, 1) - 1), fault.message, hint)
+        return located("", (line, column + 1))
+    return LocatedValue(data, _moved(place, (line, column + 1)))
+
+
+@dataclass(frozen=True)
+class Codec:
+    """How values of one sort are read from an attribute, and written as one."""
+
+    read: Callable[[Attribute, FaultReport], LocatedValue]
+    write: Callable[[Any], str]
+
+
+AS_IT_IS = Codec(lambda attribute, _: plain_text(attribute), str)
+TEXT = Codec(read_text, written_text)
+VALUE = Codec(read_value, written_value)
+VARIABLE = Codec(read_variable, "{{{}}}".format)
 
 
 def is_illegal(text: str) -> bool:
     """Return whether a text holds a character that no XML file can hold."""
     return _ILLEGAL.search(text) is not None
+
+
+def _json_quoted(text: str) -> str:
+    return escaped(text, lambda c: json.dumps(c)[1:-1])
 
 
 def _unquoted(value: str) -> str | None:

@@ -1,285 +1,256 @@
-"""The nodes that BehaviorTree.CPP brings along, as the nodes that a YAML file would have."""
+"""The kinds of nodes that BehaviorTree.CPP has as well: each as elements of XML, both ways."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
 
-from bt_mission.btcpp import parts
-from bt_mission.btcpp.attributes import FaultReport, number, read_reference
-from bt_mission.btcpp.elements import Attribute, Element
-from bt_mission.btcpp.leaf_reading import refuse_attribute
-from bt_mission.btcpp.parts import Entry, LocatedValue
-from bt_mission.btcpp.scripts import ScriptError, assignments, literal
+from bt_mission.btcpp.attributes import located, mapping
+from bt_mission.btcpp.elements import Tag
+from bt_mission.btcpp.node_parts import NodeData, NodeElement
+from bt_mission.btcpp.scripts import ScriptError, assignments, written_assignments
 from bt_mission.core.diagnostics import quoted
 
 
+@dataclass(frozen=True)
 class BuiltIn:
-    """One node that comes with BehaviorTree.CPP.
+    """One kind of node that BehaviorTree.CPP has as well.
 
-    `read` reads an element below it, `report` is told of faults.
+    `tags` are its elements, each with its attributes. `read` makes the data of a node from one of
+    them, `write` the element of a node.
     """
 
-    def __init__(
-        self, element: Element, read: Callable[[Element], LocatedValue], report: FaultReport
-    ) -> None:
-        self._element = element
-        self.read = read
-        self.report = report
-        self._rest = dict(element.attributes)
-        self.at = (element.line, element.column)
+    tags: Mapping[str, tuple[str, ...]]
+    read: Callable[[NodeElement], dict[str, Any]]
+    write: Callable[[NodeData], Tag]
 
-    def part(self) -> LocatedValue:
-        """Return it as a node."""
-        name = self._rest.pop("name", None)
-        known, read = BUILT_IN[self._element.tag]
-        entries = read(self)
-        if name is not None:
-            entry = ("name", (name.line, name.column), parts.text(name.value, name))
-            entries = [entries[0], entry, *entries[1:]]
-        for attribute in self._rest.values():
-            refuse_attribute(attribute, self._element.tag, (*known, "name"), self.report)
-        return parts.mapping(self.at, entries)
 
-    # ---- children ------------------------------------------------------------------------
+def _composite(kind: str, tag: str) -> BuiltIn:
+    reactive = f"Reactive{tag}"
 
-    def children(self) -> LocatedValue:
-        """Return the nodes below it as a list."""
-        if not self._element.children:
-            self.report(self.at, f"<{self._element.tag}> has nothing in it")
-        nodes = [self.read(child) for child in self._element.children]
-        return parts.sequence(self.at, nodes)
+    def read(node: NodeElement) -> dict[str, Any]:
+        return {kind: node.children(), **({} if node.tag == tag else {"memory": False})}
 
-    def exactly(self, count: int) -> list[Element]:
-        """Return the children, with those that are missing made up."""
-        found = self._element.children
-        if len(found) != count:
-            nodes = "1 node" if count == 1 else f"{count} nodes"
-            message = f"expected {nodes} in <{self._element.tag}>, got {len(found)}"
-            self.report(self.at, message)
-        missing = count - len(found)
-        return [*found, *(Element("AlwaysSuccess", *self.at) for _ in range(missing))]
+    def write(node: NodeData) -> Tag:
+        written = tag if node.data.get("memory", True) else reactive
+        return Tag(written, {}, node.children(kind))
 
-    def child(self) -> LocatedValue:
-        """Return the one node below it."""
-        return self.read(self.exactly(1)[0])
+    return BuiltIn({tag: (), reactive: ()}, read, write)
 
-    # ---- attributes ----------------------------------------------------------------------
 
-    def take(self, name: str, *, needed: bool = True) -> Attribute | None:
-        """Return an attribute, after which it counts as read."""
-        found = self._rest.pop(name, None)
-        if found is None and needed:
-            self.report(self.at, f"the attribute '{name}' is missing")
+# ---- parallel --------------------------------------------------------------------------------
+
+_POLICIES = {
+    ("all", "any", "halt"): ("Parallel", {"success_count": "-1", "failure_count": "1"}),
+    ("any", "any", "halt"): ("Parallel", {"success_count": "1", "failure_count": "1"}),
+    ("any", "impossible", "halt"): ("Parallel", {"success_count": "1", "failure_count": "-1"}),
+    ("all", "impossible", "halt"): ("Parallel", {"success_count": "-1", "failure_count": "-1"}),
+    ("all", "any", "finish"): ("ParallelAll", {"max_failures": "1"}),
+    ("any", "impossible", "finish"): ("ParallelAll", {"max_failures": "-1"}),
+}
+"""When a parallel succeeds, when it fails, and what becomes of the rest, in both languages."""
+
+_POLICY = {"succeed_when": "all", "fail_when": "any", "rest": "halt"}
+"""The keys of a policy, each with its default."""
+
+
+_COUNTS = {
+    "Parallel": {"success_count": -1, "failure_count": 1},
+    "ParallelAll": {"max_failures": 1},
+}
+"""The attributes of the elements, each with its default."""
+
+
+def _read_parallel(node: NodeElement) -> dict[str, Any]:
+    counts = {name: str(node.count(name, usual)) for name, usual in _COUNTS[node.tag].items()}
+    (policy,) = (said for said, written in _POLICIES.items() if written == (node.tag, counts))
+    words = zip(_POLICY.items(), policy, strict=True)
+    said = {key: word for (key, usual), word in words if word != usual}
+    return {"parallel": node.children(), **said}
+
+
+def _write_parallel(node: NodeData) -> Tag:
+    children = node.children("parallel")
+    policy = [node.data.get(key, default) for key, default in _POLICY.items()]
+    if isinstance(policy[0], list):
+        hint = "write 'all' or 'any', or put those that count into a parallel of their own"
+        node.refuse("children that count, by name", hint, "succeed_when")
+        return Tag("Parallel", {}, children)
+    if tuple(policy) not in _POLICIES:
+        shown = f"'succeed_when: {policy[0]}', 'fail_when: {policy[1]}' and 'rest: {policy[2]}'"
+        hint = "let the rest halt; or with 'rest: finish' write all and any, or any and impossible"
+        node.refuse(f"{shown} together", hint, "rest", key=True)
+        return Tag("Parallel", {}, children)
+    return Tag(*_POLICIES[tuple(policy)], children)
+
+
+# ---- decorators ------------------------------------------------------------------------------
+
+
+def _repeated(kind: str, key: str, tag: str, attribute: str) -> BuiltIn:
+    def read(node: NodeElement) -> dict[str, Any]:
+        return {kind: {key: node.times(attribute)}, "do": node.child()}
+
+    def write(node: NodeData) -> Tag:
+        if node.data[kind].get("pause", 0) != 0:
+            hint = "leave it out, or put a 'wait' before what is tried"
+            node.refuse("a pause between attempts", hint, kind, "pause", key=True)
+        return Tag(tag, {attribute: node.times(kind, key)}, (node.child(),))
+
+    return BuiltIn({tag: (attribute,)}, read, write)
+
+
+def _read_timeout(node: NodeElement) -> dict[str, Any]:
+    return {"timeout": node.seconds("msec"), "do": node.child()}
+
+
+def _write_timeout(node: NodeData) -> Tag:
+    milliseconds = node.milliseconds("timeout")
+    if milliseconds is None:
+        hint = "write a number of seconds with at most three decimals, or '$NAME / 1000'"
+        node.refuse("a limit that is no number of milliseconds", hint, "timeout")
+    return Tag("Timeout", {"msec": milliseconds or "0"}, (node.child(),))
+
+
+def _read_force(node: NodeElement) -> dict[str, Any]:
+    return {"force": node.tag.removeprefix("Force").lower(), "do": node.child()}
+
+
+def _write_force(node: NodeData) -> Tag:
+    return Tag(f"Force{node.data['force'].capitalize()}", {}, (node.child(),))
+
+
+def _read_guard(node: NodeElement) -> dict[str, Any]:
+    question, child = node.exactly(2)
+    return {"guard": node.condition(question), "do": node.read(child)}
+
+
+def _write_guard(node: NodeData) -> Tag:
+    return Tag("WhileDoElse", {}, (node.condition("guard"), node.child()))
+
+
+def _read_when(node: NodeElement) -> dict[str, Any]:
+    if node.tag == "Precondition":
+        return _read_precondition(node)
+    question, child, other = node.exactly(3)
+    found = {"when": node.condition(question), "do": node.read(child)}
+    if other.tag == "AlwaysSuccess" and not other.attributes and not other.children:
         return found
-
-    def whole(self, name: str, least: int) -> LocatedValue:
-        """Return a whole number, or the variable that holds it."""
-        attribute = self.take(name)
-        if attribute is None:
-            return parts.scalar(1, self.at)
-        at = (attribute.value_line, attribute.value_column)
-        reference = read_reference(attribute)
-        if reference is not None:
-            return reference
-        value = number(attribute.value)
-        if not isinstance(value, int) or value < least:
-            hint = "for ever has no counterpart; give a number" if value == -1 else None
-            message = f"expected a whole number of at least {least}, or a variable '{{name}}'"
-            self.report(at, f"{message}, got {quoted(attribute.value)}", hint)
-            value = 1
-        return parts.scalar(value, at)
-
-    def seconds(self, name: str) -> LocatedValue:
-        """Return milliseconds as seconds."""
-        milliseconds = self.whole(name, 0)
-        value = milliseconds.data
-        seconds = f"{value} / 1000" if isinstance(value, str) else value / 1000
-        return LocatedValue(seconds, milliseconds.place)
-
-    def count(self, name: str, default: int) -> int:
-        """Return how many children, -1 for all."""
-        attribute = self.take(name, needed=False)
-        many = len(self._element.children)
-        value = default if attribute is None else number(attribute.value)
-        if value == many and many > 1:
-            value = -1
-        if value in (1, -1):
-            return int(value)
-        assert attribute is not None, "the defaults are 1 and -1"
-        message = f"expected 1 or -1 (all), got {quoted(attribute.value)}"
-        self.report((attribute.value_line, attribute.value_column), message)
-        return default
-
-    def code(self, attribute: Attribute) -> LocatedValue:
-        """Return a condition."""
-        at = (attribute.value_line, attribute.value_column)
-        try:
-            return parts.scalar(literal(attribute.value.strip()), at)
-        except ScriptError as error:
-            blanks = len(attribute.value) - len(attribute.value.lstrip())
-            where = attribute.at(blanks + error.column - 1)
-            self.report(where, error.message, error.hint)
-            return parts.scalar(True, at)
-
-    def condition(self, element: Element) -> LocatedValue:
-        """Return the condition that a ScriptCondition or a leaf `check` asks."""
-        node = self.read(element)
-        if list(node.data) != ["check"]:
-            message = "expected a ScriptCondition without a name here"
-            hint = "only a condition on variables decides between nodes"
-            self.report((element.line, element.column), message, hint)
-            return parts.scalar(True, self.at)
-        assert isinstance(node.place.parts, dict)
-        return LocatedValue(node.data["check"], node.place.parts["check"])
-
-    def entry(self, key: str, part: LocatedValue) -> Entry:
-        """Return a part of it under a key."""
-        return key, self.at, part
+    return {**found, "else": node.read(other)}
 
 
-Reader = Callable[[BuiltIn], list[Entry]]
-
-
-def _composite(kind: str, *, memory: bool) -> Reader:
-    def read(node: BuiltIn) -> list[Entry]:
-        entries = [node.entry(kind, node.children())]
-        return entries if memory else [*entries, node.entry("memory", parts.scalar(False, node.at))]
-
-    return read
-
-
-def _parallel(node: BuiltIn) -> list[Entry]:
-    succeed, fail = node.count("success_count", -1), node.count("failure_count", 1)
-    entries = [node.entry("parallel", node.children())]
-    if succeed == 1:
-        entries.append(node.entry("succeed_when", parts.scalar("any", node.at)))
-    if fail == -1:
-        entries.append(node.entry("fail_when", parts.scalar("impossible", node.at)))
-    return entries
-
-
-def _parallel_all(node: BuiltIn) -> list[Entry]:
-    fail = node.count("max_failures", 1)
-    entries = [node.entry("parallel", node.children())]
-    if fail == -1:
-        entries.append(node.entry("succeed_when", parts.scalar("any", node.at)))
-        entries.append(node.entry("fail_when", parts.scalar("impossible", node.at)))
-    return [*entries, node.entry("rest", parts.scalar("finish", node.at))]
-
-
-def _repeat(node: BuiltIn) -> list[Entry]:
-    count = parts.mapping(node.at, [node.entry("count", node.whole("num_cycles", 1))])
-    return [node.entry("repeat", count), node.entry("do", node.child())]
-
-
-def _retry(node: BuiltIn) -> list[Entry]:
-    attempts = parts.mapping(node.at, [node.entry("attempts", node.whole("num_attempts", 1))])
-    return [node.entry("retry", attempts), node.entry("do", node.child())]
-
-
-def _timeout(node: BuiltIn) -> list[Entry]:
-    return [node.entry("timeout", node.seconds("msec")), node.entry("do", node.child())]
-
-
-def _delay(node: BuiltIn) -> list[Entry]:
-    wait = parts.mapping(node.at, [node.entry("wait", node.seconds("delay_msec"))])
-    return [node.entry("sequence", parts.sequence(node.at, [wait, node.child()]))]
-
-
-def _sleep(node: BuiltIn) -> list[Entry]:
-    seconds = node.seconds("msec")
-    node.exactly(0)
-    return [node.entry("wait", seconds)]
-
-
-def _force(status: str) -> Reader:
-    return lambda node: [
-        node.entry("force", parts.scalar(status, node.at)),
-        node.entry("do", node.child()),
-    ]
-
-
-def _check(node: BuiltIn) -> list[Entry]:
-    code = node.take("code")
-    part = parts.scalar(True, node.at) if code is None else node.code(code)
-    node.exactly(0)
-    return [node.entry("check", part)]
-
-
-def _always(*, holds: bool) -> Reader:
-    def read(node: BuiltIn) -> list[Entry]:
-        node.exactly(0)
-        return [node.entry("check", parts.scalar(holds, node.at))]
-
-    return read
-
-
-def _script(node: BuiltIn) -> list[Entry]:
-    code = node.take("code")
-    node.exactly(0)
-    if code is None:
-        return [node.entry("set", parts.mapping(node.at, ()))]
-    at = (code.value_line, code.value_column)
-    try:
-        found = assignments(code.value)
-    except ScriptError as error:
-        node.report(code.at(error.column - 1), error.message, error.hint)
-        found = []
-    else:
-        if not found:
-            node.report(at, "expected 'name := value', got nothing")
-    values = [(name, code.at(column - 1), parts.scalar(value, at)) for name, column, value in found]
-    return [node.entry("set", parts.mapping(at, values))]
-
-
-def _precondition(node: BuiltIn) -> list[Entry]:
-    code, otherwise = node.take("if"), node.take("else", needed=False)
-    question = parts.scalar(True, node.at) if code is None else node.code(code)
+def _read_precondition(node: NodeElement) -> dict[str, Any]:
+    question, otherwise = node.code("if"), node.take("else", needed=False)
     child = node.child()
     value = "FAILURE" if otherwise is None else otherwise.value
     if value == "SUCCESS":
-        return [node.entry("when", question), node.entry("do", child)]
+        return {"when": question, "do": child}
     if otherwise is not None and value != "FAILURE":
         message = f"expected SUCCESS or FAILURE, got {quoted(value)}"
-        node.report((otherwise.value_line, otherwise.value_column), message)
-    check = parts.mapping(node.at, [node.entry("check", question)])
-    return [node.entry("sequence", parts.sequence(node.at, [check, child]))]
+        node.report(otherwise.value_at, message)
+    return {"sequence": [{"check": question}, child]}
 
 
-def _if_then_else(node: BuiltIn) -> list[Entry]:
-    first, second, third = node.exactly(3)[:3]
-    entries = [node.entry("when", node.condition(first)), node.entry("do", node.read(second))]
-    if third.tag == "AlwaysSuccess" and not third.attributes and not third.children:
-        return entries
-    return [*entries, node.entry("else", node.read(third))]
+def _write_when(node: NodeData) -> Tag:
+    child, code = node.child(), node.code("when")
+    if node.data.get("else") is not None:
+        other = node.child("else")
+        if other == Tag("AlwaysSuccess"):
+            other = Tag("ScriptCondition", {"code": "true"})
+        return Tag("IfThenElse", {}, (node.condition("when"), child, other))
+    if code is not None:
+        return Tag("Precondition", {"if": code, "else": "SUCCESS"}, (child,))
+    return Tag("IfThenElse", {}, (node.condition("when"), child, Tag("AlwaysSuccess")))
 
 
-def _while_do_else(node: BuiltIn) -> list[Entry]:
-    first, second = node.exactly(2)[:2]
-    return [node.entry("guard", node.condition(first)), node.entry("do", node.read(second))]
+# ---- leaves ----------------------------------------------------------------------------------
 
 
-BUILT_IN: dict[str, tuple[tuple[str, ...], Reader]] = {
-    "Sequence": ((), _composite("sequence", memory=True)),
-    "ReactiveSequence": ((), _composite("sequence", memory=False)),
-    "Fallback": ((), _composite("fallback", memory=True)),
-    "ReactiveFallback": ((), _composite("fallback", memory=False)),
-    "Parallel": (("success_count", "failure_count"), _parallel),
-    "ParallelAll": (("max_failures",), _parallel_all),
-    "Repeat": (("num_cycles",), _repeat),
-    "RetryUntilSuccessful": (("num_attempts",), _retry),
-    "Timeout": (("msec",), _timeout),
-    "Delay": (("delay_msec",), _delay),
-    "Inverter": ((), lambda node: [node.entry("invert", node.child())]),
-    "ForceSuccess": ((), _force("success")),
-    "ForceFailure": ((), _force("failure")),
-    "AlwaysSuccess": ((), _always(holds=True)),
-    "AlwaysFailure": ((), _always(holds=False)),
-    "Precondition": (("if", "else"), _precondition),
-    "IfThenElse": ((), _if_then_else),
-    "WhileDoElse": ((), _while_do_else),
-    "ScriptCondition": (("code",), _check),
-    "Script": (("code",), _script),
-    "Sleep": (("msec",), _sleep),
+def _read_check(node: NodeElement) -> dict[str, Any]:
+    held = {"AlwaysSuccess": True, "AlwaysFailure": False}
+    check = held[node.tag] if node.tag in held else node.code("code")
+    node.exactly(0)
+    return {"check": check}
+
+
+def _write_check(node: NodeData) -> Tag:
+    question = node.data["check"]
+    if isinstance(question, bool):
+        return Tag("AlwaysSuccess" if question else "AlwaysFailure")
+    code = node.code("check")
+    return node.leaf("check") if code is None else Tag("ScriptCondition", {"code": code})
+
+
+def _read_set(node: NodeElement) -> dict[str, Any]:
+    code = node.take("code")
+    node.exactly(0)
+    if code is None:
+        return {"set": {}}
+    try:
+        found = assignments(code.value)
+    except ScriptError as error:
+        node.report(code.within(error.column - 1), error.message, error.hint)
+        found = []
+    else:
+        if not found:
+            node.report(code.value_at, "expected 'name := value', got nothing")
+    values = [
+        (name, code.within(column - 1), located(value, code.value_at))
+        for name, column, value in found
+    ]
+    return {"set": mapping(code.value_at, values)}
+
+
+def _write_set(node: NodeData) -> Tag:
+    code = written_assignments(node.data["set"])
+    return node.leaf("set") if code is None else Tag("Script", {"code": code})
+
+
+def _read_wait(node: NodeElement) -> dict[str, Any]:
+    seconds = node.seconds("msec")
+    node.exactly(0)
+    return {"wait": seconds}
+
+
+def _write_wait(node: NodeData) -> Tag:
+    milliseconds = node.milliseconds("wait")
+    return node.leaf("wait") if milliseconds is None else Tag("Sleep", {"msec": milliseconds})
+
+
+def _read_delay(node: NodeElement) -> dict[str, Any]:
+    return {"sequence": [{"wait": node.seconds("delay_msec")}, node.child()]}
+
+
+KINDS = {
+    "sequence": _composite("sequence", "Sequence"),
+    "fallback": _composite("fallback", "Fallback"),
+    "parallel": BuiltIn(
+        {tag: tuple(names) for tag, names in _COUNTS.items()}, _read_parallel, _write_parallel
+    ),
+    "repeat": _repeated("repeat", "count", "Repeat", "num_cycles"),
+    "retry": _repeated("retry", "attempts", "RetryUntilSuccessful", "num_attempts"),
+    "timeout": BuiltIn({"Timeout": ("msec",)}, _read_timeout, _write_timeout),
+    "invert": BuiltIn(
+        {"Inverter": ()},
+        lambda node: {"invert": node.child()},
+        lambda node: Tag("Inverter", {}, (node.child("invert"),)),
+    ),
+    "force": BuiltIn({"ForceSuccess": (), "ForceFailure": ()}, _read_force, _write_force),
+    "guard": BuiltIn({"WhileDoElse": ()}, _read_guard, _write_guard),
+    "when": BuiltIn({"Precondition": ("if", "else"), "IfThenElse": ()}, _read_when, _write_when),
+    "check": BuiltIn(
+        {"ScriptCondition": ("code",), "AlwaysSuccess": (), "AlwaysFailure": ()},
+        _read_check,
+        _write_check,
+    ),
+    "set": BuiltIn({"Script": ("code",)}, _read_set, _write_set),
+    "wait": BuiltIn({"Sleep": ("msec",)}, _read_wait, _write_wait),
+}
+"""The kinds of nodes that BehaviorTree.CPP has as well."""
+
+BUILT_IN = {
+    "Delay": (("delay_msec",), _read_delay),
+    **{tag: (names, kind.read) for kind in KINDS.values() for tag, names in kind.tags.items()},
 }
 """The nodes of BehaviorTree.CPP that have a counterpart: their attributes, and what reads them."""

@@ -4,16 +4,24 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from bt_mission.btcpp import parts
-from bt_mission.btcpp.attributes import number
-from bt_mission.btcpp.elements import Attribute, Element, XmlSource, parse
-from bt_mission.btcpp.leaf_reading import refuse_attribute
-from bt_mission.btcpp.node_reading import XmlNodeReader
-from bt_mission.btcpp.parts import Entry, LocatedValue
+from bt_mission.btcpp.attributes import (
+    Entry,
+    LocatedValue,
+    entry,
+    located,
+    mapping,
+    number,
+    plain_text,
+    refuse_attribute,
+)
+from bt_mission.btcpp.elements import Element, XmlSource, parse
+from bt_mission.btcpp.nodes import XmlNodeReader
 from bt_mission.btcpp.ports import TreePorts, read_models
+from bt_mission.btcpp.yaml_text import yaml_text
 from bt_mission.core.diagnostics import InputError, did_you_mean, in_order, listed, quoted
 from bt_mission.core.yaml.composer import MAX_DEPTH, MAX_VALUES, Place
 from bt_mission.core.yaml.document import Document, read_source
+from bt_mission.language.loader import draft
 
 FORMAT = "4"
 METADATA = ("mission", "world", "robot", "seed", "map")
@@ -40,6 +48,18 @@ def document_of(text: str, file: str = "<text>") -> Document:
     return Document(file, part.data, part.place, source.lines)
 
 
+def mission_yaml(path: str | Path) -> str:
+    """Return an XML file as a YAML file. Raises InputError with everything that is wrong with it.
+
+    What is read is a mission without faults; whether its goals fit the types of ROS is for `check`.
+    """
+    document = read_xml(path)
+    found = draft(document)
+    if found.faults:
+        raise InputError(found.faults)
+    return yaml_text(document.data)
+
+
 class _FileReader:
     def __init__(self, source: XmlSource) -> None:
         self._source = source
@@ -51,9 +71,8 @@ class _FileReader:
     def mission(self) -> LocatedValue | None:
         """Return the whole mission."""
         root = self._source.root
-        at = (root.line, root.column)
         if root.tag != "root":
-            self.report(at, f'expected <root BTCPP_format="4">, got <{root.tag}>')
+            self.report(root.at, f'expected <root BTCPP_format="4">, got <{root.tag}>')
             return None
         self._look_at(root)
         for child in root.children:
@@ -64,147 +83,112 @@ class _FileReader:
         main = self._main(root)
         if main is None:
             return None
-        ports = self._ports[main]
-        head = self._head(main, ports)
+        head = self._head(main, self._ports[main])
         trees = [
-            (name, (element.line, element.column), self._definition(element, self._ports[name]))
+            (name, element.at, self._definition(element, self._ports[name]))
             for name, element in self._trees.items()
             if name != main
         ]
         if trees:
-            head.append(("trees", at, parts.mapping(at, trees)))
+            head.append(("trees", root.at, mapping(root.at, trees)))
         element = self._trees[main]
-        head.append(("tree", (element.line, element.column), self._body(element)))
-        return parts.mapping(at, head)
+        head.append(("tree", element.at, self._body(element)))
+        return mapping(root.at, head)
 
     def _look_at(self, root: Element) -> None:
-        at = (root.line, root.column)
         for attribute in root.attributes.values():
             if attribute.name not in _AT_ROOT:
                 refuse_attribute(attribute, "root", _AT_ROOT, self.report)
         found = root.attributes.get("BTCPP_format")
         if found is None:
             message = f"the attribute 'BTCPP_format' is missing; format {FORMAT} is read"
-            self.report(at, message, f'write <root BTCPP_format="{FORMAT}">')
+            self.report(root.at, message, f'write <root BTCPP_format="{FORMAT}">')
         elif found.value != FORMAT:
             message = f"expected format {FORMAT}, got {quoted(found.value)}"
-            self.report((found.value_line, found.value_column), message)
+            self.report(found.value_at, message)
         if root.text:
             self.report(root.text_at, f"a loose text: {quoted(root.text)}")
 
     def _take(self, child: Element) -> None:
-        at = (child.line, child.column)
         if child.tag == "TreeNodesModel":
             self._ports |= read_models(child, self.report)
         elif child.tag.lower() in _INCLUDES:
             message = "other files are not taken in"
-            self.report(at, message, "put their <BehaviorTree> elements into this file")
+            self.report(child.at, message, "put their <BehaviorTree> elements into this file")
         elif child.tag != "BehaviorTree":
-            self.report(at, f"expected BehaviorTree or TreeNodesModel, got <{child.tag}>")
+            self.report(child.at, f"expected BehaviorTree or TreeNodesModel, got <{child.tag}>")
         elif "ID" not in child.attributes:
-            self.report(at, "the attribute 'ID' is missing")
+            self.report(child.at, "the attribute 'ID' is missing")
         else:
             name = child.attributes["ID"]
             if name.value in self._trees:
                 message = f"there is a tree {quoted(name.value)} already"
-                self.report((name.value_line, name.value_column), message)
+                self.report(name.value_at, message)
             self._trees[name.value] = child
 
     def _main(self, root: Element) -> str | None:
         """Return the ID of the main tree."""
-        at = (root.line, root.column)
         named = root.attributes.get("main_tree_to_execute")
         if not self._trees:
-            self.report(at, "no <BehaviorTree> with an ID is in this file")
+            self.report(root.at, "no <BehaviorTree> with an ID is in this file")
             return None
         if named is None:
             if len(self._trees) > 1:
                 message = f"which of the trees is the mission? ({listed(self._trees)})"
-                self.report(at, message, "write 'main_tree_to_execute' in <root>")
+                self.report(root.at, message, "write 'main_tree_to_execute' in <root>")
                 return None
             return next(iter(self._trees))
         if named.value not in self._trees:
             message = f"no tree is called {quoted(named.value)} (trees: {listed(self._trees)})"
-            where = (named.value_line, named.value_column)
-            self.report(where, message, did_you_mean(named.value, self._trees))
+            self.report(named.value_at, message, did_you_mean(named.value, self._trees))
             return None
         return named.value
 
     def _head(self, main: str, ports: TreePorts) -> list[Entry]:
         """Return the head of the mission."""
         element = self._trees[main]
-        id_ = element.attributes["ID"]
-        said = ports.metadata
-        name = said.get("mission", id_)
-        head: list[Entry] = [("mission", (name.line, name.column), parts.text(name.value, name))]
-        head += self._description(element)
-        for attribute in said.values():
+        name = ports.metadata.get("mission", element.attributes["ID"])
+        head: list[Entry] = [("mission", name.at, plain_text(name)), *self._description(element)]
+        for attribute in ports.metadata.values():
             if attribute.name not in METADATA:
                 refuse_attribute(attribute, "Metadata", METADATA, self.report)
+            elif attribute.name == "seed":
+                value = number(attribute.value)
+                seed = located(attribute.value if value is None else value, attribute.value_at)
+                head.append(("seed", attribute.at, seed))
             elif attribute.name != "mission":
-                where = (attribute.line, attribute.column)
-                head.append((attribute.name, where, self._said(attribute)))
-        inputs: list[Entry] = []
-        for port_name, port in ports.inputs.items():
-            if port.default is None:
-                message = f"the input {quoted(port_name)} of the mission needs a default"
-                self.report(port.at, message)
-            else:
-                inputs.append((port_name, port.at, port.default))
-        for port_name, port in ports.outputs.items():
-            self.report(port.at, f"a mission gives no outputs, such as {quoted(port_name)}")
-        if inputs:
-            head.append(("inputs", inputs[0][1], parts.mapping(inputs[0][1], inputs)))
-        return head
-
-    def _said(self, attribute: Attribute) -> LocatedValue:
-        if attribute.name == "seed":
-            value = number(attribute.value)
-            where = (attribute.value_line, attribute.value_column)
-            return parts.scalar(attribute.value if value is None else value, where)
-        return parts.text(attribute.value, attribute)
+                head.append(entry(attribute))
+        needs, inputs, outputs = ports.entries()
+        for key, at, _ in needs:
+            self.report(at, f"the input {quoted(key)} of the mission needs a default")
+        for key, at, _ in outputs:
+            self.report(at, f"a mission gives no outputs, such as {quoted(key)}")
+        return [*head, *_section("inputs", inputs)]
 
     def _definition(self, element: Element, ports: TreePorts) -> LocatedValue:
         """Return a tree with a name."""
-        at = (element.line, element.column)
         entries = self._description(element)
         for attribute in ports.metadata.values():
-            message = "only the main tree has metadata that counts"
-            self.report((attribute.line, attribute.column), message)
-        needs: list[Entry] = []
-        inputs: list[Entry] = []
-        for name, port in ports.inputs.items():
-            if port.default is None:
-                needs.append((name, port.at, parts.scalar(port.type, port.at)))
-            else:
-                inputs.append((name, port.at, port.default))
-        outputs = [
-            (name, port.at, parts.scalar(port.type, port.at))
-            for name, port in ports.outputs.items()
-        ]
-        for key, found in (("needs", needs), ("inputs", inputs), ("outputs", outputs)):
-            if found:
-                entries.append((key, found[0][1], parts.mapping(found[0][1], found)))
-        return parts.mapping(at, [*entries, ("do", at, self._body(element))])
+            self.report(attribute.at, "only the main tree has metadata that counts")
+        for key, found in zip(("needs", "inputs", "outputs"), ports.entries(), strict=True):
+            entries += _section(key, found)
+        return mapping(element.at, [*entries, ("do", element.at, self._body(element))])
 
     def _description(self, element: Element) -> list[Entry]:
         for attribute in element.attributes.values():
             if attribute.name not in ("ID", "_description", "_fullpath"):
                 refuse_attribute(attribute, "BehaviorTree", ("ID", "_description"), self.report)
         found = element.attributes.get("_description")
-        if found is None:
-            return []
-        return [("description", (found.line, found.column), parts.text(found.value, found))]
+        return [] if found is None else [("description", found.at, plain_text(found))]
 
     def _body(self, element: Element) -> LocatedValue:
-        at = (element.line, element.column)
         if element.text:
             self.report(element.text_at, f"a loose text: {quoted(element.text)}")
         if len(element.children) != 1:
             message = f"expected 1 node in <BehaviorTree>, got {len(element.children)}"
-            self.report(at, message)
+            self.report(element.at, message)
         nodes = [self.nodes.node(child) for child in element.children]
-        return nodes[0] if nodes else parts.mapping(at, ())
+        return nodes[0] if nodes else located({}, element.at)
 
     def refuse_size(self, place: Place) -> None:
         """Refuse what no YAML file could hold."""
@@ -221,3 +205,8 @@ class _FileReader:
             waiting += [(one, depth + 1) for one in inner]
         if count > MAX_VALUES:
             self.report((1, 1), f"more than {MAX_VALUES:,} values; a file holds at most so many")
+
+
+def _section(key: str, entries: list[Entry]) -> list[Entry]:
+    """Return entries as a mapping under a key, where there are any."""
+    return [(key, entries[0][1], mapping(entries[0][1], entries))] if entries else []

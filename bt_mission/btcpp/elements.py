@@ -1,26 +1,38 @@
-"""XML as elements with places: what stands where, with a document type refused.
+"""XML as elements: read with places, a document type refused, and written for people to read.
 
-The parser is expat; no entity but the five of XML itself is ever expanded.
+The parser is expat; no entity but the five of XML itself is ever expanded. The standard library's
+writers put all attributes of an element on one line, however long; this one breaks such lines.
 """
 
 from __future__ import annotations
 
 import re
 from bisect import bisect_right
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NoReturn
 from xml.parsers import expat
 
 from bt_mission.core.diagnostics import Diagnostic, InputError, quoted
-from bt_mission.core.yaml.document import MAX_BYTES
+from bt_mission.core.yaml.document import refuse_large
+
+At = tuple[int, int]
+"""Line and column, from 1."""
 
 MAX_DEPTH = 100
 """Elements within each other."""
+
+WIDTH = 100
+"""Characters of a line that is written."""
 
 _BREAK = re.compile("\r\n|\n|\r")
 _ATTRIBUTE = re.compile(r"""\s+([^\s=/>]+)\s*=\s*("[^"]*"|'[^']*')""")
 _CHARACTER = re.compile(r"&[^;]*;|.", re.DOTALL)
 _UTF_8 = frozenset(("utf-8", "utf8", "us-ascii", "ascii"))
+_ESCAPES = str.maketrans(
+    {"&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;"}
+    | {"\n": "&#10;", "\t": "&#9;", "\r": "&#13;"}
+)
 _MESSAGES = {
     "no element found": "the text ends before the first element",
     "junk after document element": "more behind the end of the root element",
@@ -37,33 +49,30 @@ class Attribute:
 
     name: str
     value: str
-    line: int
-    column: int
-    value_line: int
-    value_column: int
+    at: At
+    value_at: At
     raw: str = ""
 
-    def at(self, offset: int) -> tuple[int, int]:
+    def within(self, offset: int) -> At:
         """Return where a character of the value stands (from 0), as it is written in the file."""
         written = 0
         for count, found in enumerate(_CHARACTER.finditer(self.raw)):
             if count == offset or found.group() in "\r\n":
                 break
             written = found.end()
-        return self.value_line, self.value_column + 1 + written
+        return self.value_at[0], self.value_at[1] + 1 + written
 
 
 @dataclass(slots=True)
 class Element:
-    """An element, with line and column (from 1) of its name."""
+    """An element, with the place of its name."""
 
     tag: str
-    line: int
-    column: int
+    at: At
     attributes: dict[str, Attribute] = field(default_factory=dict)
     children: list[Element] = field(default_factory=list)
     text: str = ""
-    text_at: tuple[int, int] = (0, 0)
+    text_at: At = (0, 0)
 
 
 @dataclass(frozen=True)
@@ -74,13 +83,9 @@ class XmlSource:
     root: Element
     lines: tuple[str, ...]
 
-    def fault(self, at: tuple[int, int], message: str, hint: str | None = None) -> Diagnostic:
-        """Return a fault at a line and column."""
-        return fault_in(self.file, self.lines, at, message, hint)
-
 
 def fault_in(
-    file: str, lines: tuple[str, ...], at: tuple[int, int], message: str, hint: str | None = None
+    file: str, lines: tuple[str, ...], at: At, message: str, hint: str | None = None
 ) -> Diagnostic:
     """Return a fault at a line and column of a file with these lines."""
     source = lines[at[0] - 1] if 0 < at[0] <= len(lines) else ""
@@ -89,10 +94,7 @@ def fault_in(
 
 def parse(text: str, file: str) -> XmlSource:
     """Return the elements of an XML text. Raises InputError with the first fault."""
-    size = len(text.encode("utf-8", "replace"))
-    if size > MAX_BYTES:
-        message = f"the file is too large: {size:,} bytes, at most {MAX_BYTES:,} are read"
-        raise InputError([Diagnostic(message, file)])
+    refuse_large(text, file)
     return _XmlParser(text, file).parse()
 
 
@@ -124,12 +126,12 @@ class _XmlParser:
         assert self._root is not None, "the parser refuses a text without an element"
         return XmlSource(self._file, self._root, self._lines)
 
-    def _explain(self, problem: str, error: Any) -> tuple[str, tuple[int, int], str | None]:
+    def _explain(self, problem: str, error: Any) -> tuple[str, At, str | None]:
         offset = self._offset(min(max(self._parser.ErrorByteIndex, 0), len(self._bytes)))
         at = self._place(offset)
         if problem in ("mismatched tag", "no element found") and self._stack:
             top = self._stack[-1]
-            message = f"<{top.tag}> of line {top.line} is not closed here"
+            message = f"<{top.tag}> of line {top.at[0]} is not closed here"
             return message, at, f"expected '</{top.tag}>'"
         if problem == "not well-formed (invalid token)":
             hint = "within texts write '&amp;' for '&' and '&lt;' for '<'"
@@ -138,21 +140,16 @@ class _XmlParser:
 
     def _start(self, tag: str, flat: list[str]) -> None:
         offset = self._offset(self._parser.CurrentByteIndex)
-        element = Element(tag, *self._place(offset + 1))
+        element = Element(tag, self._place(offset + 1))
         if len(self._stack) >= MAX_DEPTH:
             message = f"nested too deeply; at most {MAX_DEPTH} levels are read"
-            self._fail(message, (element.line, element.column))
+            self._fail(message, element.at)
         values = dict(zip(flat[::2], flat[1::2], strict=True))
         at = offset + 1 + len(tag)
         while found := _ATTRIBUTE.match(self._text, at):
             name = found[1]
-            element.attributes[name] = Attribute(
-                name,
-                values[name],
-                *self._place(found.start(1)),
-                *self._place(found.start(2)),
-                raw=found[2][1:-1],
-            )
+            places = self._place(found.start(1)), self._place(found.start(2))
+            element.attributes[name] = Attribute(name, values[name], *places, raw=found[2][1:-1])
             at = found.end()
         if self._stack:
             self._stack[-1].children.append(element)
@@ -167,7 +164,7 @@ class _XmlParser:
         top = self._stack[-1]
         if text.strip() and not top.text:
             # Of text in one buffer only its end is known; the line of the element will do.
-            top.text_at = (top.line, top.column)
+            top.text_at = top.at
         top.text += text.strip()
 
     def _doctype(self, name: str, *_: Any) -> None:
@@ -189,9 +186,39 @@ class _XmlParser:
         self._last = (byte, offset)
         return offset
 
-    def _place(self, offset: int) -> tuple[int, int]:
+    def _place(self, offset: int) -> At:
         line = bisect_right(self._starts, offset)
         return line, offset - self._starts[line - 1] + 1
 
-    def _fail(self, message: str, at: tuple[int, int], hint: str | None = None) -> NoReturn:
+    def _fail(self, message: str, at: At, hint: str | None = None) -> NoReturn:
         raise InputError([fault_in(self._file, self._lines, at, message, hint)]) from None
+
+
+@dataclass(frozen=True)
+class Tag:
+    """An element to be written."""
+
+    name: str
+    attributes: Mapping[str, str] = field(default_factory=dict)
+    children: tuple[Tag, ...] = ()
+
+
+def xml_text(root: Tag) -> str:
+    """Return an XML file with this root."""
+    return "\n".join(['<?xml version="1.0" encoding="UTF-8"?>', *_tag_lines(root, "")]) + "\n"
+
+
+def _tag_lines(tag: Tag, pad: str) -> Iterator[str]:
+    end = ">" if tag.children else "/>"
+    said = [f'{name}="{value.translate(_ESCAPES)}"' for name, value in tag.attributes.items()]
+    line = " ".join([f"{pad}<{tag.name}", *said]) + end
+    if len(line) <= WIDTH or len(said) < 2:
+        yield line
+    else:
+        yield f"{pad}<{tag.name}"
+        yield from (f"{pad}    {one}" for one in said[:-1])
+        yield f"{pad}    {said[-1]}{end}"
+    for child in tag.children:
+        yield from _tag_lines(child, f"{pad}  ")
+    if tag.children:
+        yield f"{pad}</{tag.name}>"

@@ -6,13 +6,27 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from bt_mission.btcpp import parts
-from bt_mission.btcpp.attributes import FaultReport, number, read_list, read_reference
-from bt_mission.btcpp.elements import Attribute, Element
-from bt_mission.btcpp.leaf_reading import refuse_attribute, variable
-from bt_mission.btcpp.parts import At, Entry, LocatedValue
+from bt_mission.btcpp.attributes import (
+    VARIABLE,
+    VARIABLE_NAME,
+    Entry,
+    FaultReport,
+    LocatedValue,
+    located,
+    mapping,
+    number,
+    plain_text,
+    read_list,
+    read_reference,
+    refuse_attribute,
+)
+from bt_mission.btcpp.elements import At, Attribute, Element, Tag
+from bt_mission.btcpp.leaves import Path, Refuse
 from bt_mission.btcpp.yaml_text import flow
 from bt_mission.core.diagnostics import did_you_mean, listed, quoted
+from bt_mission.language.node_reader import Signature
+
+SUBTREE = "SubTree"
 
 LABELS = {
     "number": "double",
@@ -50,6 +64,20 @@ class TreePorts:
     outputs: dict[str, Port] = field(default_factory=dict)
     metadata: dict[str, Attribute] = field(default_factory=dict)
 
+    def entries(self) -> tuple[list[Entry], list[Entry], list[Entry]]:
+        """Return the types of what has to be given, the defaults, and the types of outputs."""
+        needs: list[Entry] = []
+        inputs: list[Entry] = []
+        for name, port in self.inputs.items():
+            if port.default is None:
+                needs.append((name, port.at, located(port.type, port.at)))
+            else:
+                inputs.append((name, port.at, port.default))
+        outputs = [
+            (name, port.at, located(port.type, port.at)) for name, port in self.outputs.items()
+        ]
+        return needs, inputs, outputs
+
 
 def read_models(models: Element, report: FaultReport) -> dict[str, TreePorts]:
     """Return what is declared of trees, by their ID; models of other nodes say nothing new."""
@@ -65,37 +93,36 @@ def read_models(models: Element, report: FaultReport) -> dict[str, TreePorts]:
 
 
 def _declare(ports: TreePorts, element: Element, report: FaultReport) -> None:
-    at = (element.line, element.column)
     if element.tag == "MetadataFields":
         for child in element.children:
             ports.metadata |= child.attributes
         return
     if element.tag not in _PORTS:
         message = f"expected {listed(_PORTS)} or MetadataFields, got <{element.tag}>"
-        report(at, message, "a variable is either given to a tree or taken from it")
+        report(element.at, message, "a variable is either given to a tree or taken from it")
         return
     for attribute in element.attributes.values():
         if attribute.name not in _AT_PORTS:
             refuse_attribute(attribute, element.tag, _AT_PORTS, report)
     name, label = element.attributes.get("name"), element.attributes.get("type")
     if name is None:
-        report(at, "the attribute 'name' is missing")
+        report(element.at, "the attribute 'name' is missing")
         return
     word = None if label is None else _word(label.value)
     if word is None:
         shown = "nothing" if label is None else quoted(label.value)
         message = f"expected a type ({listed(LABELS.values())}) of the port {quoted(name.value)}"
-        report(at, f"{message}, got {shown}")
+        report(element.at, f"{message}, got {shown}")
         word = "list"
     default = element.attributes.get("default")
     is_input = element.tag == "input_port"
     if default is not None and not is_input:
-        report((default.line, default.column), "an output has no default")
+        report(default.at, "an output has no default")
     value = None if default is None else port_value(default, word, report)
     kept = ports.inputs if is_input else ports.outputs
     if name.value in ports.inputs or name.value in ports.outputs:
-        report(at, f"the port {quoted(name.value)} is declared twice")
-    kept[name.value] = Port((name.value_line, name.value_column), word, value)
+        report(element.at, f"the port {quoted(name.value)} is declared twice")
+    kept[name.value] = Port(name.value_at, word, value)
 
 
 def _word(label: str) -> str | None:
@@ -106,11 +133,11 @@ def _word(label: str) -> str | None:
 
 def port_value(attribute: Attribute, word: str, report: FaultReport) -> LocatedValue:
     """Return the constant that an attribute gives for a port of a type, in our words."""
-    at, text = (attribute.value_line, attribute.value_column), attribute.value
+    text = attribute.value
     found: Any = None
     match word:
         case "text":
-            return parts.text(text, attribute)
+            return plain_text(attribute)
         case "list" if text.startswith("["):
             return read_list(attribute, report)
         case "bool":
@@ -122,9 +149,10 @@ def port_value(attribute: Attribute, word: str, report: FaultReport) -> LocatedV
             elif word == "number" and found is not None:
                 found = float(found)
     if found is None:
-        report(at, f"expected a value of the type {LABELS[word]}, got {quoted(text)}")
+        message = f"expected a value of the type {LABELS[word]}, got {quoted(text)}"
+        report(attribute.value_at, message)
         found = 0
-    return parts.scalar(found, at)
+    return located(found, attribute.value_at)
 
 
 def written_port_value(value: Any, word: str) -> str | None:
@@ -138,66 +166,78 @@ def written_port_value(value: Any, word: str) -> str | None:
     return flow(value)
 
 
-def text_constant(text: str) -> str | None:
+def _text_constant(text: str) -> str | None:
     """Return the expression for a text, or None where none can be written."""
     return next((f"{mark}{text}{mark}" for mark in "'\"" if mark not in text), None)
 
 
 def read_use(element: Element, trees: Mapping[str, TreePorts], report: FaultReport) -> LocatedValue:
     """Return a SubTree as the use of a named tree."""
-    at = (element.line, element.column)
+    at = element.at
     for child in element.children:
-        report((child.line, child.column), "a SubTree has nothing in it; ID names a tree")
+        report(child.at, "a SubTree has nothing in it; ID names a tree")
     attributes = dict(element.attributes)
     name = attributes.pop("ID", None)
     if name is None:
         report(at, "the attribute 'ID' is missing")
-        return parts.mapping(at, ())
+        return located({}, at)
     ports = trees.get(name.value)
     if ports is None:
         message = f"no tree is called {quoted(name.value)} (trees: {listed(trees)})"
-        where = (name.value_line, name.value_column)
-        report(where, message, did_you_mean(name.value, trees))
-        return parts.mapping(at, ())
-    use = _Use()
+        report(name.value_at, message, did_you_mean(name.value, trees))
+        return located({}, at)
+    use: dict[str, list[Entry]] = {"name": [], "inputs": [], "outputs": []}
     for attribute in attributes.values():
-        use.take(attribute, name.value, ports, report)
-    tree = parts.text(name.value, name)
-    if use.inputs:
-        settings: list[Entry] = [("name", (name.line, name.column), tree)]
-        inputs = parts.mapping(at, use.inputs)
-        tree = parts.mapping(at, [*settings, ("inputs", use.inputs[0][1], inputs)])
-    entries: list[Entry] = [("tree", at, tree), *use.names]
-    if use.outputs:
-        entries.append(("outputs", use.outputs[0][1], parts.mapping(at, use.outputs)))
-    return parts.mapping(at, entries)
+        found = _port_use(attribute, name.value, ports, report)
+        if found is not None:
+            use[found[0]].append((attribute.name, attribute.at, found[1]))
+    tree, inputs, outputs = plain_text(name), use["inputs"], use["outputs"]
+    if inputs:
+        given = ("inputs", inputs[0][1], mapping(at, inputs))
+        tree = mapping(at, [("name", name.at, tree), given])
+    entries = [("tree", at, tree), *use["name"]]
+    if outputs:
+        entries.append(("outputs", outputs[0][1], mapping(at, outputs)))
+    return mapping(at, entries)
 
 
-@dataclass
-class _Use:
-    """What the attributes of a SubTree say."""
+def _port_use(
+    attribute: Attribute, tree: str, ports: TreePorts, report: FaultReport
+) -> tuple[str, LocatedValue] | None:
+    """Return what an attribute of a SubTree gives, and the key under which that stands."""
+    name = attribute.name
+    if name == "name":
+        return "name", plain_text(attribute)
+    if name in ports.inputs:
+        return "inputs", _given(attribute, ports.inputs[name].type, report)
+    if name in ports.outputs:
+        return "outputs", VARIABLE.read(attribute, report)
+    if name.startswith("_"):
+        refuse_attribute(attribute, SUBTREE, (), report)
+        return None
+    known = [*ports.inputs, *ports.outputs]
+    message = f"no port {quoted(name)} of {tree} (ports: {listed(known)})"
+    hint = did_you_mean(name, known)
+    report(attribute.at, message, hint or "declare it under TreeNodesModel, with its type")
+    return None
 
-    names: list[Entry] = field(default_factory=list)
-    inputs: list[Entry] = field(default_factory=list)
-    outputs: list[Entry] = field(default_factory=list)
 
-    def take(self, attribute: Attribute, tree: str, ports: TreePorts, report: FaultReport) -> None:
-        """Take one attribute."""
-        name, where = attribute.name, (attribute.line, attribute.column)
-        if name == "name":
-            self.names.append((name, where, parts.text(attribute.value, attribute)))
-        elif name in ports.inputs:
-            given = _given(attribute, ports.inputs[name].type, report)
-            self.inputs.append((name, where, given))
-        elif name in ports.outputs:
-            self.outputs.append((name, where, variable(attribute, report)))
-        elif name.startswith("_"):
-            refuse_attribute(attribute, "SubTree", (), report)
-        else:
-            known = [*ports.inputs, *ports.outputs]
-            message = f"no port {quoted(name)} of {tree} (ports: {listed(known)})"
-            hint = did_you_mean(name, known)
-            report(where, message, hint or "declare it under TreeNodesModel, with its type")
+def write_use(
+    data: dict[str, Any], path: Path, trees: Mapping[str, Signature], refuse: Refuse
+) -> Tag:
+    """Return the use of a named tree as a SubTree."""
+    use = data["tree"] if isinstance(data["tree"], dict) else {"name": data["tree"]}
+    attributes = {"ID": use["name"]}
+    types = trees[use["name"]].types
+    for name, value in use.get("inputs", {}).items():
+        said = _written_given(value, types[name] or "list")
+        if said is None:
+            hint = "'set' a variable to it first, and give that"
+            refuse((*path, "tree", "inputs", name), f"what '{name}' is given", hint)
+        attributes[name] = said or ""
+    for name, variable in data.get("outputs", {}).items():
+        attributes[name] = VARIABLE.write(variable)
+    return Tag(SUBTREE, attributes)
 
 
 def _given(attribute: Attribute, word: str, report: FaultReport) -> LocatedValue:
@@ -207,8 +247,19 @@ def _given(attribute: Attribute, word: str, report: FaultReport) -> LocatedValue
         return reference
     if word != "text":
         return port_value(attribute, word, report)
-    at = (attribute.value_line, attribute.value_column)
-    constant = text_constant(attribute.value)
+    constant = _text_constant(attribute.value)
     if constant is None:
-        report(at, "a text with both kinds of quotes cannot be given to a tree")
-    return parts.scalar(constant or "''", at)
+        report(attribute.value_at, "a text with both kinds of quotes cannot be given to a tree")
+    return located(constant or "''", attribute.value_at)
+
+
+def _written_given(value: Any, word: str) -> str | None:
+    """Return the value of an attribute that `_given` takes for this, or None."""
+    if not isinstance(value, str):
+        return written_port_value(value, word)
+    variable = VARIABLE_NAME.fullmatch(value)
+    if variable and value not in ("true", "false", "pi"):
+        return VARIABLE.write(variable[1])
+    inner = value[1:-1]
+    is_plain = inner and not (inner[0] == "{" and inner[-1] == "}")
+    return inner if word == "text" and is_plain and _text_constant(inner) == value else None

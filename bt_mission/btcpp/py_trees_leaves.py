@@ -1,7 +1,7 @@
 """Our leaves with ports, for py_trees' own XML loader (``py_trees.parsers``).
 
 The loader makes them from the elements and attributes of `docs/how-to/groot.md`, wires `{name}`
-to py_trees' blackboard, and hands over anything else as a text, which means here what it means in
+to py_trees' blackboard, and hands over anything else as a string, which means here what it means in
 a mission. Each leaf is the leaf that a mission would have.
 """
 
@@ -27,14 +27,13 @@ from typing_extensions import override
 from bt_mission.behaviours.builder import build_tree
 from bt_mission.behaviours.runtime import MissionFailure, Runtime, Scope
 from bt_mission.btcpp.elements import Attribute, Element
-from bt_mission.btcpp.leaf_reading import read_leaf
-from bt_mission.btcpp.leaves import LEAVES, LeafElement
-from bt_mission.btcpp.models import ShapesOf, action_shapes
+from bt_mission.btcpp.leaves import LEAVES, LeafElement, read_leaf
+from bt_mission.btcpp.palette import ShapesOf, action_shapes
 from bt_mission.core.diagnostics import Diagnostic, InputError
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.yaml.composer import Place
 from bt_mission.core.yaml.document import Document
-from bt_mission.language.checks.types import type_faults
+from bt_mission.language.checks.mission import type_faults
 from bt_mission.language.loader import draft
 from bt_mission.language.message_types import Scalar, Shape
 
@@ -148,7 +147,7 @@ class PortLeaf(PortsMixin, Behaviour):
         def report(at: tuple[int, int], message: str, hint: str | None = None) -> None:
             faults.append(Diagnostic(message, self.name, *at, hint=hint))
 
-        element = Element(self.leaf.kind, 0, 0, dict(self._attributes()))
+        element = Element(self.leaf.kind, (0, 0), dict(self._attributes()))
         part = read_leaf(self.leaf, element, report)
         if faults:
             raise InputError(faults)
@@ -169,7 +168,7 @@ class PortLeaf(PortsMixin, Behaviour):
     def _attributes(self) -> Iterator[tuple[str, Attribute]]:
         for port, text in {**self._given, **self._constants}.items():
             value = f"{{{VARIABLE}{port}}}" if text is None else text
-            yield port, Attribute(port, value, 0, 0, 0, 0)
+            yield port, Attribute(port, value, (0, 0), (0, 0))
 
 
 def port_leaves(shapes: ShapesOf | None = None, seed: int = 0) -> dict[str, type[PortLeaf]]:

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from contextlib import closing
 from typing import TYPE_CHECKING, Any
 
+from bt_mission.cli.argument_types import seconds
 from bt_mission.cli.exits import (
     ABORTED,
     CANCELED,
@@ -18,21 +19,23 @@ from bt_mission.cli.exits import (
     REJECTED,
     SUCCESS,
 )
-from bt_mission.cli.hand_options import (
+from bt_mission.cli.graph_command import (
     add_graph_options,
     add_json_option,
+    add_list,
+    add_name,
+    add_type,
     joined,
-    print_found,
-    seconds,
+    named,
     subcommands,
 )
+from bt_mission.cli.options import add_plain_option
 from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
-    from bt_mission.graph_tools.goal_request import GoalOutcome
+    from bt_mission.graph_tools.goal_events import GoalOutcome
+    from bt_mission.graph_tools.goal_sender import GoalSender
     from bt_mission.graph_tools.graph_session import GraphSession
-    from bt_mission.graph_tools.interface_description import InterfaceDescription
-    from bt_mission.graph_tools.sending import Sender
 
 EPILOG = """\
 examples:
@@ -52,27 +55,18 @@ GOAL = "fields of the goal in YAML, such as 'angle: 90'; - reads standard input 
 def add_parser(commands: Any) -> None:
     """Add the command to the command line."""
     kinds = subcommands(commands, "actions", "list, send, cancel and watch goals by hand", EPILOG)
-    _add_list(kinds)
+    add_list(kinds, "action", "the actions of the graph, and who serves them")
     _add_info(kinds)
     _add_send(kinds)
     _add_cancel(kinds)
     _add_watch(kinds)
 
 
-def _add_list(kinds: Any) -> None:
-    parser = kinds.add_parser("list", help="the actions of the graph, and who serves them")
-    add_graph_options(parser, "actions")
-    add_json_option(parser, "one list of objects")
-    parser.set_defaults(command=list_actions)
-
-
 def _add_info(kinds: Any) -> None:
     parser = kinds.add_parser(
         "info", help="an action's nodes and the fields of its messages, with units and comments"
     )
-    parser.add_argument("action", help="name of the action, such as /turn")
-    _add_type(parser)
-    add_graph_options(parser, "the action")
+    _add_action(parser, "the action")
     add_json_option(parser, "one object")
     parser.set_defaults(command=info)
 
@@ -87,21 +81,16 @@ def _add_send(kinds: Any) -> None:
         epilog=EPILOG.partition("\n\n")[2],
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("action", help="name of the action, such as /turn")
-    parser.add_argument("goal", nargs="?", default="", help=GOAL)
-    _add_type(parser)
+    _add_action(parser, "a server", "goal", GOAL)
     parser.add_argument(
         "--form", action="store_true", help="fill the goal in field by field, on a terminal"
     )
     parser.add_argument(
         "--timeout", type=seconds, metavar="SECONDS", help="cancel the goal after this time"
     )
-    add_graph_options(parser, "a server")
-    parser.add_argument(
-        "--plain", action="store_true", help="plain lines, also when the output is a terminal"
-    )
+    add_plain_option(parser)
     add_json_option(parser, "an object a line for each thing that happens")
-    parser.set_defaults(command=send, late="goal")
+    parser.set_defaults(command=send)
 
 
 def _add_cancel(kinds: Any) -> None:
@@ -111,13 +100,8 @@ def _add_cancel(kinds: Any) -> None:
         description="Cancels every goal of an action, or one, whoever sent it, and waits for "
         "their end, for 10 s at most.",
     )
-    parser.add_argument("action", help="name of the action, such as /turn")
-    parser.add_argument(
-        "goal", nargs="?", default="", help="the goal's id, or its first digits (default: all)"
-    )
-    _add_type(parser)
-    add_graph_options(parser, "a server")
-    parser.set_defaults(command=cancel, late="goal")
+    _add_action(parser, "a server", "goal", "the goal's id, or its first digits (default: all)")
+    parser.set_defaults(command=cancel)
 
 
 def _add_watch(kinds: Any) -> None:
@@ -126,29 +110,21 @@ def _add_watch(kinds: Any) -> None:
         help="show the goals of an action and their feedback, whoever sent them",
         description="Shows what becomes of each goal of an action, and its feedback, until Ctrl-C.",
     )
-    parser.add_argument("action", help="name of the action, such as /turn")
-    _add_type(parser)
-    add_graph_options(parser, "the action")
+    _add_action(parser, "the action")
     add_json_option(parser, "an object a line")
     parser.set_defaults(command=watch)
 
 
-def _add_type(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--type", help="the action's type, instead of the one found in the graph", metavar="TYPE"
-    )
-
-
-def list_actions(options: argparse.Namespace) -> int:
-    """Print the actions of the graph."""
-    from bt_mission.graph_tools import graph_query, listing
-
-    with joined(options) as hand:
-        graph_query.query_graph(hand, options.wait)
-        found = graph_query.actions(hand.node)
-    objects = [listing.entry_object(one, "servers", "clients") for one in found]
-    print_found(options, "actions", listing.action_rows(found), objects)
-    return SUCCESS
+def _add_action(
+    parser: argparse.ArgumentParser, what: str, late: str = "", words: str = ""
+) -> None:
+    """Add the action, a word that may stand after it, its type, and where to look for `what`."""
+    add_name(parser, "action", "/turn")
+    if late:
+        parser.add_argument(late, nargs="?", default="", help=words)
+        parser.set_defaults(late=late)
+    add_type(parser, "the action's")
+    add_graph_options(parser, what)
 
 
 def info(options: argparse.Namespace) -> int:
@@ -157,64 +133,52 @@ def info(options: argparse.Namespace) -> int:
     from bt_mission.graph_tools.interface_description import describe_interface
     from bt_mission.graph_tools.values import as_json
 
-    with joined(options) as hand:
-        name, type_name = _named(hand, options)
-        graph_query.query_graph(hand, options.wait)
-        found = {one.name: one for one in graph_query.actions(hand.node)}
+    with joined(options) as session:
+        name, type_name = named(session, options)
+        graph_query.query_graph(session, options.wait)
+        found = {one.name: one for one in graph_query.entries(session.node, "action")}
         entry = found.get(name, graph_query.GraphEntry(name, (type_name,)))
     known = describe_interface(type_name)
     if options.json:
         print(as_json(listing.info_object(entry, known)))
-        return SUCCESS
-    for line in listing.info_lines(entry, known):
-        print(line)
+    else:
+        print("\n".join(listing.info_lines(entry, known)))
     return SUCCESS
 
 
 def send(options: argparse.Namespace) -> int:
     """Send a goal and see it to its end."""
+    from bt_mission.graph_tools.goal_sender import GoalSender, step_to_end
+    from bt_mission.graph_tools.goal_views import goal_view_for
     from bt_mission.graph_tools.interface_description import describe_interface
-    from bt_mission.graph_tools.sending import Sender, audience_for, see_through
-    from bt_mission.graph_tools.yaml_text import read_fields
+    from bt_mission.graph_tools.values import read_fields
 
     if options.form:
         _refuse_form(options)
     text = sys.stdin.read() if options.goal == "-" else options.goal
-    with joined(options) as hand:
-        name, type_name = _named(hand, options)
-        known = describe_interface(type_name)
-        fields = read_fields(text, known.part("goal").shape, "goal")
-        sender = Sender(hand, name, type_name)
+    with joined(options) as session:
+        name, type_name = named(session, options)
+        fields = read_fields(text, describe_interface(type_name).part("goal").shape, "goal")
+        sender = GoalSender(
+            session, name, type_name, server_s=options.wait, limit_s=options.timeout
+        )
         if options.form:
-            return _fill_in(hand, sender, known, name, fields, options)
-        request = sender.prepare(fields)
-        audience = audience_for(sys.stdout, known, request, json=options.json, plain=options.plain)
-        goal = sender.open(request, audience, server_s=options.wait, limit_s=options.timeout)
-        return _code(see_through(hand, goal).how)
+            return _fill_in(session, sender, fields)
+        message = sender.prepare(fields)
+        view = goal_view_for(
+            sys.stdout, sender.about, message, json=options.json, plain=options.plain
+        )
+        with closing(view):
+            return _code(step_to_end(session, sender.open(message, view.show)).how)
 
 
-def _fill_in(
-    hand: GraphSession,
-    sender: Sender,
-    known: InterfaceDescription,
-    name: str,
-    fields: Mapping[str, Any],
-    options: argparse.Namespace,
-) -> int:
+def _fill_in(session: GraphSession, sender: GoalSender, fields: Mapping[str, Any]) -> int:
     """Send goals from a form; gives the code of the last one."""
     from bt_mission.graph_tools.form import GoalForm
 
-    form = GoalForm(
-        hand,
-        sender,
-        known,
-        name,
-        fields,
-        server_s=options.wait,
-        encoding=sys.stdout.encoding,
-    )
+    form = GoalForm(session, sender, fields, encoding=sys.stdout.encoding)
     end = form.run()
-    for line in form.drain:
+    for line in form.last_words:
         print(line)
     return SUCCESS if end is None else _code(end.how)
 
@@ -232,46 +196,34 @@ def _refuse_form(options: argparse.Namespace) -> None:
 
 def cancel(options: argparse.Namespace) -> int:
     """Cancel goals and wait for their end."""
-    from bt_mission.graph_tools.canceling import cancel_goals
+    from bt_mission.graph_tools.action_goals import cancel_goals
 
-    with joined(options) as hand:
-        name, _ = _named(hand, options)
-        done = cancel_goals(hand, name, options.goal, print, server_s=options.wait)
+    with joined(options) as session:
+        name, _ = named(session, options)
+        done = cancel_goals(session, name, options.goal, print, server_s=options.wait)
         return SUCCESS if done.all_ended else LOST if done.all_taken else REJECTED
 
 
 def watch(options: argparse.Namespace) -> int:
     """Show the goals of an action until Ctrl-C."""
+    from bt_mission.graph_tools.action_goals import GoalWatch
+    from bt_mission.graph_tools.goal_views import goal_view_for
     from bt_mission.graph_tools.interface_description import describe_interface
-    from bt_mission.graph_tools.watch_views import watch_view
-    from bt_mission.graph_tools.watching import GoalWatch
 
-    with joined(options) as hand:
-        name, type_name = _named(hand, options)
-        with closing(
-            watch_view(sys.stdout, describe_interface(type_name), json=options.json)
-        ) as view:
-            GoalWatch(hand, name, type_name, view)
-            while not hand.interrupts:
-                hand.step()
-                view.flush()
+    with joined(options) as session:
+        name, type_name = named(session, options)
+        about = describe_interface(type_name)
+        goals = GoalWatch(session, name, type_name)
+        with closing(goal_view_for(sys.stdout, about, json=options.json, plain=False)) as view:
+            while not session.interrupts:
+                session.step()
+                for event in goals.take():
+                    view.show(event)
     return INTERRUPTED
 
 
-def _named(hand: GraphSession, options: argparse.Namespace) -> tuple[str, str]:
-    """The action's full name and its type, from the graph where it is not given."""
-    from bt_mission.graph_tools import graph_query
-    from bt_mission.ros.interface_types import action_type
-
-    name = graph_query.resolved(hand.node, "action", options.action)
-    if options.type:
-        action_type(options.type)
-        return name, options.type
-    return name, graph_query.type_of(hand, "action", name, options.wait)
-
-
 def _code(how: GoalOutcome) -> int:
-    from bt_mission.graph_tools.goal_request import GoalOutcome
+    from bt_mission.graph_tools.goal_events import GoalOutcome
 
     codes = {
         GoalOutcome.SUCCEEDED: SUCCESS,

@@ -1,4 +1,4 @@
-"""``bt-mission check``: every fault of a mission file, before anything moves."""
+"""``bt-mission check`` and ``schema``: faults of a mission file, before anything moves."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def _check_file(options: argparse.Namespace) -> int:
         return BAD_INPUT
     count = sum(1 for _ in mission.tree.walk())
     nodes = "1 node" if count == 1 else f"{count} nodes"
-    print(f"{mission.file}: mission '{mission.name}' is sound ({nodes})")
+    print(f"{mission.file}: mission '{mission.name}' is valid ({nodes})")
     return _check_against(mission, options.namespace) if options.against else SUCCESS
 
 
@@ -142,3 +142,23 @@ def _check_for_programs(each: Sequence[argparse.Namespace]) -> int:
     keys = ("file", "line", "column", "severity", "message", "hint")
     print(json.dumps([{key: getattr(fault, key) for key in keys} for fault in faults], indent=2))
     return code
+
+
+def add_schema_parser(commands: Any) -> None:
+    """Add ``schema`` to the command line."""
+    parser = commands.add_parser(
+        "schema",
+        help="print the JSON Schema of mission files, for editors",
+        description="Prints the JSON Schema of mission files. An editor with a YAML language "
+        "server completes and checks missions by it: put it into a file, and say so in the first "
+        "line of a mission: '# yaml-language-server: $schema=mission.schema.json'.",
+    )
+    parser.set_defaults(command=print_schema)
+
+
+def print_schema(_options: argparse.Namespace) -> int:
+    """Print it."""
+    from bt_mission.language.schema import mission_schema
+
+    print(json.dumps(mission_schema(), indent=2))
+    return SUCCESS

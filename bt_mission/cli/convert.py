@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from bt_mission.cli.exits import SUCCESS
+from bt_mission.cli.options import write_output
 from bt_mission.core.errors import BtMissionError
 
 DESCRIPTION = """\
@@ -59,39 +60,18 @@ def convert(options: argparse.Namespace) -> int:
     text = _converted(options.file)
     if options.output is None:
         print(text, end="")
-        return SUCCESS
-    try:
-        options.output.write_text(text, encoding="utf-8")
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise BtMissionError(f"cannot write {options.output}: {reason}") from error
-    print(f"{options.output}: written")
+    else:
+        write_output(options.output, text.encode())
     return SUCCESS
 
 
 def _converted(file: Path | None) -> str:
     """The text of the other form, or of the palette."""
-    from bt_mission.btcpp.conversion import mission_yaml
-    from bt_mission.btcpp.mission_writing import mission_xml
-    from bt_mission.btcpp.models import palette_xml
-    from bt_mission.core.files import SUFFIXES
-    from bt_mission.core.yaml.document import read
-    from bt_mission.sessions.load import XML
+    from bt_mission.sessions.load import convert as converted
+    from bt_mission.sessions.load import installed_shapes
 
     if file is None:
-        return palette_xml(_shapes())
-    if file.suffix == XML:
-        return mission_yaml(file)
-    if file.suffix not in SUFFIXES:
-        known = ", ".join((*SUFFIXES, XML))
-        raise BtMissionError(f"{file}: expected a file with the suffix {known}")
-    return mission_xml(read(file), _shapes())
+        from bt_mission.btcpp.palette import palette_xml
 
-
-def _shapes() -> Any:
-    """What tells the fields of ROS types, or None where ROS is not there."""
-    try:
-        from bt_mission.ros.interface_types import shapes
-    except ImportError:
-        return None
-    return shapes
+        return palette_xml(installed_shapes())
+    return converted(file)

@@ -1,9 +1,54 @@
-"""``bt-mission doctor``: what is missing on this machine."""
+"""``bt-mission doctor``: what this machine has, what it lacks, and what to install."""
 
 from __future__ import annotations
 
 import argparse
-from typing import Any
+import importlib.metadata
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import sysconfig
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from bt_mission.core.dds.discovery import RANGE
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+PROBE_LIMIT_S = 30.0
+"""How long a probe may take before it counts as hung, in seconds of the wall clock."""
+
+PACKAGES = (
+    "mujoco",
+    "py-trees",
+    "numpy",
+    "scipy",
+    "pillow",
+    "pydantic",
+    "pyyaml",
+    "rich",
+)
+RMW = "RMW_IMPLEMENTATION"
+"""Where it names a middleware that is absent, importing rclpy ends the process."""
+
+REINSTALL = "pip install bt-mission, or `make demo` in a checkout"
+
+REAL_TIME = "run in real time: bt-mission sim, servers, run --attach"
+RENDERING = "the camera is slower without it: apt install libegl1 libgl1-mesa-dri libopengl0"
+
+State = Literal["ok", "warning", "missing", "skipped"]
+STYLES: Mapping[State, str] = {
+    "ok": "green",
+    "warning": "yellow",
+    "missing": "bold red",
+    "skipped": "dim",
+}
 
 
 def add_parser(commands: Any) -> None:
@@ -21,6 +66,196 @@ def doctor(_: argparse.Namespace) -> int:
     """Run all checks; 0 when everything needed is there."""
     from rich.console import Console
 
-    from bt_mission.cli.doctor_report import run
+    return report_on(Console())
 
-    return run(Console())
+
+@dataclass(frozen=True)
+class CheckResult:
+    """What one check found; `remedy` says what to do unless the state is "ok"."""
+
+    state: State
+    found: str
+    remedy: str = ""
+
+
+@dataclass(frozen=True)
+class DoctorCheck:
+    """One line of the report: what it is about, how to find out, and what that needs first."""
+
+    subject: str
+    find: Callable[[], CheckResult]
+    needs: tuple[str, ...] = ()
+
+
+def probe(
+    name: str,
+    *arguments: str,
+    otherwise: State = "missing",
+    remedy: str = "",
+    without: tuple[str, ...] = (),
+    limit_s: float = PROBE_LIMIT_S,
+) -> CheckResult:
+    """Run one of `bt_mission.cli.doctor_probes` in a process of its own.
+
+    Args:
+        name: of the probe.
+        arguments: of the probe.
+        otherwise: the state of the result where the probe fails; its text is the reason then.
+        remedy: what to do about it.
+        without: names of variables that the probe shall not find in its environment.
+        limit_s: seconds of the wall clock after which it counts as hung.
+    """
+
+    def failed(reason: str) -> CheckResult:
+        return CheckResult(otherwise, reason, remedy)
+
+    try:
+        ended = subprocess.run(
+            _command(name, *arguments),
+            capture_output=True,
+            text=True,
+            errors="replace",
+            timeout=limit_s,
+            check=False,
+            env=_environment(without),
+        )
+    except subprocess.TimeoutExpired:
+        return failed(f"no answer within {limit_s:g} s")
+    if ended.returncode < 0:
+        return failed(f"crashed ({signal.Signals(-ended.returncode).name})")
+    said = ended.stdout if ended.returncode == 0 else ended.stderr
+    lines = [line.strip() for line in said.splitlines() if line.strip()]
+    last = lines[-1] if lines else "no reason given"
+    return CheckResult("ok", last) if ended.returncode == 0 else failed(last)
+
+
+def _command(name: str, *arguments: str) -> list[str]:
+    return [sys.executable, "-m", f"{__package__}.doctor_probes", name, *arguments]
+
+
+def _environment(without: tuple[str, ...] = ()) -> dict[str, str]:
+    # As every command that lets a second terminal attach: this machine, and no further.
+    mine = {**os.environ, RANGE: "LOCALHOST"}
+    return {name: value for name, value in mine.items() if name not in without}
+
+
+def python(version: tuple[int, int] = sys.version_info[:2]) -> CheckResult:
+    """3.11 to 3.13: MuJoCo 4 needs 3.11, and there are no ROS wheels beyond 3.13."""
+    text = ".".join(map(str, version))
+    if (3, 11) <= version < (3, 14):
+        return CheckResult("ok", text)
+    return CheckResult("missing", text, "install Python 3.11, 3.12 or 3.13")
+
+
+def compiler(environ: Mapping[str, str] = os.environ) -> CheckResult:
+    """A C++ compiler and Python's headers, which only installing needs."""
+    names = (environ.get("CXX", "c++"), "g++", "clang++")
+    path = environ.get("PATH")
+    found = next(filter(None, (shutil.which(name, path=path) for name in names)), None)
+    if found is None:
+        return CheckResult("warning", "not found", "needed to install: apt install g++")
+    if not Path(sysconfig.get_path("include"), "Python.h").is_file():
+        remedy = "needed to install: apt install python3-dev"
+        return CheckResult("warning", f"{found}, without Python's C headers", remedy)
+    return CheckResult("ok", found)
+
+
+def packages(names: Iterable[str] = PACKAGES) -> CheckResult:
+    """The Python packages beside ROS."""
+    versions, absent = [], []
+    for name in names:
+        try:
+            versions.append(f"{name} {importlib.metadata.version(name)}")
+        except importlib.metadata.PackageNotFoundError:
+            absent.append(name)
+    if absent:
+        return CheckResult("missing", f"not installed: {', '.join(absent)}", REINSTALL)
+    return CheckResult("ok", ", ".join(versions))
+
+
+def ros(environ: Mapping[str, str] = os.environ) -> CheckResult:
+    """The ROS 2 that this Python imports: the wheels, or an installed Jazzy."""
+    answer = probe("ros", remedy=f"{REINSTALL}; or source an installed ROS 2 Jazzy", without=(RMW,))
+    sourced = environ.get("ROS_DISTRO")
+    if answer.state == "ok" and sourced is not None and sourced != "jazzy":
+        remedy = "use a shell where no other ROS is sourced"
+        return CheckResult("missing", f"{answer.found}; ROS 2 {sourced} is sourced", remedy)
+    return answer
+
+
+def middleware(environ: Mapping[str, str] = os.environ) -> CheckResult:
+    """The RMW that is loaded; virtual time was proven with one."""
+    answer = probe("rmw", remedy=REINSTALL)
+    if answer.state == "ok" and answer.found != "rmw_fastrtps_cpp":
+        remedy = f"unset {RMW}; virtual time is only known to work on rmw_fastrtps_cpp"
+        return CheckResult("warning", answer.found, remedy)
+    if answer.state != "ok" and RMW in environ:
+        remedy = f"unset {RMW}, or install what it names"
+        return CheckResult("missing", f"{RMW}={environ[RMW]} does not load", remedy)
+    return answer
+
+
+def loopback() -> CheckResult:
+    """DDS between two processes on this machine, as --attach and a second terminal need it."""
+    topic = f"bt_mission_doctor_{os.getpid()}"
+    talker = subprocess.Popen(
+        _command("talk", topic),
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        env=_environment(),
+    )
+    remedy = "allow multicast and UDP on the loopback interface, and a writable /dev/shm"
+    try:
+        return probe("listen", topic, remedy=remedy)
+    finally:
+        talker.kill()
+        talker.wait()
+
+
+CHECKS = (
+    DoctorCheck("Python", python),
+    DoctorCheck("C++ compiler", compiler),
+    DoctorCheck("Python packages", packages),
+    DoctorCheck("ROS 2", ros),
+    DoctorCheck(
+        "interfaces",
+        partial(probe, "types", remedy=f"build the interfaces: {REINSTALL}", without=(RMW,)),
+        needs=("ROS 2",),
+    ),
+    DoctorCheck("middleware", middleware, needs=("ROS 2",)),
+    DoctorCheck("DDS between processes", loopback, needs=("ROS 2", "middleware")),
+    DoctorCheck(
+        "virtual clock",
+        partial(
+            probe, "lockstep", remedy="run in real time: bt-mission sim, servers, run --attach"
+        ),
+        needs=("ROS 2", "middleware"),
+    ),
+    DoctorCheck(
+        "off-screen rendering",
+        partial(probe, "render", otherwise="warning", remedy=RENDERING),
+        needs=("Python packages",),
+    ),
+)
+
+
+def report_on(console: Console, checks: Iterable[DoctorCheck] = CHECKS) -> int:
+    """Print each finding as it is made; return 0 when everything needed is there, or else 1."""
+    from rich.text import Text
+
+    missing: list[str] = []
+    for check in checks:
+        lacking = [subject for subject in check.needs if subject in missing]
+        if lacking:
+            finding = CheckResult("skipped", f"not tried without {' and '.join(lacking)}")
+        else:
+            finding = check.find()
+        if finding.state == "missing":
+            missing.append(check.subject)
+        mark = (f"{finding.state:8}", STYLES[finding.state])
+        console.print(Text.assemble(mark, f"{check.subject}: {finding.found}"), soft_wrap=True)
+        if finding.remedy:
+            console.print(Text(f"{'':8}{finding.remedy}"), soft_wrap=True)
+    verdict = f"Missing: {', '.join(missing)}." if missing else "Everything needed is there."
+    console.print(Text(verdict), soft_wrap=True)
+    return 1 if missing else 0

@@ -6,27 +6,23 @@ import argparse
 import io
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from importlib import metadata
 from typing import Any
 
 from bt_mission.cli import (
     actions,
-    arbiter,
     check,
     completion,
     convert,
     diff,
     doctor,
-    mapper,
+    node_command,
     replay,
     report,
     run,
-    schema,
     serve,
-    servers,
     services,
-    sim,
     topics,
     tree,
     watch,
@@ -34,25 +30,22 @@ from bt_mission.cli import (
 from bt_mission.cli.exits import BAD_INPUT, INTERRUPTED, MISSION_FAILED, NO_SERVER
 from bt_mission.core.errors import BtMissionError, NotThereError
 
-COMMANDS = (
-    run,
-    watch,
-    check,
-    convert,
-    tree,
-    schema,
-    serve,
-    actions,
-    topics,
-    services,
-    sim,
-    servers,
-    mapper,
-    arbiter,
-    replay,
-    report,
-    diff,
-    doctor,
+PARSERS: tuple[Callable[[Any], None], ...] = (
+    run.add_parser,
+    watch.add_parser,
+    check.add_parser,
+    convert.add_parser,
+    tree.add_parser,
+    check.add_schema_parser,
+    serve.add_parser,
+    actions.add_parser,
+    topics.add_parser,
+    services.add_parser,
+    node_command.add_parser,
+    replay.add_parser,
+    report.add_parser,
+    diff.add_parser,
+    doctor.add_parser,
 )
 
 TRACEBACK = "BT_MISSION_TRACEBACK"
@@ -123,8 +116,8 @@ def make_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action=Version, nargs=0, help="say the version, and leave")
     commands = parser.add_subparsers(metavar="command", required=True)
-    for command in COMMANDS:
-        command.add_parser(commands)
+    for add_parser in PARSERS:
+        add_parser(commands)
     completion.add_parser(commands, parser)
     return parser
 

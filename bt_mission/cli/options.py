@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import Any
 
+from bt_mission.cli.argument_types import assignment, seed
+from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import find
 
 
@@ -17,7 +20,7 @@ def add_mission_options(parser: argparse.ArgumentParser) -> None:
 def add_overrides(parser: argparse.ArgumentParser) -> None:
     """What may be overridden in a mission."""
     add_set_option(parser)
-    parser.add_argument("--seed", type=_seed, help="seed of everything random in the run")
+    parser.add_argument("--seed", type=seed, help="seed of everything random in the run")
     parser.add_argument("--world", help="a world's name or file instead of the mission's")
     parser.add_argument("--robot", help="a robot's name or file instead of the mission's")
 
@@ -38,26 +41,29 @@ def add_set_option(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="NAME=VALUE",
-        type=_assignment,
+        type=assignment,
         help="give an input of the mission another value; may be repeated",
     )
 
 
-def _seed(text: str) -> int:
-    if not text.isdecimal():
-        raise argparse.ArgumentTypeError(f"expected a whole number from 0, got '{text}'")
-    return int(text)
+def add_plain_option(parser: Any) -> None:
+    """Add the choice of plain lines to a parser, or to a group of options."""
+    parser.add_argument(
+        "--plain", action="store_true", help="plain lines, also when the output is a terminal"
+    )
 
 
-def speed(text: str) -> float:
-    """A speed, in virtual seconds per second of the wall."""
+def write_output(path: Path, content: bytes) -> None:
+    """Write a file that the options name, and say so.
+
+    Raises:
+        BtMissionError: when it cannot be written.
+    """
     try:
-        value = float(text)
-    except ValueError:
-        value = 0.0
-    if not 0 < value < float("inf"):
-        raise argparse.ArgumentTypeError(f"expected a number above 0, got '{text}'")
-    return value
+        path.write_bytes(content)
+    except OSError as error:
+        raise BtMissionError(f"cannot write {path}: {error.strerror or error}") from error
+    print(f"{path}: written")
 
 
 def mission_file(options: argparse.Namespace) -> Path:
@@ -68,10 +74,3 @@ def mission_file(options: argparse.Namespace) -> Path:
     path: Path = options.file
     is_name = not path.suffix and len(path.parts) == 1 and not path.exists()
     return find("missions", path) if is_name else path
-
-
-def _assignment(text: str) -> tuple[str, str]:
-    name, equals, value = text.partition("=")
-    if not equals or not name:
-        raise argparse.ArgumentTypeError(f"expected NAME=VALUE, got '{text}'")
-    return name, value

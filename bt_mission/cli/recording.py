@@ -1,4 +1,4 @@
-"""Options of commands that record a run, and what they do."""
+"""Options of commands that record or film a run, and what they do."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
-from bt_mission.cli.video import add_video_option, film_of, refuse_video
 from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
@@ -45,7 +44,12 @@ def add_recording_options(parser: argparse.ArgumentParser) -> None:
         help="with --record: the camera's pictures too, as JPEGs or as they are; a simulated "
         "camera then draws all the time, which takes long",
     )
-    add_video_option(parser)
+    parser.add_argument(
+        "--video",
+        type=Path,
+        metavar="FILE.mp4",
+        help="film the simulated run: from above, and by the camera (docs/how-to/recording.md)",
+    )
 
 
 def refuse_recording(options: argparse.Namespace) -> None:
@@ -57,7 +61,26 @@ def refuse_recording(options: argparse.Namespace) -> None:
         raise BtMissionError("--record-camera: name the file to record to with --record FILE.mcap")
     if options.report is not None and not options.report.parent.is_dir():
         raise BtMissionError(f"{options.report}: there is no folder {options.report.parent}")
-    refuse_video(options)
+    _refuse_video(options)
+
+
+def _refuse_video(options: argparse.Namespace) -> None:
+    """Refuse what cannot be filmed, before anything moves."""
+    if options.video is None:
+        return
+    if options.attach:
+        raise BtMissionError(
+            "--video films a simulation in this process; of an attached run, record the camera "
+            "(--record FILE.mcap --record-camera) and look at it in Foxglove, or make a page of "
+            "it (--report FILE.html)"
+        )
+    if options.video.suffix.lower() != ".mp4":
+        raise BtMissionError(f"--video: films are MP4 files, call it {options.video.stem}.mp4")
+    if not options.video.parent.is_dir():
+        raise BtMissionError(f"{options.video}: there is no folder {options.video.parent}")
+    from bt_mission.views.video.mp4 import load_encoder
+
+    load_encoder()
 
 
 @contextmanager
@@ -67,19 +90,38 @@ def recorder_for(options: argparse.Namespace, session: ObservableSession) -> Ite
     :raises BtMissionError: when a file cannot be written.
     """
     with ExitStack() as stack:
-        film = stack.enter_context(film_of(options.video, session))
+        film = stack.enter_context(_film_of(options.video, session))
         path = options.record
         if path is None and options.report is not None:
             path = Path(stack.enter_context(TemporaryDirectory())) / "run.mcap"
         if path is None:
             yield RunFiles(None, None, None, film)
             return
-        from bt_mission.recording.options import RecordingOptions
-        from bt_mission.recording.writer import RunRecorder
+        from bt_mission.recording.writer import RecordingOptions, RunRecorder
 
         wanted = RecordingOptions(camera=options.record_camera or "none")
         recorder = stack.enter_context(RunRecorder(session, path, wanted))
         yield RunFiles(recorder, options.record, options.report, film)
+
+
+@contextmanager
+def _film_of(path: Path | None, session: ObservableSession) -> Iterator[VideoRecorder | None]:
+    """A film of a session on the stage, to be finished; None where none is wanted."""
+    from bt_mission.sessions.stage import Stage
+
+    if path is None or not isinstance(session, Stage):
+        yield None
+        return
+    from bt_mission.views.video.mp4 import Mp4File
+    from bt_mission.views.video.recorder import ABOVE, AHEAD, FPS, HEIGHT, WIDTH, VideoRecorder
+    from sim.views.views import WorldViews
+
+    simulation = session.sim.simulation
+    views = WorldViews(simulation, above=ABOVE, ahead=AHEAD)
+    zones = [(zone.name, zone.x, zone.y, zone.radius) for zone in simulation.world.zones]
+    with VideoRecorder(session, views, Mp4File(path, WIDTH, HEIGHT, FPS), zones) as film:
+        session.runner.log_listeners.append(film.hear)
+        yield film
 
 
 @dataclass(frozen=True)

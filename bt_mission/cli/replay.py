@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import argparse
-import math
-import os
 import sys
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bt_mission.cli.argument_types import seconds, speed
 from bt_mission.cli.exits import SUCCESS
-from bt_mission.cli.options import speed
+from bt_mission.cli.options import add_plain_option
 from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ def add_parser(commands: Any) -> None:
         "--at",
         "--start",
         dest="at",
-        type=_time,
+        type=partial(seconds, expected="seconds from 0, such as 12.5"),
         default=0.0,
         metavar="S",
         help="begin so many seconds after the mission's start",
@@ -59,9 +59,7 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--once", action="store_true", help="print the tree as it was at the time --at, and leave"
     )
-    parser.add_argument(
-        "--plain", action="store_true", help="plain lines, also when the output is a terminal"
-    )
+    add_plain_option(parser)
     parser.add_argument("--poses", action="store_true", help="in lines: where the robot was, too")
     parser.set_defaults(command=replay)
 
@@ -99,8 +97,8 @@ def _replay_recording(options: argparse.Namespace) -> int:
 def _draw(options: argparse.Namespace, film: Timeline) -> int:
     from bt_mission.recording.replay.player import Player
     from bt_mission.views.terminal.marks import marks_for
-    from bt_mission.views.tui.memory import settle_memory
     from bt_mission.views.tui.replay_app import ReplayApp
+    from bt_mission.views.tui.view_app import settle_memory
 
     player = Player(film, speed=options.speed or 1.0, at_s=options.at)
     player.play()
@@ -110,14 +108,10 @@ def _draw(options: argparse.Namespace, film: Timeline) -> int:
 
 
 def _print_once(options: argparse.Namespace, film: Timeline) -> int:
+    from bt_mission.cli.watch import print_tree
     from bt_mission.recording.replay.player import Player
-    from bt_mission.views.terminal.marks import marks_for
-    from bt_mission.views.terminal.plain_watch import whole_tree
 
-    mission = Player(film, at_s=options.at).scene.mission
-    width = os.get_terminal_size().columns if sys.stdout.isatty() else None
-    for line in whole_tree(mission, marks_for(sys.stdout.encoding), width):
-        print(line)
+    print_tree(Player(film, at_s=options.at).mission)
     _say_cut(film)
     return SUCCESS
 
@@ -136,9 +130,9 @@ def _tell_recording(options: argparse.Namespace, film: Timeline) -> int:
 def _tell_log(options: argparse.Namespace, film: Timeline) -> None:
     """Print what a recording without a trace tells."""
     from bt_mission.core.wall_clock import Pacer
-    from bt_mission.recording.replay.scene import entries_of
+    from bt_mission.recording.replay.seeker import entries_of
+    from bt_mission.views.terminal.lines import log_line
     from bt_mission.views.terminal.marks import marks_for
-    from bt_mission.views.terminal.plain_watch import log_line
 
     marks = marks_for(sys.stdout.encoding)
     begin_ns = film.start_ns + round(options.at * 1e9)
@@ -169,13 +163,3 @@ def _tell_trace(options: argparse.Namespace, trace: StoredTrace) -> int:
 def _say_cut(film: Timeline) -> None:
     if film.why_cut:
         print(f"{film.path}: ends here: {film.why_cut}")
-
-
-def _time(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 0 <= value < math.inf:
-        raise argparse.ArgumentTypeError(f"expected seconds from 0, such as 12.5, got '{text}'")
-    return value

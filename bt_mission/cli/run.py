@@ -13,8 +13,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bt_mission.cli.argument_types import speed
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
-from bt_mission.cli.options import add_mission_options, speed
+from bt_mission.cli.options import add_mission_options, add_plain_option
 from bt_mission.cli.recording import (
     Kept,
     add_recording_options,
@@ -81,9 +82,7 @@ def add_parser(commands: Any) -> None:
         help="let other processes of this machine see the simulated run (and be heard by it)",
     )
     parser.add_argument("--json", action="store_true", help="print one JSON object at the end")
-    parser.add_argument(
-        "--plain", action="store_true", help="plain lines, also when the output is a terminal"
-    )
+    add_plain_option(parser)
     parser.add_argument(
         "--tui",
         action="store_true",
@@ -135,7 +134,7 @@ def _leaves(report: Report) -> list[str]:
     """What each leaf came to, for people; programs that read a pipe ask for ``--json``."""
     if not sys.stdout.isatty():
         return []
-    from bt_mission.views.terminal.leaf_table import leaf_table
+    from bt_mission.views.terminal.lines import leaf_table
     from bt_mission.views.terminal.marks import marks_for
 
     width = shutil.get_terminal_size().columns
@@ -161,12 +160,13 @@ def _run_on_screen(options: argparse.Namespace, mission: Any) -> tuple[Report, K
     """Carry the mission out on a full screen, in real time unless another speed is asked for."""
     from contextlib import closing
 
+    from bt_mission.core.interrupts import InterruptSignals
     from bt_mission.ros.discovery import LocalExecutive
-    from bt_mission.sessions.session import InterruptSignals, driving
+    from bt_mission.sessions.session import driving
     from bt_mission.views.terminal.marks import marks_for
     from bt_mission.views.terminal.views import Quiet
-    from bt_mission.views.tui.memory import settle_memory
     from bt_mission.views.tui.run_app import RunApp
+    from bt_mission.views.tui.view_app import settle_memory
 
     with (
         _open_session(options, mission, lambda _: None) as session,
@@ -242,11 +242,11 @@ def _open_session(options: argparse.Namespace, mission: Any, say: Any) -> Attach
     if options.namespace:
         raise BtMissionError("--namespace names a robot of a running graph: add --attach")
     from bt_mission.sessions.stage import Stage
+    from bt_mission.sessions.stage_robot import StageOptions
 
     return Stage(
         mission,
         image_folder=options.images,
         say=say,
-        visible=options.visible,
-        watched=options.tui,
+        options=StageOptions(visible=options.visible, watched=options.tui),
     )

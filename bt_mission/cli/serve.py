@@ -64,12 +64,12 @@ def serve(options: argparse.Namespace) -> int:
 
 
 def _serve(options: argparse.Namespace) -> int:
+    from bt_mission.core.interrupts import InterruptSignals
     from bt_mission.executive.executive import Executive
     from bt_mission.language.mission import Mission
-    from bt_mission.ros.graph import GraphConnection
+    from bt_mission.ros.graph import GraphConnection, NodeOptions
     from bt_mission.sessions.mission_server import MissionServer
-    from bt_mission.sessions.session import InterruptSignals
-    from bt_mission.views.terminal.plain import PlainLines
+    from bt_mission.views.terminal.lines import PlainLines
 
     def say(text: str) -> None:
         print(text, flush=True)
@@ -81,14 +81,16 @@ def _serve(options: argparse.Namespace) -> int:
     graph = GraphConnection(wall_clock=options.wall_clock)
     try:
         node = MissionServer(
-            context=graph.context,
-            host=graph.host,
-            drop=graph.drop,
-            namespace=options.namespace,
-            use_sim_time=graph.has_clock,
+            graph.host,
+            graph.drop,
+            node=NodeOptions(
+                namespace=options.namespace,
+                context=graph.context,
+                use_sim_time=graph.has_clock,
+            ),
             on_new_goal=options.on_new_goal,
             say=say,
-            watch=watch,
+            on_mission_started=watch,
         )
         graph.host(node)
         name = node.resolve_topic_name("execute_mission")

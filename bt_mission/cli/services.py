@@ -6,16 +6,20 @@ import argparse
 import sys
 from typing import Any
 
+from bt_mission.cli.argument_types import seconds
 from bt_mission.cli.exits import ABORTED, LOST, SUCCESS
-from bt_mission.cli.hand_options import (
+from bt_mission.cli.graph_command import (
     WAIT_S,
     add_graph_options,
     add_json_option,
+    add_list,
+    add_name,
+    add_type,
     joined,
-    print_found,
-    seconds,
+    named,
     subcommands,
 )
+from bt_mission.core.errors import NotThereError
 
 EPILOG = """\
 examples:
@@ -31,23 +35,16 @@ exit codes of call: 0 answered, 1 answered with success: false, 2 bad input, 5 n
 def add_parser(commands: Any) -> None:
     """Add the command to the command line."""
     kinds = subcommands(commands, "services", "list and call services", EPILOG)
-    lists = kinds.add_parser("list", help="the services of the graph")
-    lists.add_argument("--all", action="store_true", help="hidden ones, too: those of actions")
-    add_graph_options(lists, "services")
-    add_json_option(lists, "one list of objects")
-    lists.set_defaults(command=list_services)
-
+    add_list(kinds, "service", "the services of the graph")
     call_ = kinds.add_parser("call", help="call a service and print its answer")
-    call_.add_argument("service", help="name of the service, such as /stop")
+    add_name(call_, "service", "/stop")
     call_.add_argument(
         "request",
         nargs="?",
         default="",
         help="fields of the request in YAML, such as 'data: true'; - reads standard input",
     )
-    call_.add_argument(
-        "--type", metavar="TYPE", help="its type, instead of the one found in the graph"
-    )
+    add_type(call_)
     call_.add_argument(
         "--timeout",
         type=seconds,
@@ -60,35 +57,27 @@ def add_parser(commands: Any) -> None:
     call_.set_defaults(command=call, late="request")
 
 
-def list_services(options: argparse.Namespace) -> int:
-    """Print the services of the graph."""
-    from bt_mission.graph_tools import graph_query, listing
-
-    with joined(options) as hand:
-        graph_query.query_graph(hand, options.wait)
-        found = graph_query.services(hand.node, hidden=options.all)
-    objects = [{"name": one.name, "types": list(one.types)} for one in found]
-    print_found(options, "services", listing.service_rows(found), objects)
-    return SUCCESS
-
-
 def call(options: argparse.Namespace) -> int:
     """Call a service and print its answer."""
-    from bt_mission.graph_tools import graph_query
-    from bt_mission.graph_tools.calling import Silence, ask
-    from bt_mission.graph_tools.values import as_json, as_yaml, plain
+    from bt_mission.graph_tools.graph_session import wait
+    from bt_mission.graph_tools.interface_description import describe_interface
+    from bt_mission.graph_tools.values import as_json, as_yaml, plain, read_fields
+    from bt_mission.ros.service_client import RosServiceClient
 
     text = sys.stdin.read() if options.request == "-" else options.request
-    with joined(options) as hand:
-        name = graph_query.resolved(hand.node, "service", options.service)
-        type_name = options.type or graph_query.type_of(hand, "service", name, options.wait)
-        try:
-            answer = ask(
-                hand, name, type_name, text, server_s=options.wait, answer_s=options.timeout
-            )
-        except Silence as silence:
-            print(silence, file=sys.stderr)
+    with joined(options) as session:
+        name, type_name = named(session, options)
+        client = RosServiceClient(session.node, name, type_name)
+        shape = describe_interface(type_name).part("request").shape
+        request = client.prepare(read_fields(text, shape, "request"))
+        if not wait(session, options.wait, client.is_ready):
+            raise NotThereError(f"no server of {name} after {options.wait:g} s")
+        answers: list[Any] = []
+        forget = client.call(request, answers.append)
+        if not wait(session, options.timeout, lambda: bool(answers)):
+            forget()
+            print(f"{name} did not answer within {options.timeout:g} s", file=sys.stderr)
             return LOST
-    shown = plain(answer)
+    shown = plain(answers[0])
     print(as_json(shown) if options.json else as_yaml(shown), end="\n" if options.json else "")
-    return ABORTED if getattr(answer, "success", True) is False else SUCCESS
+    return ABORTED if getattr(answers[0], "success", True) is False else SUCCESS

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
+from bt_mission.cli.argument_types import count
 from bt_mission.cli.exits import INTERRUPTED, SUCCESS
-from bt_mission.cli.hand_options import (
+from bt_mission.cli.graph_command import (
     add_graph_options,
     add_json_option,
-    count,
+    add_list,
+    add_name,
+    add_type,
     joined,
-    print_found,
+    named,
     subcommands,
 )
 
@@ -30,11 +34,7 @@ examples:
 def add_parser(commands: Any) -> None:
     """Add the command to the command line."""
     kinds = subcommands(commands, "topics", "list topics, show their messages and rates", EPILOG)
-    lists = kinds.add_parser("list", help="the topics of the graph, with publishers > subscribers")
-    lists.add_argument("--all", action="store_true", help="hidden ones, too: those of actions")
-    add_graph_options(lists, "topics")
-    add_json_option(lists, "one list of objects")
-    lists.set_defaults(command=list_topics)
+    add_list(kinds, "topic", "the topics of the graph, with publishers > subscribers")
 
     echo_ = kinds.add_parser(
         "echo",
@@ -72,71 +72,48 @@ def add_parser(commands: Any) -> None:
 
 
 def _add_topic(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("topic", help="name of the topic, such as /odom")
-    parser.add_argument(
-        "--type", metavar="TYPE", help="its type, instead of the one found in the graph"
-    )
+    add_name(parser, "topic", "/odom")
+    add_type(parser)
     add_graph_options(parser, "the topic")
-
-
-def list_topics(options: argparse.Namespace) -> int:
-    """Print the topics of the graph."""
-    from bt_mission.graph_tools import graph_query, listing
-
-    with joined(options) as hand:
-        graph_query.query_graph(hand, options.wait)
-        found = graph_query.topics(hand.node, hidden=options.all)
-    objects = [listing.entry_object(one, "publishers", "subscribers") for one in found]
-    print_found(options, "topics", listing.topic_rows(found), objects)
-    return SUCCESS
 
 
 def echo(options: argparse.Namespace) -> int:
     """Print messages until there are enough, or until Ctrl-C."""
-    from bt_mission.graph_tools.echo import Echo
-    from bt_mission.graph_tools.listening import Listener
+    from bt_mission.graph_tools.topic_messages import MessageTexts, TopicSubscriber
 
-    with joined(options) as hand:
-        name, type_name = _named(hand, options)
-        shown = Echo(type_name, options.field, full=options.full or options.json, json=options.json)
-        listener = Listener(hand, name, type_name, shown.take)
-        left = options.count
-        while not hand.interrupts:
-            listener.step()
-            for text in shown.texts(left):
-                print(text, flush=True)
-                left = None if left is None else left - 1
-            if left == 0:
-                return SUCCESS
-    return INTERRUPTED
+    with joined(options) as session:
+        name, type_name = named(session, options)
+        shown = MessageTexts(type_name, options.field, full=options.full, json=options.json)
+        subscriber = TopicSubscriber(session, name, type_name, shown.take)
+
+        def step(left: int | None) -> Iterable[str]:
+            subscriber.step()
+            return shown.texts(left)
+
+        return _print_until(session, step, options.count)
 
 
 def hz(options: argparse.Namespace) -> int:
     """Print the rate each second until Ctrl-C."""
-    from bt_mission.graph_tools.rate_lines import RateLines
+    from bt_mission.graph_tools.topic_rate import RateLines
 
-    with joined(options) as hand:
-        name, type_name = _named(hand, options)
+    with joined(options) as session:
+        name, type_name = named(session, options)
         lines = RateLines(
-            hand, name, type_name, options.window, sim_time=options.sim_time, json=options.json
+            session, name, type_name, options.window, sim_time=options.sim_time, json=options.json
         )
-        left = options.count
-        while not hand.interrupts:
-            line = lines.step()
-            if line:
-                print(line, flush=True)
-                left = None if left is None else left - 1
-            if left == 0:
-                return SUCCESS
+        return _print_until(session, lambda _: lines.step(), options.count)
+
+
+def _print_until(
+    session: GraphSession, step: Callable[[int | None], Iterable[str]], count: int | None
+) -> int:
+    """Print what each step gives until there is enough, or until Ctrl-C."""
+    left = count
+    while not session.interrupts:
+        for text in step(left):
+            print(text, flush=True)
+            left = None if left is None else left - 1
+        if left == 0:
+            return SUCCESS
     return INTERRUPTED
-
-
-def _named(hand: GraphSession, options: argparse.Namespace) -> tuple[str, str]:
-    from bt_mission.graph_tools import graph_query
-    from bt_mission.ros.interface_types import message_type
-
-    name = graph_query.resolved(hand.node, "topic", options.topic)
-    if options.type:
-        message_type(options.type)
-        return name, options.type
-    return name, graph_query.type_of(hand, "topic", name, options.wait)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from bt_mission.cli.exits import SUCCESS
-from bt_mission.cli.options import add_mission_file, add_set_option, mission_file
+from bt_mission.cli.options import add_mission_file, add_set_option, mission_file, write_output
 from bt_mission.core.errors import BtMissionError
 
 FORMATS = ("text", "dot", "svg", "png")
@@ -102,11 +102,7 @@ def _write(content: bytes, output: Path | None) -> None:
         sys.stdout.buffer.write(content)
         sys.stdout.buffer.flush()
         return
-    try:
-        output.write_bytes(content)
-    except OSError as error:
-        raise BtMissionError(f"cannot write {output}: {error.strerror or error}") from error
-    print(f"{output}: written")
+    write_output(output, content)
 
 
 def _print(root: Any, title: str) -> None:
@@ -116,7 +112,7 @@ def _print(root: Any, title: str) -> None:
 
     from bt_mission.core.text import escape_control
     from bt_mission.views.drawing.outline import can_show, legend, outline
-    from bt_mission.views.drawing.style import STROKES
+    from bt_mission.views.drawing.scene import STROKES
 
     console = Console(highlight=False)
     ascii_only = not can_show(console.encoding)

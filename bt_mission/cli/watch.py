@@ -6,13 +6,16 @@ import argparse
 import os
 import select
 import sys
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from bt_mission.cli.argument_types import seconds
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
+from bt_mission.cli.options import add_plain_option
 from bt_mission.core.dds.middleware import prepare_middleware
 
 if TYPE_CHECKING:
-    from bt_mission.events.mission_state import WatchedMission
+    from bt_mission.events.mission_state import MissionState
     from bt_mission.ros.discovery import ExecutiveDirectory
     from bt_mission.ros.mission_client import MissionClient
 
@@ -40,7 +43,7 @@ def add_parser(commands: Any) -> None:
     """Add the command to the command line."""
     parser = commands.add_parser(
         "watch",
-        help="look on at a mission that runs elsewhere, pause it, step it, stop it",
+        help="monitor a mission that runs elsewhere; pause, step or stop it",
         description="Attaches to an executive of the ROS graph (`run --attach`, `run --visible`, "
         "`serve`) and shows its tree, what each node does and why it ended, its goals, its "
         "variables and where the robot is. Waits where there is none, and when it goes until it "
@@ -59,12 +62,10 @@ def add_parser(commands: Any) -> None:
     how.add_argument(
         "--json", action="store_true", help="print what happens, one JSON object a line"
     )
-    how.add_argument(
-        "--plain", action="store_true", help="plain lines, also when the output is a terminal"
-    )
+    add_plain_option(how)
     parser.add_argument(
         "--wait",
-        type=_seconds,
+        type=partial(seconds, expected="a number of seconds from 0"),
         metavar="SECONDS",
         help="leave with code 1 when there is nobody to watch after this time (default: keep "
         "looking)",
@@ -103,10 +104,10 @@ def is_drawable() -> bool:
 
 
 def _draw(observer: ExecutiveDirectory, options: argparse.Namespace) -> int:
-    from bt_mission.events.choice import nobody, wanted_name
+    from bt_mission.events.attachment import nobody, wanted_name
     from bt_mission.views.terminal.marks import marks_for
     from bt_mission.views.tui.app import WatchApp
-    from bt_mission.views.tui.memory import settle_memory
+    from bt_mission.views.tui.view_app import settle_memory
 
     name = wanted_name(options.executive)
     settle_memory()
@@ -126,7 +127,7 @@ def _draw(observer: ExecutiveDirectory, options: argparse.Namespace) -> int:
 def _look_for(observer: ExecutiveDirectory, options: argparse.Namespace) -> MissionClient | None:
     """The executive to watch, once it is there; None when it is not in time."""
     from bt_mission.core.wall_clock import Stopwatch
-    from bt_mission.events.choice import choose, nobody, wanted_name
+    from bt_mission.events.attachment import choose, nobody, wanted_name
 
     wanted = wanted_name(options.executive)
     since, since_found = Stopwatch(), None
@@ -150,23 +151,29 @@ def _look_for(observer: ExecutiveDirectory, options: argparse.Namespace) -> Miss
 
 def _print_once(observer: ExecutiveDirectory, link: MissionClient) -> int:
     from bt_mission.core.wall_clock import Stopwatch
-    from bt_mission.events.mission_state import WatchedMission
-    from bt_mission.views.terminal.marks import marks_for
-    from bt_mission.views.terminal.plain_watch import whole_tree
+    from bt_mission.events.mission_state import MissionState
 
-    mission = WatchedMission()
+    mission = MissionState()
     since = Stopwatch()
     while since.elapsed_s < STATUSES_S and not _is_complete(mission):
         observer.serve(WAIT_S)
         for message in link.take(needs_statuses=mission.needs_statuses).messages:
             mission.take(message)
-    width = os.get_terminal_size().columns if sys.stdout.isatty() else None
-    for line in whole_tree(mission, marks_for(sys.stdout.encoding), width):
-        print(line)
+    print_tree(mission)
     return SUCCESS
 
 
-def _is_complete(mission: WatchedMission) -> bool:
+def print_tree(mission: MissionState) -> None:
+    """Print the tree of a mission as it is, no wider than the terminal."""
+    from bt_mission.views.terminal.lines import whole_tree
+    from bt_mission.views.terminal.marks import marks_for
+
+    width = os.get_terminal_size().columns if sys.stdout.isatty() else None
+    for line in whole_tree(mission, marks_for(sys.stdout.encoding), width):
+        print(line)
+
+
+def _is_complete(mission: MissionState) -> bool:
     if mission.state is None or (mission.state.run and mission.tree is None):
         return False
     if not mission.state.run:
@@ -180,11 +187,11 @@ def _follow(observer: ExecutiveDirectory, link: MissionClient, *, as_json: bool)
     from bt_mission.events.events import MissionStarted
     from bt_mission.events.json_stream import as_line, as_object
     from bt_mission.events.log import entry_of
-    from bt_mission.events.mission_state import WatchedMission
+    from bt_mission.events.mission_state import MissionState
+    from bt_mission.views.terminal.lines import log_line, whole_tree
     from bt_mission.views.terminal.marks import marks_for
-    from bt_mission.views.terminal.plain_watch import log_line, whole_tree
 
-    mission = WatchedMission()
+    mission = MissionState()
     marks = marks_for(sys.stdout.encoding)
     was_there = True
     while not _reader_has_left():
@@ -208,13 +215,3 @@ def _reader_has_left() -> bool:
     poll = select.poll()
     poll.register(sys.stdout.fileno(), 0)
     return any(event & (select.POLLERR | select.POLLHUP) for _, event in poll.poll(0))
-
-
-def _seconds(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = -1.0
-    if not 0 <= value < float("inf"):
-        raise argparse.ArgumentTypeError(f"expected a number of seconds from 0, got '{text}'")
-    return value

@@ -100,7 +100,7 @@ def describe(value: object) -> str:
         case int() | float():
             return f"the number {value}"
         case str():
-            return f"text {quoted(value)}"
+            return f"string {quoted(value)}"
         case list() | tuple():
             return f"a list of {len(value)}" if value else "an empty list"
         case dict():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 
@@ -9,6 +10,13 @@ NS = 1_000_000_000
 
 LONGEST_SLEEP_S = 0.1
 """How long Ctrl-C waits at most."""
+
+MOST_LAG_NS = 500_000_000
+"""Time, ns, that is caught up with, of the wall or of the world, whichever is less; what lies
+further back is given up. Whoever drives the robot hears nothing while the world makes up for it."""
+
+WINDOW_NS = 10_000_000_000
+"""Wall time, ns, over which the speed that is reached is measured."""
 
 
 class Stopwatch:
@@ -24,27 +32,64 @@ class Stopwatch:
 
 
 class Pacer:
-    """Holds virtual time back to a chosen speed.
+    """Hold virtual time to a speed, from one instant of wall and virtual time on.
 
-    :param speed: virtual seconds per wall second; None runs as fast as the machine can.
-    :param start_ns: the virtual time at which the wall's count starts.
+    Args:
+        speed: Virtual seconds per wall second; None runs as fast as the machine can.
+        start_ns: The virtual time that is due now.
+        wall_ns: Gives wall time in ns, counted from any instant.
     """
 
-    def __init__(self, speed: float | None, start_ns: int) -> None:
-        self._speed = speed
-        self._start_ns = start_ns
-        self._watch = Stopwatch()
+    def __init__(
+        self,
+        speed: float | None,
+        start_ns: int,
+        wall_ns: Callable[[], int] = time.perf_counter_ns,
+    ) -> None:
+        self._wall_ns = wall_ns
+        self.set_speed(speed, start_ns)
+
+    def set_speed(self, speed: float | None, time_ns: int) -> None:
+        """Go on at another speed from here."""
+        self.speed = math.inf if speed is None else speed
+        self._start_ns = time_ns
+        self._start_wall_ns = self._window_wall_ns = self._wall_ns()
+        self._lost_ns = 0
 
     def ahead_s(self, time_ns: int) -> float:
-        """Wall time until virtual time ``time_ns`` is due, s; not above 0 when it is."""
-        if self._speed is None:
-            return 0.0
-        return (time_ns - self._start_ns) / NS / self._speed - self._watch.elapsed_s
+        """Return the wall time until virtual time `time_ns` is due, s; not above 0 when it is."""
+        passed_ns = self._wall_ns() - self._start_wall_ns
+        return ((time_ns - self._start_ns) / self.speed - passed_ns) / NS
 
     def hold(self, time_ns: int, is_wanted: Callable[[], bool]) -> None:
-        """Return when the wall has reached virtual time ``time_ns``, or when somebody is wanted."""
+        """Return when the wall has reached virtual time `time_ns`, or when somebody is wanted."""
         while (ahead_s := self.ahead_s(time_ns)) > 0 and not is_wanted():
             rest(ahead_s)
+
+    def due_ns(self, time_ns: int) -> int:
+        """Return the virtual time that is due now, ns, where it is `time_ns`; never less.
+
+        What lies more than `MOST_LAG_NS` back is given up.
+        """
+        wall_ns = self._wall_ns()
+        due_ns = self._start_ns + round((wall_ns - self._start_wall_ns) * self.speed)
+        most_ns = round(MOST_LAG_NS * min(self.speed, 1.0))
+        lag_ns = due_ns - time_ns
+        if lag_ns > most_ns:
+            self._lost_ns += round((lag_ns - most_ns) / self.speed)
+            due_ns = time_ns + most_ns
+            self._start_wall_ns, self._start_ns = wall_ns, due_ns
+        return max(due_ns, time_ns)
+
+    def shortfall(self) -> float | None:
+        """Return the speed reached, once a window, where it is less than 0.9 of the one asked."""
+        wall_ns = self._wall_ns()
+        window_ns = wall_ns - self._window_wall_ns
+        if window_ns < WINDOW_NS:
+            return None
+        reached = 1 - self._lost_ns / window_ns
+        self._window_wall_ns, self._lost_ns = wall_ns, 0
+        return self.speed * reached if reached < 0.9 else None
 
 
 def rest(seconds: float) -> None:

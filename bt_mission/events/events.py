@@ -1,4 +1,7 @@
-"""What happens in a mission that is watched, one thing at a time."""
+"""What happens in a mission that is watched, one thing at a time.
+
+Times are ROS time, ns. Statuses are those of py_trees.
+"""
 
 from __future__ import annotations
 
@@ -6,14 +9,36 @@ from dataclasses import dataclass
 
 from py_trees.common import Status
 
-from bt_mission.events import messages
+FINAL = ("success", "failure", "interrupted")
+"""Words of :attr:`MissionStateChanged.status` that are said of a mission that has ended."""
+
+OPEN = ("sent", "recalled", "active", "canceling")
+"""Words of :attr:`GoalChanged.state` that are said of a goal that may still be worked on."""
+
+
+@dataclass(frozen=True)
+class NodeInfo:
+    """A node of a tree; ``parent`` is its parent's index, the root's is its own."""
+
+    name: str
+    kind: str
+    path: str
+    parent: int
+
+    @property
+    def depth(self) -> int:
+        """0 for the root."""
+        return self.path.count(".")
 
 
 @dataclass(frozen=True)
 class MissionStarted:
-    """A mission has started, or has been found."""
+    """A mission has started, or has been found, with this tree: its nodes, depth first."""
 
-    tree: messages.TreeInfo
+    time_ns: int
+    run: str
+    mission: str
+    nodes: tuple[NodeInfo, ...]
 
 
 @dataclass(frozen=True)
@@ -22,10 +47,22 @@ class NodeStatusChanged:
 
     time_ns: int | None
     index: int
-    node: messages.NodeInfo
+    node: NodeInfo
     status: Status
     message: str
     is_leaf: bool
+
+
+@dataclass(frozen=True)
+class NodeProgress:
+    """What a running node does; ``limit`` is 0 where nothing is measured."""
+
+    node: int
+    since_ns: int
+    message: str
+    label: str
+    value: float
+    limit: float
 
 
 @dataclass(frozen=True)
@@ -33,22 +70,32 @@ class NodeProgressed:
     """A running node has come further."""
 
     time_ns: int
-    node: messages.NodeInfo
-    progress: messages.NodeProgress
+    node: NodeInfo
+    progress: NodeProgress
 
 
 @dataclass(frozen=True)
 class MissionStateChanged:
-    """The mission's state is another one."""
+    """Where a mission stands now: idle, running, paused, ending, or one of :data:`FINAL`."""
 
-    state: messages.MissionStateInfo
+    time_ns: int
+    run: str
+    mission: str
+    status: str
+    reason: str
 
 
 @dataclass(frozen=True)
 class GoalChanged:
-    """A goal was sent, or its state is another one."""
+    """A goal was sent, or its state is another one; ``targets`` are places on the map, m."""
 
-    goal: messages.GoalInfo
+    id: str
+    action: str
+    owner: str
+    sent_ns: int
+    changed_ns: int
+    state: str
+    targets: tuple[tuple[float, float], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -65,6 +112,7 @@ class LogLine:
     """The mission says a line."""
 
     time_ns: int
+    run: str
     text: str
 
 

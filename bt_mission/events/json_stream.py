@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import asdict
 from typing import Any
 
 from bt_mission.events.events import (
@@ -26,12 +27,8 @@ def as_object(happening: MissionEvent) -> dict[str, Any]:
     ``t`` is null where only the present is known, since the watcher came later.
     """
     match happening:
-        case MissionStarted(tree):
-            nodes = [
-                {"name": one.name, "kind": one.kind, "path": one.path, "parent": one.parent}
-                for one in tree.nodes
-            ]
-            return _event("tree", tree.time_ns, run=tree.run, mission=tree.mission, nodes=nodes)
+        case MissionStarted(time_ns):
+            return _event("tree", time_ns, **_fields(happening, "run", "mission", "nodes"))
         case NodeStatusChanged(time_ns, index, node, status, message):
             return _event(
                 "status",
@@ -57,34 +54,27 @@ def as_object(happening: MissionEvent) -> dict[str, Any]:
                 message=progress.message,
                 **measured,
             )
-        case MissionStateChanged(state):
-            return _event(
-                "mission",
-                state.time_ns,
-                run=state.run,
-                mission=state.mission,
-                status=state.status,
-                reason=state.reason,
-            )
+        case MissionStateChanged(time_ns):
+            fields = _fields(happening, "run", "mission", "status", "reason")
+            return _event("mission", time_ns, **fields)
         case GoalChanged(goal):
-            return _event(
-                "goal",
-                goal.changed_ns,
-                goal=goal.id,
-                action=goal.action,
-                owner=goal.owner,
-                state=goal.state,
-                sent=goal.sent_ns / NS,
-            )
+            fields = _fields(happening, "action", "owner", "state")
+            sent_s = happening.sent_ns / NS
+            return _event("goal", happening.changed_ns, goal=goal, **fields, sent=sent_s)
         case VariableChanged(time_ns, name, value):
             return _event("variable", time_ns, name=name, value=_read(value))
-        case LogLine(time_ns, text):
+        case LogLine(time_ns, text=text):
             return _event("log", time_ns, text=text)
 
 
 def as_line(event: dict[str, Any]) -> str:
     """Return an object as one line of JSON."""
     return json.dumps(event, allow_nan=False)
+
+
+def _fields(happening: MissionEvent, *names: str) -> dict[str, Any]:
+    fields = asdict(happening)
+    return {name: fields[name] for name in names}
 
 
 def _event(event: str, time_ns: int | None, **fields: Any) -> dict[str, Any]:

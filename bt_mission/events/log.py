@@ -42,16 +42,16 @@ def entry_of(happening: MissionEvent) -> LogEntry | None:
     tree.
     """
     match happening:
-        case MissionStarted(tree):
-            return LogEntry(tree.time_ns, None, tree.mission, "begins")
+        case MissionStarted(time_ns, mission=mission):
+            return LogEntry(time_ns, None, mission, "begins")
         case NodeStatusChanged(int() as time_ns, _, node, status, message, True) if (
             node.kind != LOG_KIND
         ):
             if status is Status.INVALID and not message:
                 return None  # made ready to run once more
             return LogEntry(time_ns, status, node.name, "" if status is Status.RUNNING else message)
-        case LogLine(time_ns, text):
+        case LogLine(time_ns, text=text):
             return LogEntry(time_ns, None, "", text)
-        case MissionStateChanged(state) if state.run:
-            return LogEntry(state.time_ns, None, f"mission {state.status}", state.reason)
+        case MissionStateChanged(time_ns, str(run), _, state, reason) if run:
+            return LogEntry(time_ns, None, f"mission {state}", reason)
     return None

@@ -1,4 +1,6 @@
-"""What an executive tells of a mission, and a robot of itself, as plain data.
+"""How an executive tells of a mission, and a robot of itself, as plain data.
+
+Some messages are events of :mod:`bt_mission.events.events` as they are; others hold several.
 
 Times are ROS time, ns. Statuses are those of py_trees.
 """
@@ -9,31 +11,13 @@ from dataclasses import dataclass
 
 from py_trees.common import Status
 
-FINAL = ("success", "failure", "interrupted")
-"""Words of :attr:`MissionStateInfo.status` that are said of a mission that has ended."""
-
-OPEN = ("sent", "recalled", "active", "canceling")
-"""Words of :attr:`GoalInfo.state` that are said of a goal that may still be worked on."""
-
-
-@dataclass(frozen=True)
-class NodeInfo:
-    """A node of a tree; ``parent`` is its parent's index, the root's is its own."""
-
-    name: str
-    kind: str
-    path: str
-    parent: int
-
-
-@dataclass(frozen=True)
-class TreeInfo:
-    """The tree of a mission that has started, depth first."""
-
-    time_ns: int
-    run: str
-    mission: str
-    nodes: tuple[NodeInfo, ...]
+from bt_mission.events.events import (
+    GoalChanged,
+    LogLine,
+    MissionStarted,
+    MissionStateChanged,
+    NodeProgress,
+)
 
 
 @dataclass(frozen=True)
@@ -65,42 +49,6 @@ class Statuses:
 
 
 @dataclass(frozen=True)
-class MissionStateInfo:
-    """Where a mission stands: idle, running, paused, ending, or one of :data:`FINAL`."""
-
-    time_ns: int
-    run: str
-    mission: str
-    status: str
-    reason: str
-
-
-@dataclass(frozen=True)
-class NodeProgress:
-    """What a running node does; ``limit`` is 0 where nothing is measured."""
-
-    node: int
-    since_ns: int
-    message: str
-    label: str
-    value: float
-    limit: float
-
-
-@dataclass(frozen=True)
-class GoalInfo:
-    """A goal that a mission has sent; ``targets`` are places on the map, m."""
-
-    id: str
-    action: str
-    owner: str
-    sent_ns: int
-    changed_ns: int
-    state: str
-    targets: tuple[tuple[float, float], ...] = ()
-
-
-@dataclass(frozen=True)
 class DetailsUpdate:
     """What a mission is doing. Goals and variables are those that have changed, or all."""
 
@@ -109,18 +57,9 @@ class DetailsUpdate:
     ticks: int
     goals_sent: int
     running: tuple[NodeProgress, ...]
-    goals: tuple[GoalInfo, ...]
+    goals: tuple[GoalChanged, ...]
     variables: tuple[tuple[str, str], ...]
     breakpoints: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class LogText:
-    """A line that a mission says."""
-
-    time_ns: int
-    run: str
-    text: str
 
 
 @dataclass(frozen=True)
@@ -173,7 +112,7 @@ class BatteryState:
     voltage: float
 
 
-Told = TreeInfo | Changes | Statuses | MissionStateInfo | DetailsUpdate | LogText
+Told = MissionStarted | Changes | Statuses | MissionStateChanged | DetailsUpdate | LogLine
 """What comes from an executive."""
 
 Robot = tuple[FrameTransform, ...] | ScanPoints | Map | BatteryState

@@ -1,4 +1,4 @@
-"""What is known of the mission of one executive, from what the executive tells.
+"""What is known of the mission of one executive and of its robot, from what they tell.
 
 Messages may come late and out of order: the tree after its first changes, changes with gaps.
 Changes count once all statuses up to the one before are known; until then they wait.
@@ -6,8 +6,10 @@ Changes count once all statuses up to the one before are known; until then they 
 
 from __future__ import annotations
 
+import copy
 from collections import deque
 from collections.abc import Iterator
+from typing import TypeVar
 
 from py_trees.common import Status
 
@@ -18,21 +20,31 @@ from bt_mission.events.events import (
     MissionEvent,
     MissionStarted,
     MissionStateChanged,
+    NodeProgress,
     NodeProgressed,
     NodeStatusChanged,
     VariableChanged,
 )
+from bt_mission.events.log import LOG_ENTRIES, LogEntry, entry_of
+from bt_mission.events.robot_state import RobotState
 
 WAITING_CHANGES = 10_000
 """Changes kept until the statuses before them are known; beyond it the oldest are dropped."""
 
+ROBOT = (tuple, messages.ScanPoints, messages.Map, messages.BatteryState)
+"""The classes of :data:`bt_mission.events.messages.Robot`."""
 
-class WatchedMission:
+State = TypeVar("State", "MissionState", RobotState)
+
+
+class MissionState:
     """One mission after another, as an executive tells of them. Feed it with :meth:`take`."""
 
     def __init__(self) -> None:
-        self.tree: messages.TreeInfo | None = None
-        self.state: messages.MissionStateInfo | None = None
+        self.tree: MissionStarted | None = None
+        self.state: MissionStateChanged | None = None
+        self.robot = RobotState()
+        self.log: deque[LogEntry] = deque(maxlen=LOG_ENTRIES)
         self.now_ns = 0
         """The newest ROS time that was told, ns."""
         self.sequence: int | None = None
@@ -46,11 +58,11 @@ class WatchedMission:
         self.is_leaf: list[bool] = []
         self.running: dict[int, None] = {}
         """Indices of the nodes that run, the newest last."""
-        self.progress: dict[int, messages.NodeProgress] = {}
+        self.progress: dict[int, NodeProgress] = {}
         self.ticks: int | None = None
         self.goals_sent: int | None = None
         """Neither is known before the first details."""
-        self.goals: dict[str, messages.GoalInfo] = {}
+        self.goals: dict[str, GoalChanged] = {}
         """Every goal that was told of, in the order sent."""
         self.variables: dict[str, str] = {}
         self.breakpoints: tuple[str, ...] = ()
@@ -58,6 +70,12 @@ class WatchedMission:
         self._waiting: deque[messages.Changes] = deque(maxlen=WAITING_CHANGES)
         self._early: deque[messages.Changes] = deque(maxlen=WAITING_CHANGES)
         """Changes of a run whose tree has not come yet."""
+
+    def copied(self) -> MissionState:
+        """Return the same once more; both can go on by themselves."""
+        other = _copied(self)
+        other.robot = _copied(self.robot)
+        return other
 
     @property
     def needs_statuses(self) -> bool:
@@ -82,23 +100,33 @@ class WatchedMission:
                 return index
         return None
 
-    def take(self, message: messages.Told) -> list[MissionEvent]:
-        """Take in what an executive tells; gives what has happened, in order."""
-        match message:
-            case messages.TreeInfo():
-                return [*self._begin(message)]
-            case messages.Changes():
-                return [*self._take_changes(message)]
-            case messages.Statuses():
-                return [*self._take_statuses(message)]
-            case messages.MissionStateInfo():
-                return [*self._take_state(message)]
-            case messages.DetailsUpdate():
-                return [*self._take_details(message)]
-            case messages.LogText():
-                return [*self._take_words(message)]
+    def take(self, message: messages.Told | messages.Robot) -> list[MissionEvent]:
+        """Take in what an executive or its robot tells; gives what has happened, in order."""
+        if isinstance(message, ROBOT):
+            self.robot.take(message)
+            return []
+        happened = list(self._take_told(message))
+        for one in happened:
+            if (entry := entry_of(one)) is not None:
+                self.log.append(entry)
+        return happened
 
-    def _begin(self, tree: messages.TreeInfo) -> Iterator[MissionEvent]:
+    def _take_told(self, message: messages.Told) -> Iterator[MissionEvent]:
+        match message:
+            case MissionStarted():
+                return self._begin(message)
+            case messages.Changes():
+                return self._take_changes(message)
+            case messages.Statuses():
+                return self._take_statuses(message)
+            case MissionStateChanged():
+                return self._take_state(message)
+            case messages.DetailsUpdate():
+                return self._take_details(message)
+            case LogLine():
+                return self._take_line(message)
+
+    def _begin(self, tree: MissionStarted) -> Iterator[MissionEvent]:
         if self.tree is not None and tree.run == self.tree.run:
             return
         count = len(tree.nodes)
@@ -114,7 +142,8 @@ class WatchedMission:
         self._waiting.clear()
         self._waiting.extend(one for one in self._early if one.run == tree.run)
         self._early.clear()
-        yield MissionStarted(tree)
+        self.robot.trail.clear()
+        yield tree
         yield from self._catch_up()
 
     def _take_changes(self, changes: messages.Changes) -> Iterator[MissionEvent]:
@@ -182,13 +211,13 @@ class WatchedMission:
             self.running.pop(index, None)
             self.progress.pop(index, None)
 
-    def _take_state(self, state: messages.MissionStateInfo) -> Iterator[MissionEvent]:
+    def _take_state(self, state: MissionStateChanged) -> Iterator[MissionEvent]:
         if self.state == state:
             return
         if self.tree is not None and state.run == self.tree.run:
             self._see(state.time_ns)
         self.state = state
-        yield MissionStateChanged(state)
+        yield state
 
     def _take_details(self, details: messages.DetailsUpdate) -> Iterator[MissionEvent]:
         tree = self.tree
@@ -205,22 +234,31 @@ class WatchedMission:
         for goal in details.goals:
             if self.goals.get(goal.id) != goal:
                 self.goals[goal.id] = goal
-                yield GoalChanged(goal)
+                yield goal
         for name, value in details.variables:
             if self.variables.get(name) != value:
                 self.variables[name] = value
                 yield VariableChanged(details.time_ns, name, value)
 
-    def _apply(self, progress: messages.NodeProgress) -> None:
+    def _apply(self, progress: NodeProgress) -> None:
         """Details may come before the statuses, or after a node has ended."""
         if progress.node in self.running:
             self.messages[progress.node] = progress.message
             self.since_ns[progress.node] = progress.since_ns
 
-    def _take_words(self, said: messages.LogText) -> Iterator[MissionEvent]:
-        if self.tree is not None and said.run == self.tree.run:
-            self._see(said.time_ns)
-            yield LogLine(said.time_ns, said.text)
+    def _take_line(self, line: LogLine) -> Iterator[MissionEvent]:
+        if self.tree is not None and line.run == self.tree.run:
+            self._see(line.time_ns)
+            yield line
 
     def _see(self, time_ns: int) -> None:
         self.now_ns = max(self.now_ns, time_ns)
+
+
+def _copied(state: State) -> State:
+    """Return a copy with containers of its own; what is in them is frozen."""
+    other = copy.copy(state)
+    for name, value in vars(state).items():
+        if isinstance(value, list | dict | deque):
+            setattr(other, name, value.copy())
+    return other

@@ -10,6 +10,7 @@ from typing import Any
 
 from py_trees.common import Status
 
+from bt_mission.events import events
 from bt_mission.events import messages as told
 
 STATUSES = (Status.INVALID, Status.RUNNING, Status.SUCCESS, Status.FAILURE)
@@ -23,13 +24,13 @@ def time_ns(stamp: Any) -> int:
     return int(stamp.sec) * NS + int(stamp.nanosec)
 
 
-def tree(message: Any) -> told.TreeInfo:
+def tree(message: Any) -> events.MissionStarted:
     """Return a ``Tree``; a parent that does not come before its child is taken for the root."""
     nodes = tuple(
-        told.NodeInfo(one.name, one.kind, one.path, one.parent if one.parent < index else 0)
+        events.NodeInfo(one.name, one.kind, one.path, one.parent if one.parent < index else 0)
         for index, one in enumerate(message.nodes)
     )
-    return told.TreeInfo(time_ns(message.stamp), message.run, message.mission, nodes)
+    return events.MissionStarted(time_ns(message.stamp), message.run, message.mission, nodes)
 
 
 def changes(message: Any) -> told.Changes:
@@ -44,9 +45,9 @@ def statuses(answer: Any) -> told.Statuses:
     return told.Statuses(answer.run, answer.sequence, _standings(answer.statuses))
 
 
-def state(message: Any) -> told.MissionStateInfo:
+def state(message: Any) -> events.MissionStateChanged:
     """Return a ``MissionState``."""
-    return told.MissionStateInfo(
+    return events.MissionStateChanged(
         time_ns(message.stamp), message.run, message.mission, message.status, message.reason
     )
 
@@ -59,7 +60,7 @@ def details(message: Any) -> told.DetailsUpdate:
         message.ticks,
         message.goals_sent,
         tuple(
-            told.NodeProgress(
+            events.NodeProgress(
                 one.node, time_ns(one.since), one.message, one.label, one.value, one.limit
             )
             for one in message.running
@@ -70,9 +71,9 @@ def details(message: Any) -> told.DetailsUpdate:
     )
 
 
-def said(message: Any) -> told.LogText:
+def said(message: Any) -> events.LogLine:
     """Return a ``MissionLog``."""
-    return told.LogText(time_ns(message.stamp), message.run, message.text)
+    return events.LogLine(time_ns(message.stamp), message.run, message.text)
 
 
 def transforms(message: Any) -> tuple[told.FrameTransform, ...]:
@@ -126,9 +127,12 @@ def battery(message: Any) -> told.BatteryState:
 
 def yaw(turn: Any) -> float:
     """Return the angle about the vertical axis of a quaternion, rad."""
-    return math.atan2(
-        2 * (turn.w * turn.z + turn.x * turn.y), 1 - 2 * (turn.y * turn.y + turn.z * turn.z)
-    )
+    return yaw_of(turn.x, turn.y, turn.z, turn.w)
+
+
+def yaw_of(x: float, y: float, z: float, w: float) -> float:
+    """Return the angle about the vertical axis, rad."""
+    return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
 
 
 def _standings(messages: Any) -> tuple[told.NodeStatus, ...]:
@@ -140,8 +144,8 @@ def _status(code: int) -> Status:
     return STATUSES[code] if 0 <= code < len(STATUSES) else Status.INVALID
 
 
-def _goal(one: Any) -> told.GoalInfo:
-    return told.GoalInfo(
+def _goal(one: Any) -> events.GoalChanged:
+    return events.GoalChanged(
         one.goal_id,
         one.action,
         one.owner,

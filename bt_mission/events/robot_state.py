@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
 from bt_mission.events import messages
@@ -38,7 +39,27 @@ class FloorPose:
         )
 
 
-class WatchedRobot:
+Frames = dict[str, tuple[str, FloorPose]]
+"""Of each frame its parent, and where it is in that."""
+
+
+def frames_of(transforms: Iterable[messages.FrameTransform]) -> Frames:
+    """Return the frames that transforms tell of."""
+    return {one.child: (one.parent, FloorPose(one.x, one.y, one.yaw)) for one in transforms}
+
+
+def locate(frames: Frames, frame: str, roots: Collection[str] = ()) -> tuple[str, FloorPose]:
+    """Return the root above a frame, or the first of ``roots``, and where the frame is in it."""
+    pose = FloorPose(0.0, 0.0, 0.0)
+    for _ in range(FRAME_LEVELS):
+        if frame not in frames or frame in roots:
+            break
+        frame, step = frames[frame]
+        pose = step @ pose
+    return frame, pose
+
+
+class RobotState:
     """A robot, from what it tells. Feed it with :meth:`take`."""
 
     def __init__(self) -> None:
@@ -48,7 +69,7 @@ class WatchedRobot:
         self.trail: deque[tuple[float, float]] = deque(maxlen=TRAIL_POINTS)
         self.frame = ""
         """The frame that pose and trail are in: ``map``, or ``odom`` where nobody localises."""
-        self._frames: dict[str, tuple[str, FloorPose]] = {}
+        self._frames: Frames = {}
         self._is_percent = False
 
     def take(self, reading: messages.Robot) -> None:
@@ -62,13 +83,8 @@ class WatchedRobot:
                 self.battery = reading
                 self._is_percent |= reading.charge > 1
             case transforms:
-                for one in transforms:
-                    self._frames[one.child] = (one.parent, FloorPose(one.x, one.y, one.yaw))
+                self._frames |= frames_of(transforms)
                 self._extend_trail()
-
-    def forget_trail(self) -> None:
-        """Another mission begins."""
-        self.trail.clear()
 
     @property
     def charge(self) -> float | None:
@@ -83,7 +99,7 @@ class WatchedRobot:
         for base in BASES:
             for frame in self._frames:
                 if frame.rpartition("/")[2] == base:
-                    return self._locate(frame)[1]
+                    return locate(self._frames, frame)[1]
         return None
 
     def scan_points(self) -> list[tuple[float, float]]:
@@ -91,7 +107,7 @@ class WatchedRobot:
         if self.scan is None or self.scan.frame not in self._frames:
             return []
         scan = self.scan
-        _, lidar = self._locate(scan.frame)
+        _, lidar = locate(self._frames, scan.frame)
         points = []
         for ray, reach in enumerate(scan.ranges):
             if scan.range_min <= reach <= scan.range_max:
@@ -101,22 +117,12 @@ class WatchedRobot:
                 )
         return points
 
-    def _locate(self, frame: str) -> tuple[str, FloorPose]:
-        """The root above a frame, and where the frame is in it."""
-        pose = FloorPose(0.0, 0.0, 0.0)
-        for _ in range(FRAME_LEVELS):
-            if frame not in self._frames:
-                break
-            frame, step = self._frames[frame]
-            pose = step @ pose
-        return frame, pose
-
     def _extend_trail(self) -> None:
         pose = self.pose
         if pose is None or not math.isfinite(pose.x + pose.y):
             return
         base = next(one for one in self._frames if one.rpartition("/")[2] in BASES)
-        root = self._locate(base)[0]
+        root = locate(self._frames, base)[0]
         if root != self.frame:
             self.frame = root
             self.trail.clear()

@@ -58,10 +58,13 @@ class Change:
 class Executive:
     """Ticks one tree to its end.
 
-    :param root: the tree; its nodes' ``setup`` is called here.
-    :param runtime: time, ledger, variables and clients for the leaves.
-    :param trace: told of every change of status and every event of a goal.
-    :raises BtMissionError: when a node cannot be set up, such as an unknown action type.
+    Args:
+        root: The tree; its nodes' ``setup`` is called here.
+        runtime: Time, ledger, variables and clients for the leaves.
+        trace: Told of every change of status and every event of a goal.
+
+    Raises:
+        BtMissionError: When a node cannot be set up, such as an unknown action type.
     """
 
     def __init__(self, root: Behaviour, runtime: Runtime, trace: Trace) -> None:
@@ -71,12 +74,16 @@ class Executive:
         self.ticks = 0
         self.cycles = 0
         self.started_ns = 0
+        """ROS time of the first tick, ns; 0 before it."""
+        self.ended_ns = 0
+        """ROS time of the end, ns; 0 before it."""
         self.paused: str | None = None
         """Why it is paused; None while it is not."""
         self.listeners: list[Callable[[Change], None]] = []
         self.goal_listeners: list[Callable[[str, Goal], None]] = []
+        runtime.ledger.on_event = self._on_goal
         self.after_tick: list[Callable[[], None]] = []
-        self.tick_wrapper: Callable[[Iterator[Behaviour]], Iterator[Behaviour]] = iter
+        self.tick_wrappers: list[Callable[[Iterator[Behaviour]], Iterator[Behaviour]]] = []
         """Put around each tick's walk, by who wants to see every node that it visits."""
         self._runtime = runtime
         self._trace = trace
@@ -136,19 +143,19 @@ class Executive:
     def interrupt(self, reason: str) -> None:
         """Halt the tree and cancel every goal; later ticks see them to their end."""
         if self.status is MissionStatus.RUNNING:
-            self._halt(MissionStatus.INTERRUPTED, reason)
+            self._end(MissionStatus.INTERRUPTED, reason)
 
     def fail(self, reason: str) -> None:
         """End the mission as failed for a reason from outside the tree."""
         if self.status is MissionStatus.RUNNING:
-            self._halt(MissionStatus.FAILURE, reason)
+            self._end(MissionStatus.FAILURE, reason)
 
     def abandon(self, reason: str) -> None:
         """End at once, without waiting for anybody; the goals left behind stand in the reason."""
         if self.is_done:
             return
         if self.status is MissionStatus.RUNNING:
-            self._halt(MissionStatus.FAILURE, reason)
+            self._end(MissionStatus.FAILURE, reason)
         else:
             self.reason = "; ".join(filter(None, (self.reason, reason)))
         self._runtime.ledger.update(self._runtime.now_ns)
@@ -204,20 +211,6 @@ class Executive:
         """The place of a node in the tree, such as ``0.1.0``."""
         return self._paths[node]
 
-    def record_goal(self, what: str, goal: Goal) -> None:
-        """Put an event of a goal into the trace (the ledger calls this)."""
-        self._trace.record(
-            self._runtime.now_ns,
-            f"goal {what}",
-            goal=goal.id.hex(),
-            action=goal.goal_client.name,
-            owner=goal.owner,
-            phase=str(goal.phase),
-            status=None if goal.status is None else int(goal.status),
-        )
-        for listener in self.goal_listeners:
-            listener(what, goal)
-
     # ---- inside --------------------------------------------------------------------------
 
     def _name_nodes(self, node: Behaviour, path: str) -> None:
@@ -229,10 +222,23 @@ class Executive:
             children = [(child, f"{place}.{i}") for i, child in enumerate(current.children)]
             stack += reversed(children)
 
+    def _on_goal(self, time_ns: int, what: str, goal: Goal) -> None:
+        self._trace.record(
+            time_ns,
+            f"goal {what}",
+            goal=goal.id.hex(),
+            action=goal.goal_client.name,
+            owner=goal.owner,
+            phase=str(goal.phase),
+            status=None if goal.status is None else int(goal.status),
+        )
+        for listener in self.goal_listeners:
+            listener(what, goal)
+
     def _tick_tree(self) -> None:
         if self._walk is None:
             self.ticks += 1
-            self._walk = self.tick_wrapper(self.root.tick())
+            self._walk = self._begin_walk()
         try:
             known = self._known
             for node in self._walk:
@@ -244,14 +250,20 @@ class Executive:
             self._walk = None
             self._note_halted()
         except BtMissionError as error:
-            self._halt(MissionStatus.FAILURE, str(error))
+            self._end(MissionStatus.FAILURE, str(error))
         except Exception as error:  # noqa: BLE001 - a user's leaf may raise anything
-            self._halt(MissionStatus.FAILURE, described(error))
+            self._end(MissionStatus.FAILURE, described(error))
         else:
             if self.root.status is Status.SUCCESS:
                 self._end(MissionStatus.SUCCESS, "")
             elif self.root.status is not Status.RUNNING:
                 self._end(MissionStatus.FAILURE, self._why_failed())
+
+    def _begin_walk(self) -> Iterator[Behaviour]:
+        walk: Iterator[Behaviour] = self.root.tick()
+        for wrap in self.tick_wrappers:
+            walk = wrap(walk)
+        return walk
 
     def _break(self) -> None:
         """Stop in the middle of a tick."""
@@ -300,36 +312,36 @@ class Executive:
         for listener in self.listeners:
             listener(change)
 
-    def _halt(self, verdict: MissionStatus, reason: str) -> None:
-        """Stop every running node; a node that raises does not keep its siblings running."""
-        for node in self.root.iterate():
-            try:
-                if isinstance(node, ActionLeaf):
-                    node.terminate(Status.INVALID)  # also one whose own update raised
-                if node.status is Status.RUNNING:
-                    node.stop(Status.INVALID)
-            except Exception as error:  # noqa: BLE001 - the others must still be stopped
-                reason += f"; stopping '{node.name}' raised {described(error)}"
-        self._end(verdict, reason)
-        self._note_halted()
-
     def _end(self, verdict: MissionStatus, reason: str) -> None:
-        """See every goal to its end, whether or not its leaf has handed it over."""
+        """Stop what runs, and wait from now on for the goals that are still open."""
+        reason = "; ".join(filter(None, (reason, *self._stop_nodes())))
         self.status, self._verdict, self.reason = MissionStatus.ENDING, verdict, reason
         self.paused = self._walk = self._recovery = None
-        for goal in self._runtime.ledger.open_goals:
-            self._runtime.ledger.release_goal(goal, self._runtime.now_ns)
+        self._note_halted()
+
+    def _stop_nodes(self) -> list[str]:
+        """Stop each node that runs, once; a leaf releases its goal. Return what went wrong."""
+        faults = []
+        for node in self.root.iterate():
+            try:
+                if node.status is Status.RUNNING:
+                    node.stop(Status.INVALID)
+                elif isinstance(node, ActionLeaf):
+                    node.terminate(Status.INVALID)  # its own update may have raised
+            except Exception as error:  # noqa: BLE001 - the others must still be stopped
+                faults.append(f"stopping '{node.name}' raised {described(error)}")
+        return faults
 
     def _finish(self) -> None:
         left = self.goals_left_behind
         if left:
-            self.reason = "; ".join(filter(None, (self.reason, "left behind: " + ", ".join(left))))
+            self.reason = "; ".join(
+                filter(None, (self.reason, "orphaned goals: " + ", ".join(left)))
+            )
             if self._verdict is MissionStatus.SUCCESS:
                 self._verdict = MissionStatus.FAILURE
-        self.status = self._verdict
-        self._trace.record(
-            self._runtime.now_ns, "mission", status=str(self.status), reason=self.reason
-        )
+        self.status, self.ended_ns = self._verdict, self._runtime.now_ns
+        self._trace.record(self.ended_ns, "mission", status=str(self.status), reason=self.reason)
 
     def _why_failed(self) -> str:
         failed = [

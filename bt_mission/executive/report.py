@@ -6,19 +6,26 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from bt_mission.executive.executive import Executive
     from bt_mission.executive.leaf_statistics import LeafSummary
+    from bt_mission.executive.trace import Trace
+    from bt_mission.language.mission import Mission
 
 
 @dataclass(frozen=True)
 class Report:
-    """What a run came to. Fields that only a simulation knows are None when attached.
+    """What a run came to; `str()` of it is a summary for people.
 
-    :param virtual_s: ROS time from start to end, s; wall_s: wall time of the same, s.
-    :param real_time_factor: virtual seconds per wall second.
-    :param goals_left_behind: goals whose end no server confirmed.
-    :param distance_travelled_m: true path length of the robot, m.
-    :param trace_sha256: equal for two runs in which the same things happened at the same times.
-    :param leaves: what each leaf came to, where they were counted.
+    Fields that only a simulation knows are None when attached.
+
+    Attributes:
+        virtual_s: ROS time from start to end, s.
+        wall_s: Wall time of the same, s.
+        real_time_factor: Virtual seconds per wall second.
+        goals_left_behind: Goals whose end no server confirmed.
+        distance_travelled_m: True path length of the robot, m.
+        trace_sha256: Equal for two runs in which the same things happened at the same times.
+        leaves: What each leaf came to, where they were counted.
     """
 
     mission: str
@@ -38,6 +45,9 @@ class Report:
     trace_sha256: str
     leaves: tuple[LeafSummary, ...] = ()
 
+    def __str__(self) -> str:
+        return self.as_text()
+
     def as_dict(self) -> dict[str, Any]:
         """The fields by name, ready for JSON."""
         return asdict(self)
@@ -49,10 +59,33 @@ class Report:
             f"  {self.virtual_s:.2f} s in {self.wall_s:.2f} s of wall time "
             f"({self.real_time_factor:.1f} x real time), seed {self.seed}"
         )
-        facts = [f"{self.goals_sent} goals sent", f"{self.goals_left_behind} left behind"]
+        facts = [f"{self.goals_sent} goals sent", f"{self.goals_left_behind} orphaned"]
         if self.distance_travelled_m is not None:
             facts.append(f"{self.distance_travelled_m:.2f} m driven")
         if self.collisions is not None:
             facts.append(f"{self.collisions} collisions")
         lines.append("  " + ", ".join(facts))
         return "\n".join(lines)
+
+
+def report_on(
+    mission: Mission, executive: Executive, trace: Trace, virtual_s: float, wall_s: float
+) -> Report:
+    """The report of a mission that has ended, as far as its executive knows."""
+    return Report(
+        mission=mission.name,
+        status=str(executive.status),
+        reason=executive.reason,
+        world=mission.world,
+        robot=mission.robot,
+        seed=mission.seed,
+        virtual_s=round(virtual_s, 6),
+        wall_s=round(wall_s, 3),
+        real_time_factor=round(virtual_s / wall_s, 1) if wall_s > 0 else 0.0,
+        ticks=executive.ticks,
+        goals_sent=executive.goals_sent,
+        goals_left_behind=len(executive.goals_left_behind),
+        collisions=None,
+        distance_travelled_m=None,
+        trace_sha256=trace.sha256,
+    )

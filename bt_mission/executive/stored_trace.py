@@ -17,12 +17,17 @@ class TraceError(BtMissionError):
     """A file that is no trace, or one of another version."""
 
 
+RENAMED = {"goal handed over": "goal released", "goal given up": "goal abandoned"}
+"""Events as version 1 calls them."""
+
+
 @dataclass(frozen=True)
 class StoredTrace:
     """What happened in a run.
 
     :param events: in order, as `docs/reference/trace.md` describes them.
     :param sha256: the hash over its lines; the one that the run's report tells, if it is whole.
+    :param version: of the format.
     :param is_cut: its last line is torn, as when the process was killed; it is left out.
     """
 
@@ -30,6 +35,7 @@ class StoredTrace:
     events: tuple[dict[str, Any], ...]
     sha256: str
     is_cut: bool
+    version: int = VERSION
 
     @property
     def start(self) -> dict[str, Any]:
@@ -73,17 +79,17 @@ def trace_of(file: str, lines: Iterable[str]) -> StoredTrace:
 
 def _stored(file: str, lines: list[bytes], *, is_cut: bool) -> StoredTrace:
     digest = hashlib.sha256()
-    events = []
+    events, version = [], VERSION
     for number, line in enumerate(lines, 1):
         digest.update(line + b"\n")
         data = _parsed(line, f"{file}:{number}")
         if number == 1:
-            _check_version(data, f"{file}:1")
+            version = _version(data, f"{file}:1")
         elif isinstance(data.get("t"), int) and isinstance(data.get("event"), str):
-            events.append(data)
+            events.append({**data, "event": RENAMED.get(data["event"], data["event"])})
         else:
             raise TraceError(f"{file}:{number}: no event: expected 't' in ns and 'event'")
-    return StoredTrace(file, tuple(events), digest.hexdigest(), is_cut)
+    return StoredTrace(file, tuple(events), digest.hexdigest(), is_cut, version)
 
 
 def _parsed(line: bytes, place: str) -> dict[str, Any]:
@@ -96,9 +102,11 @@ def _parsed(line: bytes, place: str) -> dict[str, Any]:
     return data
 
 
-def _check_version(data: dict[str, Any], place: str) -> None:
+def _version(data: dict[str, Any], place: str) -> int:
     version = data.get("trace_version")
     if version is None:
         raise TraceError(f"{place}: no trace: the first line does not name its version")
-    if version != VERSION:
-        raise TraceError(f"{place}: a trace of version {version}; this bt-mission reads {VERSION}")
+    if version not in range(1, VERSION + 1):
+        known = f"this bt-mission reads 1 to {VERSION}"
+        raise TraceError(f"{place}: a trace of version {version}; {known}")
+    return int(version)

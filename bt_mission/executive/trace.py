@@ -19,7 +19,7 @@ from typing import Any
 
 from bt_mission.core.errors import BtMissionError
 
-VERSION = 1
+VERSION = 2
 KEPT_EVENTS = 200
 _ENCODER = json.JSONEncoder(sort_keys=True)  # json.dumps makes a new one for each event
 

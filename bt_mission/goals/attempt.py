@@ -27,11 +27,13 @@ SERVER_CHECK_NS = NS // 4
 class Limits:
     """Limits of one attempt, in seconds of ROS time; None is no limit.
 
-    :param server: wait for the server (and for an earlier goal there to end).
-    :param answer: from the request to accepted or rejected.
-    :param goal: from acceptance to the result.
-    :param silence: between two feedback messages.
-    :param cancel: from a cancel request to the confirmed end.
+    Attributes:
+        server: Wait for the server (and for an earlier goal there to end).
+        answer: From the request to accepted or rejected.
+        goal: From acceptance to the result.
+        silence: Between two feedback messages.
+        cancel: From a cancel request to the confirmed end.
+        condition: Looks at each feedback; a text that says what was met cancels the goal.
     """
 
     server: float = 5.0
@@ -39,6 +41,7 @@ class Limits:
     goal: float | None = None
     silence: float | None = None
     cancel: float = 3.0
+    condition: Callable[[Any], str | None] | None = None
 
 
 class Cause(StrEnum):
@@ -59,13 +62,13 @@ _CANCELED = {
 class Attempt:
     """The whole life of one goal, from the first wait for a server to one outcome.
 
-    :param courier: the server.
-    :param ledger: keeps the goal beyond this attempt's end.
-    :param owner: the leaf's name.
-    :param request: the goal, in the courier's form.
-    :param limits: see :class:`Limits`.
-    :param condition: looks at each feedback; a text that says what was met cancels the goal.
-    :param now_ns: ROS time.
+    Args:
+        courier: The client of the server.
+        ledger: Keeps the goal beyond this attempt's end.
+        owner: The leaf's name.
+        request: The goal, in the client's form.
+        limits: What ends it early.
+        now_ns: ROS time.
     """
 
     def __init__(
@@ -75,7 +78,6 @@ class Attempt:
         owner: str,
         request: Any,
         limits: Limits,
-        condition: Callable[[Any], str | None] | None,
         now_ns: int,
     ) -> None:
         self._courier = courier
@@ -83,7 +85,6 @@ class Attempt:
         self._owner = owner
         self._request = request
         self._limits = limits
-        self._condition = condition
         self._since_ns = now_ns
         self._heard_ns = now_ns
         self._accepted_ns: int | None = None
@@ -98,7 +99,7 @@ class Attempt:
     @classmethod
     def of(cls, goal: Goal, ledger: Ledger, now_ns: int) -> Attempt:
         """The attempt that a goal, sent before, belongs to."""
-        attempt = cls(goal.goal_client, ledger, goal.owner, None, Limits(), None, now_ns)
+        attempt = cls(goal.goal_client, ledger, goal.owner, None, Limits(), now_ns)
         attempt.goal = goal
         return attempt
 
@@ -115,7 +116,7 @@ class Attempt:
         if self.goal is None:
             return "waiting for the server"
         if self.goal.phase is Phase.SENT:
-            return "waiting for an answer"
+            return "waiting for acceptance"
         return "canceling" if self._cause else "active"
 
     def is_quiet(self, now_ns: int) -> bool:
@@ -172,7 +173,9 @@ class Attempt:
         busy = self._ledger.has_orphan_at(self._courier)
         if not busy and self._courier.is_ready():
             grace_ns = round(self._limits.cancel * NS)
-            self.goal = self._ledger.send(self._courier, self._owner, self._request, grace_ns)
+            self.goal = self._ledger.send(
+                self._courier, self._owner, self._request, now_ns, grace_ns
+            )
             self._since_ns = now_ns
             return None
         if now_ns - self._since_ns < self._limits.server * NS:
@@ -209,11 +212,12 @@ class Attempt:
         return due_ns
 
     def _check_feedback(self, goal: Goal, now_ns: int) -> None:
+        condition = self._limits.condition
         if goal.unread:
             self._heard_ns = now_ns
         while goal.unread:
             feedback = goal.unread.popleft()
-            met = self._condition(feedback) if self._condition else None
+            met = condition(feedback) if condition else None
             if met:
                 self._cancel(Cause.CONDITION, met, now_ns)
                 return

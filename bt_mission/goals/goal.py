@@ -40,7 +40,7 @@ class Event(StrEnum):
     UNWANTED = "unwanted"
     CANCEL_REFUSED = "cancel refused"
     RESULT = "result"
-    GIVEN_UP = "given up"
+    GIVEN_UP = "abandoned"
 
 
 class Command(StrEnum):

@@ -20,28 +20,29 @@ FOUND_GRACE_NS = 10_000_000_000
 """How long a goal of another process may take to end; its server has only just been found."""
 
 
-def _tell_nobody(what: str, goal: Goal) -> None:
-    """Take an event and do nothing with it."""
+GoalListener = Callable[[int, str, Goal], None]
+"""Takes the ROS time, ns, of an event of a goal, the event, and the goal."""
 
 
 class Ledger:
     """Holds goals to their confirmed end.
 
-    :param seed: goal UUIDs are made from it, so that a run repeats.
-    :param grace_ns: how long an orphaned goal may take to end before it counts as left behind,
-        where its sender says nothing else.
-    :param on_event: told of every goal that is sent, handed over, given up or ended.
+    Args:
+        seed: Goal UUIDs are made from it, so that a run repeats.
+        grace_ns: How long an orphaned goal may take to end before it counts as left behind, where
+            its sender says nothing else.
+        on_event: Told of every goal that is sent, handed over, given up or ended.
     """
 
     def __init__(
         self,
         seed: int | str,
         grace_ns: int,
-        on_event: Callable[[str, Goal], None] = _tell_nobody,
+        on_event: GoalListener = lambda *_: None,
     ) -> None:
         self._seed = seed
         self._grace_ns = grace_ns
-        self._on_event = on_event
+        self.on_event = on_event
         self._open: dict[bytes, Goal] = {}
         self._retry_ns: dict[bytes, int] = {}
         self._given_up: set[bytes] = set()
@@ -59,11 +60,21 @@ class Ledger:
         return not any(goal.is_live for goal in self._open.values())
 
     def send(
-        self, courier: GoalClient, owner: str, request: Any, grace_ns: int | None = None
+        self,
+        courier: GoalClient,
+        owner: str,
+        request: Any,
+        now_ns: int,
+        grace_ns: int | None = None,
     ) -> Goal:
         """Send ``request`` as a new goal and keep it until it ends.
 
-        :param grace_ns: instead of the ledger's own.
+        Args:
+            courier: Carries it to its server.
+            owner: Who sends it, for people.
+            request: The goal, in the client's form.
+            now_ns: ROS time.
+            grace_ns: Instead of the ledger's own.
         """
         self.goals_sent += 1
         digest = bytearray(hashlib.sha256(f"{self._seed}/{self.goals_sent}".encode()).digest()[:16])
@@ -72,7 +83,7 @@ class Ledger:
         grace_ns = self._grace_ns if grace_ns is None else grace_ns
         goal = Goal(bytes(digest), courier, owner, grace_ns, request)
         self._open[goal.id] = goal
-        self._on_event("sent", goal)
+        self.on_event(now_ns, "sent", goal)
         try:
             courier.send(goal, request)
         except Exception:  # whatever it was, it goes on to the caller
@@ -85,7 +96,7 @@ class Ledger:
         goal = Goal(goal_id, courier, owner, FOUND_GRACE_NS, phase=Phase.LOST, orphaned_ns=now_ns)
         self._open[goal.id] = goal
         self._retry_ns[goal.id] = now_ns + RETRY_NS
-        self._on_event("found again", goal)
+        self.on_event(now_ns, "found again", goal)
         courier.recover_goal(goal)
         goal.on(Event.ACCEPTED)
         return goal
@@ -96,7 +107,7 @@ class Ledger:
             return
         goal.orphaned_ns = now_ns
         self._retry_ns[goal.id] = now_ns + RETRY_NS
-        self._on_event("handed over", goal)
+        self.on_event(now_ns, "released", goal)
         goal.on(Event.UNWANTED)
 
     def has_orphan_at(self, courier: GoalClient) -> bool:
@@ -123,7 +134,7 @@ class Ledger:
                 del self._open[goal.id]
                 self._retry_ns.pop(goal.id, None)
                 self._given_up.discard(goal.id)
-                self._on_event("ended", goal)
+                self.on_event(now_ns, "ended", goal)
             elif goal.orphaned_ns is None or not goal.is_live:
                 continue
             elif goal.id in self._given_up:
@@ -134,7 +145,7 @@ class Ledger:
             elif now_ns >= goal.orphaned_ns + goal.grace_ns:
                 self._given_up.add(goal.id)
                 goal.on(Event.GIVEN_UP)
-                self._on_event("given up", goal)
+                self.on_event(now_ns, "abandoned", goal)
             elif now_ns >= self._retry_ns[goal.id]:
                 self._retry_ns[goal.id] = now_ns + RETRY_NS
                 goal.on(Event.UNWANTED)

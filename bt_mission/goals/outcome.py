@@ -16,7 +16,7 @@ class Outcome(StrEnum):
     CANCELED_BY_CONDITION = "canceled by condition"
     CANCELED_BY_TIMEOUT = "canceled by timeout"
     CANCELED_BY_HALT = "canceled by halt"
-    CANCELED_FROM_OUTSIDE = "canceled from outside"
+    CANCELED_FROM_OUTSIDE = "canceled by another client"
     NO_SERVER = "server not available"
     NO_ANSWER = "no answer to the goal"
     SILENT = "feedback silent for too long"

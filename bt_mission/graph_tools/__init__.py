@@ -1,1 +1,1 @@
-"""Actions, topics and services by hand: what a person at a terminal does with any ROS graph."""
+"""Actions, topics and services by session: what a person at a terminal does with any ROS graph."""

@@ -24,15 +24,18 @@ NARROW = 60
 class FeedbackTable:
     """Draws the feedback of one goal.
 
-    :param about: the action's type.
-    :param goal: the goal message.
-    :param encoding: of the terminal.
+    Args:
+        about: the action's type.
+        goal: the goal message; None where it is not known.
+        encoding: of the terminal.
     """
 
     def __init__(self, about: InterfaceDescription, goal: Any, encoding: str | None) -> None:
         self._units = about.part("feedback").units()
         self._gauges = ProgressBounds(
-            dict(flat(plain(goal, SHOWN_ITEMS))), about.part("goal").units(), self._units
+            {} if goal is None else dict(flat(plain(goal, SHOWN_ITEMS))),
+            about.part("goal").units(),
+            self._units,
         )
         self._signs = signs_for(encoding)
 

@@ -17,16 +17,21 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.core.text import escape_control
 from bt_mission.graph_tools.feedback_table import ASCII_SIGNS, FeedbackTable, signs_for
 from bt_mission.graph_tools.form_fields import FormField, lines_of, nested, texts
-from bt_mission.graph_tools.goal_lines import end_lines
-from bt_mission.graph_tools.goal_request import GoalRequest, GoalResult
-from bt_mission.graph_tools.interface_description import InterfaceDescription
+from bt_mission.graph_tools.goal_events import (
+    CancelRefused,
+    FeedbackReceived,
+    GoalEnded,
+    GoalEvent,
+    GoalResult,
+)
+from bt_mission.graph_tools.goal_request import GoalRequest
+from bt_mission.graph_tools.goal_views import event_lines
 
 if TYPE_CHECKING:
-    from bt_mission.goals.goal import Goal
+    from bt_mission.graph_tools.goal_sender import GoalSender
     from bt_mission.graph_tools.graph_session import GraphSession
-    from bt_mission.graph_tools.sending import Sender
 
-BEAT_S = 0.05
+PERIOD_S = 0.05
 """How often what has come is served."""
 
 
@@ -54,6 +59,11 @@ class FormLine(Vertical):
         """What was filled in before may be wrong."""
         self.check()
 
+    @on(Input.Changed)
+    def check_while_typed(self) -> None:
+        """Say what is wrong with the field while it is typed."""
+        self.check()
+
     def read(self) -> tuple[Any, str] | None:
         """Value and fault; None where the default is to stay."""
         if self.line.is_truth:
@@ -75,14 +85,12 @@ class GoalForm(App[GoalResult | None]):
 
     Its ``last_words`` are the end and the result of that goal, for people.
 
-    :param hand: served while the form is open.
-    :param sender: of the action's goals.
-    :param about: the action's type.
-    :param action: its full name.
-    :param fields: of the goal, to begin with.
-    :param server_s: how long to wait for a server.
-    :param encoding: of the terminal; what it cannot show is drawn in ASCII.
-    :param beat_s: how often to serve what has come, s; None leaves it to the caller.
+    Args:
+        session: served while the form is open.
+        sender: of the action's goals.
+        fields: of the goal, to begin with.
+        encoding: of the terminal; what it cannot show is drawn in ASCII.
+        period_s: how often to serve what has come, s; None leaves it to the caller.
     """
 
     ENABLE_COMMAND_PALETTE = False
@@ -109,37 +117,32 @@ class GoalForm(App[GoalResult | None]):
 
     def __init__(
         self,
-        hand: GraphSession,
-        sender: Sender,
-        about: InterfaceDescription,
-        action: str,
+        session: GraphSession,
+        sender: GoalSender,
         fields: Mapping[str, Any],
         *,
-        server_s: float,
         encoding: str | None = "utf-8",
-        beat_s: float | None = BEAT_S,
+        period_s: float | None = PERIOD_S,
     ) -> None:
         super().__init__()
-        self._hand = hand
+        self._session = session
         self._sender = sender
-        self._about = about
-        self._action = action
-        self._lines = lines_of(about.part("goal"))
+        self._about = sender.about
+        self._lines = lines_of(self._about.part("goal"))
         self._texts = texts(self._lines, fields)
-        self._server_s = server_s
         self._encoding = encoding
-        self._beat_s = beat_s
+        self._period_s = period_s
         self._goal: GoalRequest | None = None
         self._table: FeedbackTable | None = None
         self._end: GoalResult | None = None
-        self.drain = ["nothing was sent"]
         self._state = ""
-        self._is_leaving = 0
+        self._is_leaving = False
         self._interrupts = 0
+        self.last_words = ["nothing was sent"]
 
     def compose(self) -> ComposeResult:
         """Head, fields, progress, keys."""
-        yield Static(f"{self._action}  {self._about.type}", id="head", markup=False)
+        yield Static(f"{self._sender.action}  {self._about.type}", id="head", markup=False)
         with VerticalScroll(id="fields", can_focus=False):
             if self._about.text:
                 yield Static(escape_control(self._about.text), id="about", markup=False)
@@ -155,28 +158,21 @@ class GoalForm(App[GoalResult | None]):
     def on_mount(self) -> None:
         """Begin to serve the graph."""
         self.screen.set_class(signs_for(self._encoding) == ASCII_SIGNS, "ascii")
-        if self._beat_s is not None:
-            self.set_interval(self._beat_s, self.beat)
+        if self._period_s is not None:
+            self.set_interval(self._period_s, self.serve)
 
-    def beat(self) -> None:
+    def serve(self) -> None:
         """Serve what has come, and look after the goal."""
-        self._hand.glance()
-        if self._hand.interrupts > self._interrupts:
-            self._interrupts = self._hand.interrupts
+        self._session.glance()
+        if self._session.interrupts > self._interrupts:
+            self._interrupts = self._session.interrupts
             self.action_leave()
-        if self._goal is not None and self._goal.poll(self._hand.now_ns) is not None:
+        if self._goal is not None and self._goal.poll(self._session.now_ns) is not None:
             self._goal = None
             if self._is_leaving:
                 self.exit(self._end)
 
     # ---- keys --------------------------------------------------------------------------------
-
-    @on(Input.Changed)
-    def check_line(self, event: Input.Changed) -> None:
-        """Say what is wrong with a field while it is typed."""
-        for line in event.input.ancestors:
-            if isinstance(line, FormLine):
-                line.check()
 
     @on(Input.Submitted)
     def go_on(self, event: Input.Submitted) -> None:
@@ -208,61 +204,48 @@ class GoalForm(App[GoalResult | None]):
         self._table = FeedbackTable(self._about, request, self._encoding)
         self._show("")
         self._say("sending")
-        self._goal = self._sender.open(request, self, server_s=self._server_s)
+        self._goal = self._sender.open(request, self.show)
 
     def action_cancel(self) -> None:
         """Cancel the goal that is under way."""
         if self._goal is None:
             self._say("no goal is under way; Ctrl-Q leaves")
         else:
-            self._goal.cancel("by you", self._hand.now_ns)
+            self._goal.cancel("by you", self._session.now_ns)
 
     def action_leave(self) -> None:
         """Leave; a goal under way is cancelled first. The second time leaves at once."""
         if self._goal is None:
             self.exit(self._end)
             return
-        self._is_leaving += 1
-        if self._is_leaving == 1:
-            self._goal.cancel("you left", self._hand.now_ns)
+        if not self._is_leaving:
+            self._is_leaving = True
+            self._goal.cancel("you left", self._session.now_ns)
         else:
-            self._goal.leave("you left at once", self._hand.now_ns)
+            self._goal.leave("you left at once", self._session.now_ns)
             self.exit(self._end)
 
     # ---- what becomes of the goal --------------------------------------------------------------
 
-    def waiting(self, action: str) -> None:
-        """There is no server yet."""
-        self._say(f"waiting for a server of {action}")
-
-    def accepted(self, goal: Goal) -> None:
-        """The server accepted it."""
-        self._state = f"goal {goal.short_id} accepted"
-        self._say(self._state)
-
-    def feedback(self, message: Any, since_s: float) -> None:
-        """Feedback came."""
-        self._say(f"{self._state}   {since_s:.1f} s")
-        assert self._table is not None
-        self._show(self._table.render(message, self.size.width - 2))
-
-    def canceling(self, why: str) -> None:
-        """Its cancel has been asked for."""
-        self._state = f"canceling: {why}"
-        self._say(self._state)
-
-    def refused(self) -> None:
-        """The server refused to cancel."""
-        self._say("the server refused to cancel; asking again each second")
-
-    def ended(self, end: GoalResult, since_s: float) -> None:
-        """It has ended."""
-        self._end = end
-        self.drain = end_lines(end, self._about, since_s)
-        first, *rest = self.drain
-        self._say(first)
-        if rest:
-            self._show(Text("\n".join(rest)))
+    def show(self, event: GoalEvent) -> None:
+        """Show what has happened to the goal."""
+        match event:
+            case FeedbackReceived():
+                self._say(f"{self._state}   {event.since_s:.1f} s")
+                assert self._table is not None
+                self._show(self._table.render(event.message, self.size.width - 2))
+            case GoalEnded():
+                self._end = event.end
+                self.last_words = event_lines(event, self._about, {})
+                first, *rest = self.last_words
+                self._say(first)
+                if rest:
+                    self._show(Text("\n".join(rest)))
+            case CancelRefused():
+                self._say(str(event))
+            case _:
+                self._state = str(event)
+                self._say(self._state)
 
     def _say(self, text: str) -> None:
         self.query_one("#state", Static).update(Text(escape_control(text), style="bold"))

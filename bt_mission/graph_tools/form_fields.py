@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from bt_mission.graph_tools.interface_description import InterfaceField, InterfacePart
-from bt_mission.graph_tools.values import short
-from bt_mission.graph_tools.yaml_text import read_value
+from bt_mission.graph_tools.values import read_value, short
 from bt_mission.language.message_types import SHORTHANDS, ListOf, MessageShape, Scalar
 
 LARGEST_SHOWN = 2**16

@@ -44,23 +44,23 @@ class GraphEntry:
     uses: tuple[str, ...] = ()
 
 
-def query_graph(hand: GraphSession, seconds: float = LOOK_S) -> None:
+def query_graph(session: GraphSession, seconds: float = LOOK_S) -> None:
     """Return when the graph is known: nothing new for a second, or the time is over.
 
     :raises KeyboardInterrupt: when Ctrl-C came.
     """
     seen: Any = None
-    still_since_ns = hand.now_ns
+    still_since_ns = session.now_ns
 
     def is_known() -> bool:
         nonlocal seen, still_since_ns
-        sight = _sight(hand.node)
+        sight = _sight(session.node)
         if sight != seen:
-            seen, still_since_ns = sight, hand.now_ns
+            seen, still_since_ns = sight, session.now_ns
         has_others = any(not _is_ours(name) for name, _ in sight[0])
-        return has_others and hand.now_ns - still_since_ns >= QUIET_S * 1e9
+        return has_others and session.now_ns - still_since_ns >= QUIET_S * 1e9
 
-    wait(hand, seconds, is_known)
+    wait(session, seconds, is_known)
 
 
 def _sight(node: Node) -> tuple[Sequence[tuple[str, str]], Any, Any]:
@@ -71,41 +71,33 @@ def _sight(node: Node) -> tuple[Sequence[tuple[str, str]], Any, Any]:
     )
 
 
-def actions(node: Node) -> list[GraphEntry]:
-    """All actions of the graph, also those that have clients only."""
-    return [
+def entries(node: Node, kind: Kind, *, hidden: bool = False) -> list[GraphEntry]:
+    """What the graph has of a kind, sorted by name.
+
+    Actions count also where they have clients only; topics, where others than we publish or hear
+    them.
+
+    Args:
+        node: asked for what it knows of the graph.
+        kind: of the names.
+        hidden: topics and services that ROS hides, too.
+    """
+    names = sorted(_LOOK_UP[kind](node))
+    if kind != "action" and not hidden:
+        names = [(name, types) for name, types in names if not is_hidden(name)]
+    if kind == "service":
+        return [GraphEntry(name, tuple(types)) for name, types in names]
+    suffix = FEEDBACK if kind == "action" else ""
+    found = [
         GraphEntry(
             name,
             tuple(types),
-            _nodes(node.get_publishers_info_by_topic(name + FEEDBACK)),
-            _nodes(node.get_subscriptions_info_by_topic(name + FEEDBACK)),
+            _nodes(node.get_publishers_info_by_topic(name + suffix)),
+            _nodes(node.get_subscriptions_info_by_topic(name + suffix)),
         )
-        for name, types in sorted(get_action_names_and_types(node))
+        for name, types in names
     ]
-
-
-def topics(node: Node, *, hidden: bool = False) -> list[GraphEntry]:
-    """The topics of the graph that others than we publish or hear; hidden ones too, if wanted."""
-    found = (
-        GraphEntry(
-            name,
-            tuple(types),
-            _nodes(node.get_publishers_info_by_topic(name)),
-            _nodes(node.get_subscriptions_info_by_topic(name)),
-        )
-        for name, types in sorted(node.get_topic_names_and_types())
-        if hidden or not is_hidden(name)
-    )
-    return [one for one in found if one.offers or one.uses]
-
-
-def services(node: Node, *, hidden: bool = False) -> list[GraphEntry]:
-    """The services of the graph; hidden ones too, if wanted."""
-    return [
-        GraphEntry(name, tuple(types))
-        for name, types in sorted(node.get_service_names_and_types())
-        if hidden or not is_hidden(name)
-    ]
+    return [one for one in found if kind == "action" or one.offers or one.uses]
 
 
 def is_hidden(name: str) -> bool:
@@ -113,7 +105,7 @@ def is_hidden(name: str) -> bool:
     return any(part.startswith("_") for part in name.split("/"))
 
 
-def type_of(hand: GraphSession, kind: Kind, name: str, seconds: float = LOOK_S) -> str:
+def type_of(session: GraphSession, kind: Kind, name: str, seconds: float = LOOK_S) -> str:
     """Find the type of a name in the graph, waiting for it for some seconds.
 
     :param name: resolved.
@@ -122,9 +114,9 @@ def type_of(hand: GraphSession, kind: Kind, name: str, seconds: float = LOOK_S) 
     :raises KeyboardInterrupt: when Ctrl-C came.
     """
     look_up = _LOOK_UP[kind]
-    if not wait(hand, seconds, lambda: bool(dict(look_up(hand.node)).get(name))):
-        raise NotThereError(_not_there(hand, kind, name, seconds))
-    types = dict(look_up(hand.node))[name]
+    if not wait(session, seconds, lambda: bool(dict(look_up(session.node)).get(name))):
+        raise NotThereError(_not_there(session, kind, name, seconds))
+    types = dict(look_up(session.node))[name]
     if len(types) > 1:
         raise BtMissionError(f"{name} has several types ({listed(types)}): say which with --type")
     return str(types[0])
@@ -145,9 +137,8 @@ def resolved(node: Node, kind: Kind, name: str) -> str:
     return str(resolve(name))
 
 
-def _not_there(hand: GraphSession, kind: Kind, name: str, seconds: float) -> str:
-    entries = {"action": actions, "topic": topics, "service": services}[kind](hand.node)
-    known = [one.name for one in entries]
+def _not_there(session: GraphSession, kind: Kind, name: str, seconds: float) -> str:
+    known = [one.name for one in entries(session.node, kind)]
     head = f"no {kind} {name} in the graph (looked for {seconds:g} s); there "
     are = f"are: {listed(known)}" if known else f"is no {kind} at all"
     hint = did_you_mean(name, known)

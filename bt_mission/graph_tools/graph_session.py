@@ -1,64 +1,31 @@
-"""A person's place in a running graph: a node, a clock, and Ctrl-C."""
+"""A person's part in a running graph: a node, a clock, and Ctrl-C."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable
 from contextlib import ExitStack
-from typing import TYPE_CHECKING, Protocol, Self
+from typing import Self
 
-import rclpy
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.parameter import Parameter
 
-from bt_mission.ros.graph import QUIET, GraphConnection
-from bt_mission.ros.leaving import destroy_actions
-from bt_mission.sessions.session import InterruptSignals
-
-if TYPE_CHECKING:
-    from rclpy.node import Node
+from bt_mission.core.interrupts import InterruptSignals
+from bt_mission.ros.graph import GraphConnection
 
 NODE_PREFIX = "_bt_mission_hand"
 """Names that begin with an underscore are hidden in ROS: lists leave them out."""
 
 
-class GraphSession(Protocol):
-    """What the commands below need of a graph."""
-
-    @property
-    def node(self) -> Node:
-        """Owns all clients and subscriptions."""
-
-    @property
-    def now_ns(self) -> int:
-        """A clock that limits are measured with, ns."""
-
-    @property
-    def interrupts(self) -> int:
-        """How often Ctrl-C or SIGTERM came."""
-
-    @property
-    def interrupted_by(self) -> str:
-        """Which of them it was."""
-
-    def step(self) -> None:
-        """Serve what comes next, for a tenth of a second at most."""
-
-    def glance(self) -> None:
-        """Serve what has come, without waiting for more."""
-
-    def follow_clock(self) -> None:
-        """Have the node's own clock follow ``/clock`` from now on."""
-
-
-class JoinedGraphSession:
-    """A hand in the graph of this machine and its network.
+class GraphSession:
+    """A person's part in the graph of this machine and its network.
 
     Limits are measured with the machine's steady clock: they are about a person's patience, and a
     simulation may run at any speed, or stand still.
 
-    :param namespace: names without a leading slash lie in it.
+    Args:
+        namespace: names without a leading slash lie in it.
     """
 
     def __init__(self, namespace: str = "") -> None:
@@ -67,15 +34,7 @@ class JoinedGraphSession:
             self._interrupts = made.enter_context(InterruptSignals())
             self._graph = GraphConnection(wall_clock=True)
             made.callback(self._graph.close)
-            self.node = rclpy.create_node(
-                f"{NODE_PREFIX}_{os.getpid()}",
-                context=self._graph.context,
-                namespace=namespace,
-                **QUIET,
-            )
-            made.callback(self.node.destroy_node)
-            made.callback(destroy_actions, self.node)
-            self._graph.host(self.node)
+            self.node = self._graph.host_quiet(f"{NODE_PREFIX}_{os.getpid()}", namespace)
             self._exit = made.pop_all()
 
     def __enter__(self) -> Self:
@@ -112,16 +71,17 @@ class JoinedGraphSession:
         self.node.set_parameters([Parameter("use_sim_time", value=True)])
 
 
-def wait(hand: GraphSession, seconds: float, is_done: Callable[[], bool]) -> bool:
-    """Serve until something holds, for some seconds at most, or until Ctrl-C.
+def wait(session: GraphSession, seconds: float, is_done: Callable[[], bool]) -> bool:
+    """Serve until something holds, for some seconds at most; gives whether it does.
 
-    :raises KeyboardInterrupt: when Ctrl-C came.
+    Raises:
+        KeyboardInterrupt: when Ctrl-C came.
     """
-    end_ns = hand.now_ns + round(seconds * 1e9)
+    end_ns = session.now_ns + round(seconds * 1e9)
     while not is_done():
-        if hand.interrupts:
+        if session.interrupts:
             raise KeyboardInterrupt
-        if hand.now_ns >= end_ns:
+        if session.now_ns >= end_ns:
             return False
-        hand.step()
+        session.step()
     return True

@@ -8,7 +8,7 @@ unit stands in the second, so they are told apart here.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 END_OF_SECTION = "---"
@@ -182,8 +182,3 @@ def _split(line: str) -> tuple[str, str, str]:
 
 def _short(unit: str) -> str:
     return _WORDS.get(unit.lower(), unit)
-
-
-def units(section: Section) -> Mapping[str, str]:
-    """The units of a section's fields, where they are known."""
-    return {name: remark.unit for name, remark in section.remarks.items() if remark.unit}

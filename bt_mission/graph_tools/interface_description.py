@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import os
-import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 from typing import Any
 
+from bt_mission.core.cdr.definitions import share_folders
 from bt_mission.graph_tools.interface_comments import InterfaceText, Section, read_interface
 from bt_mission.graph_tools.values import flat, plain
 from bt_mission.language.message_types import MessageShape, Scalar, Shape
 from bt_mission.ros.interface_types import action_type, message_type, service_type, shape_of
-
-_SUFFIXES = {"action": ".action", "srv": ".srv", "msg": ".msg"}
 
 ACTION_PARTS = ("goal", "result", "feedback")
 SERVICE_PARTS = ("request", "response")
@@ -121,9 +117,8 @@ def describe_interface(type_name: str) -> InterfaceDescription:
 def _interface(type_name: str) -> InterfaceText:
     """What the installed interface file says; nothing where it is not there."""
     package, folder, name = type_name.split("/")
-    prefixes = [*filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep))]
-    for prefix in [*prefixes, sys.prefix]:
-        path = Path(prefix, "share", package, folder, name + _SUFFIXES[folder])
+    for share in share_folders():
+        path = share / package / folder / f"{name}.{folder}"
         try:
             return read_interface(path.read_text(encoding="utf-8"))
         except (OSError, UnicodeDecodeError):

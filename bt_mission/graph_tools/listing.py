@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from bt_mission.core.diagnostics import listed
 from bt_mission.core.text import escape_control
-from bt_mission.graph_tools.graph_query import GraphEntry
+from bt_mission.graph_tools.graph_query import GraphEntry, Kind
 from bt_mission.graph_tools.interface_description import (
     InterfaceDescription,
     InterfaceField,
@@ -28,21 +28,25 @@ def columns(rows: Iterable[Sequence[str]], gap: str = "  ") -> list[str]:
     ]
 
 
-def action_rows(entries: Iterable[GraphEntry]) -> list[Sequence[str]]:
-    """Name, type, and who serves it."""
-    return [(one.name, listed(one.types), listed(one.offers or [NOBODY])) for one in entries]
+def entry_row(kind: Kind, entry: GraphEntry) -> Sequence[str]:
+    """Name and type; who serves an action; how many publish and hear a topic."""
+    row = [entry.name, listed(entry.types)]
+    if kind == "action":
+        row.append(listed(entry.offers or [NOBODY]))
+    elif kind == "topic":
+        row.append(f"{len(entry.offers)} > {len(entry.uses)}")
+    return row
 
 
-def topic_rows(entries: Iterable[GraphEntry]) -> list[Sequence[str]]:
-    """Name, type, and how many publish and hear it."""
-    return [
-        (one.name, listed(one.types), f"{len(one.offers)} > {len(one.uses)}") for one in entries
-    ]
-
-
-def service_rows(entries: Iterable[GraphEntry]) -> list[Sequence[str]]:
-    """Name and type."""
-    return [(one.name, listed(one.types)) for one in entries]
+def entry_object(kind: Kind, entry: GraphEntry) -> dict[str, object]:
+    """The same for programs, with the nodes of actions and topics."""
+    roles = {"action": ("servers", "clients"), "topic": ("publishers", "subscribers")}.get(kind, ())
+    nodes = zip(roles, (entry.offers, entry.uses), strict=False)
+    return {
+        "name": entry.name,
+        "types": list(entry.types),
+        **{role: list(names) for role, names in nodes},
+    }
 
 
 def info_lines(entry: GraphEntry, about: InterfaceDescription) -> Iterator[str]:
@@ -110,14 +114,4 @@ def _field_object(field: InterfaceField) -> dict[str, object]:
         "unit": field.unit,
         "default": field.default,
         "text": field.text,
-    }
-
-
-def entry_object(entry: GraphEntry, offers: str, uses: str) -> dict[str, object]:
-    """One name for programs."""
-    return {
-        "name": entry.name,
-        "types": list(entry.types),
-        offers: list(entry.offers),
-        uses: list(entry.uses),
     }

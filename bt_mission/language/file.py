@@ -9,15 +9,17 @@ from pydantic import (
 )
 
 from bt_mission.language.nodes.base import (
+    Trees,
+    Written,
+    WrittenNode,
+)
+from bt_mission.language.nodes.fields import (
     ActionNameField,
-    Child,
     FixedLimit,
     InputValue,
     Line,
     TreeName,
-    Trees,
     Variable,
-    Written,
 )
 
 
@@ -45,7 +47,7 @@ class MissionFile(Written):
     limits: GoalLimits = GoalLimits()
     servers: dict[ActionNameField, GoalLimits] = {}
     trees: dict[TreeName, Trees] = {}
-    tree: Child
+    tree: WrittenNode
 
 
 TypeWord = Literal["number", "integer", "bool", "text", "list"]
@@ -58,7 +60,7 @@ class TreeDefinition(Written):
     needs: dict[Variable, TypeWord] = {}
     inputs: dict[Variable, InputValue] = {}
     outputs: dict[Variable, TypeWord] = {}
-    do: Child
+    do: WrittenNode
 
 
 class Library(Written):

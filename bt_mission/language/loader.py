@@ -1,4 +1,4 @@
-"""From a mission file to frozen steps, or every fault in it at once. No ROS is needed."""
+"""From a mission file to frozen nodes, or every fault in it at once. No ROS is needed."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from bt_mission.core.diagnostics import MOST_FAULTS, Diagnostic, InputError, in_
 from bt_mission.core.yaml.composer import Place
 from bt_mission.core.yaml.document import Document
 from bt_mission.core.yaml.document import read_text as read_yaml
-from bt_mission.language.checks.warnings import scope_faults, warnings
+from bt_mission.language.checks.mission import scope_faults, warnings
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.file import MissionFile
 from bt_mission.language.goal_limits import GoalLimitsTable, server_faults
 from bt_mission.language.inputs import overridden
 from bt_mission.language.mission import Mission
 from bt_mission.language.node_reader import NodeReader
-from bt_mission.language.nodes.steps import ActionStep
+from bt_mission.language.nodes.action import GoalNode
 from bt_mission.language.trees import TreeLibrary, all_steps, read_trees, size_faults
 
 
@@ -84,7 +84,7 @@ def draft(
         document=document,
     )
     faults += [*wrong, *size_faults(document, mission)]
-    goals = (step.action for step in all_steps(mission) if isinstance(step, ActionStep))
+    goals = (step.ros_name for step in all_steps(mission) if isinstance(step, GoalNode))
     faults += server_faults(document, written.servers, goals)
     faults += islice(scope_faults(mission), MOST_FAULTS)
     return Draft(document, mission, in_order(faults))

@@ -83,22 +83,21 @@ class ServiceShapes:
     response: MessageShape
 
 
-class UnknownType(BtMissionError):  # noqa: N818 - what it is says more than that it is an error
+class _HintedError(BtMissionError):
+    """A fault whose `hint` says what might help."""
+
+    def __init__(self, message: str, hint: str | None = None) -> None:
+        super().__init__(message if hint is None else f"{message}; {hint}")
+        self.message = message
+        self.hint = hint
+
+
+class UnknownType(_HintedError):  # noqa: N818 - what it is says more than that it is an error
     """A ROS type that is not installed here."""
 
-    def __init__(self, message: str, hint: str | None = None) -> None:
-        super().__init__(f"{message}; {hint}" if hint else message)
-        self.message = message
-        self.hint = hint
 
-
-class UnknownField(BtMissionError):  # noqa: N818 - what it is says more than that it is an error
+class UnknownField(_HintedError):  # noqa: N818 - what it is says more than that it is an error
     """A field that a message does not have."""
-
-    def __init__(self, message: str, hint: str | None = None) -> None:
-        super().__init__(f"{message}; {hint}" if hint else message)
-        self.message = message
-        self.hint = hint
 
 
 class Unknowable(Exception):  # noqa: N818 - not an error
@@ -185,7 +184,7 @@ def _scalar(shape: Scalar, value: Any, report: Report, path: Path) -> Any:
         report(TypeMismatch(path, f"expected a finite number ({shape.name}), got {value}"))
     elif shape.type == "integer" and not isinstance(value, int):
         hint = "round(...), floor(...) and // give whole numbers"
-        report(TypeMismatch(path, f"expected a whole number ({shape.name}), got {value}", hint))
+        report(TypeMismatch(path, f"expected an integer ({shape.name}), got {value}", hint))
     elif not shape.least <= value <= shape.most:
         limits = f"{shape.least:.12g} to {shape.most:.12g}"
         if shape.type == "integer":
@@ -202,7 +201,7 @@ def _text(shape: Scalar, value: Any, report: Report, path: Path) -> Any:
     return value
 
 
-_EXPECTED = {"bool": "true or false", "text": "a text", "integer": "a whole number"}
+_EXPECTED = {"bool": "a boolean", "text": "a string", "integer": "an integer"}
 
 
 def _refuse(shape: Shape, value: Any, report: Report, path: Path) -> None:

@@ -9,7 +9,7 @@ from typing import Literal
 from bt_mission.core.diagnostics import Diagnostic
 from bt_mission.core.yaml.document import Document
 from bt_mission.language.expressions.values import Plain, Type, type_of
-from bt_mission.language.nodes.steps import Key, Step
+from bt_mission.language.nodes.base import Key, NodeModel
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,7 +21,7 @@ class Tree:
     """
 
     name: str
-    body: Step
+    body: NodeModel
     document: Document = field(repr=False, compare=False)
     path: tuple[Key, ...] = ()
     inputs: Mapping[str, Plain] = field(default_factory=dict)
@@ -46,7 +46,7 @@ class Mission:
     """
 
     name: str
-    tree: Step
+    tree: NodeModel
     description: str = ""
     world: str | None = None
     robot: str = "waffle"
@@ -62,7 +62,7 @@ class Mission:
     @property
     def main(self) -> Tree:
         """The mission's own tree."""
-        assert self.document is not None, "a mission comes from a file or a text"
+        assert self.document is not None, "a mission comes from a file or a string"
         return Tree(
             name=self.name,
             body=self.tree,

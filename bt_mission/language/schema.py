@@ -9,7 +9,7 @@ from typing import Any
 
 from bt_mission.language.file import MissionFile, TreeDefinition
 from bt_mission.language.nodes.base import NODE_MARK, TREE_MARK
-from bt_mission.language.nodes.written import KINDS
+from bt_mission.language.nodes.registry import KINDS
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 _NODE = {"$ref": "#/$defs/node"}

@@ -20,7 +20,8 @@ from bt_mission.language.file import Library, MissionFile, TreeDefinition
 from bt_mission.language.goal_limits import GoalLimitsTable
 from bt_mission.language.mission import Mission, Tree
 from bt_mission.language.node_reader import NodeReader, Signature
-from bt_mission.language.nodes.steps import Key, Step, SubtreeStep
+from bt_mission.language.nodes.base import Key, NodeModel
+from bt_mission.language.nodes.subtree import TreeNode
 
 MOST_FILES = 100
 """The most files that a mission includes, directly or not."""
@@ -165,36 +166,38 @@ def size_faults(document: Document, mission: Mission) -> Iterator[Diagnostic]:
         yield document.fault(("tree",), f"{message}; at most {MOST_LEVELS} are built", key=True)
 
 
+def reached(node: NodeModel, mission: Mission) -> Iterator[NodeModel]:
+    """Yield a node and all below it, with those of the trees that are used, each tree once."""
+    waiting, seen = [node], set[str]()
+    while waiting:
+        for below in waiting.pop().walk():
+            yield below
+            if isinstance(below, TreeNode) and below.tree not in seen:
+                seen.add(below.tree)
+                if below.tree in mission.trees:
+                    waiting.append(mission.trees[below.tree].body)
+
+
 def used(mission: Mission) -> dict[str, None]:
     """Return the names of the trees that a mission uses, directly or not."""
-    found: dict[str, None] = {}
-    waiting = [mission.tree]
-    while waiting:
-        for step in waiting.pop().walk():
-            if (
-                isinstance(step, SubtreeStep)
-                and step.tree not in found
-                and step.tree in mission.trees
-            ):
-                found[step.tree] = None
-                waiting.append(mission.trees[step.tree].body)
-    return found
+    uses = (node.tree for node in reached(mission.tree, mission) if isinstance(node, TreeNode))
+    return dict.fromkeys(name for name in uses if name in mission.trees)
 
 
-def _uses(body: Step) -> list[str]:
-    return list(dict.fromkeys(step.tree for step in body.walk() if isinstance(step, SubtreeStep)))
+def _uses(body: NodeModel) -> list[str]:
+    return list(dict.fromkeys(step.tree for step in body.walk() if isinstance(step, TreeNode)))
 
 
-def _size(body: Step, sizes: Mapping[str, tuple[int, int]]) -> tuple[int, int]:
+def _size(body: NodeModel, sizes: Mapping[str, tuple[int, int]]) -> tuple[int, int]:
     """Return the nodes and the levels of a tree; those of the trees that it uses are known."""
     count, levels = 0, 0
     waiting = [(body, 1)]
     while waiting:
         step, level = waiting.pop()
-        inner = sizes.get(step.tree, (0, 0)) if isinstance(step, SubtreeStep) else (0, 0)
+        inner = sizes.get(step.tree, (0, 0)) if isinstance(step, TreeNode) else (0, 0)
         count += 1 + inner[0]
         levels = max(levels, level + inner[1])
-        waiting += [(below, level + 1) for below in step.steps]
+        waiting += [(below, level + 1) for below in step.below]
     return count, levels
 
 
@@ -235,6 +238,6 @@ def _is_link(path: Path) -> bool:
         return False
 
 
-def all_steps(mission: Mission) -> Iterator[Step]:
+def all_steps(mission: Mission) -> Iterator[NodeModel]:
     """Yield every step of a mission and of its named trees."""
     return chain.from_iterable(tree.body.walk() for tree in mission.all_trees)

@@ -1,10 +1,12 @@
 """Runs on disk, as MCAP files that ROS tools read.
 
-- ``options``: what is recorded
 - ``chunks``: MCAP as such, written fast
 - ``file``: the file, written so that it can be read wherever it is cut
-- ``definitions``: message definitions, gathered from the installed packages
-- ``topics``: raw subscriptions to the topics of a graph
+- ``topics``: the topics of a graph, taken as they are sent
 - ``goals``: requests to actions and their answers, as service events
-- ``recorder``: one run on its way into a file
+- ``contents``: what is recorded besides topics and goals
+- ``writer``: one run on its way into a file
+- ``reading``: a file, read wherever it is cut
+- ``reader``: a file as what is known of its run (``model``)
+- ``replay``: a file as what an onlooker would have been told
 """

@@ -35,10 +35,11 @@ class ChunkWriter:
     def __init__(self, stream: BinaryIO) -> None:
         self._stream = stream
         self._at = 0
-        self._schemas: list[records.Schema] = []
-        self._channels: list[records.Channel] = []
         self._new: list[records.McapRecord] = []
         self._summary: dict[Opcode, list[records.McapRecord]] = {
+            Opcode.SCHEMA: [],
+            Opcode.CHANNEL: [],
+            Opcode.STATISTICS: [],
             Opcode.CHUNK_INDEX: [],
             Opcode.ATTACHMENT_INDEX: [],
             Opcode.METADATA_INDEX: [],
@@ -58,16 +59,17 @@ class ChunkWriter:
 
     def add_schema(self, name: str, encoding: str, data: bytes) -> int:
         """Add a schema; it goes with the next chunk."""
-        schema = records.Schema(id=len(self._schemas) + 1, data=data, encoding=encoding, name=name)
-        self._schemas.append(schema)
+        number = len(self._summary[Opcode.SCHEMA]) + 1
+        schema = records.Schema(id=number, data=data, encoding=encoding, name=name)
+        self._summary[Opcode.SCHEMA].append(schema)
         self._new.append(schema)
-        return schema.id
+        return number
 
     def add_channel(
         self, topic: str, encoding: str, schema: int, metadata: Mapping[str, str]
     ) -> int:
         """Add a channel; it goes with the next chunk."""
-        number = len(self._channels) + 1
+        number = len(self._summary[Opcode.CHANNEL]) + 1
         channel = records.Channel(
             id=number,
             topic=topic,
@@ -75,7 +77,7 @@ class ChunkWriter:
             metadata=dict(metadata),
             schema_id=schema,
         )
-        self._channels.append(channel)
+        self._summary[Opcode.CHANNEL].append(channel)
         self._new.append(channel)
         return number
 
@@ -164,14 +166,9 @@ class ChunkWriter:
         """Write the summary, and end the file."""
         self._write(_packed(records.DataEnd(0)))
         begin = self._at
-        groups: dict[Opcode, list[records.McapRecord]] = {
-            Opcode.SCHEMA: [*self._schemas],
-            Opcode.CHANNEL: [*self._channels],
-            Opcode.STATISTICS: [self._statistics()],
-            **self._summary,
-        }
+        self._summary[Opcode.STATISTICS].append(self._statistics())
         summary, offsets = b"", b""
-        for opcode, group in groups.items():
+        for opcode, group in self._summary.items():
             if group:
                 data = b"".join(map(_packed, group))
                 place = records.SummaryOffset(opcode, begin + len(summary), len(data))
@@ -186,16 +183,17 @@ class ChunkWriter:
         self._write(summary + offsets + _packed(footer) + MCAP0_MAGIC)
 
     def _statistics(self) -> records.Statistics:
+        counts = {opcode: len(group) for opcode, group in self._summary.items()}
         return records.Statistics(
-            attachment_count=len(self._summary[Opcode.ATTACHMENT_INDEX]),
-            channel_count=len(self._channels),
+            attachment_count=counts[Opcode.ATTACHMENT_INDEX],
+            channel_count=counts[Opcode.CHANNEL],
             channel_message_counts=self._counts,
-            chunk_count=len(self._summary[Opcode.CHUNK_INDEX]),
+            chunk_count=counts[Opcode.CHUNK_INDEX],
             message_count=sum(self._counts.values()),
             message_end_time=max(self._times, default=0),
             message_start_time=min(self._times, default=0),
-            metadata_count=len(self._summary[Opcode.METADATA_INDEX]),
-            schema_count=len(self._schemas),
+            metadata_count=counts[Opcode.METADATA_INDEX],
+            schema_count=counts[Opcode.SCHEMA],
         )
 
     def _write(self, data: bytes) -> None:

@@ -1,4 +1,4 @@
-"""What a recording says about a run besides its messages."""
+"""What a recording says about a run besides the messages of its topics."""
 
 from __future__ import annotations
 
@@ -7,17 +7,37 @@ import platform
 from collections.abc import Iterator
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import cv2
+import numpy as np
+from rclpy.serialization import deserialize_message, serialize_message
+from sensor_msgs.msg import CompressedImage, Image
+
 from bt_mission.goals.goal import GoalStatus
+from bt_mission.ros.mission_details import MissionDetailsBuilder
 
 if TYPE_CHECKING:
+    from bt_mission.core.cdr.decoder import Take
     from bt_mission.language.mission import Mission
+    from bt_mission.ros.mission_runner import MissionRunner
 
 DEBUG, INFO, WARN, ERROR = 10, 20, 30, 40
 """Levels of ``rcl_interfaces/msg/Log``."""
 
 PACKAGES = ("bt-mission", "ros-jazzy-rclpy", "mujoco", "py-trees", "numpy", "mcap")
+
+
+JPEG_QUALITY = 85
+PNG_END = b"IEND\xaeB`\x82"
+MOST_BYTES = 50_000_000
+"""Saved pictures of a run that a recording takes in, all together."""
+
+DETAILS_EVERY_NS = 500_000_000
+"""ROS time between two messages while nothing happens but that running nodes get on."""
+
+DETAILS_TYPE = "bt_mission_interfaces/msg/MissionDetails"
 
 
 @cache
@@ -86,8 +106,85 @@ def _goal(what: str, event: dict[str, Any]) -> tuple[int, str]:
     came_to = ""
     if what == "ended" and event["status"] is not None:
         came_to = f": {GoalStatus(event['status']).name.lower()}"
-    level = WARN if what == "given up" else DEBUG
+    level = WARN if what == "abandoned" else DEBUG
     return (
         level,
         f"goal {event['goal'][:8]} of '{event['owner']}' to {event['action']} {what}{came_to}",
     )
+
+
+class DetailsRecorder:
+    """Takes what is new of a mission, when something has happened and twice a second.
+
+    The details of people who look on now come at the pace of the wall; these at that of the
+    mission.
+
+    Args:
+        mission: Whose executive tells of itself.
+        take: Takes it, serialized.
+    """
+
+    def __init__(self, mission: MissionRunner, take: Take) -> None:
+        self._take = take
+        status = mission.status_publisher
+        self._details = MissionDetailsBuilder(status.run, mission.run, status.indices)
+        self._is_due = False
+        self._told_ns: int | None = None
+        """None before the first: details are of use to nobody before there is a tree."""
+
+    def close(self) -> None:
+        """Follow the mission no longer."""
+        self._details.close()
+
+    def hasten(self) -> None:
+        """Something has happened: tell of it with the next look."""
+        self._is_due = True
+
+    def look(self, now_ns: int) -> None:
+        """Tell what is new, if it is time."""
+        is_late = self._told_ns is not None and not 0 <= now_ns - self._told_ns < DETAILS_EVERY_NS
+        if self._is_due or is_late:
+            self._is_due, self._told_ns = False, now_ns
+            self._take(serialize_message(self._details.describe_news()))
+
+
+class PictureFolder:
+    """A folder into which a run saves pictures, in folders of its own.
+
+    :param folder: may come into being later; None is no folder.
+    """
+
+    def __init__(self, folder: Path | None) -> None:
+        self._folder = folder
+        self._known: set[Path] = set()
+        self._bytes = 0
+
+    def take_new(self) -> Iterator[tuple[str, bytes]]:
+        """The pictures that have come since the last time, each with its name in the folder.
+
+        One that is still being written is left for the next time.
+        """
+        if self._folder is None or not self._folder.is_dir():
+            return
+        for path in sorted(self._folder.rglob("*.png")):
+            if path in self._known:
+                continue
+            data = path.read_bytes()
+            if not data.endswith(PNG_END):
+                continue
+            self._known.add(path)
+            self._bytes += len(data)
+            if self._bytes <= MOST_BYTES:
+                yield path.relative_to(self._folder).as_posix(), data
+
+
+def compressed(data: bytes) -> bytes:
+    """A serialized ``sensor_msgs/msg/CompressedImage`` of a serialized ``Image``, as a JPEG."""
+    image = deserialize_message(data, Image)
+    pixels: Any = np.frombuffer(image.data, np.uint8).reshape(image.height, image.width, -1)
+    if image.encoding == "rgb8":
+        pixels = cv2.cvtColor(pixels, cv2.COLOR_RGB2BGR)
+    _, encoded = cv2.imencode(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
+    message = CompressedImage(header=image.header, format=f"{image.encoding}; jpeg compressed bgr8")
+    message.data = encoded.tobytes()
+    return bytes(serialize_message(message))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import BinaryIO
 
@@ -48,10 +48,7 @@ class McapFile:
         except OSError as error:
             raise BtMissionError(f"{path}: cannot write the recording: {error.strerror}") from error
         self._writer = ChunkWriter(self._stream)
-        try:
-            self._writer.start(PROFILE, library)
-        except OSError as error:
-            self._give_up(error)
+        self._try(lambda: self._writer.start(PROFILE, library))
 
     def channel(
         self, topic: str, type_name: str, definition: str, metadata: Mapping[str, str]
@@ -76,31 +73,23 @@ class McapFile:
 
     def attach(self, name: str, media_type: str, data: bytes, time_ns: int) -> None:
         """Put a file into the file."""
-        if self.fault is None:
-            try:
-                self._writer.write_attachment(name, media_type, data, time_ns)
-            except OSError as error:
-                self._give_up(error)
+        self._try(lambda: self._writer.write_attachment(name, media_type, data, time_ns))
 
     def note(self, name: str, facts: Mapping[str, str]) -> None:
         """Put named facts into the file."""
-        if self.fault is None:
-            try:
-                self._writer.write_metadata(name, facts)
-            except OSError as error:
-                self._give_up(error)
+        self._try(lambda: self._writer.write_metadata(name, facts))
 
     def flush(self) -> None:
         """End the chunk, and hand everything to the operating system."""
         waiting, self._waiting = self._waiting, []
-        if self.fault is not None:
-            return
-        try:
+
+        def write() -> None:
             if waiting:
                 self._writer.write_messages(waiting)
             self._stream.flush()
-        except OSError as error:
-            self._give_up(error)
+
+        self._try(write)
+        if self.fault is not None:
             return
         self.bytes = self._writer.bytes_written
         self.messages += len(waiting)
@@ -116,17 +105,18 @@ class McapFile:
     def close(self) -> None:
         """Write the summary by which readers find their way, and close."""
         self.flush()
-        if self.fault is None:
-            try:
-                self._writer.finish()
-                self._stream.flush()
-            except OSError as error:
-                self._give_up(error)
+        self._try(self._writer.finish)
+        self._try(self._stream.flush)
         self.bytes = self._writer.bytes_written
         self._shut()
 
-    def _give_up(self, error: OSError) -> None:
-        self.abandon(error.strerror or str(error))
+    def _try(self, write: Callable[[], object]) -> None:
+        """Write, unless a write has failed; give up where this one does."""
+        if self.fault is None:
+            try:
+                write()
+            except OSError as error:
+                self.abandon(error.strerror or str(error))
 
     def _shut(self) -> None:
         try:

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from bt_mission.core.cdr.decoder import DecodedMessage
 from bt_mission.recording.model import RecordedGoal
 from bt_mission.recording.reading import Channel
 
 STATUSES = {0: "unknown", 4: "succeeded", 5: "canceled", 6: "aborted"}
 """By the numbers of ``action_msgs/msg/GoalStatus``; others are no ends."""
 
-Decode = Callable[[], Mapping[str, Any]]
+Decode = Callable[[], DecodedMessage]
 
 
 class GoalLives:
@@ -31,8 +32,8 @@ class GoalLives:
         match part:
             case "feedback":
                 message = decode()
-                goal = self._goal(message["goal_id"], action)
-                goal.feedback.append((time_ns, message["feedback"]))
+                goal = self._goal(message.goal_id, action)
+                goal.feedback.append((time_ns, message.feedback))
             case "send_goal/_service_event":
                 self._take_send(action, channel.type_name, time_ns, decode())
             case "get_result/_service_event":
@@ -47,45 +48,45 @@ class GoalLives:
         match event["event"].removeprefix("goal "):
             case "sent" | "found again":
                 goal.sent_ns = time_ns if goal.sent_ns is None else goal.sent_ns
-            case "handed over":
+            case "released" | "handed over":  # as version 1 of the trace has it
                 goal.handed_over_ns = time_ns
-            case "given up":
+            case "abandoned" | "given up":
                 goal.given_up_ns = time_ns
             case "ended" if event.get("status") is None and goal.rejected_ns is None:
                 goal.rejected_ns, goal.status = time_ns, "rejected"
 
     def _take_send(
-        self, action: str, type_name: str, time_ns: int, message: Mapping[str, Any]
+        self, action: str, type_name: str, time_ns: int, message: DecodedMessage
     ) -> None:
-        for request in message["request"]:
-            goal = self._goal(request["goal_id"], action)
+        for request in message.request:
+            goal = self._goal(request.goal_id, action)
             goal.type_name = type_name.removesuffix("_SendGoal_Event")
-            goal.values = request["goal"]
+            goal.values = request.goal
             if goal.sent_ns is None:
                 goal.sent_ns = time_ns
-            for answer in message["response"]:
-                if answer["accepted"]:
+            for answer in message.response:
+                if answer.accepted:
                     goal.accepted_ns = time_ns
                 else:
                     goal.rejected_ns, goal.status = time_ns, "rejected"
 
-    def _take_result(self, action: str, time_ns: int, message: Mapping[str, Any]) -> None:
-        for request in message["request"]:
-            for answer in message["response"]:
-                goal = self._goal(request["goal_id"], action)
+    def _take_result(self, action: str, time_ns: int, message: DecodedMessage) -> None:
+        for request in message.request:
+            for answer in message.response:
+                goal = self._goal(request.goal_id, action)
                 goal.ended_ns = time_ns
-                goal.status = STATUSES.get(answer["status"], "unknown")
-                goal.result = answer["result"]
+                goal.status = STATUSES.get(answer.status, "unknown")
+                goal.result = answer.result
 
-    def _take_cancel(self, action: str, time_ns: int, message: Mapping[str, Any]) -> None:
-        if message["response"]:
+    def _take_cancel(self, action: str, time_ns: int, message: DecodedMessage) -> None:
+        if message.response:
             return
-        for request in message["request"]:
-            goal = self._goal(request["goal_info"]["goal_id"], action)
+        for request in message.request:
+            goal = self._goal(request.goal_info.goal_id, action)
             goal.cancel_ns = time_ns if goal.cancel_ns is None else goal.cancel_ns
 
-    def _goal(self, goal_id: Mapping[str, Any], action: str) -> RecordedGoal:
-        return self._of(bytes(goal_id["uuid"]).hex(), action)
+    def _goal(self, goal_id: DecodedMessage, action: str) -> RecordedGoal:
+        return self._of(bytes(goal_id.uuid).hex(), action)
 
     def _of(self, goal_id: str, action: str) -> RecordedGoal:
         return self._goals.setdefault(goal_id, RecordedGoal(goal_id, action))

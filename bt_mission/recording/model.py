@@ -6,7 +6,6 @@ Lengths are m, angles rad, in the frame of the map unless another is named.
 
 from __future__ import annotations
 
-from bisect import bisect_right
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,42 +14,21 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from bt_mission.events.events import NodeInfo
+
 Floats = npt.NDArray[np.float64]
 Times = npt.NDArray[np.int64]
 
-RUNNING, SUCCESS, FAILURE, HALTED = "running", "success", "failure", "halted"
-
-
-@dataclass(frozen=True)
-class RecordedNode:
-    """A node of the mission's tree; `parent` is its parent's index, the root's its own."""
-
-    name: str
-    kind: str
-    path: str
-    parent: int
-
-    @property
-    def depth(self) -> int:
-        """0 for the root."""
-        return self.path.count(".")
-
-
-@dataclass(frozen=True)
-class RecordedChange:
-    """A node has changed its status: to ``running``, ``success``, ``failure`` or ``halted``."""
-
-    time_ns: int
-    node: int
-    status: str
-    message: str
+FAILURE = "failure"
+"""How a node or a mission ended."""
 
 
 @dataclass(frozen=True)
 class Span:
     """A node has run: from when it started until it ended, which may be one instant.
 
-    `status` is how it ended, or ``running`` where the recording ends before it did.
+    `status` is how it ended: ``success``, ``failure`` or ``halted``; ``running`` where the
+    recording ends before it did.
     """
 
     start_ns: int
@@ -206,8 +184,7 @@ class RecordedRun:
     """Why the file ends before its end; empty where it does not."""
     missing: str
     """What the recorder could not record; empty where it could everything."""
-    tree: tuple[RecordedNode, ...]
-    changes: tuple[RecordedChange, ...]
+    tree: tuple[NodeInfo, ...]
     spans: tuple[tuple[Span, ...], ...]
     """Of each node of the tree."""
     truth: Track
@@ -233,26 +210,3 @@ class RecordedRun:
     def track(self) -> Track:
         """The best that is known of where the robot was."""
         return self.truth if len(self.truth) else self.measured
-
-    def statuses_at(self, time_ns: int) -> list[str]:
-        """The status of each node at a time; empty for one that has not run yet."""
-        statuses = [""] * len(self.tree)
-        end = bisect_right(self.changes, time_ns, key=lambda change: change.time_ns)
-        for change in self.changes[:end]:
-            statuses[change.node] = change.status
-        return statuses
-
-    def scan_at(self, time_ns: int) -> RecordedScan | None:
-        """The newest scan at a time; None before the first."""
-        number = bisect_right(self.scans, time_ns, key=lambda scan: scan.time_ns)
-        return self.scans[number - 1] if number else None
-
-    def goals_at(self, time_ns: int) -> list[RecordedGoal]:
-        """The goals that lived at a time."""
-        return [
-            goal
-            for goal in self.goals
-            if goal.sent_ns is not None
-            and goal.sent_ns <= time_ns
-            and (goal.end_ns is None or time_ns < goal.end_ns)
-        ]

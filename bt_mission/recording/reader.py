@@ -3,25 +3,26 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
 
-from bt_mission.core.cdr.decoder import Decoder, DecodingError
+from py_trees.common import Status
+
+from bt_mission.core.cdr.decoder import DecodedMessage
+from bt_mission.events import reader
+from bt_mission.events.events import MissionStarted, MissionStateChanged
+from bt_mission.events.messages import NodeStatus
 from bt_mission.recording.goal_lives import GoalLives
-from bt_mission.recording.model import (
-    Picture,
-    RecordedChange,
-    RecordedLine,
-    RecordedNode,
-    RecordedRun,
-)
-from bt_mission.recording.reading import Channel, RecordedFile, RecordingError
+from bt_mission.recording.model import Picture, RecordedLine, RecordedRun, Span
+from bt_mission.recording.reading import UNREADABLE, Channel, RecordedFile, RecordingError
 from bt_mission.recording.robot_life import RobotLife
-from bt_mission.recording.spans import spans_of
 
-STATUSES = ("halted", "running", "success", "failure")
-"""By the numbers of ``bt_mission_interfaces/msg/NodeStatus``."""
+WORDS = {
+    Status.INVALID: "halted",
+    Status.RUNNING: "running",
+    Status.SUCCESS: "success",
+    Status.FAILURE: "failure",
+}
 
 _POSE_LINE = b'"event": "pose"'
 
@@ -32,10 +33,34 @@ def read_run(path: Path) -> RecordedRun:
     :raises RecordingError: for a file that is none, or holds no run of a mission.
     """
     file = RecordedFile(path)
-    reader = _RunReader(file)
+    run = _RunReader(file)
     for channel, time_ns, data in file.messages():
-        reader.take(channel, time_ns, data)
-    return reader.run()
+        run.take(channel, time_ns, data)
+    return run.run()
+
+
+def spans_of(
+    nodes: int, changes: Iterable[tuple[int, NodeStatus]], end_ns: int
+) -> tuple[tuple[Span, ...], ...]:
+    """Return the spans of each node, in order, out of the changes of its status.
+
+    Args:
+        nodes: How many there are.
+        changes: Each with its time, ns.
+        end_ns: What still runs at the end ran until then.
+    """
+    spans: list[list[Span]] = [[] for _ in range(nodes)]
+    running: dict[int, tuple[int, str]] = {}
+    for time_ns, change in changes:
+        begun = running.pop(change.node, (time_ns, change.message))
+        if change.status is Status.RUNNING:
+            running[change.node] = begun
+        else:
+            word = WORDS[change.status]
+            spans[change.node].append(Span(begun[0], time_ns, word, change.message))
+    for node, (start_ns, message) in running.items():
+        spans[node].append(Span(start_ns, max(end_ns, start_ns), WORDS[Status.RUNNING], message))
+    return tuple(map(tuple, spans))
 
 
 class _RunReader:
@@ -43,14 +68,12 @@ class _RunReader:
 
     def __init__(self, file: RecordedFile) -> None:
         self._file = file
-        self._decoders: dict[Channel, Decoder] = {}
-        self._topics: set[str] = set()
         self._first_ns: int | None = None
         self._last_ns = 0
-        self._nodes: tuple[RecordedNode, ...] = ()
-        self._mission = self._node = ""
-        self._changes: list[RecordedChange] = []
-        self._state = ("", "")
+        self._tree: MissionStarted | None = None
+        self._node = ""
+        self._changes: list[tuple[int, NodeStatus]] = []
+        self._state = MissionStateChanged(0, "", "", "", "")
         self._log: list[RecordedLine] = []
         self._pictures: list[Picture] = []
         self._goals = GoalLives()
@@ -65,7 +88,6 @@ class _RunReader:
 
     def take(self, channel: Channel, time_ns: int, data: bytes) -> None:
         """Take a message in; one that cannot be read is passed over."""
-        self._topics.add(channel.topic)
         if channel.encoding != "cdr":
             return
         if self._first_ns is None:
@@ -73,56 +95,46 @@ class _RunReader:
         self._last_ns = max(self._last_ns, time_ns)
         try:
             self._hand_on(channel, time_ns, data)
-        except DecodingError:
+        except UNREADABLE:
             return
 
     def _hand_on(self, channel: Channel, time_ns: int, data: bytes) -> None:
         taker = self._takers.get(channel.type_name)
         if taker is not None:
-            taker(channel.topic, time_ns, self._decode(channel, data))
+            taker(channel.topic, time_ns, channel.decode(data))
         elif channel.topic.endswith("/trace"):
             if _POSE_LINE not in data:
-                self._take_line(time_ns, self._decode(channel, data)["data"])
+                self._take_line(time_ns, channel.decode(data)["data"])
         elif "/_action/" in channel.topic:
-            self._goals.take(channel, time_ns, lambda: self._decode(channel, data))
+            self._goals.take(channel, time_ns, lambda: channel.decode(data))
         else:
             if self._robot is None:
                 facts = self._file.notes.get("bt_mission", {})
                 hull = json.loads(facts.get("robot_hull", "null"))
                 self._robot = RobotLife(facts.get("namespace", "/"), hull)
-            self._robot.take(channel.topic, time_ns, lambda: self._decode(channel, data))
-
-    def _decode(self, channel: Channel, data: bytes) -> dict[str, Any]:
-        if channel not in self._decoders:
-            self._decoders[channel] = Decoder(channel.type_name, channel.definition)
-        return self._decoders[channel].decode(data)
+            self._robot.take(channel.topic, time_ns, lambda: channel.decode(data))
 
     # ---- one kind of message each ----------------------------------------------------------
 
-    def _take_tree(self, topic: str, _time_ns: int, message: Mapping[str, Any]) -> None:
+    def _take_tree(self, topic: str, _time_ns: int, message: DecodedMessage) -> None:
         self._node = topic.removesuffix("/tree")
-        self._mission = message["mission"]
-        self._nodes = tuple(
-            RecordedNode(node["name"], node["kind"], node["path"], node["parent"])
-            for node in message["nodes"]
-        )
+        self._tree = reader.tree(message)
 
-    def _take_changes(self, _topic: str, time_ns: int, message: Mapping[str, Any]) -> None:
-        self._changes += [
-            RecordedChange(time_ns, one["node"], STATUSES[one["status"]], one["message"])
-            for one in message["changes"]
-            if one["node"] < len(self._nodes) and one["status"] < len(STATUSES)
-        ]
+    def _take_changes(self, _topic: str, time_ns: int, message: DecodedMessage) -> None:
+        count = len(self._tree.nodes) if self._tree else 0
+        for change in reader.changes(message).changes:
+            if change.node < count:
+                self._changes.append((time_ns, change))
 
-    def _take_state(self, _topic: str, _time_ns: int, message: Mapping[str, Any]) -> None:
-        self._state = (message["status"], message["reason"])
+    def _take_state(self, _topic: str, _time_ns: int, message: DecodedMessage) -> None:
+        self._state = reader.state(message)
 
-    def _take_log(self, _topic: str, time_ns: int, message: Mapping[str, Any]) -> None:
-        self._log.append(RecordedLine(time_ns, message["level"], message["name"], message["msg"]))
+    def _take_log(self, _topic: str, time_ns: int, message: DecodedMessage) -> None:
+        self._log.append(RecordedLine(time_ns, message.level, message.name, message.msg))
 
-    def _take_picture(self, topic: str, time_ns: int, message: Mapping[str, Any]) -> None:
-        kind = "png" if "png" in message["format"] else "jpeg"
-        self._pictures.append(Picture(time_ns, topic, f"image/{kind}", message["data"].tobytes()))
+    def _take_picture(self, topic: str, time_ns: int, message: DecodedMessage) -> None:
+        kind = "png" if "png" in message.format else "jpeg"
+        self._pictures.append(Picture(time_ns, topic, f"image/{kind}", message.data.tobytes()))
 
     def _take_line(self, time_ns: int, line: str) -> None:
         try:
@@ -141,7 +153,7 @@ class _RunReader:
         """
         file = self._file
         facts = file.notes.get("bt_mission", {})
-        if not self._nodes:
+        if self._tree is None or not self._tree.nodes:
             raise RecordingError(f"{file.path}: {self._why_no_run(facts)}")
         summary = {
             name: json.loads(value)
@@ -161,19 +173,18 @@ class _RunReader:
         ]
         return RecordedRun(
             path=file.path,
-            mission=self._mission,
+            mission=self._tree.mission,
             node=self._node,
             facts=facts,
             summary=summary,
             start_ns=start_ns,
             end_ns=self._last_ns,
-            status=self._state[0],
-            reason=self._state[1],
+            status=self._state.status,
+            reason=self._state.reason,
             why_cut=file.why_cut,
             missing=summary.get("missing", ""),
-            tree=self._nodes,
-            changes=tuple(self._changes),
-            spans=spans_of(len(self._nodes), self._changes, self._last_ns),
+            tree=self._tree.nodes,
+            spans=spans_of(len(self._tree.nodes), self._changes, self._last_ns),
             truth=robot.truth,
             measured=robot.measured,
             scans=robot.scans,
@@ -191,8 +202,7 @@ class _RunReader:
     def _why_no_run(self, facts: Mapping[str, str]) -> str:
         if facts:
             return f"it ends before the mission began: {self._file.why_cut or 'nothing was ticked'}"
-        topics = ", ".join(sorted(self._topics)[:5]) or "none"
         return (
             "no run of a mission is in it; bt-mission run --record makes such files "
-            f"(topics here: {topics}{', ...' if len(self._topics) > 5 else ''})"
+            f"(topics here: {self._file.topics or 'none'})"
         )

@@ -6,17 +6,23 @@ takes record after record until there is no more, and says so.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import BinaryIO
 
 from mcap import records
 from mcap.stream_reader import StreamReader
 
+from bt_mission.core.cdr.decoder import DecodedMessage, Decoder, DecodingError
 from bt_mission.core.errors import BtMissionError
 
+UNREADABLE = (DecodingError, KeyError, TypeError, AttributeError)
+"""What reading a message raises that its definition does not fit, or that lacks fields."""
+
 LARGEST_RECORD = 1 << 30
+SHOWN_TOPICS = 5
 MAGIC = b"\x89MCAP0\r\n"
 """What a file begins with."""
 
@@ -33,6 +39,11 @@ class Channel:
     type_name: str
     definition: str
     encoding: str
+
+    @cached_property
+    def decode(self) -> Callable[[bytes], DecodedMessage]:
+        """Decodes a message of it. Raises DecodingError."""
+        return Decoder(self.type_name, self.definition).decode
 
 
 @dataclass(frozen=True)
@@ -79,9 +90,15 @@ class RecordedFile:
         self.library = ""
         self.notes: dict[str, Mapping[str, str]] = {}
         self.attached: list[RecordingAttachment] = []
-        self.is_cut = False
-        """Does it end before its end?"""
         self.why_cut = ""
+        """Why it ends before its end; empty where it does not."""
+        self._topics: set[str] = set()
+
+    @property
+    def topics(self) -> str:
+        """Some of the topics, in words; empty where no message is in it."""
+        more = ", ..." if len(self._topics) > SHOWN_TOPICS else ""
+        return ", ".join(sorted(self._topics)[:SHOWN_TOPICS]) + more
 
     def messages(self) -> Iterator[Message]:
         """All messages in the order of the file.
@@ -112,8 +129,10 @@ class RecordedFile:
             match record:
                 case records.Message():
                     channel = channels.get(record.channel_id)
-                    if channel is not None:
-                        yield channel, record.log_time, record.data
+                    if channel is None:
+                        continue
+                    self._topics.add(channel.topic)
+                    yield channel, record.log_time, record.data
                 case records.Schema():
                     schemas[record.id] = record
                 case records.Channel():
@@ -151,7 +170,6 @@ class RecordedFile:
             yield record
 
     def _note_cut(self, stream: BinaryIO, error: Exception) -> None:
-        self.is_cut = True
         at = stream.tell()
         size = self.path.stat().st_size
         self.why_cut = (

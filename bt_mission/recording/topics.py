@@ -11,14 +11,15 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.publisher import Publisher
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.serialization import serialize_message
 
-from bt_mission.core.cdr.trimming import Trim
+from bt_mission.core.cdr.decoder import Take
 from bt_mission.core.diagnostics import listed
 from bt_mission.core.errors import BtMissionError
-from bt_mission.recording.tapping import Take, tap, untap
 from bt_mission.ros.graph import ProcessNode
 from bt_mission.ros.interface_types import action_type, message_type
+from bt_mission.ros.subscriber import matching_qos
 
 if TYPE_CHECKING:
     from rclpy.duration import Duration
@@ -39,8 +40,8 @@ class Opening(Protocol):
     def guarded(self, call: Callable[..., None]) -> Callable[..., None]:
         """Give ``call`` without its exceptions."""
 
-    def trimming(self, type_name: str, *, has_one_shape: bool) -> Trim | None:
-        """Give what takes from a message what rclpy adds to it; None where that takes too long."""
+    def trimming(self, type_name: str, *, has_one_shape: bool) -> Callable[[Take], Take] | None:
+        """Give what takes from messages what rclpy adds to them; None where that takes too long."""
 
 
 @dataclass(frozen=True)
@@ -127,7 +128,7 @@ class GraphTopics:
             self.faults[topic] = str(error)
             return
         if take is not None:
-            trimmed = trim.before(take)
+            trimmed = trim(take)
             if trimmed is not take:
                 take = self._opening.guarded(trimmed)
             tap(publisher, take, counts=by.is_sensor)
@@ -155,7 +156,7 @@ class GraphTopics:
             message_class,
             topic,
             take,
-            _matching(offers),
+            matching_qos(offers, DEPTH),
             raw=True,
             # A publisher that comes later may offer less; the others are heard all the same.
             event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False),
@@ -184,17 +185,6 @@ def name_of(message_class: Any) -> str:
     return f"{package}/{folder}/{message_class.__name__}"
 
 
-def _matching(offers: list[QoSProfile]) -> QoSProfile:
-    """Ask for what all publishers offer."""
-    is_reliable = all(one.reliability is ReliabilityPolicy.RELIABLE for one in offers)
-    is_latched = all(one.durability is DurabilityPolicy.TRANSIENT_LOCAL for one in offers)
-    return QoSProfile(
-        depth=DEPTH,
-        reliability=ReliabilityPolicy.RELIABLE if is_reliable else ReliabilityPolicy.BEST_EFFORT,
-        durability=DurabilityPolicy.TRANSIENT_LOCAL if is_latched else DurabilityPolicy.VOLATILE,
-    )
-
-
 def offered(offers: Iterable[QoSProfile]) -> str:
     """What publishers offer, as rosbag2 writes it down (YAML)."""
     return "".join(
@@ -215,3 +205,47 @@ def offered(offers: Iterable[QoSProfile]) -> str:
 def _span(duration: Duration) -> str:
     seconds, nanoseconds = divmod(duration.nanoseconds, 1_000_000_000)
     return f"{{sec: {seconds}, nsec: {nanoseconds}}}"
+
+
+class Tapped(Publisher):
+    """A publisher whose messages somebody takes before they are sent; made by :func:`tap`.
+
+    A subscription would do, too, but costs twice as much: another reader for the middleware, and
+    another look into a queue at every instant.
+    """
+
+    take: Take
+    counts: bool
+    is_latched: bool
+    send: Take
+    count: Callable[[], int]
+
+    def publish(self, msg: Any) -> None:
+        """Have a message taken, and send it where somebody else hears it, or will."""
+        data = msg if isinstance(msg, bytes) else serialize_message(msg)
+        self.take(data)
+        if self.is_latched or self.count():
+            self.send(data)
+
+    def get_subscription_count(self) -> int:
+        """How many subscriptions it has, and one more where the tap counts as one."""
+        return self.count() + self.counts
+
+
+def tap(publisher: Publisher, take: Take, *, counts: bool) -> None:
+    """Have ``take`` see what a publisher sends.
+
+    :param counts: be taken for a subscription, so that what is only sent to somebody is sent.
+    """
+    # Nodes hold on to their publishers, so another object in its place will not do.
+    publisher.__class__ = Tapped
+    one: Any = publisher
+    one.take, one.counts = take, counts
+    one.is_latched = publisher.qos_profile.durability is not DurabilityPolicy.VOLATILE
+    # What rclpy's own methods call in the end; they also ask what kind of message it is.
+    one.send, one.count = publisher.handle.publish_raw, publisher.handle.get_subscription_count
+
+
+def untap(publisher: Publisher) -> None:
+    """Make it a publisher like others again."""
+    publisher.__class__ = Publisher

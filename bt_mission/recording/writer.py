@@ -5,8 +5,10 @@ from __future__ import annotations
 import json
 import struct
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Literal, Self
 
 from builtin_interfaces.msg import Time
 from rcl_interfaces.msg import Log
@@ -14,20 +16,22 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.serialization import serialize_message
 
-from bt_mission.core.cdr.decoder import Decoder
+from bt_mission.core.cdr.decoder import Decoder, Take
 from bt_mission.core.cdr.definitions import Definitions, NoDefinitionError, share_folders
-from bt_mission.core.cdr.trimming import Trim
 from bt_mission.core.dds.liveliness import RECORDER
 from bt_mission.core.dds.liveliness import TOPIC as PRESENCE
 from bt_mission.core.errors import described
-from bt_mission.recording.contents import files_of, log_line, versions
-from bt_mission.recording.details_recorder import TYPE as DETAILS_TYPE
-from bt_mission.recording.details_recorder import DetailsRecorder
+from bt_mission.recording.contents import (
+    DETAILS_TYPE,
+    DetailsRecorder,
+    PictureFolder,
+    compressed,
+    files_of,
+    log_line,
+    versions,
+)
 from bt_mission.recording.file import McapFile
 from bt_mission.recording.goals import GoalEvents
-from bt_mission.recording.options import RecordingOptions
-from bt_mission.recording.pictures import PictureFolder, compressed
-from bt_mission.recording.tapping import Take
 from bt_mission.recording.topics import GraphTopics
 
 if TYPE_CHECKING:
@@ -46,6 +50,21 @@ STATUS_TYPES = {
     "state": "bt_mission_interfaces/msg/MissionState",
     "changes": "bt_mission_interfaces/msg/StatusChanges",
 }
+
+
+Camera = Literal["none", "compressed", "raw"]
+
+
+@dataclass(frozen=True)
+class RecordingOptions:
+    """What to record besides everything that is always recorded.
+
+    Args:
+        camera: Pictures: none, each as a JPEG, or as they are. A simulated camera draws only while
+            somebody wants its pictures, so with them a run takes far longer.
+    """
+
+    camera: Camera = "none"
 
 
 class RunRecorder:
@@ -71,7 +90,7 @@ class RunRecorder:
         self.file = file or McapFile(path, f"bt-mission {versions()['bt-mission']}")
         self._session = session
         self._options = options or RecordingOptions()
-        self._mission_node = session.node
+        self._mission_node, self._runner = session.node, session.runner
         self._definitions = Definitions(share_folders())
         self._looked_ns = session.now_ns
         self._decoders: dict[str, Decoder] = {}
@@ -83,7 +102,7 @@ class RunRecorder:
             for what, type_name in STATUS_TYPES.items()
         }
         self._telling = DetailsRecorder(
-            session.node, self._open_own(f"{name}/details", DETAILS_TYPE)
+            session.runner, self._open_own(f"{name}/details", DETAILS_TYPE)
         )
         self._trace = self._open_channel(f"{name}/trace", "std_msgs/msg/String")
         self._log = self._open_channel("/rosout", "rcl_interfaces/msg/Log")
@@ -159,7 +178,7 @@ class RunRecorder:
 
     def finish(self, summary: Mapping[str, Any]) -> None:
         """Put what the run came to into the file, and close it."""
-        self._mission_node.status.flush()
+        self._runner.status_publisher.publish_if_changed()
         self.guarded(self._take_last)()
         facts = {name: json.dumps(value) for name, value in summary.items()}
         self.file.note("bt_mission_summary", {**facts, "missing": json.dumps(self.missing)})
@@ -170,10 +189,10 @@ class RunRecorder:
         if self._is_closed:
             return
         self._is_closed = True
-        self._mission_node.status.flush()
-        self._mission_node.status.remove(self._on_status)
-        self._mission_node.overhear.remove(self._on_exchange)
-        self._mission_node.trace.listeners.remove(self._on_line)
+        self._runner.status_publisher.publish_if_changed()
+        self._runner.status_publisher.remove(self._on_status)
+        self._runner.exchange_listeners.remove(self._on_exchange)
+        self._runner.trace.listeners.remove(self._on_line)
         self._telling.close()
         self._topics.close()
         self._session.remove_observer(self)
@@ -195,7 +214,7 @@ class RunRecorder:
     # ---- beginning -------------------------------------------------------------------------
 
     def _begin(self) -> None:
-        session, node = self._session, self._mission_node
+        session, node, runner = self._session, self._mission_node, self._runner
         self._start_ns = session.now_ns
         facts = {
             "mission": session.mission.name,
@@ -212,13 +231,13 @@ class RunRecorder:
         self.file.note("bt_mission", facts)
         for name, text in files_of(session.mission):
             self.file.attach(name, "text/plain", text.encode(), self._start_ns)
-        node.show_waypoints()
+        runner.show_waypoints()
         self._topics.look_around()
-        node.status.add(self._on_status)
-        for line in node.trace.newest:
+        runner.status_publisher.add(self._on_status)
+        for line in runner.trace.newest:
             self._on_line(line)
-        node.trace.listeners.append(self._on_line)
-        node.overhear.append(self._on_exchange)
+        runner.trace.listeners.append(self._on_line)
+        runner.exchange_listeners.append(self._on_exchange)
         session.add_observer(self)
         self.guarded(self._hand_over)()
         self.file.flush()
@@ -230,11 +249,11 @@ class RunRecorder:
 
     # ---- channels --------------------------------------------------------------------------
 
-    def trimming(self, type_name: str, *, has_one_shape: bool) -> Trim | None:
-        """Give what takes from a message what rclpy adds to it; None where that takes too long."""
+    def trimming(self, type_name: str, *, has_one_shape: bool) -> Callable[[Take], Take] | None:
+        """Give what takes from messages what rclpy adds to them; None where that takes too long."""
         decoder = self._decoder(type_name)
         if has_one_shape or decoder.has_known_length:
-            return Trim(decoder, has_one_shape=has_one_shape)
+            return partial(decoder.trimming, has_one_shape=has_one_shape)
         return None
 
     def open_topic(self, topic: str, type_name: str, offered_qos: str) -> Take | None:
@@ -284,7 +303,7 @@ class RunRecorder:
     def _open_own(self, topic: str, type_name: str) -> Take:
         """The same for messages that are serialized here."""
         take = self._open_channel(topic, type_name)
-        return Trim(self._decoder(type_name), has_one_shape=False).before(take)
+        return self._decoder(type_name).trimming(take, has_one_shape=False)
 
     def _decoder(self, type_name: str) -> Decoder:
         if type_name not in self._decoders:
@@ -318,3 +337,19 @@ def string_message(text: str) -> bytes:
     """A ``std_msgs/msg/String``, serialized (little-endian CDR)."""
     data = text.encode() + b"\0"
     return b"\0\1\0\0" + _LENGTH(len(data)) + data
+
+
+def record(
+    session: ObservableSession, path: str | Path, options: RecordingOptions | None = None
+) -> RunRecorder:
+    """Record a session from its present step on; a context manager that closes the file.
+
+    Args:
+        session: A :class:`bt_mission.Stage`, or another session.
+        path: MCAP file to write; overwritten.
+        options: What to record besides everything that is always recorded.
+
+    Raises:
+        BtMissionError: When the file cannot be opened.
+    """
+    return RunRecorder(session, Path(path), options)

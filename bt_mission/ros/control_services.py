@@ -30,10 +30,16 @@ class ControlServices:
     def __init__(self, node: Node, current: Callable[[], Executive | None]) -> None:
         self._current = current
         self._breakpoints: dict[str, None] = {}
-        node.create_service(PauseMission, "~/pause", self._pause)
+        self._node = node
+        self._services = [node.create_service(PauseMission, "~/pause", self._pause)]
         for name, act in (("resume", _resume), ("step", _step), ("stop", _stop)):
-            node.create_service(Trigger, f"~/{name}", self._served(act))
-        node.create_service(SetBreakpoint, "~/breakpoint", self._breakpoint)
+            self._services.append(node.create_service(Trigger, f"~/{name}", self._served(act)))
+        self._services.append(node.create_service(SetBreakpoint, "~/breakpoint", self._breakpoint))
+
+    def close(self) -> None:
+        """Destroy the services."""
+        while self._services:
+            self._node.destroy_service(self._services.pop())
 
     def begin(self, executive: Executive) -> None:
         """Give a mission that starts the breakpoints that are set, as far as it has such nodes."""
@@ -51,7 +57,7 @@ class ControlServices:
 
     def _pause(self, request: Any, answer: Any) -> Any:
         def act(executive: Executive) -> str:
-            executive.pause("paused from outside", keep_goals=request.keep_goals)
+            executive.pause("paused on request", keep_goals=request.keep_goals)
             running = ", ".join(f"'{leaf.name}'" for leaf in executive.running_leaves)
             return "paused" + (f"; still under way: {running}" if running else "")
 
@@ -95,16 +101,16 @@ def _resume(executive: Executive) -> str:
     if executive.paused is None:
         raise BtMissionError("the mission is not paused")
     executive.resume()
-    return "goes on"
+    return "resumed"
 
 
 def _step(executive: Executive) -> str:
     if executive.paused is None:
         raise BtMissionError("the mission is not paused: pause it first")
     executive.step()
-    return "one tick"
+    return "stepped one tick"
 
 
 def _stop(executive: Executive) -> str:
-    executive.interrupt("stopped from outside")
+    executive.interrupt("stopped on request")
     return "stops, and sees every goal to its end"

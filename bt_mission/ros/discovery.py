@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import os
-from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any, Protocol, Self
 
-import rclpy
-from rclpy.executors import SingleThreadedExecutor, TimeoutException
-from rclpy.signals import SignalHandlerOptions
+from rclpy.executors import TimeoutException
 from rclpy.type_hash import TypeHash
 
 from bt_mission.core.dds.discovery import RANGE
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events.source import FoundExecutive
+from bt_mission.ros.graph import GraphConnection, quiet_node
 from bt_mission.ros.mission_client import NEWEST, TELLS, MissionClient
 
 if TYPE_CHECKING:
@@ -51,12 +49,7 @@ class LocalExecutive:
     def __init__(self, session: HostedMission) -> None:
         self.name = session.node.get_fully_qualified_name()
         self._session = session
-        self._node = rclpy.create_node(
-            "bt_mission_screen",
-            context=session.node.context,
-            enable_rosout=False,
-            start_parameter_services=False,
-        )
+        self._node = quiet_node("bt_mission_screen", session.node.context)
         session.add_node(self._node)
 
     def serve(self) -> None:
@@ -81,22 +74,9 @@ class ExecutiveDirectory:
     """A watcher's own place in a graph. Use it as a context manager."""
 
     def __init__(self) -> None:
-        with ExitStack() as made:
-            self._context = rclpy.Context()
-            rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
-            made.callback(self._context.shutdown)
-            self._executor = SingleThreadedExecutor(context=self._context)
-            made.callback(self._executor.shutdown)
-            self._node = rclpy.create_node(
-                "bt_mission_watch",
-                context=self._context,
-                enable_rosout=False,
-                start_parameter_services=False,
-            )
-            made.callback(self._node.destroy_node)
-            self._hashes = [self._hash_of(kind) for kind, *_ in TELLS.values()]
-            self._executor.add_node(self._node)
-            self._exit = made.pop_all()
+        self._graph = GraphConnection(wall_clock=True)
+        self._node = self._graph.host_quiet("bt_mission_watch")
+        self._hashes = [self._hash_of(kind) for kind, *_ in TELLS.values()]
         domain, reach = os.environ.get("ROS_DOMAIN_ID", "0"), os.environ.get(RANGE, "SUBNET")
         self.where = f"ROS domain {domain or 0}, {RANGE}={reach}"
 
@@ -104,7 +84,7 @@ class ExecutiveDirectory:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._exit.close()
+        self._graph.close()
 
     def serve(self, wait_s: float = 0.0) -> None:
         """Receive what has come, for at most :data:`SERVE_S`.
@@ -114,7 +94,7 @@ class ExecutiveDirectory:
         since = Stopwatch()
         try:
             while since.elapsed_s < SERVE_S + wait_s:
-                task, _, _ = self._executor.wait_for_ready_callbacks(timeout_sec=wait_s)
+                task, _, _ = self._graph.executor.wait_for_ready_callbacks(timeout_sec=wait_s)
                 task()
                 task.result()
                 wait_s = 0.0

@@ -9,11 +9,9 @@ from rclpy.action import ActionClient, get_action_names_and_types
 from rclpy.action.client import ClientGoalHandle
 from unique_identifier_msgs.msg import UUID
 
-from bt_mission.core.diagnostics import listed
-from bt_mission.core.errors import BtMissionError
 from bt_mission.goals.exchange import Exchange, ExchangeListener
 from bt_mission.goals.goal import Event, Goal, GoalStatus, Phase
-from bt_mission.ros.interface_types import action_type, fill
+from bt_mission.ros.interface_types import action_type, check_type, fill
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -58,11 +56,13 @@ class RosGoalClient:
         self._type = action_type(type_name)
         self.type_name = type_name
         self.name = node.resolve_topic_name(name)
-        types = dict(get_action_names_and_types(node)).get(self.name, [])
-        if types and type_name not in types:
-            raise BtMissionError(f"{self.name} is a {listed(types)}, not a {type_name}")
+        check_type(self.name, type_name, dict(get_action_names_and_types(node)).get(self.name, ()))
         self._client: ActionClient = _Client(node, self._type, name)  # type: ignore[no-untyped-call]
         self._handles: dict[bytes, ClientGoalHandle] = {}
+
+    def close(self) -> None:
+        """Destroy the action client."""
+        self._client.destroy()
 
     def is_ready(self) -> bool:
         """Is a server in the graph, with all its services and topics matched?"""

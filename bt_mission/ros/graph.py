@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from contextlib import ExitStack
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any, Self
 
 import rclpy
+from rclpy.action import ActionClient, ActionServer
+from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.executive.executive import Executive, MissionStatus
-
-if TYPE_CHECKING:
-    from rclpy.node import Node
 
 CLOCK_TOPIC = "/clock"
 WAIT_S = 0.1
@@ -23,13 +23,6 @@ CLOCK_WAIT_S = 4.0
 """Wall time to look for a publisher of ``/clock`` before this machine's clock is taken; and to
 see time stand still without a publisher before it counts as gone. Other participants of Fast DDS
 announce themselves every 3 s, so discovery may take that long."""
-
-QUIET: dict[str, Any] = {
-    "enable_rosout": False,
-    "start_parameter_services": False,
-    "parameter_overrides": [Parameter("start_type_description_service", value=False)],
-}
-"""For a node that only looks on: no services of its own for others to find."""
 
 LAST_ROUNDS = 20
 """Callbacks that may still run before a graph is left."""
@@ -39,11 +32,61 @@ END_WAIT_S = 10.0
 
 
 @dataclass(frozen=True)
+class NodeOptions:
+    """How a node is made.
+
+    Attributes:
+        namespace: Of the robot; relative names lie in it.
+        context: The rclpy context; None is the default one.
+        use_sim_time: Follow ``/clock``.
+        lean: No parameter services, log topic or type description for others to find.
+    """
+
+    name: str = "bt_mission"
+    namespace: str | None = None
+    context: Context | None = None
+    use_sim_time: bool = False
+    lean: bool = False
+
+    def arguments(self, **parameters: Any) -> dict[str, Any]:
+        """Return the arguments of rclpy's constructor, with values of parameters."""
+        if self.use_sim_time:
+            parameters["use_sim_time"] = True
+        if self.lean:
+            parameters["start_type_description_service"] = False
+        return {
+            "node_name": self.name,
+            "namespace": self.namespace,
+            "context": self.context,
+            "enable_rosout": not self.lean,
+            "start_parameter_services": not self.lean,
+            "parameter_overrides": [Parameter(name, value=it) for name, it in parameters.items()],
+        }
+
+
+def quiet_node(name: str, context: Context, namespace: str | None = None) -> Node:
+    """Make a node that only looks on."""
+    return Node(**NodeOptions(name, namespace, context, lean=True).arguments())
+
+
+def destroy_actions(node: Node) -> None:
+    """Destroy the action clients and servers that a node has not destroyed itself.
+
+    rclpy leaves them alive, and the whole DDS participant with them, until the garbage collector
+    comes by: a process that makes many nodes runs out of the ports of its domain.
+    """
+    for waitable in tuple(node.waitables):
+        if isinstance(waitable, ActionClient | ActionServer):
+            waitable.destroy()  # type: ignore[no-untyped-call]
+
+
+@dataclass(frozen=True)
 class ProcessNode:
     """A node of this process, whose publishers can be tapped.
 
-    :param is_sensor: it sends only what somebody subscribes to, and the messages of a topic have
-        one shape: as many elements in each sequence, as many characters in each text.
+    Attributes:
+        is_sensor: It sends only what somebody subscribes to, and the messages of a topic have one
+            shape: as many elements in each sequence, as many characters in each text.
     """
 
     node: Node
@@ -51,28 +94,33 @@ class ProcessNode:
 
 
 class GraphConnection:
-    """An executor on a graph that others make up.
+    """A context and an executor on a graph that others make up.
 
     Time is the graph's: ``/clock`` where somebody publishes it, else the clock of this machine.
 
-    :param wall_clock: keep to this machine's clock, without looking for ``/clock``.
+    Args:
+        wall_clock: Keep to this machine's clock, without looking for ``/clock``.
     """
 
     def __init__(self, *, wall_clock: bool = False) -> None:
+        self._probe: Node | None = None
         with ExitStack() as made:
             self.context = rclpy.Context()
             rclpy.init(context=self.context, signal_handler_options=SignalHandlerOptions.NO)
             made.callback(self.context.shutdown)
             self.executor = SingleThreadedExecutor(context=self.context)
             made.callback(self.executor.shutdown)
-            self._probe: Node | None = rclpy.create_node(
-                "bt_mission_probe", context=self.context, **QUIET
-            )
-            self.has_clock = not wall_clock and self._find_clock(self._probe)
+            self.has_clock = not wall_clock and self._find_clock()
             self._exit = made.pop_all()
         self._since_last_time = Stopwatch()
         self._seen_ns = 0
         self._ending: tuple[Executive, Stopwatch] | None = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
 
     def close(self) -> None:
         """Leave the graph."""
@@ -85,6 +133,14 @@ class GraphConnection:
             # Not earlier: with its last node a context leaves the graph, and all it has found.
             self._probe.destroy_node()
             self._probe = None
+
+    def host_quiet(self, name: str, namespace: str | None = None) -> Node:
+        """Make and serve a node that only looks on, until the graph is left."""
+        node = quiet_node(name, self.context, namespace)
+        self._exit.callback(node.destroy_node)
+        self._exit.callback(destroy_actions, node)
+        self.host(node)
+        return node
 
     def drop(self, node: Node) -> None:
         """Serve a node no longer, and destroy it."""
@@ -126,7 +182,8 @@ class GraphConnection:
         if self._ending[1].elapsed_s > END_WAIT_S:
             executive.abandon(f"not every goal had ended after {END_WAIT_S:g} s")
 
-    def _find_clock(self, probe: Node) -> bool:
+    def _find_clock(self) -> bool:
+        probe = self._probe = quiet_node("bt_mission_probe", self.context)
         watch = Stopwatch()
         self.executor.add_node(probe)
         while not (found := probe.count_publishers(CLOCK_TOPIC) > 0):

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-import rclpy
 from rclpy.action import get_action_names_and_types
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.signals import SignalHandlerOptions
 
 from bt_mission.core.diagnostics import Diagnostic, did_you_mean, listed
 from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.language.nodes.steps import ActionStep, PublishStep, ServiceStep, Step, WaitForStep
+from bt_mission.language.nodes.base import (
+    NodeModel,
+)
+from bt_mission.language.nodes.interfaces import InterfaceNode
 from bt_mission.language.trees import used
+from bt_mission.ros.graph import WAIT_S, GraphConnection
 
 if TYPE_CHECKING:
     from rclpy.node import Node
@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 LOOK_S = 4.0
 """Wall time after which what has not been found is not there; Fast DDS announces a participant anew
 every 3 s."""
-
-WAIT_S = 0.1
 
 What = Literal["action", "service", "topic"]
 
@@ -38,7 +36,7 @@ class Wanted:
     what: What
     name: str
     type: str
-    step: Step
+    step: NodeModel
     file: str
 
 
@@ -70,24 +68,15 @@ def find_missing(mission: Mission, namespace: str | None = None) -> list[NameFin
 
     :param namespace: of the robot; names without a leading slash lie in it.
     """
-    with ExitStack() as stack:
-        context = rclpy.Context()
-        rclpy.init(context=context, signal_handler_options=SignalHandlerOptions.NO)
-        stack.callback(context.shutdown)
-        node = rclpy.create_node(
-            "bt_mission_check", context=context, namespace=namespace, enable_rosout=False
-        )
-        stack.callback(node.destroy_node)
-        executor = SingleThreadedExecutor(context=context)
-        stack.callback(executor.shutdown)
-        executor.add_node(node)
+    with GraphConnection(wall_clock=True) as graph:
+        node = graph.host_quiet("bt_mission_check", namespace)
         wanted = list(_wanted(mission, node))
         watch = Stopwatch()
         while True:
             found = [_finding(one, node) for one in wanted]
             if all(one.is_there for one in found) or watch.elapsed_s > LOOK_S:
                 return found
-            executor.spin_once(timeout_sec=WAIT_S)
+            graph.executor.spin_once(timeout_sec=WAIT_S)
 
 
 def _wanted(mission: Mission, node: Node) -> Iterator[Wanted]:
@@ -97,16 +86,12 @@ def _wanted(mission: Mission, node: Node) -> Iterator[Wanted]:
         if not tree.is_main and tree.name not in names:
             continue
         for step in tree.body.walk():
-            what: What
-            match step:
-                case ActionStep():
-                    what, name = "action", node.resolve_topic_name(step.action)
-                case ServiceStep():
-                    what, name = "service", node.resolve_service_name(step.service)
-                case WaitForStep() | PublishStep():
-                    what, name = "topic", node.resolve_topic_name(step.topic)
-                case _:
-                    continue
+            if not isinstance(step, InterfaceNode):
+                continue
+            what = step.interface
+            is_service = what == "service"
+            resolve = node.resolve_service_name if is_service else node.resolve_topic_name
+            name = resolve(step.ros_name)
             if (what, name) not in seen:
                 seen.add((what, name))
                 yield Wanted(what, name, step.type, step, tree.document.file)

@@ -6,16 +6,15 @@ The only module of the mission language that touches ROS; the executive uses it 
 from __future__ import annotations
 
 import importlib
-import os
-import sys
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 from rosidl_parser import definition
 
-from bt_mission.core.diagnostics import did_you_mean, quoted
+from bt_mission.core.cdr.definitions import share_folders
+from bt_mission.core.diagnostics import did_you_mean, listed, quoted
 from bt_mission.core.errors import BtMissionError
 from bt_mission.language.expressions.expression import Late, Text
 from bt_mission.language.expressions.values import ExpressionError
@@ -33,7 +32,7 @@ from bt_mission.language.message_types import (
     conform,
 )
 
-_INDEX = Path("share", "ament_index", "resource_index", "rosidl_interfaces")
+_INDEX = Path("ament_index", "resource_index", "rosidl_interfaces")
 _TEXT_BY_NAME = {"octet": "byte", "boolean": "bool", "float": "float32", "double": "float64"}
 
 
@@ -66,6 +65,18 @@ def service_type(name: str) -> Any:
 def message_type(name: str) -> Any:
     """Return the class of a message, "std_msgs/msg/String". Raises UnknownType."""
     return _type("msg", name)
+
+
+def check_type(name: str, wanted: str, found: Iterable[str], verb: str = "is a") -> None:
+    """Compare the type of a resolved name with those that the graph has for it, if any.
+
+    Raises:
+        BtMissionError: When the graph has others, but not this one.
+    """
+    types = list(found)
+    if types and wanted not in types:
+        article = verb.rpartition(" ")[2]
+        raise BtMissionError(f"{name} {verb} {listed(types)}, not {article} {wanted}")
 
 
 @cache
@@ -105,9 +116,7 @@ def _types_of(package: str) -> frozenset[str]:
 
 
 def _indexes() -> list[Path]:
-    prefixes = [*filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep))]
-    indexes = [Path(prefix) / _INDEX for prefix in [*prefixes, sys.prefix]]
-    return [index for index in indexes if index.is_dir()]
+    return [index for share in share_folders() if (index := share / _INDEX).is_dir()]
 
 
 _PARTS = {

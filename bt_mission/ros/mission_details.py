@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import reprlib
 from collections import OrderedDict
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from bt_mission_interfaces.msg import GoalRecord, MissionDetails, NodeProgress, Variable
@@ -22,9 +23,10 @@ if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
 
     from bt_mission.behaviours.progress import LeafProgress
-    from bt_mission.executive.executive import Change
+    from bt_mission.behaviours.runtime import Scope
+    from bt_mission.executive.executive import Change, Executive
     from bt_mission.goals.goal import Goal
-    from bt_mission.ros.mission_run import MissionRun
+    from bt_mission.goals.ledger import Ledger
 
 MOST_RUNNING = 50
 """Running nodes in one message; where more run, they take turns."""
@@ -44,6 +46,27 @@ _ENDS = {
 _SHORTENED = reprlib.Repr()
 _SHORTENED.maxother = _SHORTENED.maxstring = VALUE_CHARACTERS
 _SHORTENED.maxlist = _SHORTENED.maxtuple = _SHORTENED.maxdict = 20
+
+
+@dataclass(frozen=True)
+class MissionRun:
+    """A mission that runs, for those who describe it.
+
+    Attributes:
+        log_listeners: Called with each line of the log and its ROS time, ns.
+        clock_ns: Returns the mission's time, ns.
+    """
+
+    executive: Executive
+    ledger: Ledger
+    scope: Scope
+    log_listeners: list[Callable[[int, str], None]]
+    clock_ns: Callable[[], int]
+
+    @property
+    def now_ns(self) -> int:
+        """The mission's time, ns."""
+        return self.clock_ns()
 
 
 class MissionDetailsBuilder:
@@ -96,7 +119,7 @@ class MissionDetailsBuilder:
         told = list(self._goals) if complete else list(self._changed)
         self._changed.clear()
         return MissionDetails(
-            stamp=_stamp(mission.now_ns),
+            stamp=time_message(mission.now_ns),
             run=self._run,
             ticks=mission.executive.ticks,
             goals_sent=mission.ledger.goals_sent,
@@ -115,7 +138,7 @@ class MissionDetailsBuilder:
 
     def _on_goal(self, _what: str, goal: Goal) -> None:
         if goal.id not in self._goals:
-            stamp = _stamp(self._mission.now_ns)
+            stamp = time_message(self._mission.now_ns)
             self._goals[goal.id] = GoalRecord(
                 goal_id=goal.id.hex(),
                 action=goal.goal_client.name,
@@ -143,7 +166,7 @@ class MissionDetailsBuilder:
         """Note the state of a goal, which the ledger does not tell of when a server accepts it."""
         record, state = self._goals[goal.id], _state(goal)
         if record.state != state:
-            record.state, record.changed = state, _stamp(self._mission.now_ns)
+            record.state, record.changed = state, time_message(self._mission.now_ns)
             self._changed[goal.id] = None
 
     def _some_running(self) -> list[Behaviour]:
@@ -156,7 +179,7 @@ class MissionDetailsBuilder:
     def _progress(self, node: Behaviour, progress: LeafProgress | None) -> NodeProgress:
         message = NodeProgress(
             node=self._indices[node],
-            since=_stamp(self._since_ns[node]),
+            since=time_message(self._since_ns[node]),
             message=node.feedback_message,
         )
         if progress is not None:
@@ -202,6 +225,7 @@ def _targets(request: Any) -> Iterator[Point]:
                 yield pose.pose.position
 
 
-def _stamp(time_ns: int) -> Time:
+def time_message(time_ns: int) -> Time:
+    """Return a time in ns as a message."""
     seconds, nanoseconds = divmod(time_ns, NS)
     return Time(sec=seconds, nanosec=nanoseconds)

@@ -5,9 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.core.dds.liveliness import RECORDER
-from bt_mission.core.diagnostics import listed
-from bt_mission.core.errors import BtMissionError
-from bt_mission.ros.interface_types import fill, message_type
+from bt_mission.ros.interface_types import check_type, fill, message_type
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -30,10 +28,12 @@ class TopicPublisher:
         self._node = node
         self._type = message_type(type_name)
         self.name = node.resolve_topic_name(name)
-        types = dict(node.get_topic_names_and_types()).get(self.name, [])
-        if types and type_name not in types:
-            raise BtMissionError(f"{self.name} is a {listed(types)}, not a {type_name}")
+        check_type(self.name, type_name, dict(node.get_topic_names_and_types()).get(self.name, ()))
         self._publisher = node.create_publisher(self._type, name, DEPTH)
+
+    def close(self) -> None:
+        """Destroy the publisher."""
+        self._node.destroy_publisher(self._publisher)
 
     def prepare(self, fields: Mapping[str, Any]) -> Any:
         """A message with these fields.

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from bt_mission.core.diagnostics import listed
-from bt_mission.core.errors import BtMissionError
-from bt_mission.ros.interface_types import fill, service_type
+from bt_mission.ros.interface_types import check_type, fill, service_type
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -27,10 +25,15 @@ class RosServiceClient:
     def __init__(self, node: Node, name: str, type_name: str) -> None:
         self._type = service_type(type_name)
         self.name = node.resolve_service_name(name)
-        types = dict(node.get_service_names_and_types()).get(self.name, [])
-        if types and type_name not in types:
-            raise BtMissionError(f"{self.name} is a {listed(types)}, not a {type_name}")
+        check_type(
+            self.name, type_name, dict(node.get_service_names_and_types()).get(self.name, ())
+        )
+        self._node = node
         self._client = node.create_client(self._type, name)
+
+    def close(self) -> None:
+        """Destroy the client."""
+        self._node.destroy_client(self._client)
 
     def is_ready(self) -> bool:
         """Is a server in the graph, and matched?"""

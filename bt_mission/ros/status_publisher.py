@@ -1,6 +1,9 @@
-"""The tree of a running mission as messages: itself once, and after that what changes.
+"""What tools see of a running mission: its tree once, and after that what changes.
 
-Whoever takes them is an outlet: publishers (:mod:`bt_mission.ros.status_topics`), a recording.
+``~/tree`` and ``~/state`` are latched; ``~/changes`` carries the changes of one tick, and nothing
+is sent for a tick that changes nothing. Who comes late asks ``~/statuses`` for all statuses at
+once, and goes on from its sequence number. ``~/details`` and ``~/log`` are made only while somebody
+subscribes, and paced by wall time, since the mission's clock may run a hundred times as fast.
 """
 
 from __future__ import annotations
@@ -9,14 +12,39 @@ import secrets
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from bt_mission_interfaces.msg import MissionState, NodeStatus, StatusChanges, Tree, TreeNode
+from bt_mission_interfaces.msg import (
+    MissionDetails,
+    MissionLog,
+    MissionState,
+    NodeStatus,
+    StatusChanges,
+    Tree,
+    TreeNode,
+)
+from bt_mission_interfaces.srv import GetStatuses
 from py_trees.common import Status
+from rclpy.qos import DurabilityPolicy, QoSProfile
+
+from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.ros.mission_details import MissionDetailsBuilder, time_message
 
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
-    from rclpy.clock import Clock
+    from rclpy.node import Node
 
     from bt_mission.executive.executive import Change, Executive
+    from bt_mission.ros.mission_details import MissionRun
+
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+CHANGES = QoSProfile(depth=100)
+DETAILS = QoSProfile(depth=10)
+LOG = QoSProfile(depth=100)
+
+DETAILS_PERIOD_S = 0.1
+"""Wall time between two messages of details."""
+
+COMPLETE_EVERY = 10
+"""Every so many messages all goals and variables are told, not only those that have changed."""
 
 CODES = {
     Status.INVALID: NodeStatus.INVALID,
@@ -25,19 +53,21 @@ CODES = {
     Status.FAILURE: NodeStatus.FAILURE,
 }
 
-Outlet = Callable[[str, Any], None]
+StatusListener = Callable[[str, Any], None]
 """Takes a message with what it is: ``tree``, ``state`` or ``changes``."""
 
 
-class StatusFeed:
-    """Tells of one mission after another.
+class StatusPublisher:
+    """Publishes one mission after another, and tells listeners of this process, such as a recorder.
 
-    :param clock: of the node of the missions, for the stamps.
+    Args:
+        node: Gives the time of the stamps; the topics begin with its name.
+        has_topics: False tells the listeners only.
     """
 
-    def __init__(self, clock: Clock) -> None:
-        self._clock = clock
-        self._outlets: list[Outlet] = []
+    def __init__(self, node: Node, *, has_topics: bool = True) -> None:
+        self._node = node
+        self._listeners: list[StatusListener] = []
         self.run = ""
         """Names the run; empty before the first."""
         self.sequence = 0
@@ -46,57 +76,95 @@ class StatusFeed:
         """The nodes of the tree, each with its number."""
         self._mission = ""
         self._executive: Executive | None = None
-        self._is_told = False
+        self._has_tree = False
+        """Has the tree been told?"""
         self._pending: list[NodeStatus] = []
         self._seen: tuple[str, str | None, str] | None = None
         self._shown: tuple[str, str] | None = None
+        self._topics: dict[str, Any] = {}
+        self._details: MissionDetailsBuilder | None = None
+        self._since_details = Stopwatch()
+        self._details_count = 0
+        if has_topics:
+            self._topics = {
+                "tree": node.create_publisher(Tree, "~/tree", LATCHED),
+                "state": node.create_publisher(MissionState, "~/state", LATCHED),
+                "changes": node.create_publisher(StatusChanges, "~/changes", CHANGES),
+                "details": node.create_publisher(MissionDetails, "~/details", DETAILS),
+                "log": node.create_publisher(MissionLog, "~/log", LOG),
+            }
+            self._service = node.create_service(GetStatuses, "~/statuses", self._answer)
+            self.add(lambda what, message: self._topics[what].publish(message))
 
-    def add(self, outlet: Outlet) -> None:
-        """Tell an outlet what has been told so far, and what changes from now on."""
-        if self._outlets and self._is_told:
-            self.flush()
-        self._outlets.append(outlet)
-        if self._is_told and self._executive is not None:
-            outlet("tree", self._tree(self._executive))
+    def close(self) -> None:
+        """Destroy the topics and the service."""
+        if self._topics:
+            self._node.destroy_service(self._service)
+        self._listeners.clear()
+        while self._topics:
+            self._node.destroy_publisher(self._topics.popitem()[1])
+
+    def add(self, listener: StatusListener) -> None:
+        """Tell a listener what has been told so far, and what changes from now on."""
+        if self._listeners and self._has_tree:
+            self.publish_if_changed()
+        self._listeners.append(listener)
+        if self._has_tree and self._executive is not None:
+            listener("tree", self._tree(self._executive))
         if self._shown is not None:
-            outlet("state", self._state(*self._shown))
+            listener("state", self._state(*self._shown))
 
-    def remove(self, outlet: Outlet) -> None:
-        """Tell an outlet no more."""
-        self._outlets.remove(outlet)
+    def remove(self, listener: StatusListener) -> None:
+        """Tell a listener no more."""
+        if listener in self._listeners:
+            self._listeners.remove(listener)
 
-    def rest(self) -> None:
+    def begin(self, mission: str, run: MissionRun) -> None:
+        """Follow a mission that starts.
+
+        Its tree is told with the first :meth:`publish_if_changed`: before its first tick a node on
+        the stage does not have the mission's time yet.
+        """
+        self.run, self._mission = secrets.token_hex(8), mission
+        self.sequence, self._executive = 0, run.executive
+        self._pending = []
+        self._has_tree = False
+        self.indices = {node: index for index, node in enumerate(run.executive.nodes)}
+        run.executive.listeners.append(self._on_change)
+        if self._topics:
+            self._details = MissionDetailsBuilder(self.run, run, self.indices)
+            self._details_count = 0
+            run.log_listeners.append(self._on_log)
+
+    def publish_idle(self) -> None:
         """Tell that there is no mission yet."""
         self._tell_state("idle", "")
 
-    def begin(self, mission: str, executive: Executive) -> None:
-        """Follow a mission that starts.
-
-        Its tree is told with the first :meth:`flush`: before its first tick a node on the stage
-        does not have the mission's time yet.
-        """
-        self.run, self._mission = secrets.token_hex(8), mission
-        self.sequence, self._executive = 0, executive
-        self._pending = []
-        self._is_told = False
-        self.indices = {node: index for index, node in enumerate(executive.nodes)}
-        executive.listeners.append(self._take)
-
-    def flush(self) -> None:
+    def publish_if_changed(self) -> None:
         """Tell what has changed since the last time, if anything has; at first the tree."""
-        self.turn()
+        has_turned = self._tell_changes()
+        if self._details is not None:
+            self._publish_details(self._details, at_once=has_turned)
 
-    def turn(self) -> bool:
-        """Flush; gives whether the mission has turned into another state."""
-        if self._executive is None or not self._outlets:
+    @property
+    def statuses(self) -> list[NodeStatus]:
+        """The status of every node, in the order of the tree."""
+        return [
+            _status(index, node.status, node.feedback_message)
+            for node, index in self.indices.items()
+        ]
+
+    def _tell_changes(self) -> bool:
+        """Tell of tree, changes and state; return whether the state is another one."""
+        if self._executive is None or not self._listeners:
             return False
-        if not self._is_told:
-            self._is_told = True
+        if not self._has_tree:
+            self._has_tree = True
             self._tell("tree", self._tree(self._executive))
         if self._pending:
             self.sequence += 1
             changes = StatusChanges(
-                stamp=self._clock.now().to_msg(),
+                stamp=self._stamp(),
                 run=self.run,
                 sequence=self.sequence,
                 changes=self._pending,
@@ -111,29 +179,42 @@ class StatusFeed:
         self._tell_state(executive.state, executive.paused or executive.reason)
         return True
 
-    @property
-    def statuses(self) -> list[NodeStatus]:
-        """The status of every node, in the order of the tree."""
-        return [
-            _status(index, node.status, node.feedback_message)
-            for node, index in self.indices.items()
-        ]
+    def _publish_details(self, details: MissionDetailsBuilder, *, at_once: bool) -> None:
+        if not self._topics or (not at_once and self._since_details.elapsed_s < DETAILS_PERIOD_S):
+            return
+        self._since_details = Stopwatch()
+        if not self._topics["details"].get_subscription_count():
+            self._details_count = 0
+            return
+        is_complete = self._details_count % COMPLETE_EVERY == 0
+        self._details_count += 1
+        self._topics["details"].publish(details.describe(complete=is_complete))
+
+    def _on_log(self, time_ns: int, text: str) -> None:
+        if self._topics and self._topics["log"].get_subscription_count():
+            line = MissionLog(stamp=time_message(time_ns), run=self.run, text=text)
+            self._topics["log"].publish(line)
+
+    def _answer(self, _request: Any, answer: Any) -> Any:
+        self.publish_if_changed()
+        answer.run, answer.sequence, answer.statuses = self.run, self.sequence, self.statuses
+        return answer
 
     def _tell_state(self, status: str, reason: str) -> None:
         self._shown = (status, reason)
         self._tell("state", self._state(status, reason))
 
     def _tell(self, what: str, message: Any) -> None:
-        for outlet in self._outlets:
-            outlet(what, message)
+        for listener in self._listeners:
+            listener(what, message)
 
-    def _take(self, change: Change) -> None:
-        if self._outlets:
+    def _on_change(self, change: Change) -> None:
+        if self._listeners:
             self._pending.append(_status(self.indices[change.node], change.status, change.message))
 
     def _tree(self, executive: Executive) -> Tree:
         return Tree(
-            stamp=self._clock.now().to_msg(),
+            stamp=self._stamp(),
             run=self.run,
             mission=self._mission,
             nodes=[
@@ -149,12 +230,11 @@ class StatusFeed:
 
     def _state(self, status: str, reason: str) -> MissionState:
         return MissionState(
-            stamp=self._clock.now().to_msg(),
-            run=self.run,
-            mission=self._mission,
-            status=status,
-            reason=reason,
+            stamp=self._stamp(), run=self.run, mission=self._mission, status=status, reason=reason
         )
+
+    def _stamp(self) -> Any:
+        return self._node.get_clock().now().to_msg()
 
 
 def _status(index: int, status: Status, message: str) -> NodeStatus:

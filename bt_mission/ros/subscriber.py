@@ -8,11 +8,10 @@ from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from bt_mission.core.diagnostics import listed
-from bt_mission.core.errors import BtMissionError
-from bt_mission.ros.interface_types import message_type
+from bt_mission.ros.interface_types import check_type, message_type
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from rclpy.node import Node
 
@@ -25,6 +24,22 @@ LATCHED_PUBLISHER = QoSProfile(
     depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL
 )
 """Also brings what was published before."""
+
+
+def matching_qos(offers: Sequence[QoSProfile], depth: int) -> QoSProfile:
+    """Ask for the most that all publishers of a topic offer: reliable and latched only if each is.
+
+    Args:
+        offers: what each offers; where there is none, the least is asked for.
+        depth: how many messages may wait.
+    """
+    is_reliable = {one.reliability for one in offers} == {ReliabilityPolicy.RELIABLE}
+    is_latched = {one.durability for one in offers} == {DurabilityPolicy.TRANSIENT_LOCAL}
+    return QoSProfile(
+        depth=depth,
+        reliability=ReliabilityPolicy.RELIABLE if is_reliable else ReliabilityPolicy.BEST_EFFORT,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL if is_latched else DurabilityPolicy.VOLATILE,
+    )
 
 
 class LatestMessageSubscriber:
@@ -47,11 +62,17 @@ class LatestMessageSubscriber:
         self._latched: Any = None
         self._hears_latched = False
         self.name = node.resolve_topic_name(topic)
-        types = self._published_types()
-        if types and type_name not in types:
-            raise BtMissionError(f"{self.name} is published as {listed(types)}, not as {type_name}")
+        self._subscriptions: list[Any] = []
+        check_type(self.name, type_name, self._published_types(), "is published as")
         self.look_around()
-        node.create_subscription(self._type, topic, self._hand_on, ANY_PUBLISHER)
+        self._subscriptions.append(
+            node.create_subscription(self._type, topic, self._hand_on, ANY_PUBLISHER)
+        )
+
+    def close(self) -> None:
+        """Destroy the subscriptions."""
+        while self._subscriptions:
+            self._node.destroy_subscription(self._subscriptions.pop())
 
     def listen(self, listener: Callable[[Any], None]) -> None:
         """Hand messages to this listener from now on; the newest latched one at once."""
@@ -76,7 +97,7 @@ class LatestMessageSubscriber:
             for one in found
         ):
             self._hears_latched = True
-            self._node.create_subscription(
+            latched = self._node.create_subscription(
                 self._type,
                 self.name,
                 self._keep,
@@ -84,6 +105,7 @@ class LatestMessageSubscriber:
                 # Another publisher of the topic may not be latched, and need not.
                 event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False),
             )
+            self._subscriptions.append(latched)
 
     def why_silent(self) -> str:
         """What the graph knows of the topic's publishers, for people."""

@@ -30,8 +30,13 @@ class WaypointMarkers:
     """
 
     def __init__(self, node: Node) -> None:
+        self._node = node
         self._publisher = node.create_publisher(MarkerArray, "waypoints", LATCHED)
         self._markers: dict[NamedPose, list[Marker]] = {}
+
+    def close(self) -> None:
+        """Destroy the publisher."""
+        self._node.destroy_publisher(self._publisher)
 
     def on_goal(self, what: str, goal: Goal) -> None:
         """Look at a goal that is sent (the executive calls this)."""

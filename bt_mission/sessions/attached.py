@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import secrets
 from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
-from bt_mission.ros.graph import GraphConnection
+from bt_mission.ros.graph import GraphConnection, NodeOptions
 from bt_mission.ros.journal import open_journal
 from bt_mission.ros.mission_node import MissionNode
+from bt_mission.ros.mission_runner import RunnerOptions
 
 if TYPE_CHECKING:
     from rclpy.node import Node
@@ -52,22 +52,20 @@ class AttachedSession:
         with ExitStack() as made:
             self._graph = GraphConnection(wall_clock=wall_clock)
             made.callback(self._graph.close)
-            self.node = MissionNode(
-                mission,
-                context=self._graph.context,
+            options = NodeOptions(
                 namespace=namespace,
+                context=self._graph.context,
                 use_sim_time=self._graph.has_clock,
-                say=say,
-                # A server remembers ids for a while: another run must not repeat them.
-                goal_seed=secrets.token_hex(8),
             )
+            self.node = MissionNode(mission, RunnerOptions(say=say), node=options)
+            self.runner = self.node.runner
             made.callback(self.node.destroy_node)
             self._graph.host(self.node)
             if journal is not None:
-                made.callback(open_journal(journal, mission, self.node, resume=resume).close)
+                made.callback(open_journal(journal, mission, self.runner, resume=resume).close)
             self._exit = made.pop_all()
-        self.executive = self.node.executive
-        self.trace = self.node.trace
+        self.executive = self.runner.executive
+        self.trace = self.runner.trace
 
     def __enter__(self) -> Self:
         return self
@@ -83,7 +81,7 @@ class AttachedSession:
     @property
     def now_ns(self) -> int:
         """ROS time, ns."""
-        return self.node.now_ns
+        return self.runner.now_ns
 
     @property
     def start_ns(self) -> int:

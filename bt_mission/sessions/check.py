@@ -26,13 +26,14 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.core.robot.model import load_robot
 from bt_mission.core.yaml.document import Document, read_text
 from bt_mission.language.action_names import ACTION_NAMES
-from bt_mission.language.checks.python import python_faults
-from bt_mission.language.checks.types import type_faults
-from bt_mission.language.checks.warnings import warnings
+from bt_mission.language.checks.mission import type_faults, warnings
+from bt_mission.language.checks.types import FindShapes
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.loader import Draft, draft
 from bt_mission.language.mission import Mission
-from bt_mission.language.nodes.steps import ActionStep, ParallelStep, Step, SubtreeStep
+from bt_mission.language.nodes.action import GoalNode
+from bt_mission.language.nodes.composites import ParallelNode
+from bt_mission.language.trees import reached
 from bt_mission.sessions.load import read_mission
 
 NEEDS_A_CAMERA = frozenset(short.type for short in ACTION_NAMES.values() if short.needs_camera)
@@ -90,9 +91,9 @@ def _examined(read_draft: Callable[[], Draft]) -> tuple[Mission | None, tuple[Di
 
 def _faults(mission: Mission) -> list[Diagnostic]:
     document = mission.document
-    assert document is not None, "a mission to check comes from a file or a text"
+    assert document is not None, "a mission to check comes from a file or a string"
     faults = [*_place_faults(document, mission), *_base_faults(mission), *_camera_faults(mission)]
-    faults += islice(python_faults(mission), MOST_FAULTS)
+    find: FindShapes | None = None
     try:
         from bt_mission.ros import interface_types  # noqa: PLC0415 - the rest works without ROS
     except ImportError as error:
@@ -100,9 +101,8 @@ def _faults(mission: Mission) -> list[Diagnostic]:
         hint = "try 'bt-mission doctor'"
         faults.append(Diagnostic(message, mission.file, hint=hint, severity="warning"))
     else:
-        found = type_faults(mission, interface_types.shapes)
-        faults += islice(found, MOST_FAULTS)
-    return faults
+        find = interface_types.shapes
+    return [*faults, *islice(type_faults(mission, find), MOST_FAULTS)]
 
 
 def _place_faults(document: Document, mission: Mission) -> Iterator[Diagnostic]:
@@ -129,9 +129,16 @@ def _base_faults(mission: Mission) -> Iterator[Diagnostic]:
     """Yield a warning for every parallel of which two children move the base."""
     for tree in mission.all_trees:
         for step in tree.body.walk():
-            if not isinstance(step, ParallelStep):
+            if not isinstance(step, ParallelNode):
                 continue
-            movers = [child for child in step.children if _moves(child, mission)]
+            movers = [
+                child
+                for child in step.children
+                if any(
+                    isinstance(node, GoalNode) and node.type in MOVES_THE_BASE
+                    for node in reached(child, mission)
+                )
+            ]
             if len(movers) > 1:
                 what = "two branches of a parallel move the base"
                 message = f"{what}; the later goal ends the earlier"
@@ -144,7 +151,7 @@ def _camera_faults(mission: Mission) -> Iterator[Diagnostic]:
         (tree.document, step)
         for tree in mission.all_trees
         for step in tree.body.walk()
-        if isinstance(step, ActionStep) and step.type in NEEDS_A_CAMERA
+        if isinstance(step, GoalNode) and step.type in NEEDS_A_CAMERA
     ]
     if not found:
         return
@@ -154,22 +161,5 @@ def _camera_faults(mission: Mission) -> Iterator[Diagnostic]:
         return  # said elsewhere, or when it is used
     if robot.camera is None:
         for document, step in found:
-            message = f"{step.action} needs a camera; a {robot.name} has none"
+            message = f"{step.ros_name} needs a camera; a {robot.name} has none"
             yield document.fault(step.path, message)
-
-
-def _moves(step: Step, mission: Mission) -> bool:
-    """Return whether anything below a step moves the base, also in the trees that it uses."""
-    waiting, seen = [step], set[str]()
-    while waiting:
-        for part in waiting.pop().walk():
-            if isinstance(part, ActionStep) and part.type in MOVES_THE_BASE:
-                return True
-            if (
-                isinstance(part, SubtreeStep)
-                and part.tree not in seen
-                and part.tree in mission.trees
-            ):
-                seen.add(part.tree)
-                waiting.append(mission.trees[part.tree].body)
-    return False

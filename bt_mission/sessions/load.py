@@ -1,11 +1,15 @@
-"""Load a mission file, YAML or XML."""
+"""Load a mission file, YAML or XML, and turn one form into the other."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
-from bt_mission.btcpp.document import read_xml
+from bt_mission.btcpp.document import mission_yaml, read_xml
+from bt_mission.btcpp.mission_writer import mission_xml
+from bt_mission.core.errors import BtMissionError
+from bt_mission.core.files import SUFFIXES
 from bt_mission.core.yaml.document import Document, read
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.loader import draft, finished
@@ -33,3 +37,29 @@ def load(
 def read_mission(path: str | Path) -> Document:
     """Read a mission file: XML where its name says so, else YAML. Raises InputError."""
     return read_xml(path) if Path(path).suffix == XML else read(path)
+
+
+def convert(path: str | Path) -> str:
+    """Return a mission file in its other form: XML for Groot 2 of YAML, YAML of XML.
+
+    Raises:
+        InputError: With each place that is wrong, or that the other form cannot express.
+        BtMissionError: For a file with another suffix.
+    """
+    suffix = Path(path).suffix
+    if suffix == XML:
+        return mission_yaml(path)
+    if suffix not in SUFFIXES:
+        raise BtMissionError(
+            f"{path}: expected a file with the suffix {', '.join((*SUFFIXES, XML))}"
+        )
+    return mission_xml(read(path), installed_shapes())
+
+
+def installed_shapes() -> Callable[[str], Any] | None:
+    """Return what looks up the fields of ROS types; None where ROS is not installed."""
+    try:
+        from bt_mission.ros.interface_types import shapes  # noqa: PLC0415 - only where ROS is there
+    except ImportError:
+        return None
+    return shapes

@@ -7,7 +7,7 @@ goals of a mission that is cancelled, replaced or stopped end first; then the mi
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,25 +15,22 @@ from bt_mission_interfaces.action import ExecuteMission
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.node import Node
-from rclpy.parameter import Parameter
 from rclpy.task import Future
 
 from bt_mission.behaviours.runtime import NS
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import find
-from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.executive.executive import MissionStatus
 from bt_mission.ros.control_services import ControlServices
+from bt_mission.ros.graph import NodeOptions
 from bt_mission.ros.mission_node import MissionNode
-from bt_mission.ros.status_publisher import StatusFeed
-from bt_mission.ros.status_topics import StatusTopics
+from bt_mission.ros.mission_runner import MissionRunner, RunnerOptions
+from bt_mission.ros.status_publisher import StatusPublisher
 from bt_mission.sessions.check import examine, examine_text
-from bt_mission.sessions.session import report_on
 
 if TYPE_CHECKING:
     from rclpy.action.server import ServerGoalHandle
-    from rclpy.context import Context
 
     from bt_mission.executive.executive import Executive
     from bt_mission.language.mission import Mission
@@ -54,9 +51,8 @@ class _Run:
     """The mission that runs."""
 
     handle: ServerGoalHandle
-    mission: Mission
     node: MissionNode
-    wall: Stopwatch = field(default_factory=Stopwatch)
+    runner: MissionRunner
     told: tuple[str, str] = ("", "")
     told_ns: int = 0
 
@@ -64,56 +60,39 @@ class _Run:
 class MissionServer(Node):
     """Offers ``execute_mission``, and holds the missions that it runs.
 
-    :param context: the rclpy context.
-    :param host: has the executor serve a node; drop: no longer, and destroys it.
-    :param namespace: of the robot whose servers carry missions out.
-    :param use_sim_time: follow ``/clock``.
-    :param on_new_goal: what a mission does that comes while another runs: ``replace`` or
-        ``refuse``; the value of the parameter of that name.
-    :param say: told of what happens; None is the ROS log.
-    :param watch: given each mission that starts, with its executive.
-    :param lean: no parameter services, log topic or type description.
+    Args:
+        host: Has the executor serve a node.
+        drop: No longer, and destroys it.
+        node: How to make this node, and that of each mission.
+        on_new_goal: What a mission does that comes while another runs: ``replace`` or ``refuse``;
+            the value of the parameter of that name.
+        say: Told of what happens; None is the ROS log.
+        on_mission_started: Given each mission that starts, with its executive.
     """
 
-    def __init__(  # noqa: PLR0913 - everything that a node is told once
+    def __init__(
         self,
-        *,
-        context: Context,
         host: Callable[[Node], Any],
         drop: Callable[[Node], Any],
-        namespace: str | None = None,
-        use_sim_time: bool = False,
+        *,
+        node: NodeOptions,
         on_new_goal: str = "replace",
         say: Callable[[str], None] | None = None,
-        watch: Callable[[Mission, Executive], None] | None = None,
-        lean: bool = False,
+        on_mission_started: Callable[[Mission, Executive], None] = lambda *_: None,
     ) -> None:
-        overrides = [Parameter("use_sim_time", value=use_sim_time)]
-        overrides.append(Parameter("on_new_goal", value=on_new_goal))
-        if lean:
-            overrides.append(Parameter("start_type_description_service", value=False))
-        super().__init__(
-            "bt_mission",
-            context=context,
-            namespace=namespace,
-            enable_rosout=not lean,
-            start_parameter_services=not lean,
-            parameter_overrides=overrides,
-        )
+        super().__init__(**node.arguments(on_new_goal=on_new_goal))
         self._host = host
         self._drop = drop
-        self._lean = lean
-        self._use_sim_time = use_sim_time
+        self._options = node
         self._say = say or self._log_line
-        self._watch = watch
+        self._on_mission_started = on_mission_started
         self._declare_on_new_goal()
         self._closed: str | None = None
         self._run: _Run | None = None
         self._waiting: ServerGoalHandle | None = None
         self._ends: dict[bytes, Future] = {}
-        self._feed = StatusFeed(self.get_clock())
-        self._topics = StatusTopics(self, self._feed)
-        self._feed.rest()
+        self._status_publisher = StatusPublisher(self)
+        self._status_publisher.publish_idle()
         self._controls = ControlServices(self, lambda: self.executive)
         self._server = ActionServer(
             self,
@@ -129,7 +108,7 @@ class MissionServer(Node):
     @property
     def executive(self) -> Executive | None:
         """That of the mission that runs, or None."""
-        return self._run.node.executive if self._run else None
+        return self._run.runner.executive if self._run else None
 
     @property
     def mission_node(self) -> Node:
@@ -147,21 +126,21 @@ class MissionServer(Node):
         if self._waiting is not None:
             self._give_up(reason)
         if self._run is not None:
-            self._run.node.executive.interrupt(reason)
+            self._run.runner.executive.interrupt(reason)
 
     def abandon(self, reason: str) -> None:
         """End the mission that runs at once; the goals left behind are named."""
         if self._run is not None:
-            self._run.node.executive.interrupt(reason)
-            self._run.node.executive.abandon(reason)
-            self._say(self._run.node.executive.reason)
+            self._run.runner.executive.interrupt(reason)
+            self._run.runner.executive.abandon(reason)
+            self._say(self._run.runner.executive.reason)
 
     def look(self) -> None:
         """Move on: start what waits, tell how it goes, end what has ended. Call after each step."""
         run = self._run
         if run is not None:
-            self._topics.flush()
-            if run.node.executive.is_done:
+            self._status_publisher.publish_if_changed()
+            if run.runner.executive.is_done:
                 self._finish(run)
             else:
                 self._tell(run)
@@ -197,7 +176,7 @@ class MissionServer(Node):
     def _take(self, handle: ServerGoalHandle) -> None:
         self._ends[_key(handle)] = Future()
         if self._run is not None and any(
-            goal.id == _key(handle) for goal in self._run.node.ledger.open_goals
+            goal.id == _key(handle) for goal in self._run.runner.ledger.open_goals
         ):
             why = "a mission cannot wait for another one on the executive that runs it; "
             why += "serve a second executive in a namespace of its own"
@@ -207,12 +186,12 @@ class MissionServer(Node):
         if self._waiting is not None:
             self._give_up(REPLACED)
         if self._run is not None:
-            self._run.node.executive.interrupt(REPLACED)
+            self._run.runner.executive.interrupt(REPLACED)
         self._waiting = handle
 
     def _cancel(self, handle: ServerGoalHandle) -> CancelResponse:
         if self._run is not None and handle == self._run.handle:
-            self._run.node.executive.interrupt("canceled")
+            self._run.runner.executive.interrupt("canceled")
         elif self._waiting is not None and handle == self._waiting:
             self._give_up("canceled")
         return CancelResponse.ACCEPT
@@ -243,17 +222,17 @@ class MissionServer(Node):
             mission = load_goal(handle.request)
             node = MissionNode(
                 mission,
-                context=self.context,
-                namespace=self.get_namespace(),
-                name="bt_mission_run",
-                lean=self._lean,
-                has_controls=False,
-                use_sim_time=self._use_sim_time,
-                say=self._say,
-                goal_seed=bytes(handle.goal_id.uuid).hex(),
+                RunnerOptions(
+                    say=self._say,
+                    goal_seed=_key(handle).hex(),
+                    has_controls=False,
+                    has_presence=not self._options.lean,
+                    on_mission_started=self._on_mission_started,
+                ),
+                node=replace(self._options, name="bt_mission_run", namespace=self.get_namespace()),
             )
         except BtMissionError as error:
-            self._say(f"mission is not sound:\n{error}")
+            self._say(f"mission is not valid:\n{error}")
             self._end(handle, Result.UNSOUND, str(error))
             return
         except Exception as error:  # noqa: BLE001 - a user's behaviour may raise when it is made
@@ -261,23 +240,20 @@ class MissionServer(Node):
             self._say(why)
             self._end(handle, Result.UNKNOWN, why)
             return
-        self._run = _Run(handle, mission, node)
+        self._run = _Run(handle, node, node.runner)
         self._host(node)
-        if self._watch is not None:
-            self._watch(mission, node.executive)
-        self._controls.begin(node.executive)
-        self._feed.begin(mission.name, node.executive)
-        self._topics.begin(node.run)
+        self._controls.begin(node.runner.executive)
+        self._status_publisher.begin(mission.name, node.runner.run)
 
     def _tell(self, run: _Run) -> None:
-        executive = run.node.executive
+        executive = run.runner.executive
         tip = executive.root.tip()
         shown = (executive.state, tip.name if tip else "")
-        if shown == run.told and run.node.now_ns - run.told_ns < FEEDBACK_NS:
+        if shown == run.told and run.runner.now_ns - run.told_ns < FEEDBACK_NS:
             return
-        run.told, run.told_ns = shown, run.node.now_ns
+        run.told, run.told_ns = shown, run.runner.now_ns
         leaves = executive.running_leaves
-        elapsed_ns = run.node.now_ns - executive.started_ns if executive.started_ns else 0
+        elapsed_ns = run.runner.now_ns - executive.started_ns if executive.started_ns else 0
         run.handle.publish_feedback(
             ExecuteMission.Feedback(
                 status=shown[0],
@@ -289,9 +265,8 @@ class MissionServer(Node):
         )
 
     def _finish(self, run: _Run) -> None:
-        executive = run.node.executive
-        virtual_s = (run.node.now_ns - (executive.started_ns or run.node.now_ns)) / NS
-        report = report_on(run.mission, executive, run.node.trace, virtual_s, run.wall.elapsed_s)
+        executive = run.runner.executive
+        report = run.runner.report()
         self._say(report.as_text())
         codes = {
             MissionStatus.SUCCESS: Result.NONE,
@@ -304,7 +279,7 @@ class MissionServer(Node):
             executive.reason,
             status=report.status,
             summary=report.as_text(),
-            duration=virtual_s,
+            duration=report.virtual_s,
             ticks=report.ticks,
             goals_sent=report.goals_sent,
             goals_left_behind=report.goals_left_behind,
@@ -326,7 +301,7 @@ def load_goal(goal: Any) -> Mission:
     if bool(goal.path) == bool(goal.text):
         raise BtMissionError("a goal gives a path or a text: one of them, not both")
     if goal.seed < -1:
-        raise BtMissionError(f"seed: expected a whole number from 0, or -1, got {goal.seed}")
+        raise BtMissionError(f"seed: expected an integer from 0, or -1, got {goal.seed}")
     values = dict[str, str]()
     for one in goal.inputs:
         name, equals, value = one.partition("=")

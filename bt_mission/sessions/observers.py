@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
     from bt_mission.ros.graph import ProcessNode
     from bt_mission.ros.mission_node import MissionNode
+    from bt_mission.ros.mission_runner import MissionRunner
 
 
 class SessionObserver(Protocol):
@@ -28,6 +29,7 @@ class ObservableSession(Session, Protocol):
     """A session that can be looked on at: on the stage, or attached."""
 
     node: MissionNode
+    runner: MissionRunner
 
     @property
     def image_folder(self) -> Path | None:

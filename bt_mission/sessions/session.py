@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import signal
 from collections.abc import Callable, Generator
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import replace
 from pathlib import Path
-from types import FrameType
 from typing import Protocol, Self
 
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.interrupts import InterruptSignals
 from bt_mission.core.wall_clock import Pacer, Stopwatch, rest
 from bt_mission.executive.executive import Change, Executive
 from bt_mission.executive.leaf_statistics import LeafStatistics
-from bt_mission.executive.report import Report
+from bt_mission.executive.report import Report, report_on
 from bt_mission.executive.trace import Trace
 from bt_mission.language.mission import Mission
 
@@ -69,32 +68,6 @@ class View(AbstractContextManager["View"], Protocol):
 
     def say(self, text: str) -> None:
         """The mission says something."""
-
-
-class InterruptSignals:
-    """Ctrl-C and SIGTERM as wishes that are looked at between steps."""
-
-    def __init__(self) -> None:
-        self.count = 0
-        self.name = ""
-        self._before: dict[signal.Signals, object] = {}
-
-    def __enter__(self) -> Self:
-        for number in (signal.SIGINT, signal.SIGTERM):
-            self._before[number] = signal.signal(number, self._take)
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        for number, handler in self._before.items():
-            signal.signal(number, handler)  # type: ignore[arg-type]  # what signal() gave us
-
-    def note(self, name: str) -> None:
-        """Somebody wants the mission to end."""
-        self.count += 1
-        self.name = name
-
-    def _take(self, number: int, _: FrameType | None) -> None:
-        self.note("Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name)
 
 
 class SessionViews:
@@ -210,27 +183,4 @@ def summarise(session: Session, wall_s: float) -> Report:
         report_on(session.mission, session.executive, session.trace, virtual_s, wall_s),
         collisions=session.collisions,
         distance_travelled_m=None if distance is None else round(distance, 6),
-    )
-
-
-def report_on(
-    mission: Mission, executive: Executive, trace: Trace, virtual_s: float, wall_s: float
-) -> Report:
-    """The report of a mission that has ended, as far as its executive knows."""
-    return Report(
-        mission=mission.name,
-        status=str(executive.status),
-        reason=executive.reason,
-        world=mission.world,
-        robot=mission.robot,
-        seed=mission.seed,
-        virtual_s=round(virtual_s, 6),
-        wall_s=round(wall_s, 3),
-        real_time_factor=round(virtual_s / wall_s, 1) if wall_s > 0 else 0.0,
-        ticks=executive.ticks,
-        goals_sent=executive.goals_sent,
-        goals_left_behind=len(executive.goals_left_behind),
-        collisions=None,
-        distance_travelled_m=None,
-        trace_sha256=trace.sha256,
     )

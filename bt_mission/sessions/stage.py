@@ -8,10 +8,9 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
-from functools import partial
-from itertools import count
+from itertools import chain, count
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
@@ -19,25 +18,26 @@ import rclpy
 from rclpy.context import Context
 from rclpy.node import Node
 
-from action_servers.mapping.node import MapperNode
-from action_servers.server.node import ServersNode
 from bt_mission.core.dds.discovery import isolate
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.robot.model import load_robot
 from bt_mission.executive.executive import MissionStatus
-from bt_mission.executive.trace import Trace
-from bt_mission.language.nodes.steps import ActionStep, PythonStep
-from bt_mission.language.trees import all_steps
 from bt_mission.ros.graph import ProcessNode
-from bt_mission.ros.mission_node import MissionNode
-from bt_mission.ros.robot_relay import RobotRelay, RobotSnapshot
+from bt_mission.sessions.stage_robot import FleetRobot, FleetRun, StageOptions
 from bt_mission.virtual_time import VirtualTimeExecutor, self_test
-from sim.ros.node import SimNode
+from sim.physics.spawn import RobotSpawn
+from sim.ros.node import SimNode, SimOptions
 from sim.world.loader import load_world
+from sim.world.world import Spawn
 
 if TYPE_CHECKING:
+    from action_servers.mapping.node import MapperNode
+    from action_servers.server.node import ServersNode
+    from bt_mission.core.robot.model import RobotModel
     from bt_mission.language.mission import Mission
     from bt_mission.sessions.observers import SessionObserver
+    from sim.robot.robot import SimulatedRobot
+    from sim.world.world import World
 
 START_NS = 1_000_000_000
 DEFAULT_WORLD = "empty_arena"
@@ -53,121 +53,123 @@ def free_folder(parent: Path) -> Path:
     return next(path for n in count(1) if not (path := parent / f"run_{n:03d}").exists())
 
 
-def _has_code_of_its_own(mission: Mission) -> bool:
-    """Is there any behaviour of which only its author knows what it asks for?"""
-    return any(isinstance(step, PythonStep) for step in all_steps(mission))
-
-
 class Stage:
-    """A world with a robot, its action servers, and the executive of one mission.
+    """A world with a robot, its action servers, and the executive of one mission; or with several.
 
-    Where the mission does not know its map, a mapper is there too, and the world publishes none.
+    Where a mission does not know its map, a mapper is there too, and the world publishes none.
     Of the actions, those of the mission are offered, and all once somebody else may ask for them:
     the servers that nobody asks would take a twelfth of the time.
 
     Use it as a context manager; :meth:`step` until :attr:`is_done`. Everything that is random
-    comes from the mission's seed.
+    comes from seeds. Of several robots, :attr:`runs` has each by itself; what is asked of the stage
+    as if there were one is told of the first.
 
-    :param mission: what to carry out; it names world, robot and seed.
-    :param image_folder: where this run makes a folder of its own for pictures, if it takes any.
-    :param say: where ``log`` nodes speak to; None is the ROS log.
-    :param visible: may other processes of this machine look on, and take part?
-    :param watched: offer the topics and services for tools also where nobody else may look on.
-    :param without: actions that the servers leave to others, by their relative names.
-    :param context: the rclpy context of all nodes, which stays; None makes one for the run.
-    :param props: how many obstacles can appear while it runs.
-    :raises BtMissionError: for a world, robot or action type that is not there, and where this
-        machine cannot keep virtual time.
+    Args:
+        mission: What a robot alone carries out; it names world, robot and seed.
+        robots: Instead of a mission: robots with names, in the order in which they are served.
+            Relative names of a mission lie in the namespace of its robot.
+        image_folder: Where this run makes a folder of its own for pictures, if it takes any.
+        say: Where ``log`` nodes speak to, of several robots with the name before each line; None
+            is the ROS log.
+        options: See :class:`StageOptions`.
+
+    Raises:
+        BtMissionError: For a world, robot or action type that is not there, for robots that do not
+            fit, and where this machine cannot keep virtual time.
     """
 
     def __init__(
         self,
-        mission: Mission,
+        mission: Mission | None = None,
         *,
+        robots: Sequence[FleetRobot] = (),
         image_folder: Path,
         say: Callable[[str], None] | None = None,
-        visible: bool = False,
-        watched: bool = False,
-        without: Collection[str] = (),
-        context: Context | None = None,
-        props: int = 0,
+        options: StageOptions | None = None,
     ) -> None:
-        self.mission = mission
-        isolate(visible=visible)
-        world = load_world(mission.world or DEFAULT_WORLD, near=mission.file)
-        robot = load_robot(mission.robot, near=mission.file)
+        members = _members(mission, robots)
+        self._options = options or StageOptions()
+        self.mission = members[0].mission
+        isolate(visible=self._options.visible)
+        world = load_world(
+            self._options.world or self.mission.world or DEFAULT_WORLD, near=self.mission.file
+        )
+        models = [load_robot(one.mission.robot, near=one.mission.file) for one in members]
         self_test()
-        images = free_folder(image_folder)
+        self.image_folder = free_folder(image_folder)
         with ExitStack() as made:
-            if context is None:
-                context = Context()
-                rclpy.init(context=context)
-                made.callback(context.shutdown)
-            self.sim = SimNode(
-                world,
-                robot,
-                seed=mission.seed,
-                start_ns=START_NS,
-                lean=True,
-                context=context,
-                with_map=mission.map == "known",
-                props=props,
-            )
+            if self._options.context is not None:
+                self.context = self._options.context
+            else:
+                self.context = Context()
+                rclpy.init(context=self.context)
+                made.callback(self.context.shutdown)
+            self.sim = self._make_sim(world, members, models)
             made.callback(self.sim.destroy_node)
-            self._offers_all = visible or watched or _has_code_of_its_own(mission)
-            self._make_servers = partial(
-                ServersNode,
-                robot,
-                image_folder=images,
-                lean=True,
-                context=context,
-                without=without,
+            self.runs = tuple(self._make_runs(members, say, made))
+            self.clock = VirtualTimeExecutor(
+                start_ns=START_NS, world=self.sim, context=self.context
             )
-            self.servers = self._make_servers(at_first=self._at_first())
-            self.has_servers = True
-            made.callback(self._end_servers)
-            self.mapper: MapperNode | None = None
-            if mission.map == "unknown":
-                self.mapper = MapperNode(robot, lean=True, context=context)
-                made.callback(self.mapper.destroy_node)
-            trace = Trace(hide={str(images): "<images>"})
-            self.node = MissionNode(
-                mission,
-                context=context,
-                lean=True,
-                say=say,
-                trace=trace,
-                has_controls=visible or watched,
-                why_rejected=self._why_rejected,
-            )
-            made.callback(self.node.destroy_node)
-            self.clock = VirtualTimeExecutor(start_ns=START_NS, world=self.sim, context=context)
             made.callback(self.clock.shutdown)
-            for node in (self.sim, self.servers, self.mapper, self.node):
-                if node is not None:
-                    self.clock.add_node(node)
-            if visible or watched:
-                relay = RobotRelay(self.node, self._look)
-                self.node.executive.after_tick.append(relay.flush)
+            self.clock.add_node(self.sim)
+            for node in (*chain(*(run.nodes for run in self.runs)), *(r.node for r in self.runs)):
+                self.clock.add_node(node)
             self._exit = made.pop_all()
-        self.context = context
-        self.executive = self.node.executive
-        self.trace = self.node.trace
-        self.image_folder = images
+        first = self.runs[0]
+        self.node, self.runner = first.node, first.runner
+        self.executive, self.trace = first.executive, first.trace
+        hull = models[0].hull
         self.facts = {
             "world": world.name,
-            "robot_hull": json.dumps([robot.hull.front, robot.hull.rear, robot.hull.half_width]),
+            "robot_hull": json.dumps([hull.front, hull.rear, hull.half_width]),
         }
         self._observers: list[SessionObserver] = []
-        self._beats = 0
-        self.trace.record(
-            START_NS,
-            "start",
-            mission=mission.name,
-            world=world.name,
-            robot=robot.name,
-            seed=mission.seed,
+        self._cycles = 0
+        if self._is_single:
+            self.trace.record(
+                START_NS,
+                "start",
+                mission=self.mission.name,
+                world=world.name,
+                robot=models[0].name,
+                seed=self.mission.seed,
+            )
+
+    def _make_sim(
+        self, world: World, members: Sequence[FleetRobot], models: Sequence[RobotModel]
+    ) -> SimNode:
+        seed = self.mission.seed if self._options.seed is None else self._options.seed
+        spawns = [
+            RobotSpawn(model, one.name, Spawn(x=one.x, y=one.y, yaw=one.yaw))
+            for one, model in zip(members, models, strict=True)
+        ]
+        self._is_single = not members[0].name
+        return SimNode(
+            world,
+            models[0] if self._is_single else spawns,
+            SimOptions(
+                seed=seed,
+                start_ns=START_NS,
+                lean=True,
+                context=self.context,
+                with_map=self.mission.map == "known",
+                props=self._options.props,
+            ),
         )
+
+    def _make_runs(
+        self, members: Sequence[FleetRobot], say: Callable[[str], None] | None, made: ExitStack
+    ) -> list[FleetRun]:
+        """Make the servers of every robot, then every executive."""
+        runs = []
+        for member, robot in zip(members, self.sim.robots, strict=True):
+            run = FleetRun(member, robot, self.context, self.image_folder, self._options)
+            made.callback(run.destroy)
+            runs.append(run)
+        for run in runs:
+            run.make_executive(say)
+            made.callback(run.node.destroy_node)
+        return runs
 
     def __enter__(self) -> Self:
         return self
@@ -175,10 +177,24 @@ class Stage:
     def __exit__(self, *_: object) -> None:
         self._exit.close()
 
+    def __getitem__(self, name: str) -> FleetRun:
+        """Return the robot of that name. Raises KeyError."""
+        return {run.member.name: run for run in self.runs}[name]
+
+    @property
+    def servers(self) -> ServersNode:
+        """The action servers."""
+        return self.runs[0].servers
+
+    @property
+    def mapper(self) -> MapperNode | None:
+        """Draws the map, where the mission does not know it."""
+        return self.runs[0].mapper
+
     @property
     def is_done(self) -> bool:
-        """Has the mission ended, with every goal accounted for?"""
-        return self.executive.is_done
+        """Has every mission ended, with every goal accounted for?"""
+        return all(run.executive.is_done for run in self.runs)
 
     @property
     def now_ns(self) -> int:
@@ -192,27 +208,13 @@ class Stage:
 
     @property
     def collisions(self) -> int:
-        """How often the robot has touched something other than the floor."""
-        return self.sim.simulation.collisions
+        """How often any robot has touched something other than the floor."""
+        return sum(robot.collisions for robot in self.sim.robots)
 
     @property
     def distance_travelled_m(self) -> float:
         """The true length of the robot's path, m."""
-        return self.sim.simulation.distance_travelled
-
-    def _look(self) -> RobotSnapshot:
-        """What people who look on see of the robot."""
-        robot = self.sim.simulation
-        spec, battery = robot.robot.lidar, robot.battery
-        return RobotSnapshot(
-            time_ns=self.now_ns,
-            pose=robot.pose,
-            lidar=(spec.x, spec.y, 0.0),
-            ranges=robot.scan(0),
-            reach=(spec.min_range, spec.max_range),
-            charge=battery.percentage,
-            voltage=battery.voltage,
-        )
+        return self.runs[0].robot.distance_travelled
 
     def add_node(self, node: Node) -> None:
         """Have a node of one's own take part, on the clock of the stage; its owner destroys it."""
@@ -228,24 +230,24 @@ class Stage:
         return node
 
     def offer_all(self) -> None:
-        """Offer also the actions that the mission does not use."""
-        self._offers_all = True
-        if self.has_servers:
-            self.servers.offer_all()
+        """Offer also the actions that the missions do not use."""
+        for run in self.runs:
+            run.offer_all()
 
     def kill_servers(self) -> None:
         """Have the action servers leave the graph without a word, as a process that is killed."""
-        if self.has_servers:
-            self.has_servers = False
-            self.clock.remove_node(self.servers)
-            self.servers.vanish()
+        for run in self.runs:
+            if run.has_servers:
+                run.has_servers = False
+                self.clock.remove_node(run.servers)
+                run.servers.vanish()
 
     def start_servers(self) -> None:
         """Have action servers again, after the first were killed; they know nothing of goals."""
-        if not self.has_servers:
-            self.servers = self._make_servers(at_first=self._at_first())
-            self.has_servers = True
-            self.clock.add_node(self.servers)
+        for run in self.runs:
+            if not run.has_servers:
+                run.replace_servers()
+                self.clock.add_node(run.servers)
 
     def drain(self) -> None:
         """Serve what is on its way once the mission has ended; time stands still."""
@@ -254,24 +256,21 @@ class Stage:
     def step(self) -> None:
         """Jump to the next instant at which anything is due, and serve it.
 
-        An exception in a callback of a node ends the mission as failed with the cause; a second
-        one, while the goals are seen to their end, is raised as :class:`StageError`.
+        An exception in a callback ends every mission that runs as failed with the cause; a second
+        one, while goals are seen to their end, is raised as :class:`StageError`.
         """
         try:
             self.clock.step()
         except Exception as error:
             failing = f"{type(error).__name__}: {error}"
-            if self.executive.status is not MissionStatus.RUNNING:
+            running = [one for one in self.runs if one.runner.status is MissionStatus.RUNNING]
+            if not running:
                 raise StageError(f"the stage broke while the mission ended: {failing}") from error
-            self.executive.fail(f"a callback failed: {failing}")
-        if self.executive.cycles != self._beats:
-            self._beats = self.executive.cycles
-            x, y, yaw = self.sim.simulation.pose
-            self.trace.record(
-                self.now_ns, "pose", x=x, y=y, yaw=yaw, collisions=self.sim.simulation.collisions
-            )
-            if not math.isfinite(x + y + yaw):
-                raise StageError("the simulation became unstable: the robot's pose is not finite")
+            for run in running:
+                run.executive.fail(f"a callback failed: {failing}")
+        if self._is_single and self.executive.cycles != self._cycles:
+            self._cycles = self.executive.cycles
+            self._record_pose(self.runs[0].robot)
         for observer in self._observers:
             observer.look()
 
@@ -292,16 +291,22 @@ class Stage:
         self._observers.remove(observer)
         observer.node.destroy_node()
 
-    def _at_first(self) -> set[str] | None:
-        """The actions to offer for now, by their relative names; None is all."""
-        if self._offers_all:
-            return None
-        steps = all_steps(self.mission)
-        return {step.action.strip("/") for step in steps if isinstance(step, ActionStep)}
+    def _record_pose(self, robot: SimulatedRobot) -> None:
+        x, y, yaw = robot.pose
+        self.trace.record(self.now_ns, "pose", x=x, y=y, yaw=yaw, collisions=robot.collisions)
+        if not math.isfinite(x + y + yaw):
+            raise StageError("the simulation became unstable: the robot's pose is not finite")
 
-    def _why_rejected(self, action: str) -> str:
-        return self.servers.why_rejected(action)
 
-    def _end_servers(self) -> None:
-        if self.has_servers:
-            self.servers.destroy_node()
+def _members(mission: Mission | None, robots: Sequence[FleetRobot]) -> Sequence[FleetRobot]:
+    """Return the robots of a stage: one without a name, or all with one."""
+    if (mission is None) == (not robots):
+        raise StageError("expected a mission, or robots with a mission each: one of them")
+    if mission is not None:
+        return (FleetRobot("", mission),)
+    for one in robots:
+        if not one.name:
+            raise StageError("expected a name for each robot: its names lie in that namespace")
+        if one.mission.map == "unknown":
+            raise StageError(f"{one.name}: a fleet has no mapper, so 'map: unknown' cannot run")
+    return robots

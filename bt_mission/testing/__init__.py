@@ -1,14 +1,63 @@
 """What tests of missions are made of, and the pytest plugin that hands it to them.
 
-- ``plugin``: the fixtures, on by themselves where the package is installed
-- ``stages``: :class:`Stages`, the fixture ``stage``
-- ``run``: :class:`Run`, a mission under test
-- ``moment``: :class:`Moment`, one control step, for conditions
-- ``claims``: what can be claimed of a run: always, never, eventually, whenever
-- ``seeds``, ``rates``, ``scenarios``: ``@pytest.mark.scenario``, a test for each seed
-- ``coverage/``: ``--mission-cov``, what no test has reached
-- ``results``: what a test tells and leaves when it is over
-- ``live_graph``, ``processes``: sim, servers and executive as processes of their own
-- ``history``, ``recorded``: what happened
-- ``scripted_server``: :class:`ScriptedServer`, an action server that a test plays
+The fixtures are on by themselves where the package is installed (``plugin``): ``stage``, a
+:class:`Stages`, starts a :class:`Run`; a condition looks at a :class:`Moment` of it. The names
+below are for annotations and ``pytest.raises``; they are loaded when they are first used, so that
+a session without missions pays nothing.
 """
+
+from typing import TYPE_CHECKING
+
+from bt_mission.core.lazy import lazy_names
+
+if TYPE_CHECKING:
+    from bt_mission.testing.errors import ScenarioError
+    from bt_mission.testing.faults import FaultInstance, Faults
+    from bt_mission.testing.history import GoalLife, Recorded
+    from bt_mission.testing.live_graph import LiveGraph
+    from bt_mission.testing.moment import Moment, NodeView
+    from bt_mission.testing.processes import Process
+    from bt_mission.testing.run import NeverHeldError, Run
+    from bt_mission.testing.scripted_server import ScriptedGoal, ScriptedServer
+    from bt_mission.testing.stages import Stages
+
+__all__ = [
+    "FaultInstance",
+    "Faults",
+    "GoalLife",
+    "LiveGraph",
+    "Moment",
+    "NeverHeldError",
+    "NodeView",
+    "Process",
+    "Recorded",
+    "Run",
+    "ScenarioError",
+    "ScriptedGoal",
+    "ScriptedServer",
+    "Stages",
+]
+
+__getattr__ = lazy_names(
+    __name__,
+    {
+        "FaultInstance": "bt_mission.testing.faults",
+        "Faults": "bt_mission.testing.faults",
+        "GoalLife": "bt_mission.testing.history",
+        "LiveGraph": "bt_mission.testing.live_graph",
+        "Moment": "bt_mission.testing.moment",
+        "NeverHeldError": "bt_mission.testing.run",
+        "NodeView": "bt_mission.testing.moment",
+        "Process": "bt_mission.testing.processes",
+        "Recorded": "bt_mission.testing.history",
+        "Run": "bt_mission.testing.run",
+        "ScenarioError": "bt_mission.testing.errors",
+        "ScriptedGoal": "bt_mission.testing.scripted_server",
+        "ScriptedServer": "bt_mission.testing.scripted_server",
+        "Stages": "bt_mission.testing.stages",
+    },
+)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -37,7 +37,7 @@ class FailureRecording:
         return self._fault or (self._recorder.missing if self._recorder else "")
 
     def finish(self, summary: Mapping[str, Any]) -> None:
-        """The run has ended."""
+        """Write down that the run has ended."""
         if self._recorder is not None:
             self._has_ended = True
             self._recorder.finish(summary)
@@ -55,5 +55,5 @@ class FailureRecording:
         return True
 
     def discard(self) -> None:
-        """Nobody wants it."""
+        """Delete the recording."""
         self._path.unlink(missing_ok=True)

@@ -11,8 +11,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 if TYPE_CHECKING:
-    from bt_mission.testing.history import GoalLife, History, Pose, Record
-    from bt_mission.testing.recorded import Recorded
+    from bt_mission.testing.history import GoalLife, History, Pose, Record, Recorded
 
 
 class MomentSource(Protocol):

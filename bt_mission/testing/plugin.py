@@ -123,12 +123,14 @@ def stage(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Stages]:
 
     one = seeded(request.node)
     records = what_to_record(request.config) != "off"
-    made = Stages(tmp_path, seed=None if one is None else one.seed, records=records)
+    coverage = request.config.pluginmanager.get_plugin("bt_mission_coverage")
+    watch = {} if coverage is None else {"on_mission_started": coverage.on_mission_started}
+    made = Stages(tmp_path, seed=None if one is None else one.seed, records=records, **watch)
     request.node.stash.setdefault(STAGES, []).append(made)
     yield made
     made.close()
     if made.left_behind:
-        pytest.fail("goals left behind: " + "; ".join(made.left_behind), pytrace=False)
+        pytest.fail("orphaned goals: " + "; ".join(made.left_behind), pytrace=False)
 
 
 @pytest.fixture

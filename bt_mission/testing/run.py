@@ -11,15 +11,14 @@ from py_trees.behaviour import Behaviour
 from rclpy.node import Node
 
 from bt_mission.core.errors import BtMissionError
-from bt_mission.executive.report import Report
+from bt_mission.executive.report import Report, report_on
 from bt_mission.ros.subscriber import LatestMessageSubscriber
-from bt_mission.sessions.session import report_on
 from bt_mission.sessions.stage import Stage
+from bt_mission.sessions.stage_robot import StageOptions
 from bt_mission.testing.assertions import Assertions, holds
 from bt_mission.testing.errors import ScenarioError, no_such
-from bt_mission.testing.history import GoalLife, History, Pose
+from bt_mission.testing.history import GoalLife, History, Pose, Recorded
 from bt_mission.testing.moment import Condition, Moment
-from bt_mission.testing.recorded import Recorded
 
 if TYPE_CHECKING:
     from bt_mission.language.mission import Mission
@@ -46,13 +45,15 @@ class Run(Assertions):
 
     :param mission: what to carry out, with its world, robot and seed.
     :param folder: for pictures.
-    :param options: for :class:`bt_mission.sessions.stage.Stage`.
+    :param options: for :class:`bt_mission.sessions.stage_robot.StageOptions`.
     """
 
     def __init__(self, mission: Mission, folder: Path, **options: Any) -> None:
         super().__init__()
         self.mission = mission
-        self.stage = Stage(mission, image_folder=folder, say=self._say, **options)
+        self.stage = Stage(
+            mission, image_folder=folder, say=self._say, options=StageOptions(**options)
+        )
         self.history = History(self.stage)
         self._moments: list[Moment] = []
         self._topics: dict[str, Recorded] = {}

@@ -74,7 +74,7 @@ class Scenarios:
         return report
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Count."""
+        """Count what a report says of a seed."""
         told = getattr(report, "scenario", None)
         if told is None or self._is_worker:
             return

@@ -74,7 +74,7 @@ def _seeds(given: Any) -> tuple[int, ...]:
         raise MarkerError(f"seeds is a number of seeds, a range or a list of seeds, not {what}")
     for seed in given:
         if not _is_whole(seed) or seed < 0:
-            raise MarkerError(f"a seed is a whole number from 0, not {seed!r}")
+            raise MarkerError(f"a seed is an integer from 0, not {seed!r}")
     if not given:
         raise MarkerError(f"seeds={given!r}: at least one seed is needed")
     if len(set(given)) < len(given):

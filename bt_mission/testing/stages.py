@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
@@ -26,6 +26,7 @@ from bt_mission.testing.run import Run
 from bt_mission.testing.scripted_server import ScriptedServer
 
 if TYPE_CHECKING:
+    from bt_mission.executive.executive import Executive
     from bt_mission.language.expressions.values import Plain
 
 
@@ -41,11 +42,20 @@ class Stages:
     :param folder: for worlds, pictures, and what failed runs leave.
     :param seed: of every run that is given none of its own; None is the mission's.
     :param records: record every run, in the folder.
+    :param on_mission_started: takes each mission and its executive before the first step.
     """
 
-    def __init__(self, folder: Path, seed: int | None = None, *, records: bool = False) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        seed: int | None = None,
+        *,
+        records: bool = False,
+        on_mission_started: Callable[[Mission, Executive], None] = lambda *_: None,
+    ) -> None:
         self.folder = folder
         self.seed = seed
+        self._on_mission_started = on_mission_started
         self._records = records
         self.runs: list[Run] = []
         self.left_behind: list[str] = []
@@ -79,7 +89,7 @@ class Stages:
         :param seed: of everything random; instead of the test's (``@pytest.mark.scenario``), and
             of the mission's.
         :param inputs: values of the mission's inputs.
-        :param options: for :class:`bt_mission.sessions.stage.Stage`.
+        :param options: for :class:`bt_mission.sessions.stage_robot.StageOptions`.
         :raises InputError: with every fault of the mission, world or robot.
         :raises ScenarioError: while another run is on the stage.
         """
@@ -95,6 +105,7 @@ class Stages:
             self.folder,
             context=self.context,
             without=tuple(name.strip("/") for name in self.scripted),
+            on_mission_started=self._on_mission_started,
             **({"props": PROPS} | options),
         )
         for server in self.scripted.values():

@@ -42,6 +42,22 @@ class SimulationState:
     props: tuple[Obstacle | None, ...]
 
 
+class ModelCopy:
+    """A model and a state of their own, in which recorded states of a simulation are shown."""
+
+    def __init__(self, model: mujoco.MjModel) -> None:
+        self.model = copy.copy(model)
+        self.data = mujoco.MjData(self.model)
+        self.names, self._bodies = bodies_of(self.model)
+
+    def show(self, state: SimulationState) -> None:
+        """Put everything where it was, as fast as it was."""
+        self._bodies.match(state.props)
+        self.data.qpos[:] = np.frombuffer(state.qpos)
+        self.data.qvel[:] = np.frombuffer(state.qvel)
+        mujoco.mj_kinematics(self.model, self.data)
+
+
 class Reviewer:
     """Tells of one robot (`prefix`) what recorded states of its simulation were like.
 
@@ -49,11 +65,9 @@ class Reviewer:
     """
 
     def __init__(self, model: mujoco.MjModel, prefix: str = "") -> None:
-        self._model = copy.copy(model)
-        self._data = mujoco.MjData(self._model)
-        self._names, self._bodies = bodies_of(self._model)
-        self._gauge = robot_gauge(self._model, self._names, prefix)
-        self._contacts = Contacts(self._model, self._names, prefix)
+        self._copy = own = ModelCopy(model)
+        self._gauge = robot_gauge(own.model, own.names, prefix)
+        self._contacts = Contacts(own.model, own.names, prefix)
         joint = model.joint(prefix + BASE)
         self._q, self._v = int(joint.qposadr[0]), int(joint.dofadr[0])
         self._shown: SimulationState | None = None
@@ -71,26 +85,24 @@ class Reviewer:
     def clearance(self, state: SimulationState, within: float = math.inf) -> Clearance:
         """Return how much room the robot had; what was `within` m or farther is not looked at."""
         self._show(state)
-        return self._gauge.measure(self._data, within)
+        return self._gauge.measure(self._copy.data, within)
 
     def contacts(self, state: SimulationState) -> dict[str, Point]:
         """Return what the robot was touching, and a point of each contact in the map (m)."""
         self._show(state)
-        mujoco.mj_comPos(self._model, self._data)
-        mujoco.mj_collision(self._model, self._data)
-        places = self._data.contact.pos
+        model, data = self._copy.model, self._copy.data
+        mujoco.mj_comPos(model, data)
+        mujoco.mj_collision(model, data)
+        places = data.contact.pos
         return {
             name: (float(places[index, 0]), float(places[index, 1]), float(places[index, 2]))
-            for name, index in self._contacts.touched(self._data).items()
+            for name, index in self._contacts.touched(data).items()
         }
 
     def _show(self, state: SimulationState) -> None:
-        if state is self._shown:
-            return
-        self._bodies.match(state.props)
-        self._data.qpos[:] = np.frombuffer(state.qpos)
-        mujoco.mj_kinematics(self._model, self._data)
-        self._shown = state
+        if state is not self._shown:
+            self._copy.show(state)
+            self._shown = state
 
 
 def pose_of(qpos: npt.NDArray[np.float64]) -> tuple[float, float, float]:

@@ -2,7 +2,7 @@
 
 A compiled model keeps its bodies, so a number of them is compiled in, and lies below the floor
 where nothing touches or sees it. Showing one gives it the shape, size, direction and colour of an
-obstacle, and puts it on the floor. Like every obstacle that moves (`sim.physics.movers`) it
+obstacle, and puts it on the floor. Like every obstacle that moves (`sim.physics.physics.Movers`) it
 slides on two joints and weighs a ton.
 
 A model with spare bodies moves its robots as one without, bit for bit, until one is shown: they
@@ -21,7 +21,7 @@ import numpy as np
 from sim.physics.body import add_touch
 from sim.physics.contacts import geom_names
 from sim.physics.names import NOWHERE, OBSTACLE_BIT, PROP_PREFIX, PROPS, SLIDE, SOLID
-from sim.physics.scenery import TON, yaw_quaternion
+from sim.physics.scenery import add_sliding_body, yaw_quaternion
 from sim.world.shapes import Obstacle
 
 _SIZE = 0.01
@@ -34,20 +34,7 @@ def add_bodies(spec: mujoco.MjSpec, count: int, prefixes: Sequence[str]) -> None
     static = spec.worldbody.add_body(name=PROPS)
     for index in range(count):
         name = f"{PROP_PREFIX}{index}"
-        body = static.add_body(
-            name=name,
-            mass=TON,
-            inertia=[TON, TON, TON],
-            ipos=[0, 0, 0],
-            explicitinertial=True,
-        )
-        for axis, letter in enumerate("xy"):
-            body.add_joint(
-                name=f"{name}/{letter}",
-                type=mujoco.mjtJoint.mjJNT_SLIDE,
-                axis=[1 - axis, axis, 0],
-            )
-        body.add_geom(
+        add_sliding_body(static, name, (0.0, 0.0, 0.0)).add_geom(
             name=name,
             type=mujoco.mjtGeom.mjGEOM_BOX,
             size=[_SIZE] * 3,

@@ -6,7 +6,7 @@
 
 They are on no map. The lidar and the camera see them at once, and whoever touches one has a
 collision with its name. What moves goes its way whatever stands in it: it pushes robots at its own
-speed (`sim.physics.movers`), and passes through walls and other obstacles.
+speed (`sim.physics.physics.Movers`), and passes through walls and other obstacles.
 """
 
 from __future__ import annotations

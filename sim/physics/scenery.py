@@ -106,7 +106,10 @@ def _add_obstacles(spec: mujoco.MjSpec, obstacles: tuple[Obstacle, ...]) -> None
     for obstacle in obstacles:
         length, width, height = obstacle.size
         cylinder = obstacle.kind == "cylinder"
-        body = static if obstacle.motion is None else _mover(static, obstacle)
+        body = static
+        if obstacle.motion is not None:
+            at = (obstacle.x, obstacle.y, height / 2)
+            body = add_sliding_body(static, MOVER_PREFIX + obstacle.name, at)
         body.add_geom(
             name=OBSTACLE_PREFIX + obstacle.name,
             type=mujoco.mjtGeom.mjGEOM_CYLINDER if cylinder else mujoco.mjtGeom.mjGEOM_BOX,
@@ -121,18 +124,19 @@ def _add_obstacles(spec: mujoco.MjSpec, obstacles: tuple[Obstacle, ...]) -> None
         )
 
 
-def _mover(static: mujoco.MjsBody, obstacle: Obstacle) -> mujoco.MjsBody:
-    body = static.add_body(
-        name=MOVER_PREFIX + obstacle.name,
-        pos=[obstacle.x, obstacle.y, obstacle.height / 2],
+def add_sliding_body(parent: mujoco.MjsBody, name: str, at: tuple[float, ...]) -> mujoco.MjsBody:
+    """Add a body of a ton that slides along x and y, on joints of its name."""
+    body = parent.add_body(
+        name=name,
+        pos=at,
         mass=TON,
         inertia=[TON, TON, TON],
         ipos=[0, 0, 0],
         explicitinertial=True,
     )
-    for axis, name in enumerate("xy"):
+    for axis, letter in enumerate("xy"):
         body.add_joint(
-            name=f"{MOVER_PREFIX}{obstacle.name}/{name}",
+            name=f"{name}/{letter}",
             type=mujoco.mjtJoint.mjJNT_SLIDE,
             axis=[1 - axis, axis, 0],
         )

@@ -47,7 +47,7 @@ def read(text: str) -> RobotSpawn:
     """Read a robot written as `NAME=MODEL@X,Y,YAW` (m, m, degrees), such as `one=waffle@-1,0,90`.
 
     MODEL is a robot's name or file; the yaw, or the whole place, may be left out. Raises
-    EntrantError, and InputError for a model that cannot be used.
+    RobotSpawnError, and InputError for a model that cannot be used.
     """
     written = _WRITTEN.fullmatch(text)
     if written is None:
@@ -62,7 +62,7 @@ def read(text: str) -> RobotSpawn:
 
 
 def check(entrants: Sequence[RobotSpawn]) -> None:
-    """Raise EntrantError unless there are robots, and several have a name each of its own."""
+    """Raise RobotSpawnError unless there are robots, and several have a name each of its own."""
     if not 1 <= len(entrants) <= MOST:
         raise RobotSpawnError(f"expected 1 to {MOST} robots in a world, got {len(entrants)}")
     seen: set[str] = set()

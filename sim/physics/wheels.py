@@ -1,4 +1,4 @@
-"""What holds a robot's wheels back: gears without power, brakes, and how little they grip."""
+"""What holds wheels back: gears without power, brakes, and how well they grip where they stand."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import mujoco
 import numpy as np
 
 from sim.faults import WheelFaults
-from sim.physics.grip import Grip
-from sim.physics.names import BASE, GEAR_FRICTION, WHEELS
+from sim.physics.names import BASE, GEAR_FRICTION, GRIP, WHEELS
+from sim.world.world import World
 
 BLOCKED_FRICTION = 5.0
 """N m: some twenty times what floor and motor can turn a wheel with."""
@@ -15,6 +15,38 @@ BLOCKED_FRICTION = 5.0
 BLOCKED_IMPEDANCE = 0.9999
 """MuJoCo's largest: a blocked wheel creeps at 0.0001 rad/s against its motor; with what its joints
 have else, 800 times as fast."""
+
+LEAST = 0.001
+"""Without any friction at all MuJoCo's contacts become unstable, and throw the robot."""
+
+
+class Grip:
+    """Sets the friction of every wheel: by where on the floor it stands, and by its limit."""
+
+    def __init__(self, model: mujoco.MjModel, world: World) -> None:
+        names = [(model.geom(geom).name, geom) for geom in range(model.ngeom)]
+        self._wheels = [geom for name, geom in names if name.endswith(WHEELS)]
+        self._model = model
+        self._friction = model.geom_friction
+        self._limits = dict.fromkeys(self._wheels, GRIP[0])
+        self._places = np.array([(patch.x, patch.y) for patch in world.slippery])
+        self._radii = np.array([patch.radius for patch in world.slippery])
+        self._coefficients = np.array([max(LEAST, patch.friction) for patch in world.slippery])
+
+    def limit(self, wheel: int, coefficient: float) -> None:
+        """Let a wheel, by its geom's number, grip no better than this, wherever it stands."""
+        self._limits[wheel] = max(LEAST, min(coefficient, GRIP[0]))
+        self._friction[wheel, 0] = self._limits[wheel]
+        # Of two that touch the larger friction counts, unless one takes precedence.
+        self._model.geom_priority[wheel] = coefficient < GRIP[0]
+
+    def apply(self, data: mujoco.MjData) -> None:
+        """Set it for the next step, by the places at the beginning of the one before."""
+        for wheel in self._wheels:
+            offsets = self._places - data.geom_xpos[wheel, :2]
+            inside = np.hypot(offsets[:, 0], offsets[:, 1]) < self._radii
+            grip = self._coefficients[inside].min() if inside.any() else GRIP[0]
+            self._friction[wheel, 0] = min(grip, self._limits[wheel])
 
 
 class Wheels:

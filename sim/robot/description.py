@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from xml.etree import ElementTree as ET
 
 from bt_mission.core.robot.model import RobotModel
-from sim.physics.looks import looks
+from sim.physics.body import looks
 from sim.robot import frames
 from sim.robot.frames import FramePose, Quaternion, Vector
 from sim.world.colours import rgba

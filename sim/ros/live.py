@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import signal
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack, closing
-from typing import Any
 
 import rclpy
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
@@ -15,13 +13,18 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
+from bt_mission.core.errors import BtMissionError
+from bt_mission.core.interrupts import InterruptSignals
 from bt_mission.core.robot.model import load_robot
+from bt_mission.core.wall_clock import Pacer
 from sim.physics.spawn import read
-from sim.ros.node import SimNode
-from sim.ros.pacing import FASTEST, SLOWEST, SpeedPacer, check_speed
+from sim.ros.node import SimNode, SimOptions
 from sim.ros.topics import log
 from sim.views.window import Window, check_display
 from sim.world.loader import load_world
+
+SLOWEST, FASTEST = 0.01, 1000.0
+"""Times real time."""
 
 CLOCK_HZ = 100.0
 _TICK_S = 0.01
@@ -29,6 +32,16 @@ _FRAME_S = 0.03
 
 LOOK_S = 0.1
 """How often at least a signal is looked for, s."""
+
+
+class SpeedError(BtMissionError):
+    """A speed at which nothing useful can be paced."""
+
+
+def check_speed(speed: float) -> None:
+    """Raise SpeedError for a speed that is not between SLOWEST and FASTEST."""
+    if not SLOWEST <= speed <= FASTEST:
+        raise SpeedError(f"expected a speed from {SLOWEST} to {FASTEST:g}, got {speed}")
 
 
 def main(
@@ -56,14 +69,11 @@ def main(
     who = load_robot(robot) if isinstance(robot, str) else [read(text) for text in robot]
     # With handlers of our own: rclpy's would pull the context from under the callback that runs.
     rclpy.init(args=["--ros-args", *ros_args], signal_handler_options=SignalHandlerOptions.NO)
-    received: list[int] = []
-    handlers = {
-        number: signal.signal(number, lambda number, _: received.append(number))
-        for number in (signal.SIGINT, signal.SIGTERM)
-    }
     with ExitStack() as stack:
-        stack.callback(_leave, handlers)
-        node = SimNode(scene, who, seed=seed, namespace=namespace, camera=camera)
+        interrupts = stack.enter_context(InterruptSignals())
+        stack.callback(rclpy.shutdown)
+        options = SimOptions(seed=seed, namespace=namespace, camera=camera)
+        node = SimNode(scene, who, options)
         node.publish_clock_at(CLOCK_HZ)
         _declare_parameters(node, seed)
         _pace(node, speed)
@@ -74,16 +84,10 @@ def main(
         log(node).info(f"{_names(node)} in {scene.name}, seed {seed}, speed {speed:g}")
         executor = SingleThreadedExecutor()
         executor.add_node(node)
-        while not received:
+        while not interrupts.count:
             executor.spin_once(timeout_sec=LOOK_S)
         node.destroy_node()
     return 0
-
-
-def _leave(handlers: Mapping[signal.Signals, Any]) -> None:
-    rclpy.shutdown()
-    for number, handler in handlers.items():
-        signal.signal(number, handler)
 
 
 def _names(node: SimNode) -> str:
@@ -110,20 +114,19 @@ def _pace(node: SimNode, speed: float) -> None:
     description = "How many times faster than the wall clock virtual time runs."
     descriptor = ParameterDescriptor(description=description, floating_point_range=[allowed])
     speed = node.declare_parameter("speed", speed, descriptor).value
-    pacer = SpeedPacer(speed, wall.now().nanoseconds, node.next_due_ns)
+    pacer = Pacer(speed, node.next_due_ns)
     _be_patient(node, speed)
 
     def tick() -> None:
-        now_ns = wall.now().nanoseconds
-        node.advance_to(pacer.target(now_ns, node.physics.time_ns))
-        reached = pacer.shortfall(now_ns)
+        node.advance_to(pacer.due_ns(node.physics.time_ns))
+        reached = pacer.shortfall()
         if reached is not None:
             log(node).warning(f"too slow for speed {pacer.speed:g}: reached {reached:.2g}")
 
     def on_parameters(parameters: list[Parameter]) -> None:
         for parameter in parameters:
             if parameter.name == "speed":
-                pacer.set_speed(parameter.value, wall.now().nanoseconds, node.physics.time_ns)
+                pacer.set_speed(parameter.value, node.physics.time_ns)
                 _be_patient(node, parameter.value)
 
     node.add_post_set_parameters_callback(on_parameters)

@@ -13,24 +13,20 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from bt_mission.core.geometry import Pose2D, Twist2D, set_planar
 from bt_mission.core.robot.parts import BatteryModel as BatterySpec
 from bt_mission.core.robot.parts import CameraModel, LidarModel
 from bt_mission.core.robot.parts import ImuModel as ImuSpec
+from bt_mission.core.stamps import set_ns
 from sim.physics.contacts import Collision
-from sim.robot.frames import MAP, FramePose, Vector
+from sim.robot.frames import MAP, FramePose
 from sim.sensors.battery import Battery
 from sim.sensors.imu import Inertial
-from sim.sensors.odometry import Odometry
 
 
 def view(values: array.array[Any], dtype: npt.DTypeLike) -> npt.NDArray[Any]:
     """Return a NumPy array over the same memory."""
     return np.frombuffer(values, dtype=dtype)
-
-
-def time(message: Any, time_ns: int) -> None:
-    """Fill a Time."""
-    message.sec, message.nanosec = divmod(time_ns, 1_000_000_000)
 
 
 def header(message: Any, stamp: Any, frame: str, child: str | None = None) -> Any:
@@ -50,40 +46,20 @@ def transform(message: Any, frame: FramePose, stamp: Any) -> Any:
     return message
 
 
-def planar_transform(message: Any, x: float, y: float, yaw: float) -> None:
-    """Fill a TransformStamped with a pose on the floor."""
-    t, r = message.transform.translation, message.transform.rotation
-    t.x, t.y = x, y
-    r.z, r.w = math.sin(yaw / 2), math.cos(yaw / 2)
-
-
 def collision(message: Any, event: Collision) -> Any:
     """Fill a Collision, stamped with its own time, and return it."""
-    time(message.header.stamp, event.time_ns)
+    set_ns(message.header.stamp, event.time_ns)
     message.header.frame_id = MAP
     message.obstacle, message.force = event.obstacle, event.force
     message.point.x, message.point.y, message.point.z = event.point
     return message
 
 
-def pose(message: Any, x: float, y: float, yaw: float) -> None:
-    """Fill the pose of an Odometry."""
-    at = message.pose.pose
-    at.position.x, at.position.y = x, y
-    at.orientation.z, at.orientation.w = math.sin(yaw / 2), math.cos(yaw / 2)
-
-
-def odometry(message: Any, reading: Odometry) -> None:
-    """Fill an Odometry with what the wheels say."""
-    pose(message, reading.x, reading.y, reading.yaw)
-    message.twist.twist.linear.x = reading.linear
-    message.twist.twist.angular.z = reading.angular
-
-
-def truth(message: Any, at: Vector, velocity: tuple[float, float]) -> None:
-    """Fill an Odometry with the true pose and velocity."""
-    pose(message, *at)
-    message.twist.twist.linear.x, message.twist.twist.angular.z = velocity
+def odometry(message: Any, pose: Pose2D, velocity: Twist2D) -> None:
+    """Fill an Odometry."""
+    set_planar(message.pose.pose.position, message.pose.pose.orientation, pose)
+    twist = message.twist.twist
+    twist.linear.x, twist.angular.z = velocity.linear, velocity.angular
 
 
 def joints(message: Any, angles: tuple[float, float], speeds: tuple[float, float]) -> None:

@@ -7,34 +7,57 @@ namespace applies.
 
 from __future__ import annotations
 
-import array
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
-from nav_msgs.msg import OccupancyGrid
 from rclpy.context import Context
 from rclpy.logging import LoggingSeverity
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger
-from visualization_msgs.msg import MarkerArray
 
 from bt_mission.core.robot.model import RobotModel
+from bt_mission.core.stamps import set_ns
 from sim.physics.names import STEP_NS
 from sim.physics.spawn import RobotSpawn
-from sim.robot import frames
 from sim.robot.robot import SimulatedRobot
-from sim.ros import message_fields, zone_markers
 from sim.ros.pictures import CameraTopics
 from sim.ros.schedule import Schedule
 from sim.ros.topics import LATCHED, RELIABLE, RobotPublishers, log, wanted
+from sim.ros.world_messages import occupancy_grid, zone_markers
 from sim.simulation import Fleet, Simulation
 from sim.world.checks import unseen
-from sim.world.occupancy import OccupancyMap, rasterise
+from sim.world.occupancy import rasterise
 from sim.world.world import World
 
 NODE_NAME = "bt_mission_sim"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SimOptions:
+    """How the simulator's node is made.
+
+    Args:
+        seed: Of all sensor noise.
+        start_ns: The first instant, ns.
+        context: The rclpy context; None is the default one.
+        namespace: Of the robot's topics.
+        lean: No parameter services, no /rosout, and only warnings in the log.
+        camera: Whether there are cameras.
+        with_map: Whether the map of the world is published.
+        props: How many obstacles can be placed later (`sim.physics.props`).
+    """
+
+    seed: int
+    start_ns: int = 1_000_000_000
+    context: Context | None = None
+    namespace: str | None = None
+    lean: bool = False
+    camera: bool = True
+    with_map: bool = True
+    props: int = 0
 
 
 class SimNode(Node):
@@ -45,56 +68,45 @@ class SimNode(Node):
     it (`robot1/scan`), each has a `robot1/map`, `robot1/tf` with the same frames as a robot alone,
     and so on; `fleet["robot1"]` is one of them, and there is one `/clock`.
 
-    `lean` leaves out parameter services, /rosout and all log lines below warnings, `camera=False`
-    the cameras, `with_map=False` the map of the world. `props` is how many obstacles can be placed
-    later (`sim.physics.props`). Raises SpawnError, EntrantError, RateError and PropError.
+    Raises SpawnError, RobotSpawnError, RateError and PropError.
     """
 
-    def __init__(  # noqa: PLR0913 - keywords, each with a default that is almost always right
-        self,
-        world: World,
-        robot: RobotModel | Sequence[RobotSpawn],
-        *,
-        seed: int,
-        start_ns: int = 1_000_000_000,
-        lean: bool = False,
-        context: Context | None = None,
-        namespace: str | None = None,
-        camera: bool = True,
-        with_map: bool = True,
-        props: int = 0,
+    def __init__(
+        self, world: World, robot: RobotModel | Sequence[RobotSpawn], options: SimOptions
     ) -> None:
+        physics = {"seed": options.seed, "start_ns": options.start_ns, "props": options.props}
         if isinstance(robot, RobotModel):
-            self.simulation = Simulation(world, robot, seed=seed, start_ns=start_ns, props=props)
+            self.simulation = Simulation(world, robot, **physics)
             self.robots: tuple[SimulatedRobot, ...] = (self.simulation,)
         else:
-            self.fleet = Fleet(world, robot, seed=seed, start_ns=start_ns, props=props)
+            self.fleet = Fleet(world, robot, **physics)
             self.robots = self.fleet.robots
         self.physics = self.robots[0].physics
+        lean = options.lean
         super().__init__(
             NODE_NAME,
-            context=context,
-            namespace=namespace,
+            context=options.context,
+            namespace=options.namespace,
             start_parameter_services=not lean,
             enable_rosout=not lean,
             parameter_overrides=[Parameter("start_type_description_service", value=not lean)],
         )
         if lean:
             log(self).set_level(LoggingSeverity.WARN)
-        self._schedule = Schedule(start_ns)
+        self._schedule = Schedule(options.start_ns)
         self._time = Clock()
         self._stamp = self._time.clock  # shared by all messages
         self._time_out = self.create_publisher(Clock, "/clock", RELIABLE)
-        drawn = rasterise(world) if with_map else None
+        drawn = rasterise(world) if options.with_map else None
         self._topics: list[RobotPublishers] = []
         self._cameras: list[CameraTopics] = []
         for one in self.robots:
             if drawn is not None:
-                self._make_map(drawn, one.prefix)
+                self._latch(occupancy_grid(drawn, self._stamp), f"{one.prefix}map")
             if world.zones:
-                self._make_zones(world, one.prefix)
+                self._latch(zone_markers(world, self._stamp), f"{one.prefix}zones")
             self._topics.append(RobotPublishers(self, self._schedule, self._stamp, one))
-            if camera and one.robot.camera is not None:
+            if options.camera and one.robot.camera is not None:
                 made = CameraTopics(self, self._schedule, self._stamp, one, one.robot.camera)
                 self._cameras.append(made)
             for warning in unseen(world, one.robot):
@@ -117,7 +129,7 @@ class SimNode(Node):
         physics, schedule = self.physics, self._schedule
         while schedule.next_due_ns <= time_ns:
             physics.advance_to(schedule.next_due_ns)
-            message_fields.time(self._stamp, physics.time_ns)
+            set_ns(self._stamp, physics.time_ns)
             if wanted(self._time_out):
                 self._time_out.publish(self._time)
             schedule.run(physics.time_ns)
@@ -142,22 +154,10 @@ class SimNode(Node):
         response.success, response.message = True, "everything is as it was at the start"
         return response
 
-    # ---- map, once -----------------------------------------------------------------------
-
-    def _make_map(self, drawn: OccupancyMap, prefix: str) -> None:
-        grid = OccupancyGrid()
-        message_fields.header(grid, self._stamp, frames.MAP)
-        grid.info.map_load_time = self._stamp
-        grid.info.resolution = drawn.resolution
-        grid.info.height, grid.info.width = drawn.cells.shape
-        grid.info.origin.position.x, grid.info.origin.position.y = drawn.origin
-        grid.data = array.array("b", drawn.cells.tobytes())
-        maps = self.create_publisher(OccupancyGrid, f"{prefix}map", LATCHED)
-        self._schedule.once(lambda _: maps.publish(grid))
-
-    def _make_zones(self, world: World, prefix: str) -> None:
-        publisher = self.create_publisher(MarkerArray, f"{prefix}zones", LATCHED)
-        self._schedule.once(lambda _: publisher.publish(zone_markers.markers(world, self._stamp)))
+    def _latch(self, message: Any, topic: str) -> None:
+        """Publish a message once, at the start."""
+        publisher = self.create_publisher(type(message), topic, LATCHED)
+        self._schedule.once(lambda _: publisher.publish(message))
 
     def destroy_node(self) -> None:
         """Give back the renderers with the node."""

@@ -16,9 +16,8 @@ from sim.ros.schedule import Schedule
 from sim.ros.topics import RELIABLE, log, wanted
 from sim.sensors.camera import Camera
 from sim.sensors.canvas import NoCameraError
-from sim.sensors.noise import PictureNoise
+from sim.sensors.noise import PictureDistortion, PictureNoise
 from sim.sensors.raycast import RaycastCamera
-from sim.sensors.sensor_faults import PictureDistortion
 
 
 class CameraTopics:

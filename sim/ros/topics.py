@@ -21,8 +21,9 @@ from std_msgs.msg import Bool, String
 from std_srvs.srv import SetBool, Trigger
 from tf2_msgs.msg import TFMessage
 
-from bt_mission.core.cdr import reader
+from bt_mission.core.cdr.decoder import decoder_of
 from bt_mission.core.cdr.writer import MessageTemplate
+from bt_mission.core.geometry import Pose2D, Twist2D, set_planar
 from sim.robot import frames
 from sim.robot.description import description
 from sim.robot.robot import SimulatedRobot
@@ -94,7 +95,7 @@ class RobotPublishers:
 
     def _on_command(self, data: bytes) -> None:
         try:
-            twist = reader.twist_stamped(data).twist
+            twist = decoder_of("geometry_msgs/msg/TwistStamped").decode(data).twist
             self._robot.command(twist.linear.x, twist.angular.z)
         except ValueError as error:
             log(self._node).warning(f"cmd_vel refused: {error}", throttle_duration_sec=5.0)
@@ -152,7 +153,9 @@ class RobotPublishers:
         moving = self._packed(
             TFMessage(transforms=[odom, base]), (odom, PLANAR_TRANSFORM), (base, PLANAR_TRANSFORM)
         )
-        to_odom, to_base = moving.numbers
+        to_odom, to_base = (
+            (one.transform.translation, one.transform.rotation) for one in moving.numbers
+        )
         wheels = self._packed(turned, (turned, ("position", "velocity")), unused=4)  # no effort
         odometry = self._packed(reckoned, (reckoned, PLANAR_MOTION))
         truth = self._packed(true, (true, PLANAR_MOTION))
@@ -164,20 +167,22 @@ class RobotPublishers:
 
         def publish(_: int) -> None:
             reading = robot.read_odometry()
+            here = (reading.x, reading.y, reading.yaw)
             faults = robot.faults
             if wanted(wheels_out) and not faults.joints.dead:
                 message_fields.joints(wheels.numbers[0], *robot.wheels)
                 wheels_out.publish(wheels.packed())
             if wanted(odometry_out) and not faults.odometry.dead:
-                message_fields.odometry(odometry.numbers[0], reading)
+                moves = Twist2D(reading.linear, reading.angular)
+                message_fields.odometry(odometry.numbers[0], Pose2D(*here), moves)
                 odometry_out.publish(odometry.packed())
             if wanted(moving_out) and not faults.odometry.dead:
-                here = (reading.x, reading.y, reading.yaw)
-                message_fields.planar_transform(to_base, *here)
-                message_fields.planar_transform(to_odom, *frames.map_to_odom(robot.pose, here))
+                set_planar(*to_base, Pose2D(*here))
+                set_planar(*to_odom, Pose2D(*frames.map_to_odom(robot.pose, here)))
                 moving_out.publish(moving.packed())
             if wanted(truth_out):
-                message_fields.truth(truth.numbers[0], robot.pose, robot.velocity)
+                moves = Twist2D(*robot.velocity)
+                message_fields.odometry(truth.numbers[0], Pose2D(*robot.pose), moves)
                 truth_out.publish(truth.packed())
 
         self._schedule.every(robot.robot.odometry_rate, "odometry_rate", publish)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from statistics import NormalDist
 
 import mujoco
 import numpy as np
@@ -12,13 +13,12 @@ from bt_mission.core.robot.model import RobotModel
 from sim.faults import NO_LIDAR_FAULTS, LidarFaults
 from sim.physics.names import BASE, MARKS, SCREENS, SOLID
 from sim.sensors.noise import Noise
-from sim.sensors.sensor_faults import LidarDistortion
 
 _TURN_JITTER = 0.005
 """1 sigma of the time an LDS-02 takes for a turn, relative: a few rays more or less."""
 
-_GAPS = 0.01
-"""Share of an LDS-02's directions that come without a reading, in passing."""
+_GAP_SIGMAS = 2.576
+"""An LDS-02's directions come without a reading beyond so many sigma: 1 % of them, in passing."""
 
 _NEAR, _MIDDLE = 0.3, 6.0
 _NEAR_SIGMA, _MIDDLE_SHARE, _FAR_SHARE = 0.010 / 3, 0.03 / 3, 0.05 / 3
@@ -122,7 +122,7 @@ class Lidar:
             sigma = np.where(seen < _NEAR, _NEAR_SIGMA, share * seen)
             seen += sigma * self._noise.at(index)[:rays]
             # A normal number beyond 2.576 comes once in a hundred times.
-            missed |= np.abs(self._gaps.at(index)[:rays]) > 2.576
+            missed |= np.abs(self._gaps.at(index)[:rays]) > _GAP_SIGMAS
         missed |= (seen < spec.min_range) | (seen > spec.max_range)
         seen[missed] = np.nan
 
@@ -138,3 +138,44 @@ class Lidar:
             self._rays = rays
             angles = np.arange(rays) * (math.tau / rays)
             self._directions[:rays, 0], self._directions[:rays, 1] = np.cos(angles), np.sin(angles)
+
+
+class LidarDistortion:
+    """Changes the true distances of a lidar before it makes readings of them."""
+
+    def __init__(self, seed: int, prefix: str, most_rays: int) -> None:
+        self._noise = Noise(seed, f"{prefix}lidar fault", most_rays)
+        self._dropout = Noise(seed, f"{prefix}lidar dropout", most_rays)
+
+    def apply(
+        self,
+        faults: LidarFaults,
+        distances: npt.NDArray[np.float64],
+        missed: npt.NDArray[np.bool],
+        index: int,
+    ) -> None:
+        """Change both in place: distances (m), and where there is none, in measurement `index`."""
+        rays = len(distances)
+        distances += faults.bias
+        if faults.noise:
+            distances += faults.noise * self._noise.at(index)[:rays]
+        if faults.dropout >= 1:
+            missed[:] = True
+        elif faults.dropout:
+            missed |= self._dropout.at(index)[:rays] < NormalDist().inv_cdf(faults.dropout)
+        for start, end in faults.sectors:
+            missed |= sector(rays, start, end)
+
+
+def sector(rays: int, start_deg: float, end_deg: float) -> npt.NDArray[np.bool]:
+    """Return which rays of a full turn lie from one bearing counter-clockwise to another.
+
+    Ray 0 looks ahead; both ends belong to it.
+    """
+    if end_deg - start_deg >= 360:
+        return np.ones(rays, dtype=np.bool)
+    bearings = np.arange(rays) * (360 / rays)
+    # A ray that points at the start must not come out as just short of a full turn.
+    beyond = np.round(bearings - start_deg, 9) % 360
+    inside: npt.NDArray[np.bool] = beyond <= round(end_deg - start_deg, 9) % 360
+    return inside

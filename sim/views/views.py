@@ -12,7 +12,6 @@ What is drawn is a record, on a model and a state of the views' own: the simulat
 
 from __future__ import annotations
 
-import copy
 import math
 from typing import Any
 
@@ -20,9 +19,8 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from sim.physics.history import SimulationState, pose_of
+from sim.physics.history import ModelCopy, SimulationState, pose_of
 from sim.physics.names import BASE, CAMERA, LOOKS, ROBOT
-from sim.physics.prop_bodies import bodies_of
 from sim.sensors.canvas import Canvas, Image
 from sim.sensors.lidar import Lidar
 from sim.simulation import Simulation
@@ -42,9 +40,9 @@ class WorldViews:
         self, simulation: Simulation, *, above: tuple[int, int], ahead: tuple[int, int]
     ) -> None:
         self._simulation = simulation
-        self._model = model = copy.copy(simulation.model)
-        self._data = mujoco.MjData(model)
-        _, self._bodies = bodies_of(model)
+        self._copy = ModelCopy(simulation.model)
+        self._model = model = self._copy.model
+        self._data = self._copy.data
         self._robot = simulation.robot
         self._q = int(model.joint(BASE).qposadr[0])
         self._lidar = Lidar(model, simulation.robot, simulation.seed)
@@ -67,9 +65,7 @@ class WorldViews:
 
     def show(self, state: SimulationState) -> None:
         """Have the next pictures be those of a recorded state."""
-        self._bodies.match(state.props)
-        self._data.qpos[:] = np.frombuffer(state.qpos)
-        mujoco.mj_kinematics(self._model, self._data)
+        self._copy.show(state)
         mujoco.mj_camlight(self._model, self._data)
 
     @property

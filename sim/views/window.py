@@ -6,18 +6,16 @@ its own, in which what was recorded is shown: the simulation is the same with an
 
 from __future__ import annotations
 
-import copy
 import os
 import threading
 import warnings
 from typing import Any
 
 import mujoco
-import numpy as np
 
 from bt_mission.core.errors import BtMissionError
+from sim.physics.history import ModelCopy
 from sim.physics.physics import Physics
-from sim.physics.prop_bodies import bodies_of
 
 _PATIENCE_S = 5.0
 """How long the thread may take to end, s of the wall."""
@@ -76,15 +74,14 @@ class Window:
 
         self._physics = physics
         self._start_ns = physics.time_ns
-        self._model = model = copy.copy(physics.model)
+        self._copy = ModelCopy(physics.model)
+        model = self._copy.model
         model.vis.quality.shadowsize = _SHADOW_MAP
         model.light_castshadow[:] = True
-        self._data = mujoco.MjData(model)
-        _, self._bodies = bodies_of(model)
         self._update()
         before = threading.enumerate()
         self._viewer: Any = viewer.launch_passive(
-            model, self._data, show_left_ui=False, show_right_ui=False
+            model, self._copy.data, show_left_ui=False, show_right_ui=False
         )
         self._threads = [one for one in threading.enumerate() if one not in before]
         with self._viewer.lock():
@@ -117,11 +114,9 @@ class Window:
 
     def _update(self) -> None:
         state = self._physics.record()
-        self._bodies.match(state.props)
-        self._data.time = (state.time_ns - self._start_ns) / 1e9
-        self._data.qpos[:] = np.frombuffer(state.qpos)
-        self._data.qvel[:] = np.frombuffer(state.qvel)
-        mujoco.mj_forward(self._model, self._data)
+        self._copy.show(state)
+        self._copy.data.time = (state.time_ns - self._start_ns) / 1e9
+        mujoco.mj_forward(self._copy.model, self._copy.data)
 
 
 def _words(why: bytes | str | None) -> str:

@@ -251,17 +251,17 @@ def after_turning(play: Any, angle: float, *node: str) -> Any:
         (
             ["repeat: {count: $n}", "do: {log: x}"],
             1.5,
-            "expected a whole number of at least 1, got 1.5",
+            "expected an integer of at least 1, got 1.5",
         ),
         (
             ["repeat: {count: $n}", "do: {log: x}"],
             -1,
-            "expected a whole number of at least 1, got -1",
+            "expected an integer of at least 1, got -1",
         ),
         (
             ["retry: {attempts: $n}", "do: {log: x}"],
             0,
-            "expected a whole number of at least 1, got 0",
+            "expected an integer of at least 1, got 0",
         ),
         (["turn: {angle: 9}", "timeout: $n"], 0, "expected seconds above 0, got 0"),
     ],

@@ -86,4 +86,4 @@ def test_a_condition_that_is_neither_true_nor_false_fails_the_mission(play: Any)
     story = play("  for_each: {one: [true, 3]}\n  do: {check: $one}")
     story.tick(2)
     assert story.status == "failure"
-    assert "'$one' gave 3, not true or false" in story.executive.reason
+    assert "'$one' gave 3, not a boolean" in story.executive.reason

@@ -82,7 +82,7 @@ ONE = "<AlwaysSuccess/>"
             (
                 2,
                 41,
-                "expected a whole number of at least 1, or a variable '{name}', got '-1'",
+                "expected an integer of at least 1, or a variable '{name}', got '-1'",
                 "for ever has no counterpart; give a number",
             ),
         ),
@@ -252,7 +252,7 @@ def test_faults_of_the_mission_point_into_the_xml_file(tmp_path):
     with pytest.raises(InputError) as caught:
         load(path)
     assert [str(fault).splitlines()[0] for fault in caught.value.faults] == [
-        f"{path}:2:40: error: '$step' is written by nothing (known here: none)",
+        f"{path}:2:40: error: '$step' is an undefined variable (defined: none)",
         f"{path}:2:55: error: expected seconds above 0, got the number 0",
     ]
 

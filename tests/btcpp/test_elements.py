@@ -23,17 +23,11 @@ def test_names_and_values_know_their_places():
     )
     root = parse(text, "m.xml").root
     (child,) = root.children
-    assert (root.tag, root.line, root.column, root.text) == ("root", 1, 2, "é")
-    assert (child.tag, child.line, child.column) == ("a", 3, 6)
+    assert (root.tag, root.at, root.text) == ("root", (1, 2), "é")
+    assert (child.tag, child.at) == ("a", (3, 6))
     one, two = child.attributes.values()
-    assert (one.value, one.line, one.column, one.value_line, one.value_column) == ("é", 3, 8, 3, 14)
-    assert (two.value, two.line, two.column, two.value_line, two.value_column) == (
-        "<x>",
-        4,
-        6,
-        4,
-        10,
-    )
+    assert (one.value, one.at, one.value_at) == ("é", (3, 8), (3, 14))
+    assert (two.value, two.at, two.value_at) == ("<x>", (4, 6), (4, 10))
 
 
 @pytest.mark.parametrize(
@@ -91,4 +85,4 @@ def test_depth_and_size_have_limits():
 def test_a_long_line_of_many_elements_is_read_in_linear_time():
     """Places in a line that is not ASCII are counted on from the last one."""
     text = "<é>" + "<a b=''/>" * 80_000 + "</é>"
-    assert parse(text, "m.xml").root.children[-1].column == 5 + 9 * 79_999
+    assert parse(text, "m.xml").root.children[-1].at[1] == 5 + 9 * 79_999

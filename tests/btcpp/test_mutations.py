@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bt_mission.btcpp.document import document_of
-from bt_mission.btcpp.mission_writing import mission_xml
+from bt_mission.btcpp.mission_writer import mission_xml
 from bt_mission.btcpp.yaml_text import yaml_text
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.yaml.document import read

@@ -7,7 +7,7 @@ import py_trees
 from bt_mission.btcpp.built_in import BUILT_IN
 from bt_mission.btcpp.document import METADATA, document_of
 from bt_mission.btcpp.leaves import LEAVES
-from bt_mission.btcpp.mission_writing import mission_xml
+from bt_mission.btcpp.mission_writer import mission_xml
 from bt_mission.btcpp.ports import LABELS
 from bt_mission.cli import main
 from bt_mission.core.yaml.document import read_text
@@ -66,4 +66,4 @@ def test_a_tree_that_py_trees_has_loaded_runs_in_a_mission(tmp_path, capsys):
         ["▶", "two", "turns.as"],
     ]
     assert "two_turns: success" in lines
-    assert lines[-1] == "  2 goals sent, 0 left behind, 0.00 m driven, 0 collisions"
+    assert lines[-1] == "  2 goals sent, 0 orphaned, 0.00 m driven, 0 collisions"

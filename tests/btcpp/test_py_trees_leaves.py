@@ -133,7 +133,7 @@ def test_every_goal_draws_its_own_numbers_from_the_seed(load: Any) -> None:
         ('<turn name="t" timeout="0"/>', "expected seconds above 0, got the number 0"),
         ('<log name="l"/>', "the attribute 'message' is missing"),
         ('<log name="l" message="x" mesage="y"/>', "no attribute 'mesage' for log"),
-        ('<wait name="w" seconds="$x"/>', "'$x' is written by nothing"),
+        ('<wait name="w" seconds="$x"/>', "'$x' is an undefined variable"),
     ],
 )
 def test_what_is_wrong_with_a_constant_is_told_before_the_first_tick(

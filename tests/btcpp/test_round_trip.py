@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bt_mission.btcpp.document import document_of
-from bt_mission.btcpp.mission_writing import mission_xml
+from bt_mission.btcpp.mission_writer import mission_xml
 from bt_mission.btcpp.yaml_text import yaml_text
 from bt_mission.core.yaml.document import read, read_text
 from bt_mission.language.loader import draft, load_text

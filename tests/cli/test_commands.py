@@ -39,7 +39,7 @@ def test_a_successful_run_exits_with_0_and_says_what_it_came_to(
         "     0.55 s  ✓ wait  0.0 s left",
         "short: success",
     ]
-    assert lines[-1] == "  0 goals sent, 0 left behind, 0.00 m driven, 0 collisions"
+    assert lines[-1] == "  0 goals sent, 0 orphaned, 0.00 m driven, 0 collisions"
     assert err == ""
 
 
@@ -149,7 +149,7 @@ def test_a_shipped_mission_is_found_by_its_name(
     """From any folder; an unknown name is answered with those that are known."""
     monkeypatch.chdir(tmp_path)
     assert main(["check", "square"]) == 0
-    assert "mission 'square' is sound" in capsys.readouterr().out
+    assert "mission 'square' is valid" in capsys.readouterr().out
     assert main(["check", "squares"]) == 2
     err = capsys.readouterr().err
     assert "no such mission (known: explore" in err
@@ -205,7 +205,7 @@ def test_check_says_that_a_mission_is_sound(
     """And how large it is."""
     path = mission(WAIT)
     assert main(["check", path]) == 0
-    assert capsys.readouterr().out == f"{path}: mission 'short' is sound (1 node)\n"
+    assert capsys.readouterr().out == f"{path}: mission 'short' is valid (1 node)\n"
 
 
 def test_check_speaks_to_programs(mission: Any, capsys: pytest.CaptureFixture[str]) -> None:
@@ -232,7 +232,7 @@ def test_the_trace_can_be_written_to_a_file(
     trace = tmp_path / "trace.jsonl"
     assert main(["run", mission(WAIT), "--trace", str(trace)]) == 0
     events = [json.loads(line) for line in trace.read_text(encoding="utf-8").splitlines()]
-    assert events[0] == {"trace_version": 1}
+    assert events[0] == {"trace_version": 2}
     assert events[1]["event"] == "start"
     assert [e["status"] for e in events if e.get("event") == "mission"] == ["success"]
     capsys.readouterr()

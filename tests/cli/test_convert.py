@@ -20,7 +20,7 @@ def test_yaml_becomes_xml_that_runs_and_comes_back(
     assert main(["convert", str(yaml), "-o", str(xml)]) == 0
     assert capsys.readouterr().out == f"{xml}: written\n"
     assert main(["check", str(xml)]) == 0
-    assert capsys.readouterr().out == f"{xml}: mission 'short' is sound (3 nodes)\n"
+    assert capsys.readouterr().out == f"{xml}: mission 'short' is valid (3 nodes)\n"
     assert main(["run", str(xml)]) == 0
     assert "short: success" in capsys.readouterr().out
     assert main(["convert", str(xml), "-o", str(again)]) == 0

@@ -8,7 +8,8 @@ from typing import Any
 import pytest
 
 from action_servers.camera.storage import ImageFolder
-from action_servers.core.maneuver import ZERO, ErrorCode, Pose2D
+from action_servers.core.maneuver import ZERO, ErrorCode
+from bt_mission.core.geometry import Pose2D
 from tests.support.served import DRIVING, SERVED, goal
 
 DRIVES_ON = 20

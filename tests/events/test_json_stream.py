@@ -7,16 +7,16 @@ from typing import Any
 
 import pytest
 
+from bt_mission.events.events import GoalChanged
 from bt_mission.events.json_stream import as_line, as_object
-from bt_mission.events.messages import GoalInfo
-from bt_mission.events.mission_state import WatchedMission
+from bt_mission.events.mission_state import MissionState
 from tests.support.watched import S, ScriptedExecutive
 
 
 @pytest.fixture
 def lines() -> Any:
     """Give what an executive tells as the objects that a program reads."""
-    mission = WatchedMission()
+    mission = MissionState()
 
     def read(executive: ScriptedExecutive) -> list[dict[str, Any]]:
         return [
@@ -34,7 +34,7 @@ def test_each_object_says_what_it_is_and_when(lines: Any):
     executive.begin()
     executive.change(0.5, go="running")
     executive.say("here we go")
-    executive.stand("paused", "paused from outside")
+    executive.stand("paused", "paused on request")
     found = lines(executive)
     assert found[0] == {
         "event": "tree",
@@ -63,7 +63,7 @@ def test_each_object_says_what_it_is_and_when(lines: Any):
             "run": "run",
             "mission": "explore",
             "status": "paused",
-            "reason": "paused from outside",
+            "reason": "paused on request",
         },
     ]
 
@@ -105,7 +105,7 @@ def test_goals_and_progress(lines: Any):
     executive = ScriptedExecutive()
     executive.begin()
     executive.change(drive="running")
-    goal = GoalInfo("ab", "/turn", "turn away", S, 2 * S, "active")
+    goal = GoalChanged("ab", "/turn", "turn away", S, 2 * S, "active")
     executive.detail(running=(executive.progress("drive", 1.0, 2.0, "1 m"),), goals=(goal,))
     executive.detail(running=(executive.progress("drive", float("nan"), 2.0, "1 m"),))
     progress, moved, odd = lines(executive)[-3:]

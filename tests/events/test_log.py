@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from py_trees.common import Status
 
-from bt_mission.events.events import LogLine, MissionStarted, MissionStateChanged, NodeStatusChanged
+from bt_mission.events.events import (
+    LogLine,
+    MissionStateChanged,
+    NodeInfo,
+    NodeStatusChanged,
+)
 from bt_mission.events.log import LogEntry, entry_of
-from bt_mission.events.messages import MissionStateInfo, NodeInfo
 from tests.support.watched import S, tree
 
 DRIVE = NodeInfo("drive", "ActionLeaf", "0.1", 0)
@@ -40,9 +44,9 @@ def test_what_follows_from_other_lines_is_left_out():
 
 def test_words_and_the_state_of_the_mission_stand_in_it():
     """An executive that is idle has none."""
-    assert entry_of(LogLine(S, "hello")) == LogEntry(S, None, "", "hello")
-    assert entry_of(MissionStarted(tree())) == LogEntry(S, None, "explore", "begins")
-    assert entry_of(
-        MissionStateChanged(MissionStateInfo(S, "r", "m", "paused", "by hand"))
-    ) == LogEntry(S, None, "mission paused", "by hand")
-    assert entry_of(MissionStateChanged(MissionStateInfo(S, "", "", "idle", ""))) is None
+    assert entry_of(LogLine(S, "r", "hello")) == LogEntry(S, None, "", "hello")
+    assert entry_of(tree()) == LogEntry(S, None, "explore", "begins")
+    assert entry_of(MissionStateChanged(S, "r", "m", "paused", "by hand")) == LogEntry(
+        S, None, "mission paused", "by hand"
+    )
+    assert entry_of(MissionStateChanged(S, "", "", "idle", "")) is None

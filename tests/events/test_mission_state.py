@@ -12,12 +12,12 @@ from bt_mission.events.events import (
     NodeStatusChanged,
     VariableChanged,
 )
-from bt_mission.events.messages import GoalInfo, NodeStatus, Statuses
-from bt_mission.events.mission_state import WatchedMission
+from bt_mission.events.messages import NodeStatus, Statuses
+from bt_mission.events.mission_state import MissionState
 from tests.support.watched import S, ScriptedExecutive
 
 
-def take_all(mission: WatchedMission, executive: ScriptedExecutive) -> list[MissionEvent]:
+def take_all(mission: MissionState, executive: ScriptedExecutive) -> list[MissionEvent]:
     """Hand over what waits, with the service for latecomers."""
     happened: list[MissionEvent] = []
     for _ in range(2):
@@ -26,7 +26,7 @@ def take_all(mission: WatchedMission, executive: ScriptedExecutive) -> list[Miss
     return happened
 
 
-def named(mission: WatchedMission) -> dict[str, str]:
+def named(mission: MissionState) -> dict[str, str]:
     """Each node's status."""
     assert mission.tree is not None
     statuses = zip(mission.tree.nodes, mission.statuses, strict=True)
@@ -35,7 +35,7 @@ def named(mission: WatchedMission) -> dict[str, str]:
 
 def test_changes_from_the_first_on_need_no_question():
     """Nothing has happened before number 1."""
-    executive, mission = ScriptedExecutive(), WatchedMission()
+    executive, mission = ScriptedExecutive(), MissionState()
     executive.begin()
     executive.change(explore="running", look_around="running")
     executive.change(2.5, look_around="success: canceled by condition")
@@ -59,7 +59,7 @@ def test_changes_from_the_first_on_need_no_question():
 
 def test_who_comes_late_asks_once_and_goes_on_from_there():
     """What the answer has taken into account is not applied a second time."""
-    executive, mission = ScriptedExecutive(), WatchedMission()
+    executive, mission = ScriptedExecutive(), MissionState()
     found = executive.begin()
     executive.change(explore="running", look_around="running")
     executive.forget()
@@ -85,7 +85,7 @@ def test_who_comes_late_asks_once_and_goes_on_from_there():
 
 def test_a_gap_is_noticed_and_closed():
     """Lost messages cost a question, not the truth."""
-    executive, mission = ScriptedExecutive(), WatchedMission()
+    executive, mission = ScriptedExecutive(), MissionState()
     executive.begin()
     executive.change(explore="running")
     take_all(mission, executive)
@@ -102,7 +102,7 @@ def test_a_gap_is_noticed_and_closed():
 
 def test_the_tree_may_come_after_its_first_changes():
     """Topics have no order among each other."""
-    executive, mission = ScriptedExecutive(), WatchedMission()
+    executive, mission = ScriptedExecutive(), MissionState()
     found = executive.begin()
     change = executive.change(explore="running")
     assert mission.take(change) == []
@@ -112,7 +112,7 @@ def test_the_tree_may_come_after_its_first_changes():
 
 def test_another_run_begins_anew():
     """Nothing of the mission before is left, and what is late of it changes nothing."""
-    executive, mission = ScriptedExecutive(), WatchedMission()
+    executive, mission = ScriptedExecutive(), MissionState()
     executive.begin("one")
     executive.change(explore="running", drive="running")
     executive.detail(variables=(("legs", "6"),))
@@ -130,7 +130,7 @@ def test_another_run_begins_anew():
 
 def test_the_tip_is_the_newest_running_node_without_running_children():
     """A tick tells of children before their parents; where they stand in the tree counts."""
-    executive, mission = ScriptedExecutive(), WatchedMission()
+    executive, mission = ScriptedExecutive(), MissionState()
     executive.begin()
     executive.change(drive="running", repeat="running", explore="running")
     take_all(mission, executive)
@@ -145,7 +145,7 @@ def test_the_tip_is_the_newest_running_node_without_running_children():
 
 def test_progress_counts_for_nodes_that_run():
     """Details and changes overtake each other: those of a node that has ended are not shown."""
-    executive, mission = ScriptedExecutive(), WatchedMission()
+    executive, mission = ScriptedExecutive(), MissionState()
     executive.begin()
     executive.change(drive="running")
     early = executive.detail(running=(executive.progress("drive", 1.0, 2.0, "1.00 m"),))
@@ -166,14 +166,14 @@ def test_progress_counts_for_nodes_that_run():
 
 def test_goals_and_variables_happen_when_they_change():
     """Complete details, which come for latecomers, are no news."""
-    executive, mission = ScriptedExecutive(), WatchedMission()
+    executive, mission = ScriptedExecutive(), MissionState()
     executive.begin()
-    goal = GoalInfo("ab", "/turn", "turn away", S, S, "sent")
+    goal = GoalChanged("ab", "/turn", "turn away", S, S, "sent")
     executive.detail(goals=(goal,), variables=(("legs", "6"),), goals_sent=1)
     executive.detail(goals=(goal,), variables=(("legs", "6"),), goals_sent=1)
     happened = take_all(mission, executive)
     assert [one for one in happened if isinstance(one, GoalChanged | VariableChanged)] == [
-        GoalChanged(goal),
+        goal,
         VariableChanged(S, "legs", "6"),
     ]
     assert (mission.goals_sent, mission.goals["ab"].state) == (1, "sent")
@@ -181,7 +181,7 @@ def test_goals_and_variables_happen_when_they_change():
 
 def test_an_index_beyond_the_tree_is_ignored():
     """A message of a broken executive ends nobody's view."""
-    executive, mission = ScriptedExecutive(), WatchedMission()
+    executive, mission = ScriptedExecutive(), MissionState()
     executive.begin()
     take_all(mission, executive)
     assert mission.take(Statuses("run", 1, (NodeStatus(99, Status.RUNNING, ""),))) == []

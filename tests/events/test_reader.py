@@ -21,7 +21,7 @@ from py_trees.common import Status
 from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
 
-from bt_mission.events import messages, reader
+from bt_mission.events import events, messages, reader
 
 
 def test_a_parent_that_comes_later_is_taken_for_the_root():
@@ -60,8 +60,8 @@ def test_details_keep_times_and_places():
         "r",
         7,
         2,
-        (messages.NodeProgress(1, 1_000_000_000, "", "s", 2.0, 30.0),),
-        (messages.GoalInfo("ab", "", "", 0, 0, "active", ((1.0, -2.0),)),),
+        (events.NodeProgress(1, 1_000_000_000, "", "s", 2.0, 30.0),),
+        (events.GoalChanged("ab", "", "", 0, 0, "active", ((1.0, -2.0),)),),
         (("legs", "6"),),
         ("0.1",),
     )

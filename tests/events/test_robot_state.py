@@ -7,7 +7,7 @@ import math
 import pytest
 
 from bt_mission.events.messages import BatteryState, FrameTransform, ScanPoints
-from bt_mission.events.robot_state import FloorPose, WatchedRobot
+from bt_mission.events.robot_state import FloorPose, RobotState
 
 QUARTER = math.pi / 2
 
@@ -22,7 +22,7 @@ def at(x: float, y: float, yaw: float = 0.0) -> tuple[FrameTransform, ...]:
 
 def test_frames_are_joined_from_the_root():
     """A step ahead in a frame that is turned left is a step to the left."""
-    robot = WatchedRobot()
+    robot = RobotState()
     robot.take(at(2.0, 0.0))
     pose = robot.pose
     assert pose is not None
@@ -32,7 +32,7 @@ def test_frames_are_joined_from_the_root():
 
 def test_the_trail_grows_as_the_robot_moves():
     """Not while it stands; a robot that becomes localised begins a new one."""
-    robot = WatchedRobot()
+    robot = RobotState()
     for step in range(10):
         robot.take((FrameTransform("odom", "base_footprint", 0.02 * step, 0.0, 0.0),))
     assert (len(robot.trail), robot.frame) == (4, "odom")
@@ -42,14 +42,14 @@ def test_the_trail_grows_as_the_robot_moves():
 
 def test_a_frame_with_a_prefix_is_the_base_too():
     """As robots of a fleet may have."""
-    robot = WatchedRobot()
+    robot = RobotState()
     robot.take((FrameTransform("odom", "robot1/base_link", 3.0, 4.0, 0.0),))
     assert robot.pose == FloorPose(3.0, 4.0, 0.0)
 
 
 def test_a_scan_is_seen_from_its_own_frame():
     """Rays without an echo, and those that are not numbers, are left out."""
-    robot = WatchedRobot()
+    robot = RobotState()
     rays = (1.0, math.inf, math.nan, 0.05, 2.0)
     robot.take(ScanPoints("base_scan", 0.0, QUARTER, 0.1, 3.5, rays))
     assert robot.scan_points() == [], "its frame is not known"
@@ -62,7 +62,7 @@ def test_a_scan_is_seen_from_its_own_frame():
 
 def test_frames_in_a_circle_end():
     """A broken tree of frames hangs nobody's view."""
-    robot = WatchedRobot()
+    robot = RobotState()
     robot.take(
         (FrameTransform("a", "base_link", 0, 0, 0), FrameTransform("base_link", "a", 0, 0, 0))
     )
@@ -74,7 +74,7 @@ def test_frames_in_a_circle_end():
 )
 def test_a_battery_has_percent(charges: list[float], percent: float | None):
     """A share of one by the message's definition, 0 to 100 on a TurtleBot3, which is remembered."""
-    robot = WatchedRobot()
+    robot = RobotState()
     assert robot.charge is None
     for charge in charges:
         robot.take(BatteryState(charge, 12.0))

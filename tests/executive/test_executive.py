@@ -78,7 +78,7 @@ def test_a_server_that_never_confirms_is_named_after_the_grace_period(play: Any)
     assert story.status == "interrupted"
     goal = story.turn.goal
     assert story.executive.goals_left_behind == (f"/turn goal {goal.short_id} of 'turn' (lost)",)
-    assert "left behind: /turn goal" in story.executive.reason
+    assert "orphaned goals: /turn goal" in story.executive.reason
 
 
 def test_success_with_a_goal_left_behind_is_a_failure(play: Any) -> None:
@@ -89,7 +89,7 @@ def test_success_with_a_goal_left_behind_is_a_failure(play: Any) -> None:
     story.tick(70)
     assert story.root.status is Status.SUCCESS
     assert story.status == "failure"
-    assert "left behind" in story.executive.reason
+    assert "orphaned goals" in story.executive.reason
 
 
 def test_an_exception_in_a_leaf_halts_its_siblings(
@@ -190,3 +190,44 @@ def test_the_same_play_gives_the_same_trace(play: Any) -> None:
         story.tick()
         hashes.append(story.trace.sha256)
     assert hashes[0] == hashes[1] != hashes[2]
+
+
+def test_a_halt_stops_each_leaf_once(play: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """And each goal is handed over once."""
+    story = play(TWO_TURNS)
+    story.tick(2)
+    stopped, events = [], []
+
+    def watched(leaf: Any) -> Any:
+        terminate = leaf.terminate
+
+        def stop(status: Status) -> None:
+            stopped.append(leaf.name)
+            terminate(status)
+
+        return stop
+
+    for leaf in story.executive.running_leaves:
+        monkeypatch.setattr(leaf, "terminate", watched(leaf))
+    story.executive.goal_listeners.append(lambda what, goal: events.append((what, goal.owner)))
+    story.executive.interrupt("enough")
+    assert stopped == ["turn", "other"]
+    assert events == [("released", "turn"), ("released", "other")]
+
+
+def test_a_goal_whose_leaf_is_left_running_is_cancelled(play: Any) -> None:
+    """A composite of the user's own may end without halting its children."""
+    story = play(TWO_TURNS)
+    story.tick()
+    story.turn.accept()
+    story.tick()
+    root = story.root
+
+    def tick() -> Any:
+        root.status = Status.SUCCESS
+        yield root
+
+    root.tick = tick
+    story.tick()
+    assert len(story.turn.cancels) == 1
+    assert [leaf.status for leaf in root.children] == [Status.INVALID, Status.INVALID]

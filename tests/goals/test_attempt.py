@@ -23,7 +23,12 @@ class Story:
         self.now = S
         self.ledger = Ledger(seed=1, grace_ns=3 * S)
         self.attempt = Attempt(
-            server, self.ledger, "turn left", {"angle": 90}, Limits(**limits), condition, self.now
+            server,
+            self.ledger,
+            "turn left",
+            {"angle": 90},
+            Limits(condition=condition, **limits),
+            self.now,
         )
 
     def tick(self, seconds: float = 0.05) -> Outcome | None:
@@ -303,7 +308,7 @@ def test_a_late_result_does_not_reach_the_next_attempt(server: Any) -> None:
     accepted(first, server)
     old = server.goal
     first.attempt.halt(first.now)
-    second = Attempt(server, first.ledger, "again", {}, Limits(), None, first.now)
+    second = Attempt(server, first.ledger, "again", {}, Limits(), first.now)
     assert second.poll(first.now + TICK) is None
     assert len(server.goals) == 1, "not sent while the old goal lives"
     old.on_result(5, "old result")
@@ -317,10 +322,10 @@ def test_a_late_result_does_not_reach_the_next_attempt(server: Any) -> None:
 def test_an_earlier_goal_that_never_ends_is_the_reason_given(server: Any) -> None:
     """Waiting behind an old goal is bounded by the server limit and said in words."""
     ledger = Ledger(seed=1, grace_ns=60 * S)
-    old = ledger.send(server, "old", {})
+    old = ledger.send(server, "old", {}, S)
     server.accept()
     ledger.release_goal(old, S)
-    attempt = Attempt(server, ledger, "new", {}, Limits(), None, S)
+    attempt = Attempt(server, ledger, "new", {}, Limits(), S)
     ending = attempt.poll(6 * S)
     assert ending is not None
     assert ending.outcome is Outcome.NO_SERVER

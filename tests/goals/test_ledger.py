@@ -13,7 +13,7 @@ S = 1_000_000_000
 def test_goal_ids_come_from_the_seed(server: Any) -> None:
     """The same seed gives the same UUIDs in the same order; another seed gives others."""
     ids = [
-        [ledger.send(server, "leaf", {}).id for _ in range(3)]
+        [ledger.send(server, "leaf", {}, S).id for _ in range(3)]
         for ledger in (Ledger(7, 3 * S), Ledger(7, 3 * S), Ledger(8, 3 * S))
     ]
     assert ids[0] == ids[1]
@@ -25,7 +25,7 @@ def test_goal_ids_come_from_the_seed(server: Any) -> None:
 def test_a_refused_cancel_is_asked_again_each_second(server: Any) -> None:
     """An orphan whose server refuses is not forgotten within the grace period."""
     ledger = Ledger(1, 10 * S)
-    goal = ledger.send(server, "leaf", {})
+    goal = ledger.send(server, "leaf", {}, S)
     server.accept()
     ledger.release_goal(goal, 0)
     for second in range(1, 4):
@@ -48,7 +48,7 @@ def test_a_server_is_looked_for_once_at_each_instant(server: Any) -> None:
 def test_handing_over_twice_is_the_same_as_once(server: Any) -> None:
     """One cancel request goes out."""
     ledger = Ledger(1, 3 * S)
-    goal = ledger.send(server, "leaf", {})
+    goal = ledger.send(server, "leaf", {}, S)
     server.accept()
     ledger.release_goal(goal, 0)
     ledger.release_goal(goal, S)
@@ -59,7 +59,7 @@ def test_handing_over_twice_is_the_same_as_once(server: Any) -> None:
 def test_a_goal_given_up_is_named_until_its_end_is_heard_after_all(server: Any) -> None:
     """The list of goals left behind tells the server, the goal and whose it was."""
     ledger = Ledger(1, 3 * S)
-    goal = ledger.send(server, "look around", {})
+    goal = ledger.send(server, "look around", {}, S)
     server.accept()
     ledger.release_goal(goal, 0)
     ledger.update(3 * S)
@@ -74,19 +74,19 @@ def test_a_goal_given_up_is_named_until_its_end_is_heard_after_all(server: Any) 
 def test_every_step_is_told(server: Any) -> None:
     """Sent, handed over, ended: for the trace and the report."""
     told: list[str] = []
-    ledger = Ledger(1, 3 * S, lambda what, goal: told.append(what))
-    goal = ledger.send(server, "leaf", {})
+    ledger = Ledger(1, 3 * S, lambda _, what, goal: told.append(what))
+    goal = ledger.send(server, "leaf", {}, S)
     server.accept()
     ledger.release_goal(goal, 0)
     server.cancel()
     ledger.update(0)
-    assert told == ["sent", "handed over", "ended"]
+    assert told == ["sent", "released", "ended"]
 
 
 def test_a_goal_that_is_heard_of_after_it_was_given_up_has_its_time_again(server: Any) -> None:
     """From then on, and it is named again if that passes, too."""
     ledger = Ledger(1, 3 * S)
-    goal = ledger.send(server, "leaf", {})
+    goal = ledger.send(server, "leaf", {}, S)
     ledger.release_goal(goal, 0)
     phases = []
     for moment, moves in ((3, server.accept), (20, None), (23 - 1e-9, None), (23, None)):
@@ -101,7 +101,7 @@ def test_a_goal_that_is_heard_of_after_it_was_given_up_has_its_time_again(server
 def test_a_cancel_is_asked_again_until_it_is_answered(server: Any) -> None:
     """Each second: the first may have reached a server that has died since."""
     ledger = Ledger(1, 3 * S)
-    goal = ledger.send(server, "leaf", {})
+    goal = ledger.send(server, "leaf", {}, S)
     asked = []
     ledger.release_goal(goal, 0)
     for tenth in range(31):
@@ -116,8 +116,8 @@ def test_a_cancel_is_asked_again_until_it_is_answered(server: Any) -> None:
 def test_each_goal_has_the_grace_of_its_sender(server: Any) -> None:
     """The limit of the leaf, not one for all."""
     ledger = Ledger(1, 3 * S)
-    patient = ledger.send(server, "patient", {}, grace_ns=10 * S)
-    usual = ledger.send(server, "usual", {})
+    patient = ledger.send(server, "patient", {}, S, grace_ns=10 * S)
+    usual = ledger.send(server, "usual", {}, S)
     for goal in (patient, usual):
         ledger.release_goal(goal, 0)
     ledger.update(3 * S)

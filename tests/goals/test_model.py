@@ -73,11 +73,15 @@ class Conversation(RuleBasedStateMachine):
         self.begin()
 
     def begin(self) -> None:
-        limits = Limits(server=2.0, answer=0.5, goal=4.0, silence=1.0, cancel=GRACE_S)
-        condition = lambda feedback: "met" if feedback == "met" else None  # noqa: E731
-        self.attempts.append(
-            Attempt(self.server, self.ledger, "leaf", {}, limits, condition, self.now_ns)
+        limits = Limits(
+            server=2.0,
+            answer=0.5,
+            goal=4.0,
+            silence=1.0,
+            cancel=GRACE_S,
+            condition=lambda feedback: "met" if feedback == "met" else None,
         )
+        self.attempts.append(Attempt(self.server, self.ledger, "leaf", {}, limits, self.now_ns))
 
     @property
     def attempt(self) -> Attempt:

@@ -44,7 +44,7 @@ def type_in(
     def joined(_: str = "") -> Iterator[Any]:
         yield hand
 
-    monkeypatch.setattr(graph_session, "JoinedGraphSession", joined)
+    monkeypatch.setattr(graph_session, "GraphSession", joined)
 
     def run(*arguments: str) -> Typed:
         code = main(arguments)

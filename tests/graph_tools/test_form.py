@@ -13,14 +13,13 @@ from textual.widgets import Checkbox, Input, Static
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.graph_tools.form import FormLine, GoalForm
-from bt_mission.graph_tools.goal_request import GoalOutcome
+from bt_mission.graph_tools.goal_events import GoalOutcome
+from bt_mission.graph_tools.goal_sender import GoalSender
 from bt_mission.graph_tools.interface_comments import Section
 from bt_mission.graph_tools.interface_description import (
     InterfaceDescription,
     InterfacePart,
-    describe_interface,
 )
-from bt_mission.graph_tools.sending import Sender
 from tests.support.graph import TURN
 
 Script = Callable[[GoalForm, Pilot[Any]], Awaitable[None]]
@@ -35,13 +34,10 @@ def fill_in(hand: Any) -> Callable[..., GoalForm]:
     ) -> GoalForm:
         form = GoalForm(
             hand,
-            Sender(hand, "/turn", type_name),
-            describe_interface(type_name),
-            "/turn",
+            GoalSender(hand, "/turn", type_name, server_s=5.0),
             fields,
-            server_s=5.0,
             encoding=encoding,
-            beat_s=None,  # the script beats
+            period_s=None,  # the script serves
         )
 
         async def act() -> None:
@@ -70,7 +66,7 @@ async def until(form: GoalForm, pilot: Pilot[Any], done: Callable[[], Any]) -> N
         if done():
             await pilot.pause()
             return
-        form.beat()
+        form.serve()
     raise AssertionError("it never came")
 
 
@@ -93,7 +89,7 @@ def test_a_goal_is_typed_and_sent(ros: Any, fill_in: Any) -> None:
     form = fill_in(script)
     assert (server.goal.request.angle, server.goal.request.angular_velocity) == (90.0, 0.5)
     assert form.return_value.how is GoalOutcome.SUCCEEDED
-    assert form.drain[1:] == [
+    assert form.last_words[1:] == [
         "  angle_turned  90 deg",
         "  error_code    0  (NONE)",
         "  error_msg     ''",
@@ -112,7 +108,7 @@ def test_a_field_says_what_is_wrong_while_it_is_typed(ros: Any, fill_in: Any) ->
     async def script(form: GoalForm, pilot: Pilot[Any]) -> None:
         assert note(form, 0).startswith("how far to turn; left (anticlockwise) is positive")
         await pilot.press(*"9x")
-        assert note(form, 0) == "expected a number (float32), got text '9x'"
+        assert note(form, 0) == "expected a number (float32), got string '9x'"
         await pilot.press("tab", *"[1")
         assert note(form, 1).startswith("this list is opened with '['")
         await pilot.press("ctrl+s")
@@ -126,7 +122,7 @@ def test_a_field_says_what_is_wrong_while_it_is_typed(ros: Any, fill_in: Any) ->
         await pilot.press("ctrl+s")
         assert shown(form, "#state") == "a goal is under way; Escape cancels it"
         server.goal.succeed()
-        await until(form, pilot, lambda: form.drain[0].startswith("succeeded"))
+        await until(form, pilot, lambda: form.last_words[0].startswith("succeeded"))
 
     fill_in(script)
     assert server.goal.request.angle == 9.0
@@ -166,7 +162,7 @@ def test_a_terminal_without_unicode_has_bars_in_ascii(ros: Any, fill_in: Any) ->
         await until(form, pilot, lambda: "##########.......... of 90" in _page(form))
         assert _page(form).isascii()
         server.goal.succeed()
-        await until(form, pilot, lambda: form.drain[0].startswith("succeeded"))
+        await until(form, pilot, lambda: form.last_words[0].startswith("succeeded"))
 
     fill_in(script, encoding="ascii")
 
@@ -181,16 +177,16 @@ def test_leaving_cancels_the_goal_first(ros: Any, fill_in: Any, cancels: Any) ->
         await until(form, pilot, lambda: "accepted" in shown(form, "#state"))
         await pilot.press("ctrl+q")
         if cancels is None:
-            form.beat()
+            form.serve()
             await pilot.press("ctrl+q")
         else:
             for _ in range(20):
-                form.beat()
+                form.serve()
 
     form = fill_in(script)
     assert form.return_value.how is (GoalOutcome.CANCELED if cancels else GoalOutcome.LEFT)
     if cancels is None:
-        assert "left behind: /turn goal" in form.drain[0]
+        assert "orphaned goal: /turn goal" in form.last_words[0]
 
 
 def test_a_signal_leaves_as_ctrl_q_does(ros: Any, hand: Any, fill_in: Any) -> None:
@@ -198,7 +194,7 @@ def test_a_signal_leaves_as_ctrl_q_does(ros: Any, hand: Any, fill_in: Any) -> No
 
     async def script(form: GoalForm, _: Pilot[Any]) -> None:
         hand.press_ctrl_c()
-        form.beat()
+        form.serve()
 
     assert fill_in(script).return_value is None
 
@@ -221,17 +217,20 @@ def test_truths_are_ticked(hand: Any) -> None:
     """With the space bar."""
     sent: list[Any] = []
 
+    parts = tuple(
+        InterfacePart(name, SetBool.Request, Section()) for name in ("goal", "result", "feedback")
+    )
+
     class Sender:
+        action = "/y"
+        about = InterfaceDescription("x/action/Y", "", parts)
+
         def prepare(self, fields: Any) -> Any:
             sent.append(fields)
             raise BtMissionError("enough")
 
-    parts = tuple(
-        InterfacePart(name, SetBool.Request, Section()) for name in ("goal", "result", "feedback")
-    )
-    known = InterfaceDescription("x/action/Y", "", parts)
     sender: Any = Sender()
-    form = GoalForm(hand, sender, known, "/y", {}, server_s=1.0, beat_s=None)
+    form = GoalForm(hand, sender, {}, period_s=None)
 
     async def act() -> None:
         async with form.run_test(size=(20, 10)) as pilot:

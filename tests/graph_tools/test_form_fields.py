@@ -52,7 +52,7 @@ def test_messages_without_a_short_form_are_unfolded() -> None:
     [
         (Scalar("int8", "integer", -128, 127), "7", 7, ""),
         (Scalar("int8", "integer", -128, 127), "300", None, "the number 300 is outside int8"),
-        (Scalar("int8", "integer", -128, 127), "1.5", None, "expected a whole number (int8)"),
+        (Scalar("int8", "integer", -128, 127), "1.5", None, "expected an integer (int8)"),
         (Scalar("float64", "number"), "1e3", 1000.0, ""),
         (Scalar("float64", "number"), ".nan", None, "expected a finite number"),
         (Scalar("string", "text"), "7: [", "7: [", ""),

@@ -6,45 +6,52 @@ from typing import Any
 
 import pytest
 
-from bt_mission.graph_tools.goal_request import GoalOutcome, GoalRequest
+from bt_mission.graph_tools.goal_events import (
+    CancelRefused,
+    CancelRequested,
+    FeedbackReceived,
+    GoalAccepted,
+    GoalEnded,
+    GoalEvent,
+    GoalOutcome,
+    ServerAwaited,
+)
+from bt_mission.graph_tools.goal_request import GoalRequest
 
 S = 1_000_000_000
 
 
 class Record:
-    """An audience that keeps what it is told."""
+    """Keeps what is told, in words."""
 
     def __init__(self) -> None:
         self.told: list[str] = []
 
-    def waiting(self, action: str) -> None:
-        self.told.append(f"waiting {action}")
-
-    def accepted(self, goal: Any) -> None:
-        self.told.append("accepted")
-
-    def feedback(self, message: Any, since_s: float) -> None:
-        self.told.append(f"{message} {since_s:g}")
-
-    def canceling(self, why: str) -> None:
-        self.told.append(f"canceling {why}")
-
-    def refused(self) -> None:
-        self.told.append("refused")
-
-    def ended(self, end: Any, since_s: float) -> None:
-        self.told.append(f"{end.how} {since_s:g}")
+    def tell(self, event: GoalEvent) -> None:
+        match event:
+            case ServerAwaited(action=action):
+                self.told.append(f"waiting {action}")
+            case GoalAccepted():
+                self.told.append("accepted")
+            case FeedbackReceived(message=message, since_s=since_s):
+                self.told.append(f"{message} {since_s:g}")
+            case CancelRequested(why=why):
+                self.told.append(f"canceling {why}")
+            case CancelRefused():
+                self.told.append("refused")
+            case GoalEnded(end=end, since_s=since_s):
+                self.told.append(f"{end.how} {since_s:g}")
 
 
 @pytest.fixture
 def record() -> Record:
-    """An audience."""
+    """What was told."""
     return Record()
 
 
 def opened(server: Any, record: Record, **options: Any) -> GoalRequest:
     """A goal that is not sent yet."""
-    return GoalRequest(server, {"angle": 9}, record, "seed", 0, server_s=5.0, **options)
+    return GoalRequest(server, {"angle": 9}, record.tell, server_s=5.0, **options)
 
 
 def test_a_server_that_comes_late_is_waited_for(server: Any, record: Record) -> None:
@@ -107,7 +114,7 @@ def test_a_refused_cancel_is_asked_again_each_second_until_the_grace_is_over(
             break
     assert end is not None
     assert end.how is GoalOutcome.UNCONFIRMED
-    assert end.reason.startswith("/turn refused to cancel within 10 s; left behind: /turn goal ")
+    assert end.reason.startswith("/turn refused to cancel within 10 s; orphaned goal: /turn goal ")
     assert record.told == ["accepted", "canceling because", "refused", "unconfirmed 11"]
     assert len(server.cancels) == 10
 
@@ -135,7 +142,7 @@ def test_a_server_that_never_answers(server: Any, record: Record) -> None:
     end = goal.poll(15 * S)
     assert end is not None
     assert end.how is GoalOutcome.NO_ANSWER
-    assert end.reason.startswith("/turn did not answer; left behind: /turn goal ")
+    assert end.reason.startswith("/turn did not answer; orphaned goal: /turn goal ")
     assert server.cancels == [server.goal]
     server.accept()
     assert server.cancels == [server.goal] * 2

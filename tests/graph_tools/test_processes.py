@@ -58,5 +58,5 @@ def test_by_hand_against_servers_in_other_processes(robot: Any) -> None:
         robot.kill()
         rest, _ = process.communicate(timeout=60)
         assert process.returncode == 6
-        assert "/wait has gone from the graph; left behind: /wait goal" in rest
+        assert "/wait has gone from the graph; orphaned goal: /wait goal" in rest
     assert "Traceback" not in seen + rest

@@ -112,7 +112,8 @@ def test_a_second_ctrl_c_leaves_and_names_the_goal(ros: Any, hand: Any, type_in:
     short = server.goal.id.hex()[:8]
     assert done.code == 130
     assert done.lines[-1] == (
-        f"left at once after a second Ctrl-C; left behind: /turn goal {short} of 'you' (canceling)"
+        "left at once after a second Ctrl-C; "
+        f"orphaned goal: /turn goal {short} of 'you' (canceling)"
     )
 
 
@@ -144,7 +145,7 @@ def test_a_server_that_dies_is_lost(ros: Any, hand: Any, type_in: Any) -> None:
     short = server.goal.id.hex()[:8]
     assert done.code == 6
     assert done.lines[-1] == (
-        f"/turn has gone from the graph; left behind: /turn goal {short} of 'you' (active)"
+        f"/turn has gone from the graph; orphaned goal: /turn goal {short} of 'you' (active)"
     )
 
 

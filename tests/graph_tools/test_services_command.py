@@ -29,7 +29,7 @@ def test_a_request_that_does_not_fit_is_shown_its_place(ros: Any, type_in: Any) 
     ros.client.create_service(SetBool, "switch", lambda _, response: response)
     done = type_in("services", "call", "/switch", "data: 3")
     assert done.code == 2
-    assert "request:1:7: error: expected true or false (bool), got the number 3" in done.err
+    assert "request:1:7: error: expected a boolean (bool), got the number 3" in done.err
 
 
 def test_a_service_that_is_not_there_exits_with_5(ros: Any, type_in: Any) -> None:

@@ -11,7 +11,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
 
-from bt_mission.graph_tools.listening import fitting
+from bt_mission.ros.subscriber import matching_qos
 
 BEST_EFFORT = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -56,13 +56,18 @@ def test_programs_get_whole_messages_a_line_each(ros: Any, type_in: Any) -> None
 
 def test_what_was_said_before_of_a_latched_topic_is_asked_for(ros: Any) -> None:
     """Only if every publisher is latched: a volatile one would not match such a subscription."""
+
+    def fitting(topic: str) -> QoSProfile:
+        found = ros.client.get_publishers_info_by_topic(topic)
+        return matching_qos([one.qos_profile for one in found], 1)
+
     ros.node("one").create_publisher(String, "map", LATCHED)
-    assert fitting(ros.client, "/map").durability is DurabilityPolicy.TRANSIENT_LOCAL
+    assert fitting("/map").durability is DurabilityPolicy.TRANSIENT_LOCAL
     ros.node("two").create_publisher(String, "map", BEST_EFFORT)
-    qos = fitting(ros.client, "/map")
+    qos = fitting("/map")
     assert qos.durability is DurabilityPolicy.VOLATILE
     assert qos.reliability is ReliabilityPolicy.BEST_EFFORT
-    assert fitting(ros.client, "/nobody").reliability is ReliabilityPolicy.BEST_EFFORT
+    assert fitting("/nobody").reliability is ReliabilityPolicy.BEST_EFFORT
 
 
 def test_a_publisher_that_comes_back_with_another_offer_is_heard(

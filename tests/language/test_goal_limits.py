@@ -6,7 +6,7 @@ import pytest
 
 from bt_mission.core.diagnostics import InputError
 from bt_mission.language.loader import load_text
-from bt_mission.language.nodes.steps import ActionStep
+from bt_mission.language.nodes.action import GoalNode
 from bt_mission.sessions.load import load
 
 HEAD = """\
@@ -32,7 +32,7 @@ def limits(text: str) -> list[tuple[object, ...]]:
             step.cancel_timeout,
         )
         for step in mission.tree.walk()
-        if isinstance(step, ActionStep)
+        if isinstance(step, GoalNode)
     ]
 
 
@@ -59,7 +59,7 @@ def test_a_limit_of_the_mission_is_one_for_the_warning(tmp_path):
     mission = load(path)
     assert mission.warnings == ()
     body = mission.trees["go"].body
-    assert isinstance(body, ActionStep)
+    assert isinstance(body, GoalNode)
     assert body.timeout == 9
 
 
@@ -71,7 +71,7 @@ def test_a_limit_of_the_mission_is_one_for_the_warning(tmp_path):
             "m.yaml:2:11: error: no goal is sent to 'trun' (goals are sent to: turn); did you mean",
         ),
         ("limits: {timeout: 0}", "m.yaml:2:19: error: expected seconds above 0, got the number 0"),
-        ("limits: {timeout: $x}", "m.yaml:2:19: error: expected seconds above 0, got text '$x'"),
+        ("limits: {timeout: $x}", "m.yaml:2:19: error: expected seconds above 0, got string '$x'"),
         ("limits: {time_out: 3}", "m.yaml:2:10: error: unknown key 'time_out' (valid: "),
         ("servers: {turn: 3}", "m.yaml:2:17: error: expected a mapping, got the number 3"),
     ],

@@ -99,7 +99,9 @@ def test_an_input_of_a_million_digits_is_refused():
     path.write_text("mission: m\ninputs: {n: 1}\ntree: {wait: n}\n", encoding="utf-8")
     mission, faults = examine(path, set={"n": "9" * DIGITS})
     assert mission is None
-    assert str(faults[0]).startswith("--set:1:3: error: input 'n' expects a number, got text '999")
+    assert str(faults[0]).startswith(
+        "--set:1:3: error: input 'n' expects a number, got string '999"
+    )
     assert all(len(line) < 400 for line in str(faults[0]).splitlines())
 
 

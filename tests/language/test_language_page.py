@@ -11,7 +11,7 @@ from bt_mission.language.expressions.parser import RESERVED
 from bt_mission.language.expressions.values import show
 from bt_mission.language.file import MissionFile
 from bt_mission.language.loader import load_text
-from bt_mission.language.nodes.written import KINDS
+from bt_mission.language.nodes.registry import KINDS
 from bt_mission.sessions.check import check
 from tests.support.project import ROOT
 
@@ -46,7 +46,7 @@ def test_every_kind_modifier_and_word_is_described():
     """In an example or a table."""
     code = "".join(re.findall(r"`[^`]*`|```.*?```", TEXT, re.DOTALL))
     words = set(re.findall(r"[A-Za-z_0-9]+", code))
-    modifiers = {name for model in KINDS.values() for name in model.model_fields}
+    modifiers = {name for model in KINDS.values() for name in model.keys}
     assert modifiers | set(KINDS) | set(MissionFile.model_fields) | RESERVED <= words
 
 
@@ -54,7 +54,7 @@ def test_every_kind_modifier_and_word_is_described():
 def test_every_kind_and_modifier_has_an_example(kind):
     """Someone who copies from the page finds it in use."""
     examples = "".join(EXAMPLES)
-    for name in KINDS[kind].model_fields:
+    for name in KINDS[kind].keys:
         assert re.search(rf"\b{name}:", examples), f"no example of {name}"
 
 

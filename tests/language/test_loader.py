@@ -7,16 +7,10 @@ import pytest
 from bt_mission.core.diagnostics import MOST_FAULTS, InputError
 from bt_mission.language.expressions.expression import Expression, Template, Text
 from bt_mission.language.loader import load_text
-from bt_mission.language.nodes.steps import (
-    ActionStep,
-    FallbackStep,
-    LogStep,
-    ParallelStep,
-    RepeatStep,
-    RetryStep,
-    SequenceStep,
-    WaitStep,
-)
+from bt_mission.language.nodes.action import GoalNode
+from bt_mission.language.nodes.composites import FallbackNode, ParallelNode, SequenceNode
+from bt_mission.language.nodes.decorators import RepeatNode, RetryNode
+from bt_mission.language.nodes.leaves import LogNode, WaitNode
 from bt_mission.sessions.load import load
 
 HEAD = "mission: test\ninputs: {speed: 0.2, legs: 3}\ntree:\n"
@@ -50,7 +44,7 @@ def test_the_head_of_a_mission():
         plain.seed = 1  # type: ignore[misc]
 
 
-@pytest.mark.parametrize(("kind", "step"), [("sequence", SequenceStep), ("fallback", FallbackStep)])
+@pytest.mark.parametrize(("kind", "step"), [("sequence", SequenceNode), ("fallback", FallbackNode)])
 def test_sequences_and_fallbacks(kind, step):
     """Children in order; memory unless said otherwise."""
     found = tree(f"{kind}:\n  - wait: 1\n  - wait: 2\nmemory: false\nname: both")
@@ -64,7 +58,7 @@ def test_sequences_and_fallbacks(kind, step):
 def test_parallel():
     """All must succeed, unless any will do."""
     found = tree("parallel: [{wait: 1}, {wait: 2}]\nsucceed_when: any")
-    assert isinstance(found, ParallelStep)
+    assert isinstance(found, ParallelNode)
     assert (len(found.children), found.succeed_when) == (2, "any")
     assert tree("parallel: [{wait: 1}]").succeed_when == "all"
 
@@ -72,13 +66,13 @@ def test_parallel():
 def test_repeat_and_retry():
     """Numbers may be expressions; a retry pauses only when told to."""
     found = tree("repeat: {count: $legs}\ndo: {wait: 1}")
-    assert isinstance(found, RepeatStep)
-    assert found.count == Expression("$legs")
-    assert isinstance(found.child, WaitStep)
+    assert isinstance(found, RepeatNode)
+    assert found.settings.count == Expression("$legs")
+    assert isinstance(found.child, WaitNode)
     again = tree("retry: {attempts: 3, pause: 2.0}\ndo: {wait: 1}")
-    assert isinstance(again, RetryStep)
-    assert (again.attempts, again.pause) == (3, 2.0)
-    assert tree("retry: {attempts: 3}\ndo: {wait: 1}").pause == 0.0
+    assert isinstance(again, RetryNode)
+    assert (again.settings.attempts, again.settings.pause) == (3, 2.0)
+    assert tree("retry: {attempts: 3}\ndo: {wait: 1}").settings.pause == 0.0
 
 
 def test_wait_and_log():
@@ -86,7 +80,7 @@ def test_wait_and_log():
     assert tree("wait: 0.5").seconds == 0.5
     assert tree("wait: 2 * speed").seconds == Expression("2 * speed")
     found = tree("log: at $speed m/s")
-    assert isinstance(found, LogStep)
+    assert isinstance(found, LogNode)
     assert found.message == Template("at $speed m/s")
 
 
@@ -96,19 +90,14 @@ def test_an_action_by_its_short_name():
         "turn: {angle: $legs * 30}\nname: around\ntimeout: 30\ncancel_when: current_angle > 9\n"
         "on_cancel: success\noutputs: {angle_turned: turned}\nsilence_timeout: 1"
     )
-    assert found == ActionStep(
-        name="around",
-        line=4,
-        column=3,
-        action="turn",
-        type="bt_mission_interfaces/action/Turn",
-        goal={"angle": Text("$legs * 30")},
-        timeout=30,
-        cancel_when=Expression("current_angle > 9"),
-        on_cancel="success",
-        outputs={"angle_turned": "turned"},
-        silence_timeout=1,
-    )
+    assert isinstance(found, GoalNode)
+    assert (found.kind, found.name, found.line, found.column) == ("action", "around", 4, 3)
+    assert (found.ros_name, found.type) == ("turn", "bt_mission_interfaces/action/Turn")
+    assert found.sent == {"angle": Text("$legs * 30")}
+    assert (found.timeout, found.silence_timeout) == (30, 1)
+    assert (found.cancel_when, found.on_cancel) == (Expression("current_angle > 9"), "success")
+    assert found.outputs == {"angle_turned": "turned"}
+    assert (found.server_timeout, found.answer_timeout, found.cancel_timeout) == (5.0, 2.0, 3.0)
 
 
 def test_limits_of_an_action_have_defaults():
@@ -126,9 +115,9 @@ def test_an_action_by_name_and_type():
         "action:\n  name: dock/run\n  type: my_robot/action/Dock\n"
         "  goal: {pose: {x: 1, tags: [a, $speed]}}"
     )
-    assert (found.action, found.type) == ("dock/run", "my_robot/action/Dock")
-    assert found.goal == {"pose": {"x": 1, "tags": (Text("a"), Text("$speed"))}}
-    assert tree("action: {name: /go, type: my_robot/action/Go}").goal == {}
+    assert (found.ros_name, found.type) == ("dock/run", "my_robot/action/Dock")
+    assert found.sent == {"pose": {"x": 1, "tags": (Text("a"), Text("$speed"))}}
+    assert tree("action: {name: /go, type: my_robot/action/Go}").sent == {}
 
 
 def test_steps_know_where_they_stand():
@@ -146,7 +135,7 @@ def test_aliases_are_a_way_to_say_the_same_twice():
     """Both uses become steps."""
     found = tree("sequence:\n  - &once {turn: {angle: 90}, timeout: 9}\n  - *once")
     first, second = found.children
-    assert first.goal == second.goal == {"angle": 90}
+    assert first.sent == second.sent == {"angle": 90}
 
 
 def test_a_file_is_loaded_by_its_path(tmp_path):
@@ -174,7 +163,7 @@ def test_the_command_line_has_the_last_word():
 def test_an_input_from_outside_is_checked_where_it_is_used():
     """The mission is checked as it will run."""
     text = HEAD + "  repeat: {count: $legs}\n  do: {wait: $speed}"
-    message = "expected a whole number of at least 1, got the number 0"
+    message = "expected an integer of at least 1, got the number 0"
     assert messages(text, set={"legs": "0"}) == [(4, message)]
 
 
@@ -196,7 +185,7 @@ def test_outputs_of_a_node_with_a_fault_still_have_a_writer():
         "    - log: $a $b $c\n"
     )
     assert [line for line, _ in found] == [4, 7, 9]
-    assert found[2][1].startswith("'$c' is written by nothing (known here: a, b)")
+    assert found[2][1].startswith("'$c' is an undefined variable (defined: a, b)")
 
 
 def test_after_many_faults_no_more_are_looked_for():

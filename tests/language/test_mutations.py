@@ -10,7 +10,8 @@ from bt_mission.core.diagnostics import InputError
 from bt_mission.core.yaml.document import read_text
 from bt_mission.language.expressions.expression import names_in, resolve
 from bt_mission.language.loader import draft, load_text
-from bt_mission.language.nodes.steps import ActionStep, ServiceStep
+from bt_mission.language.nodes.action import GoalNode
+from bt_mission.language.nodes.interfaces import ServiceNode
 from bt_mission.ros.interface_types import action_type, fill, service_type
 from bt_mission.sessions.check import check
 from tests.support.project import ROOT
@@ -81,9 +82,9 @@ def constant_goals_can_be_sent(text):
     """What the check lets pass does not fail for a reason that it could have seen."""
     mission = load_text(text)
     for step in mission.tree.walk():
-        if isinstance(step, ActionStep) and names_in(step.goal) <= mission.inputs.keys():
-            goal = resolve(step.goal, mission.inputs, random.Random(0))
+        if isinstance(step, GoalNode) and names_in(step.sent) <= mission.inputs.keys():
+            goal = resolve(step.sent, mission.inputs, random.Random(0))
             fill(action_type(step.type).Goal(), goal)
-        if isinstance(step, ServiceStep) and names_in(step.request) <= mission.inputs.keys():
-            request = resolve(step.request, mission.inputs, random.Random(0))
+        if isinstance(step, ServiceNode) and names_in(step.sent) <= mission.inputs.keys():
+            request = resolve(step.sent, mission.inputs, random.Random(0))
             fill(service_type(step.type).Request(), request)

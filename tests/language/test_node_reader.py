@@ -2,10 +2,11 @@
 
 import pytest
 
+from bt_mission.core.diagnostics import in_order
 from bt_mission.core.yaml.document import read_text
 from bt_mission.language.node_reader import NodeReader
-from bt_mission.language.nodes.steps import SequenceStep
-from bt_mission.language.nodes.written import KINDS
+from bt_mission.language.nodes.composites import SequenceNode
+from bt_mission.language.nodes.registry import KINDS
 
 
 def read_node(text):
@@ -18,7 +19,7 @@ def read_node(text):
 @pytest.mark.parametrize(
     ("text", "message", "hint"),
     [
-        ("wait", "expected a node such as 'wait: 2.0', got text 'wait'", "write 'wait: ...'"),
+        ("wait", "expected a node such as 'wait: 2.0', got string 'wait'", "write 'wait: ...'"),
         ("[wait]", "expected a node such as 'wait: 2.0', got a list of 1", None),
         ("{}", "expected a node such as 'wait: 2.0', got an empty mapping", None),
         (
@@ -28,12 +29,12 @@ def read_node(text):
         ),
         (
             "{name: x, trun: {}}",
-            f"no kind of node is called 'trun' (kinds: {', '.join(KINDS)})",
+            f"unknown node type 'trun' (types: {', '.join(KINDS)})",
             "did you mean 'turn'?",
         ),
         (
             "{name: x}",
-            f"no kind of node is called 'name' (kinds: {', '.join(KINDS)})",
+            f"unknown node type 'name' (types: {', '.join(KINDS)})",
             None,
         ),
         (
@@ -49,8 +50,8 @@ def read_node(text):
         ("{turn: {}, timeout: }", "expected seconds above 0, got nothing", None),
         ("{turn: {}, timeout: [1]}", "expected seconds above 0, got a list of 1", None),
         ("{turn: {}, timeout: true}", "expected seconds above 0, got true", None),
-        ("{log: 5}", "expected a text, got the number 5", None),
-        ("{wait: 1, name: 5}", "expected a text, got the number 5", None),
+        ("{log: 5}", "expected a string, got the number 5", None),
+        ("{wait: 1, name: 5}", "expected a string, got the number 5", None),
         (
             "{turn: {}, cancel_when: true}",
             "expected a condition such as 'current_image >= 5', got true",
@@ -58,12 +59,12 @@ def read_node(text):
         ),
         (
             "{turn: {}, server_timeout: $limit}",
-            "expected seconds above 0, got text '$limit'",
+            "expected seconds above 0, got string '$limit'",
             None,
         ),
         (
             "{turn: {}, outputs: {angle turned: x}}",
-            "expected the name of a result field, got text 'angle turned'",
+            "expected the name of a result field, got string 'angle turned'",
             None,
         ),
         (
@@ -89,7 +90,7 @@ def read_node(text):
         ("{turn: {angle: }}", "expected a value, got nothing", None),
         (
             "{action: {name: /go/, type: a/action/B}}",
-            "expected the name of an action such as /turn, got text '/go/'",
+            "expected the name of an action such as /turn, got string '/go/'",
             None,
         ),
     ],
@@ -104,7 +105,7 @@ def test_sound_parts_of_a_node_are_kept():
     """A bad timeout does not hide the goal; a bad field does not hide the others."""
     reader, step = read_node("{turn: {angle: 9, angular_velocity: }, timeout: -1, name: x}")
     assert len(reader.faults) == 2
-    assert (step.goal, step.timeout, step.name) == ({"angle": 9}, None, "x")
+    assert (step.sent, step.timeout, step.name) == ({"angle": 9}, None, "x")
 
 
 def test_a_service_and_a_wait_for_a_message_are_steps_of_their_own():
@@ -113,24 +114,24 @@ def test_a_service_and_a_wait_for_a_message_are_steps_of_their_own():
         "{service: {name: stop, type: std_srvs/srv/Trigger}, outputs: {message: said}}"
     )
     assert reader.faults == []
-    assert (step.kind, step.service, step.request) == ("service", "stop", {})
+    assert (step.kind, step.ros_name, step.sent) == ("service", "stop", {})
     assert (step.timeout, step.server_timeout, step.outputs) == (5.0, 5.0, {"message": "said"})
     reader, step = read_node(
         "{wait_for: {topic: odom, type: nav_msgs/msg/Odometry, until: x > 1}, timeout: 2 * n}"
     )
     assert reader.faults == []
-    assert (step.kind, step.topic, step.until.text) == ("wait_for", "odom", "x > 1")
+    assert (step.kind, step.ros_name, step.condition.text) == ("wait_for", "odom", "x > 1")
     assert step.timeout.text == "2 * n"
 
 
 def test_what_is_below_a_node_that_cannot_be_kept_is_read_all_the_same():
     """A repeat without a count still has a child with faults."""
     reader, step = read_node("{repeat: {}, do: {sequence: [{wait: 1}, {wait: -1}]}}")
-    assert [fault.message for fault in reader.faults] == [
+    assert [fault.message for fault in in_order(reader.faults)] == [
         "'count' is missing",
         "expected seconds, 0 or more, got the number -1",
     ]
-    assert isinstance(step, SequenceStep)
+    assert isinstance(step, SequenceNode)
 
 
 def test_outputs_of_nodes_with_faults_are_remembered():

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from bt_mission.language.nodes.steps import ActionStep
+from bt_mission.language.nodes.action import GoalNode
 from bt_mission.sessions.check import examine
 from tests.support.project import ROOT
 
@@ -47,14 +47,14 @@ def test_inputs_can_be_set(name, given):
 def test_explore_bounds_every_leg_and_turns_away():
     """Images, distance, and the sign of the turn are in the mission, not in code."""
     sweep, drive, turn = (
-        step for step in mission_of("explore").tree.walk() if isinstance(step, ActionStep)
+        step for step in mission_of("explore").tree.walk() if isinstance(step, GoalNode)
     )
     assert sweep.cancel_when is not None
     assert sweep.cancel_when.text == "current_image >= 5"
     assert drive.cancel_when is not None
     assert drive.cancel_when.text == "current_distance_travelled > 2.0"
     assert (sweep.on_cancel, drive.on_cancel) == ("success", "success")
-    angle: Any = turn.goal["angle"]
+    angle: Any = turn.sent["angle"]
     for seed in range(20):
         away = angle.expression.evaluate({"obstacle": 5.0}, random.Random(seed))
         assert -120 <= away <= -60

@@ -165,7 +165,7 @@ def test_a_tree_that_nobody_uses_is_warned_of_in_the_mission_alone(tmp_path):
         "the tree 'idle' is never used"
     ]
     write(tmp_path, lib=LIBRARY + extra)
-    assert "'$y' is written by nothing" in refusal(path)
+    assert "'$y' is an undefined variable" in refusal(path)
 
 
 def test_outputs_tell_their_types_to_the_caller():
@@ -174,7 +174,7 @@ def test_outputs_tell_their_types_to_the_caller():
         "mission: m\ntrees:\n  say:\n    outputs: {word: text}\n    do: {set: {word: \"'hi'\"}}\n"
     )
     tree = "tree:\n  sequence:\n    - {tree: say, outputs: {word: w}}\n    - wait: $w\n"
-    with pytest.raises(InputError, match="expected a number, got a text"):
+    with pytest.raises(InputError, match="expected a number, got a string"):
         load_text(head + tree)
 
 
@@ -187,7 +187,7 @@ def test_a_written_output_must_have_its_type():
     with pytest.raises(InputError) as caught:
         load_text(text)
     assert str(caught.value).splitlines()[0] == (
-        "<text>:4:15: error: 'word' is written as a whole number, not as a text"
+        "<text>:4:15: error: 'word' is written as an integer, not as a string"
     )
 
 

@@ -195,7 +195,7 @@ def test_an_aborted_goal_is_no_success(ros: Any) -> None:
         turn.goal.end(status)
         ros.until(lambda node=node: node.executive.is_done)
         endings[status] = node.executive.state
-        ros.drop(node)
+        ros.drop(node.node)
     assert endings == {0: "failure", 4: "success", 5: "failure", 6: "failure", 77: "failure"}
 
 

@@ -1,11 +1,14 @@
-"""What the log of a recording says of a run."""
+"""What a recording holds of a run besides topics: its log, progress, goals, variables."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
+from itertools import pairwise
 from typing import Any
 
 from bt_mission.recording.contents import INFO, WARN, log_line
+from tests.support.recorded_runs import Recorded, heard_by_others
 
 
 def said(event: str, **fields: Any) -> tuple[int, str] | None:
@@ -19,3 +22,53 @@ def test_what_happens_between_two_ticks_is_said() -> None:
     assert said("resumed") == (INFO, "resumed")
     assert said("clock", jump=-9.5) == (WARN, "the ROS clock was set back by 9.5 s")
     assert said("clock", jump=100.0) == (WARN, "the ROS clock skipped 100 s")
+
+
+def details(run: Recorded) -> list[Any]:
+    """The messages, as another reader has them."""
+    return [one for one in heard_by_others(run.path) if one.topic == "/bt_mission/details"]
+
+
+def test_progress_is_told_twice_a_second_and_when_something_happens(
+    record: Callable[..., Recorded],
+) -> None:
+    """By the mission's clock."""
+    heard = details(record())
+    times = [one.time_ns for one in heard]
+    assert all(0 <= after - before <= 550_000_000 for before, after in pairwise(times))
+    values = [node.value for one in heard for node in one.message.running if node.limit == 30]
+    assert len(values) > 5
+
+
+def test_the_first_message_has_everything(record: Callable[..., Recorded]) -> None:
+    """Later ones have what has changed."""
+    heard = details(
+        record(
+            text="mission: m\nworld: empty_arena\ninputs: {a: 1, b: two}\n"
+            "tree:\n  sequence: [{set: {c: 2}}, {wait: 3}]\n"
+        )
+    )
+    found = [[(one.name, one.value) for one in each.message.variables] for each in heard]
+    assert ("b", '"two"') in found[0]
+    assert sum(("b", '"two"') in one for one in found) == 1
+
+
+def test_goals_are_told_with_each_state(record: Callable[..., Recorded]) -> None:
+    """Until they have ended."""
+    heard = details(record())
+    states: dict[str, list[str]] = {}
+    for one in heard:
+        for goal in one.message.goals:
+            states.setdefault(goal.owner, []).append(goal.state)
+    assert [found[-1] for found in states.values()] == ["succeeded", "succeeded"]
+    assert "active" in states["back"]
+
+
+def test_a_closed_recorder_hears_no_more(record: Callable[..., Recorded]) -> None:
+    """The mission has the listeners that it had before."""
+    run = record(steps=20)
+    executive = run.stage.executive
+    before = len(executive.listeners), len(executive.goal_listeners)
+    run.recorder.close()
+    after = len(executive.listeners), len(executive.goal_listeners)
+    assert after == (before[0] - 1, before[1] - 1)

@@ -12,8 +12,9 @@ import pytest
 from mcap.writer import Writer
 from py_trees.common import Status
 
-from bt_mission.recording.model import RecordedRun
-from bt_mission.recording.reader import read_run
+from bt_mission.events.messages import NodeStatus
+from bt_mission.recording.model import RecordedRun, Span
+from bt_mission.recording.reader import read_run, spans_of
 from bt_mission.recording.reading import RecordingError
 
 S = 1_000_000_000
@@ -63,18 +64,28 @@ def test_what_it_was_and_came_to(recorded: tuple[RecordedRun, Any]) -> None:
     assert run.versions["mujoco"].startswith("4.")
 
 
+def statuses_at(run: RecordedRun, time_ns: int) -> list[str]:
+    """The status of each node at a time; empty for one that has not run yet."""
+    statuses = []
+    for spans in run.spans:
+        begun = [span for span in spans if span.start_ns <= time_ns]
+        has_ended = begun and begun[-1].end_ns <= time_ns
+        statuses.append((begun[-1].status if has_ended else "running") if begun else "")
+    return statuses
+
+
 def test_the_tree_and_its_statuses(recorded: tuple[RecordedRun, Any]) -> None:
     """At the end, and at every instant in between."""
     run, made = recorded
     nodes = made.stage.executive.nodes
     assert [node.name for node in run.tree] == [node.name for node in nodes]
     names = {"INVALID": "halted", "RUNNING": "running", "SUCCESS": "success", "FAILURE": "failure"}
-    for status, node in zip(run.statuses_at(run.end_ns), nodes, strict=True):
+    for status, node in zip(statuses_at(run, run.end_ns), nodes, strict=True):
         # A node that its parent resets after it has ended says no more.
         assert node.status is Status.INVALID or status == names[node.status.value]
     by_name = {node.name: number for number, node in enumerate(run.tree)}
-    assert run.statuses_at(S) == [""] * len(nodes)
-    later = run.statuses_at(3 * S)
+    assert statuses_at(run, S) == [""] * len(nodes)
+    later = statuses_at(run, 3 * S)
     assert later[by_name["cut short"]] == "success"
     assert later[by_name["drive"]] == "running"
     drive = run.spans[by_name["drive"]]
@@ -106,8 +117,12 @@ def test_goals_and_their_lives(recorded: tuple[RecordedRun, Any]) -> None:
     times = [time_ns for time_ns, _ in halted.feedback]
     assert times == sorted(times)
     assert halted.feedback[-1][1]["current_distance_travelled"] > 0.3
-    assert run.goals_at(2 * S) == [halted]
-    assert run.goals_at(run.end_ns) == []
+    assert [
+        goal
+        for goal in run.goals
+        if (goal.sent_ns or 0) <= 2 * S < (run.end_ns if goal.end_ns is None else goal.end_ns)
+    ] == [halted]
+    assert None not in [goal.end_ns for goal in run.goals]
 
 
 def test_where_it_was(recorded: tuple[RecordedRun, Any]) -> None:
@@ -126,9 +141,8 @@ def test_what_it_saw(recorded: tuple[RecordedRun, Any]) -> None:
     """The points of a scan, put where the robot was, lie on the walls of the map."""
     run, _ = recorded
     assert run.grid is not None
-    scan = run.scan_at(4 * S)
+    scan = [one for one in run.scans if one.time_ns <= 4 * S][-1]
     pose = run.truth.at(4 * S)
-    assert scan is not None
     assert pose is not None
     cos, sin = np.cos(pose[2]), np.sin(pose[2])
     x = pose[0] + cos * scan.points[:, 0] - sin * scan.points[:, 1]
@@ -141,7 +155,7 @@ def test_what_it_saw(recorded: tuple[RecordedRun, Any]) -> None:
     ]
     assert np.mean(np.array(near) == 100) > 0.95
     assert 0.3 < scan.clearance < 3.5
-    assert run.scan_at(0) is None
+    assert run.scans[0].time_ns > 0
 
 
 def test_what_was_said(recorded: tuple[RecordedRun, Any]) -> None:
@@ -166,3 +180,26 @@ def test_a_recording_of_something_else_is_refused(tmp_path: Path) -> None:
         RecordingError, match=r"no run of a mission .*\(topics here: /a, /b, .*\.\.\."
     ):
         read_run(path)
+
+
+def test_a_node_runs_from_its_start_to_its_end() -> None:
+    """Again and again; one that ends at once has run for no time."""
+    changes = [
+        (1, NodeStatus(0, Status.RUNNING, "")),
+        (1, NodeStatus(1, Status.SUCCESS, "at once")),
+        (3, NodeStatus(1, Status.RUNNING, "go")),
+        (5, NodeStatus(1, Status.INVALID, "")),
+        (6, NodeStatus(0, Status.FAILURE, "no")),
+    ]
+    assert spans_of(3, changes, 9) == (
+        (Span(1, 6, "failure", "no"),),
+        (Span(1, 1, "success", "at once"), Span(3, 5, "halted", "")),
+        (),
+    )
+
+
+def test_a_node_that_has_not_ended_runs_to_the_end_of_the_recording() -> None:
+    """And says what it said when it started."""
+    assert spans_of(1, [(2, NodeStatus(0, Status.RUNNING, "go"))], 9) == (
+        (Span(2, 9, "running", "go"),),
+    )

@@ -219,7 +219,7 @@ def test_a_closed_recorder_leaves_no_trace(record: Callable[..., Any]) -> None:
     before = run.recorder.file.messages
     run.recorder.close()
     assert not run.stage.trace.listeners
-    assert not run.stage.node.overhear
+    assert not run.stage.runner.exchange_listeners
     while not run.stage.is_done:
         run.stage.step()
     assert run.recorder.file.messages == before

@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 from bt_mission_interfaces.msg import MissionDetails, MissionLog
 
-from bt_mission.ros import detail_topics, mission_details
-from bt_mission.ros.detail_topics import DETAILS, LOG
+from bt_mission.ros import mission_details, status_publisher
 from bt_mission.ros.mission_details import KEPT_GOALS, as_json
+from bt_mission.ros.status_publisher import DETAILS, LOG
 
 TURN = """\
 mission: m
@@ -30,7 +30,7 @@ tree:
 @pytest.fixture
 def heard(ros: Any, monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     """What the details carry: one message for each tick."""
-    monkeypatch.setattr(detail_topics, "EVERY_S", 0.0)
+    monkeypatch.setattr(status_publisher, "DETAILS_PERIOD_S", 0.0)
     heard: list[Any] = []
     ros.client.create_subscription(MissionDetails, "/bt_mission/details", heard.append, DETAILS)
     return heard
@@ -115,11 +115,11 @@ def test_breakpoints_are_told(ros: Any, heard: list[Any]):
 
 def test_nothing_is_made_up_for_nobody(ros: Any, monkeypatch: pytest.MonkeyPatch):
     """Without a subscription there is no message, and no line of the log."""
-    monkeypatch.setattr(detail_topics, "EVERY_S", 0.0)
+    monkeypatch.setattr(status_publisher, "DETAILS_PERIOD_S", 0.0)
     made: list[str] = []
     ros.mission("mission: m\ntree:\n  sequence: [{log: hello}, {wait: 5}]\n", has_controls=True)
     for place, name in (
-        (detail_topics, "MissionLog"),
+        (status_publisher, "MissionLog"),
         (mission_details, "MissionDetails"),
         (mission_details, "NodeProgress"),
         (mission_details, "Variable"),
@@ -131,7 +131,7 @@ def test_nothing_is_made_up_for_nobody(ros: Any, monkeypatch: pytest.MonkeyPatch
 
 def test_wall_time_paces_the_details(ros: Any, heard: list[Any], monkeypatch: pytest.MonkeyPatch):
     """However fast virtual time runs: only a new state of the mission does not wait."""
-    monkeypatch.setattr(detail_topics, "EVERY_S", 3600.0)
+    monkeypatch.setattr(status_publisher, "DETAILS_PERIOD_S", 3600.0)
     node = ros.mission("mission: m\ntree:\n  wait: 60\n", has_controls=True)
     ros.run(30.0)
     assert len(heard) == 1

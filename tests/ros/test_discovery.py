@@ -5,14 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from bt_mission_interfaces.msg import MissionState
+from bt_mission_interfaces import msg
 from nav_msgs.msg import OccupancyGrid
 from py_trees.common import Status
 from rclpy.type_hash import TypeHash
 from sensor_msgs.msg import BatteryState
 
 from bt_mission.events import messages
-from bt_mission.events.mission_state import WatchedMission
+from bt_mission.events.mission_state import MissionState
 from bt_mission.events.source import ControlRequest, ControlResponse, Verb
 from bt_mission.ros.discovery import ExecutiveDirectory
 from bt_mission.ros.mission_client import LATCHED, MissionClient
@@ -26,11 +26,11 @@ class Watcher:
 
     def __init__(self, ros: Any, name: str = "/bt_mission") -> None:
         self.link = MissionClient(ros.client, name)
-        self.mission = WatchedMission()
+        self.mission = MissionState()
         self.answers: list[ControlResponse] = []
         self.robot: list[messages.Robot] = []
 
-    def look(self) -> WatchedMission:
+    def look(self) -> MissionState:
         """Take what has come."""
         heard = self.link.take(needs_statuses=self.mission.needs_statuses)
         for message in heard.messages:
@@ -147,7 +147,7 @@ def test_executives_are_found_by_what_they_publish(monkeypatch: pytest.MonkeyPat
     with ExecutiveDirectory() as observer:
 
         def publish(name: str) -> None:
-            observer._node.create_publisher(MissionState, f"{name}/state", LATCHED)
+            observer._node.create_publisher(msg.MissionState, f"{name}/state", LATCHED)
 
         def find() -> dict[str, str]:
             return {one.name: one.fault for one in observer.find()}

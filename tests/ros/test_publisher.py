@@ -28,16 +28,18 @@ def test_a_message_reaches_whoever_listens(graph: Any) -> None:
 
 def test_a_recorder_does_not_count_as_a_reader(graph: Any) -> None:
     """A mission that waits for somebody to listen waits on while it is recorded."""
-    writer = TopicPublisher(graph.node("mission"), "lamp", "std_msgs/msg/Bool")
+    node = graph.node("mission")
+    writer = TopicPublisher(node, "lamp", "std_msgs/msg/Bool")
+    (publisher,) = (one for one in node.publishers if one.topic_name == writer.name)
     graph.node(RECORDER).create_subscription(Bool, "lamp", lambda _: None, 10)
-    graph.settle(lambda: writer._publisher.get_subscription_count() == 1)
+    graph.settle(lambda: publisher.get_subscription_count() == 1)
     assert writer.count_readers() == 0
 
 
 def test_a_value_that_does_not_fit_is_refused(graph: Any) -> None:
     """Before anything is sent."""
     writer = TopicPublisher(graph.node("mission"), "lamp", "std_msgs/msg/Bool")
-    with pytest.raises(FillError, match="expected true or false"):
+    with pytest.raises(FillError, match="expected a boolean"):
         writer.prepare({"data": 3})
 
 

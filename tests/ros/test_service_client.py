@@ -73,7 +73,7 @@ def test_a_service_of_another_type_is_refused(graph: Any) -> None:
 def test_what_does_not_fit_is_refused_before_the_call(graph: Any) -> None:
     """Values by field, and types by name."""
     node = graph.node("client")
-    with pytest.raises(FillError, match="data: expected true or false"):
+    with pytest.raises(FillError, match="data: expected a boolean"):
         RosServiceClient(node, "ask", "std_srvs/srv/SetBool").prepare({"data": 1})
     with pytest.raises(UnknownType, match="std_srvs/srv/Sat is not installed"):
         RosServiceClient(node, "ask", "std_srvs/srv/Sat")

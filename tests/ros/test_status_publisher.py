@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from bt_mission.ros.status_publisher import StatusFeed
+from bt_mission.ros.status_publisher import StatusPublisher
 
 ONE = "mission: m\ntree: {wait: 1}\n"
 
@@ -18,13 +18,13 @@ def test_who_comes_late_is_told_the_tree_and_where_it_stands(ros: Any) -> None:
     def take_first(what: str, message: Any) -> None:
         first.append((what, message))
 
-    node.status.add(take_first)
+    node.status_publisher.add(take_first)
     ros.run(0.5)
     assert [what for what, _ in first] == ["tree", "changes", "state"]
-    node.status.add(lambda what, message: second.append((what, message)))
+    node.status_publisher.add(lambda what, message: second.append((what, message)))
     assert [what for what, _ in second] == ["tree", "state"]
     assert second[0][1].nodes == first[0][1].nodes
-    node.status.remove(take_first)
+    node.status_publisher.remove(take_first)
     ros.until(lambda: node.executive.is_done)
     assert len(first) == 3
     assert [what for what, _ in second[2:]] == ["changes", "state"]
@@ -34,6 +34,6 @@ def test_who_comes_late_is_told_the_tree_and_where_it_stands(ros: Any) -> None:
 def test_nothing_is_made_for_nobody(ros: Any) -> None:
     """Not even a sequence number."""
     node = ros.mission(ONE)
-    assert isinstance(node.status, StatusFeed)
+    assert isinstance(node.status_publisher, StatusPublisher)
     ros.until(lambda: node.executive.is_done)
-    assert node.status.sequence == 0
+    assert node.status_publisher.sequence == 0

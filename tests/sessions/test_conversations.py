@@ -28,7 +28,7 @@ def test_a_topic_ends_a_drive(stage: Any) -> None:
     )
     run.until_done()
     assert (run.status, run.stage.executive.goals_left_behind) == ("success", ())
-    x = run.stage.node.scope.values["x"]
+    x = run.stage.runner.scope.values["x"]
     assert 0.5 < x < 0.52, "the first message beyond it: 0.2 m/s at 20 Hz"
     assert run.pose[0] == pytest.approx(x, abs=0.06)
 
@@ -84,7 +84,7 @@ def test_waits_and_calls_repeat_bit_for_bit(stage: Any) -> None:
         )
         run.until_done()
         assert run.status == "success"
-        hashes.append((run.stage.trace.sha256, run.stage.node.scope.values["rate"]))
+        hashes.append((run.stage.trace.sha256, run.stage.runner.scope.values["rate"]))
     assert hashes[0] == hashes[1]
 
 

@@ -12,8 +12,8 @@ from typing import Any
 import pytest
 
 from bt_mission.language.loader import load_text
-from bt_mission.sessions.fleet import FleetRobot, FleetStage
-from bt_mission.sessions.stage import StageError
+from bt_mission.sessions.stage import Stage, StageError
+from bt_mission.sessions.stage_robot import FleetRobot, StageOptions
 
 LIMIT_NS = 300_000_000_000
 
@@ -37,7 +37,7 @@ tree:
         timeout: 30
 """
 
-Make = Callable[..., FleetStage]
+Make = Callable[..., Stage]
 
 
 @pytest.fixture
@@ -45,9 +45,15 @@ def fleet(tmp_path: Path) -> Iterator[Make]:
     """Put robots into one world: ``fleet(Member(...), Member(...))``."""
     with ExitStack() as stages:
 
-        def start(*members: FleetRobot, world: str = "dqn_stage1") -> FleetStage:
+        def start(*members: FleetRobot, world: str = "dqn_stage1") -> Stage:
             stages.close()
-            return stages.enter_context(FleetStage(world, members, seed=3, image_folder=tmp_path))
+            return stages.enter_context(
+                Stage(
+                    robots=members,
+                    image_folder=tmp_path,
+                    options=StageOptions(world=world, seed=3),
+                )
+            )
 
         yield start
 
@@ -65,7 +71,7 @@ def two() -> tuple[FleetRobot, FleetRobot]:
     )
 
 
-def finished(stage: FleetStage) -> FleetStage:
+def finished(stage: Stage) -> Stage:
     """Step to the end."""
     while not stage.is_done:
         assert stage.now_ns < LIMIT_NS, "the missions do not end"
@@ -76,11 +82,11 @@ def finished(stage: FleetStage) -> FleetStage:
 def test_two_robots_run_two_missions_at_once(fleet):
     """Both succeed, no goal is left behind, and nothing is touched."""
     stage = finished(fleet(*two()))
-    for ride in stage.rides:
-        assert (str(ride.executive.status), ride.executive.reason) == ("success", "")
-        assert ride.executive.goals_sent == 4
-        assert ride.executive.goals_left_behind == ()
-        assert ride.robot.distance_travelled > 1.0
+    for run in stage.runs:
+        assert (str(run.executive.status), run.executive.reason) == ("success", "")
+        assert run.executive.goals_sent == 4
+        assert run.executive.goals_left_behind == ()
+        assert run.robot.distance_travelled > 1.0
     assert stage.collisions == 0
 
 
@@ -122,7 +128,7 @@ def test_two_runs_of_a_fleet_are_the_same(fleet):
 
     def run() -> list[Any]:
         stage = finished(fleet(*two()))
-        return [(ride.trace.sha256, ride.robot.pose) for ride in stage.rides]
+        return [(run.trace.sha256, run.robot.pose) for run in stage.runs]
 
     first = run()
     assert run() == first

@@ -10,7 +10,7 @@ from bt_mission_interfaces.action import ExecuteMission
 from bt_mission_interfaces.msg import MissionState
 from rclpy.action import ActionClient
 
-from bt_mission.ros.status_topics import LATCHED
+from bt_mission.ros.status_publisher import LATCHED
 
 TURN = "mission: m\ninputs: {angle: 90}\ntree:\n  turn: {angle: $angle}\n  timeout: 60\n"
 STATUS = {
@@ -105,7 +105,7 @@ def test_a_mission_that_fails_says_where(ros: Any, send: Any) -> None:
         ({"path": "no_such_mission"}, "no such mission"),
         ({}, "one of them, not both"),
         ({"text": TURN, "path": "explore"}, "one of them, not both"),
-        ({"text": TURN, "seed": -2}, "seed: expected a whole number from 0"),
+        ({"text": TURN, "seed": -2}, "seed: expected an integer from 0"),
         ({"text": TURN, "inputs": ["angle"]}, "inputs: expected NAME=VALUE, got 'angle'"),
         ({"text": TURN, "inputs": ["angel=3"]}, "no input 'angel'"),
     ],

@@ -11,7 +11,7 @@ import rclpy
 from rclpy.action import get_action_names_and_types
 from rclpy.context import Context
 
-from action_servers.server.node import ServersNode
+from action_servers.server.node import ServerOptions, ServersNode
 from bt_mission.core.robot.model import load_robot
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.sessions.check import examine
@@ -52,7 +52,9 @@ def test_names_and_types_are_in_the_graph(tmp_path: Path) -> None:
     """What the command line of ROS 2 lists: every action that missions have a short name for."""
     context = Context()
     rclpy.init(context=context)
-    servers = ServersNode(load_robot("waffle"), image_folder=tmp_path, lean=True, context=context)
+    servers = ServersNode(
+        load_robot("waffle"), ServerOptions(image_folder=tmp_path, lean=True, context=context)
+    )
     served = dict(get_action_names_and_types(servers))
     services = dict(servers.get_service_names_and_types())
     servers.destroy_node()

@@ -7,12 +7,13 @@ from typing import Any
 
 import pytest
 
-from bt_mission.events.mission_state import WatchedMission
-from bt_mission.events.robot_state import WatchedRobot
+from bt_mission.events.mission_state import MissionState
+from bt_mission.events.robot_state import RobotState
 from bt_mission.language.loader import load_text
-from bt_mission.ros import detail_topics, robot_relay
+from bt_mission.ros import robot_relay, status_publisher
 from bt_mission.ros.discovery import LocalExecutive
 from bt_mission.sessions.stage import Stage
+from bt_mission.sessions.stage_robot import StageOptions
 
 DRIVE = """\
 mission: drive
@@ -30,9 +31,8 @@ tree:
 
 def run(folder: Path, watcher: Any = None) -> str:
     """Run the mission, looked on at by a watcher or by nobody; gives the hash of its trace."""
-    with Stage(
-        load_text(DRIVE), image_folder=folder, say=lambda _: None, watched=watcher is not None
-    ) as stage:
+    options = StageOptions(watched=watcher is not None)
+    with Stage(load_text(DRIVE), image_folder=folder, say=lambda _: None, options=options) as stage:
         graph = LocalExecutive(stage) if watcher is not None else None
         link = graph.attach(graph.name) if graph is not None else None
         while not stage.is_done:
@@ -50,9 +50,9 @@ def run(folder: Path, watcher: Any = None) -> str:
 
 def test_looking_on_changes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """The same trace, bit for bit, though everything is told in every tick."""
-    monkeypatch.setattr(detail_topics, "EVERY_S", 0.0)
+    monkeypatch.setattr(status_publisher, "DETAILS_PERIOD_S", 0.0)
     monkeypatch.setattr(robot_relay, "EVERY_S", 0.0)
-    mission, robot = WatchedMission(), WatchedRobot()
+    mission, robot = MissionState(), RobotState()
     farthest = [0.0]
 
     def look(stage: Stage, heard: Any) -> None:

@@ -17,7 +17,7 @@ from tf2_msgs.msg import TFMessage
 
 from bt_mission.core.robot.model import load_robot
 from bt_mission.virtual_time import VirtualTimeExecutor
-from sim.ros.node import SimNode
+from sim.ros.node import SimNode, SimOptions
 from sim.simulation import Simulation
 from sim.world.world import World
 
@@ -90,7 +90,7 @@ class Stage:
         self.context = Context()
         rclpy.init(context=self.context)
         options = {"seed": 1, "lean": True} | options
-        self.sim = SimNode(world, robot, context=self.context, **options)
+        self.sim = SimNode(world, robot, SimOptions(context=self.context, **options))
         self.ear = Node("ear", context=self.context, namespace=options.get("namespace"))
         self.heard: list[tuple[str, Any]] = []
         for topic in topics:

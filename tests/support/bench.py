@@ -16,9 +16,10 @@ from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 from unique_identifier_msgs.msg import UUID
 
-from action_servers.core.maneuver import ZERO, Twist2D
-from action_servers.server.node import ServersNode
-from bt_mission.ros.leaving import destroy_actions
+from action_servers.core.maneuver import ZERO
+from action_servers.server.node import ServerOptions, ServersNode
+from bt_mission.core.geometry import Twist2D
+from bt_mission.ros.graph import destroy_actions
 from bt_mission.virtual_time import VirtualTimeExecutor
 from tests.support.robot_node import LATCHED, PERIOD_NS, START_NS, RobotNode
 from tests.support.served import SERVED, goal
@@ -77,10 +78,12 @@ class Bench:
         self.robot = RobotNode(fake, self.context)
         self.servers = ServersNode(
             fake.robot,
-            image_folder=image_folder,
-            lean=True,
-            context=self.context,
-            parameters=parameters,
+            ServerOptions(
+                image_folder=image_folder,
+                lean=True,
+                context=self.context,
+                parameters=parameters or {},
+            ),
         )
         self.clock = VirtualTimeExecutor(start_ns=START_NS, world=self.robot, context=self.context)
         for node in (*self.clients, self.robot, self.servers):

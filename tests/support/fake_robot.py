@@ -9,16 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from action_servers.core.maneuver import (
-    ZERO,
-    Finished,
-    Image,
-    Maneuver,
-    Observation,
-    Pose2D,
-    Scan,
-    Twist2D,
-)
+from action_servers.core.maneuver import ZERO, Finished, Image, Maneuver, Observation, Scan
+from bt_mission.core.geometry import Pose2D, Twist2D
 from bt_mission.core.robot.model import RobotModel
 
 Wall = tuple[float, float, float, float]

@@ -11,8 +11,9 @@ from rclpy.node import Node
 
 from bt_mission.executive.executive import Change, Executive
 from bt_mission.language.loader import load_text
-from bt_mission.ros.leaving import destroy_actions
+from bt_mission.ros.graph import NodeOptions, destroy_actions
 from bt_mission.ros.mission_node import MissionNode
+from bt_mission.ros.mission_runner import MissionRunner, RunnerOptions
 from bt_mission.sessions.mission_server import MissionServer
 from bt_mission.testing.scripted_server import ScriptedServer
 from bt_mission.virtual_time import VirtualTimeExecutor
@@ -57,23 +58,29 @@ class Graph:
         """A server of its own node, which the test plays."""
         return ScriptedServer(self.node(f"{name}_server"), type_name, name, **habits)
 
-    def mission(self, text: str, **options: Any) -> MissionNode:
-        """The executive of a mission."""
+    def mission(self, text: str, *, has_controls: bool = False, **where: Any) -> MissionRunner:
+        """The executive of a mission, on a node of its own."""
+        mission = load_text(text)
+        options = RunnerOptions(
+            say=self.said.append,
+            goal_seed=str(mission.seed),
+            has_controls=has_controls,
+            has_presence=False,
+        )
         node = MissionNode(
-            load_text(text), context=self.context, lean=True, say=self.said.append, **options
+            mission, options, node=NodeOptions(context=self.context, lean=True, **where)
         )
         self.clock.add_node(node)
-        node.executive.listeners.append(self.changes.append)
-        return node
+        node.runner.executive.listeners.append(self.changes.append)
+        return node.runner
 
     def serve(self, **options: Any) -> MissionServer:
         """The executive as a server."""
         self.served = MissionServer(
-            context=self.context,
-            host=self.clock.add_node,
-            drop=self.drop,
+            self.clock.add_node,
+            self.drop,
+            node=NodeOptions(context=self.context, lean=True),
             say=self.said.append,
-            lean=True,
             **options,
         )
         self.clock.add_node(self.served)

@@ -12,7 +12,6 @@ from bt_mission.behaviours.builder import build_tree
 from bt_mission.behaviours.runtime import Scope
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.trace import Trace
-from bt_mission.goals.goal import Goal
 from bt_mission.goals.ledger import Ledger
 from bt_mission.language.loader import load_text
 
@@ -113,13 +112,10 @@ class Play:
         self.speeches: dict[str, ScriptedSpeech] = {}
         self._server_type = server_type
         self.scope = Scope(dict(mission.inputs), mission.seed)
-        self.ledger = Ledger(goal_seed or mission.seed, 3 * S, self._on_goal)
+        self.ledger = Ledger(goal_seed or mission.seed, 3 * S)
         self.trace = Trace()
         self.root = build_tree(mission, self.scope)
         self.executive = Executive(self.root, self, self.trace)
-
-    def _on_goal(self, what: str, goal: Goal) -> None:
-        self.executive.record_goal(what, goal)
 
     def goal_client(self, action: str, type_name: str) -> Any:
         name = f"/{action.removeprefix('/')}"  # there is no namespace here

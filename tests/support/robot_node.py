@@ -15,7 +15,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import Image, LaserScan
 from tf2_msgs.msg import TFMessage
 
-from action_servers.core.maneuver import Twist2D
+from bt_mission.core.geometry import Twist2D
 
 PERIOD_NS = 50_000_000
 START_NS = 10_000_000_000

@@ -16,7 +16,7 @@ from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.time import Time
 
-from bt_mission.ros.leaving import destroy_actions
+from bt_mission.ros.graph import destroy_actions
 from bt_mission.virtual_time import NothingDueError, VirtualTimeExecutor
 from bt_mission.virtual_time.discovery import pause
 

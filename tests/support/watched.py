@@ -6,7 +6,7 @@ from typing import Any
 
 from py_trees.common import Status
 
-from bt_mission.events import messages
+from bt_mission.events import events, messages
 from bt_mission.events.source import ControlRequest, ControlResponse, FoundExecutive, Heard
 
 S = 1_000_000_000
@@ -27,9 +27,9 @@ WORDS = {
 }
 
 
-def tree(outline: str = EXPLORE, *, run: str = "run", time_ns: int = S) -> messages.TreeInfo:
+def tree(outline: str = EXPLORE, *, run: str = "run", time_ns: int = S) -> events.MissionStarted:
     """A tree, from names indented by two blanks a level."""
-    nodes: list[messages.NodeInfo] = []
+    nodes: list[events.NodeInfo] = []
     above: list[int] = []
     counts: dict[int, int] = {}
     lines = outline.rstrip("\n").split("\n")
@@ -42,8 +42,8 @@ def tree(outline: str = EXPLORE, *, run: str = "run", time_ns: int = S) -> messa
         if depth:
             path = f"{nodes[parent].path}.{counts.get(parent, 0)}"
             counts[parent] = counts.get(parent, 0) + 1
-        nodes.append(messages.NodeInfo(line.strip(), "ActionLeaf", path, parent))
-    return messages.TreeInfo(time_ns, run, nodes[0].name, tuple(nodes))
+        nodes.append(events.NodeInfo(line.strip(), "ActionLeaf", path, parent))
+    return events.MissionStarted(time_ns, run, nodes[0].name, tuple(nodes))
 
 
 class ScriptedExecutive:
@@ -66,7 +66,7 @@ class ScriptedExecutive:
 
     # ---- what the test has it tell -------------------------------------------------------
 
-    def begin(self, run: str = "run") -> messages.TreeInfo:
+    def begin(self, run: str = "run") -> events.MissionStarted:
         """A mission starts."""
         self.run, self._sequence = run, 0
         found = tree(self.outline, run=run, time_ns=self.now_ns)
@@ -95,12 +95,12 @@ class ScriptedExecutive:
     def stand(self, status: str, reason: str = "") -> None:
         """The mission's state changes."""
         self._told.append(
-            messages.MissionStateInfo(self.now_ns, self.run, "explore", status, reason)
+            events.MissionStateChanged(self.now_ns, self.run, "explore", status, reason)
         )
 
     def say(self, text: str) -> None:
         """The mission says something."""
-        self._told.append(messages.LogText(self.now_ns, self.run, text))
+        self._told.append(events.LogLine(self.now_ns, self.run, text))
 
     def detail(self, after_s: float = 0.0, **fields: Any) -> messages.DetailsUpdate:
         """Details, with nothing in them but what is given."""
@@ -119,10 +119,10 @@ class ScriptedExecutive:
 
     def progress(
         self, name: str, value: float, limit: float, message: str = ""
-    ) -> messages.NodeProgress:
+    ) -> events.NodeProgress:
         """How far a node has come, for :meth:`detail`."""
         index = self.names.index(name)
-        return messages.NodeProgress(index, self.now_ns, message, "travelled", value, limit)
+        return events.NodeProgress(index, self.now_ns, message, "travelled", value, limit)
 
     def show(self, *robot: messages.Robot) -> None:
         """The robot tells of itself."""

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from bt_mission.recording.replay.scene import Projector
+from bt_mission.recording.replay.seeker import TimelineSeeker
 from bt_mission.recording.replay.timeline import read_timeline
 from bt_mission.testing.stages import Stages
 
@@ -61,11 +61,11 @@ def test_a_recorded_run_is_the_same(what: str, tmp_path: Path) -> None:
     assert recorded.recording.missing == ""
     path = tmp_path / "left.mcap"
     assert recorded.recording.leave(path)
-    film = read_timeline(path)
-    assert [line for line in film.trace if '"event": "pose"' not in line] == [
+    timeline = read_timeline(path)
+    assert [line for line in timeline.trace if '"event": "pose"' not in line] == [
         line for line in recorded.history.events if '"event": "pose"' not in line
     ]
-    assert Projector(film).show(film.end_ns).mission.status == recorded.status
+    assert TimelineSeeker(timeline).seek(timeline.end_ns).status == recorded.status
     recorded.recording.discard()
     assert not recorded.recording.leave(path)
 
@@ -84,5 +84,5 @@ def test_what_a_test_plays_is_recorded_too(tmp_path: Path) -> None:
     path = tmp_path / "left.mcap"
     assert run.recording is not None
     run.recording.leave(path)
-    shown = Projector(film := read_timeline(path)).show(film.end_ns - 500_000_000)
-    assert shown.mission.messages[0] == "current_angle 10.00, remaining_angle 30.00"
+    shown = TimelineSeeker(timeline := read_timeline(path)).seek(timeline.end_ns - 500_000_000)
+    assert shown.messages[0] == "current_angle 10.00, remaining_angle 30.00"

@@ -61,7 +61,7 @@ def test_a_test_that_leaves_a_goal_behind_fails(pytester: pytest.Pytester) -> No
     pytester.makepyfile(LEAVES)
     result = pytester.runpytest("-p", "no:cacheprovider")
     result.assert_outcomes(passed=1, errors=1)
-    result.stdout.fnmatch_lines(["goals left behind: /turn goal ???????? of 'turn' (lost)"])
+    result.stdout.fnmatch_lines(["orphaned goals: /turn goal ???????? of 'turn' (lost)"])
 
 
 @pytest.mark.process

@@ -240,7 +240,7 @@ def test_junit_has_the_figures(session, pytester):
     found = dict(cases["test_passes"])
     assert found["seed"] == "4"
     assert len(str(found["trace_sha256"])) == 64
-    assert 0 < float(str(found["wall_s"])) < 100
+    assert float(str(found["wall_s"])) > 0
     assert cases["test_without"] == []
 
 

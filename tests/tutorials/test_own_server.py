@@ -16,7 +16,9 @@ import rclpy
 from rclpy.context import Context
 
 from bt_mission.language.loader import load_text
+from bt_mission.ros.graph import NodeOptions
 from bt_mission.ros.mission_node import MissionNode
+from bt_mission.ros.mission_runner import RunnerOptions
 from bt_mission.sessions.load import load
 from bt_mission.virtual_time import VirtualTimeExecutor
 from tests.support.project import ROOT
@@ -44,14 +46,15 @@ class Classroom:
         self.said: list[str] = []
         self.fibonacci = student("fibonacci_server", "FibonacciServer")(context=context)
         adder = student("adder_server", "AdderServer")(context=context)
-        self.mission = MissionNode(mission, context=context, lean=True, say=self.said.append)
+        options = RunnerOptions(say=self.said.append, has_controls=False, has_presence=False)
+        self.mission = MissionNode(mission, options, node=NodeOptions(context=context, lean=True))
         self.clock = VirtualTimeExecutor(context=context)
         stack.callback(self.clock.shutdown)
         for node in (self.fibonacci, adder, self.mission):
             stack.callback(node.destroy_node)
             self.clock.add_node(node)
         start_ns = self.clock.now_ns
-        while not self.mission.executive.is_done:
+        while not self.mission.runner.executive.is_done:
             self.clock.step()
             self.seconds = (self.clock.now_ns - start_ns) / 1e9
             assert self.seconds < 60
@@ -67,7 +70,7 @@ def stack() -> Iterator[ExitStack]:
 def test_the_mission_counts_adds_and_cancels(stack: ExitStack) -> None:
     """Ten numbers after four seconds; six of forty, since the cancel comes after the fifth."""
     room = Classroom(load(CODE / "numbers.yaml"), stack)
-    executive = room.mission.executive
+    executive = room.mission.runner.executive
     assert (str(executive.status), executive.reason) == ("success", "")
     assert room.said == [
         "numbers: 0, 1, 1, 2, 3, 5, 8, 13, 21, 34",
@@ -91,7 +94,7 @@ def test_the_server_serves_the_next_goal_after_a_cancel(stack: ExitStack) -> Non
         ),
         stack,
     )
-    assert str(room.mission.executive.status) == "success"
+    assert str(room.mission.runner.executive.status) == "success"
     assert room.said == ["cut short", "0, 1, 1"]
     assert list(room.fibonacci.timers) == []
 
@@ -100,7 +103,7 @@ def test_the_server_serves_the_next_goal_after_a_cancel(stack: ExitStack) -> Non
 def test_an_order_that_makes_no_sense_is_rejected(stack: ExitStack, order: str) -> None:
     """And the mission hears of it at once."""
     room = Classroom(load(CODE / "numbers.yaml", set={"order": order}), stack)
-    executive = room.mission.executive
+    executive = room.mission.runner.executive
     assert str(executive.status) == "failure"
     assert executive.reason.startswith("'fibonacci' rejected: ")
     assert room.seconds < 0.5

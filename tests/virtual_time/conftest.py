@@ -9,7 +9,7 @@ import rclpy
 from rclpy.context import Context
 from rclpy.node import Node
 
-from bt_mission.ros.leaving import destroy_actions
+from bt_mission.ros.graph import destroy_actions
 from bt_mission.virtual_time import VirtualTimeExecutor
 
 

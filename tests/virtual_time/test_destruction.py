@@ -13,7 +13,7 @@ from rclpy.node import Node
 from std_msgs.msg import Int64
 from std_srvs.srv import Trigger
 
-from bt_mission.ros.leaving import destroy_actions
+from bt_mission.ros.graph import destroy_actions
 
 S = 1_000_000_000
 KINDS = ("subscriptions", "services", "clients", "guards", "waitables", "timers")

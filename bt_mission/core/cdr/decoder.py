@@ -2,21 +2,27 @@
 
 Pure: no ROS, no generated classes, so any message of any file can be read. A message becomes a
 dict (:class:`DecodedMessage`); an array of numbers a NumPy array; other arrays and sequences become
-lists.
+lists. It takes a tenth of the time that rclpy takes to make its objects.
+
+The layout is CDR as DDS sends it (OMG CDR, formal/2021-01-01, 15.3, encoding version 1): four bytes
+of head, the second of which tells the byte order, then the fields in their order, each aligned to
+its own size, counted from behind the head; a text is its length with its final zero, and its bytes.
 """
 
 from __future__ import annotations
 
-import re
 import struct
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import Any
+from functools import cache
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bt_mission.core.cdr.definitions import SEPARATOR
+from bt_mission.core.cdr.definitions import Definitions, Field, parse, share_folders
 from bt_mission.core.errors import BtMissionError
+
+Take = Callable[[bytes], None]
+"""Takes a serialized message."""
 
 Step = Callable[[bytes, int], tuple[Any, int]]
 """Reads a value at a place in the data, counted from its head; gives it and the place after it."""
@@ -36,71 +42,28 @@ _FORMATS = {
     "float32": "f",
     "float64": "d",
 }
-_FIELD = re.compile(
-    r"^\s*(?P<type>[A-Za-z][\w/]*)(?:<=\d+)?(?P<array>\[(?P<most><=)?(?P<size>\d*)\])?"
-    r"\s+(?P<name>[A-Za-z]\w*)\s*(?P<constant>=)?"
-)
 HEAD = 4
 """Bytes that say how the rest is written."""
 
+_ORDERS = {b"\0\0": ">", b"\0\1": "<"}
+"""By the first bytes of the head."""
 
-class DecodingError(BtMissionError):
+
+class DecodingError(BtMissionError, ValueError):
     """A message that its definition does not fit."""
-
-
-@dataclass(frozen=True)
-class Field:
-    """A field of a message; `size` is None for one value, -1 for any number of them."""
-
-    name: str
-    type: str
-    size: int | None
-
-
-def parse(type_name: str, definition: str) -> dict[str, list[Field]]:
-    """The fields of each message of a definition, by ``package/Name``; the first is "".
-
-    Types are ``package/Name``, too, or basic ones.
-    """
-    package = type_name.partition("/")[0]
-    found: dict[str, list[Field]] = {}
-    for part in definition.split(f"\n{SEPARATOR}\n"):
-        first, _, rest = part.partition("\n")
-        name, text = "", part
-        if first.startswith("MSG: "):
-            name, text = _short(first.removeprefix("MSG: ").strip()), rest
-        here = name.partition("/")[0] or package
-        found[name] = [field for line in text.splitlines() for field in _fields(line, here)]
-    return found
-
-
-def _fields(line: str, package: str) -> list[Field]:
-    match = _FIELD.match(line)
-    if match is None or match["constant"]:
-        return []
-    kind = match["type"]
-    if kind not in _FORMATS and kind not in ("string", "wstring"):
-        kind = _short(kind) if "/" in kind else _local(kind, package)
-    size = None
-    if match["array"]:
-        size = -1 if match["most"] or not match["size"] else int(match["size"])
-    return [Field(match["name"], kind, size)]
-
-
-def _local(name: str, package: str) -> str:
-    return "std_msgs/Header" if name == "Header" else f"{package}/{name}"
-
-
-def _short(name: str) -> str:
-    """`package/Name` of `package/msg/Name`."""
-    return f"{name.partition('/')[0]}/{name.rpartition('/')[2]}"
 
 
 class DecodedMessage(dict[str, Any]):
     """The values of a message by the names of its fields, which are attributes, too."""
 
     __slots__ = ()
-    __getattr__ = dict.__getitem__
+
+    if TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any: ...
+
+    else:
+        __getattr__ = dict.__getitem__
 
 
 class Decoder:
@@ -113,7 +76,8 @@ class Decoder:
     def __init__(self, type_name: str, definition: str) -> None:
         self.type_name = type_name
         self._specs = parse(type_name, definition)
-        self._steps: dict[str, Step] = {}
+        self._steps: dict[bytes, Step] = {}
+        """By the first bytes of a message."""
 
     @property
     def has_known_length(self) -> bool:
@@ -136,25 +100,51 @@ class Decoder:
         """
         return self._read(data)[0]
 
-    def trim(self, data: bytes) -> bytes:
-        """Take away what follows a message; rclpy leaves room where the length is not known.
+    def trimming(self, take: Take, *, has_one_shape: bool) -> Take:
+        """Give ``take``, with messages of this type without what rclpy adds to them.
 
-        :raises DecodingError: when the definition does not fit it.
+        ``serialize_message`` gives as many bytes as ROS has reckoned that a message may take. That
+        is too many where a sequence is empty whose elements would have to lie at multiples of
+        eight, and readers that check refuse such messages. What comes by DDS has its true length.
+
+        Args:
+            take: Takes the messages.
+            has_one_shape: Messages of the same length as reckoned have the same true length, so
+                each length is looked at once; otherwise each message is read to find its end.
         """
-        return data[: self._read(data)[1]]
+        if self.has_known_length:
+            return take
+        if not has_one_shape:
+            return lambda data: take(data[: self._read(data)[1]])
+        lengths: dict[int, int] = {}
+
+        def trimmed(data: bytes) -> None:
+            length = lengths.get(len(data))
+            if length is None:
+                length = lengths[len(data)] = self._read(data)[1]
+            take(data[:length])
+
+        return trimmed
 
     def _read(self, data: bytes) -> tuple[DecodedMessage, int]:
         try:
-            order = "<" if data[1] & 1 else ">"
-            if order not in self._steps:
-                self._steps[order] = _Compiler(self._specs, order).message("")
-            value, end = self._steps[order](data, HEAD)
+            head = data[:2] if len(data) >= HEAD else b""
+            step = self._steps.get(head)
+            if step is None:
+                step = self._steps[head] = _Compiler(self._specs, _byte_order(head)).message("")
+            value, end = step(data, HEAD)
         except (struct.error, IndexError, ValueError, KeyError, RecursionError) as error:
             raise DecodingError(
                 f"a message of type {self.type_name} cannot be read: {error}"
             ) from error
         else:
             return value, end
+
+
+def _byte_order(head: bytes) -> str:
+    if head not in _ORDERS:
+        raise ValueError("no CDR head")
+    return _ORDERS[head]
 
 
 class _Compiler:
@@ -255,3 +245,13 @@ def _several(one: Step) -> Callable[[bytes, int, int], tuple[Any, int]]:
         return values, at
 
     return read
+
+
+@cache
+def decoder_of(type_name: str) -> Decoder:
+    """Return the decoder of an installed type, such as ``nav_msgs/msg/Odometry``.
+
+    Raises:
+        NoDefinitionError: When its definition is not installed.
+    """
+    return Decoder(type_name, Definitions(share_folders()).of(type_name))

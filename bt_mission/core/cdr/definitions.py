@@ -11,7 +11,8 @@ from __future__ import annotations
 import os
 import re
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
@@ -19,10 +20,15 @@ from bt_mission.core.errors import BtMissionError
 
 SEPARATOR = "=" * 80
 
-_BASIC = frozenset(
+BASIC = frozenset(
     f"{kind}{bits}" for kind in ("int", "uint", "float") for bits in (8, 16, 32, 64)
 ) | {"bool", "byte", "char", "string", "wstring"}
-_FIELD = re.compile(r"^\s*([A-Za-z][\w/]*)(?:<=\d+)?(?:\[(?:<=)?\d*\])?\s+[A-Za-z]\w*")
+"""Types that are made of no others."""
+
+_FIELD = re.compile(
+    r"^\s*(?P<type>[A-Za-z][\w/]*)(?:<=\d+)?(?P<array>\[(?P<most><=)?(?P<size>\d*)\])?"
+    r"\s+(?P<name>[A-Za-z]\w*)\s*(?P<constant>=)?"
+)
 _DIVIDER = re.compile(r"^---\s*$", re.MULTILINE)
 _GOAL_ID = "unique_identifier_msgs/UUID goal_id\n"
 
@@ -38,6 +44,15 @@ _SECTIONS = {
     ".action": ("_Goal", "_Result", "_Feedback"),
 }
 _FOLDERS = {".srv": "srv", ".action": "action"}
+
+
+@dataclass(frozen=True)
+class Field:
+    """A field of a message; `size` is None for one value, -1 for any number of them."""
+
+    name: str
+    type: str
+    size: int | None
 
 
 class NoDefinitionError(BtMissionError):
@@ -68,27 +83,27 @@ class Definitions:
 
         :raises NoDefinitionError: when a file that is needed is not there.
         """
-        package, _, name = type_name.partition("/")
-        name = name.rpartition("/")[2]
-        parts = [self._text(package, name).rstrip("\n")]
-        seen = {(package, name)}
-        queue = [*_references(parts[0], package)]
+        outer = _short(type_name)
+        parts = [self._text(outer).rstrip("\n")]
+        seen = {outer}
+        queue = _references(parts[0], outer)
         while queue:
             inner = queue.pop(0)
             if inner in seen:
                 continue
             seen.add(inner)
-            text = self._text(*inner).rstrip("\n")
-            parts.append(f"{SEPARATOR}\nMSG: {inner[0]}/{inner[1]}\n{text}")
-            queue += _references(text, inner[0])
+            text = self._text(inner).rstrip("\n")
+            parts.append(f"{SEPARATOR}\nMSG: {inner}\n{text}")
+            queue += _references(text, inner)
         return "\n".join(parts) + "\n"
 
-    def _find(self, package: str, name: str) -> str:
+    def _find(self, type_name: str) -> str:
+        package, _, name = type_name.partition("/")
         text = self._read(package, "msg", f"{name}.msg")
         if text is None:
             text = self._made(package, name)
         if text is None:
-            raise NoDefinitionError(f"no definition of {package}/{name} is installed")
+            raise NoDefinitionError(f"no definition of {type_name} is installed")
         return text
 
     def _made(self, package: str, name: str) -> str | None:
@@ -119,16 +134,47 @@ class Definitions:
         return None
 
 
-def _references(text: str, package: str) -> Iterator[tuple[str, str]]:
-    """The messages, by package and name, that the fields of a text are made of."""
-    for line in text.splitlines():
-        found = _FIELD.match(line)
-        if found is None or found[1] in _BASIC:
-            continue
-        other, slash, name = found[1].rpartition("/")
-        if slash:
-            yield other.partition("/")[0], name
-        elif name == "Header":
-            yield "std_msgs", name
-        else:
-            yield package, name
+def parse(type_name: str, definition: str) -> dict[str, list[Field]]:
+    """The fields of each message of a definition, by ``package/Name``; the first is "".
+
+    Types are ``package/Name``, too, or basic ones.
+    """
+    package = type_name.partition("/")[0]
+    found: dict[str, list[Field]] = {}
+    for part in definition.split(f"\n{SEPARATOR}\n"):
+        first, _, rest = part.partition("\n")
+        name, text = "", part
+        if first.startswith("MSG: "):
+            name, text = _short(first.removeprefix("MSG: ").strip()), rest
+        here = name.partition("/")[0] or package
+        found[name] = [field for line in text.splitlines() for field in _fields(line, here)]
+    return found
+
+
+def _fields(line: str, package: str) -> list[Field]:
+    match = _FIELD.match(line)
+    if match is None or match["constant"]:
+        return []
+    kind = match["type"]
+    if kind not in BASIC:
+        kind = _short(kind) if "/" in kind else _local(kind, package)
+    size = None
+    if match["array"]:
+        size = -1 if match["most"] or not match["size"] else int(match["size"])
+    return [Field(match["name"], kind, size)]
+
+
+def _local(name: str, package: str) -> str:
+    return "std_msgs/Header" if name == "Header" else f"{package}/{name}"
+
+
+def _short(name: str) -> str:
+    """`package/Name` of `package/msg/Name`."""
+    return f"{name.partition('/')[0]}/{name.rpartition('/')[2]}"
+
+
+def _references(text: str, type_name: str) -> list[str]:
+    """What the fields of the text of a message are made of, as ``package/Name``."""
+    package = type_name.partition("/")[0]
+    fields = [field for line in text.splitlines() for field in _fields(line, package)]
+    return [field.type for field in fields if field.type not in BASIC]

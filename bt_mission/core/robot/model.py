@@ -10,11 +10,10 @@ import math
 from pathlib import Path
 from typing import Annotated
 
-from pydantic import BaseModel, Field, model_validator
+from pydantic import Field, model_validator
 
 from bt_mission.core import files
 from bt_mission.core.robot.parts import (
-    STRICT,
     BatteryModel,
     Body,
     CameraModel,
@@ -23,6 +22,7 @@ from bt_mission.core.robot.parts import (
     LidarModel,
     Point3,
     Positive,
+    RobotPart,
     SensorsModel,
     Size3,
 )
@@ -33,13 +33,11 @@ _TOLERANCE = 1e-6
 """Metres by which figures that follow from each other may differ."""
 
 
-class RobotModel(BaseModel):
+class RobotModel(RobotPart):
     """A differential-drive robot; see `robots/*.yaml` for units and sources of every number.
 
     `wheel_separation` is the one control and odometry reckon with, `2 * wheel_y` the real one.
     """
-
-    model_config = STRICT
 
     name: Annotated[str, Field(min_length=1)]
     max_linear_velocity: Positive

@@ -16,39 +16,38 @@ Point3 = tuple[Number, Number, Number]
 Size3 = tuple[Positive, Positive, Positive]
 LidarName = Literal["LDS-01", "LDS-02"]
 
-STRICT = ConfigDict(frozen=True, extra="forbid")
 
 LDS_02_SAMPLES = 2300.0
 """Readings a second of an LDS-02, however fast it turns [ROBOTIS e-manual]."""
 
 
-class Body(BaseModel):
-    """The box that stands for the body: edges along x, y, z and centre, m."""
+class RobotPart(BaseModel):
+    """Figures of a part: fixed, and none that nobody knows."""
 
-    model_config = STRICT
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class Body(RobotPart):
+    """The box that stands for the body: edges along x, y, z and centre, m."""
 
     size: Size3
     centre: Point3
 
 
-class Hull(BaseModel):
+class Hull(RobotPart):
     """The rectangle around body and wheels, seen from above: m from the middle of the axle."""
-
-    model_config = STRICT
 
     front: Positive
     rear: Annotated[float, Field(lt=0, allow_inf_nan=False)]
     half_width: Positive
 
 
-class LidarModel(BaseModel):
+class LidarModel(RobotPart):
     """A planar lidar: place (m), ranges (m), rays per turn, rate (Hz), noise (m, 1 sigma).
 
     `model` decides what it says of a direction without a reading, and whether the number of rays
     varies (an LDS-02's does, about `rays`).
     """
-
-    model_config = STRICT
 
     x: Number
     y: Number
@@ -78,13 +77,11 @@ class LidarModel(BaseModel):
         return self.model_copy(update={"model": model, **figures})
 
 
-class CameraModel(BaseModel):
+class CameraModel(RobotPart):
     """A camera that looks ahead: place of its lens and of `camera_link` (m), picture, rate (Hz).
 
     `width` and `height` are pixels, `hfov` the horizontal field of view in radians.
     """
-
-    model_config = STRICT
 
     x: Number
     y: Number
@@ -96,10 +93,8 @@ class CameraModel(BaseModel):
     rate: Positive
 
 
-class ImuModel(BaseModel):
+class ImuModel(RobotPart):
     """Gyroscope and accelerometer: place (m), rate (Hz), noise (rad/s and m/s^2, 1 sigma)."""
-
-    model_config = STRICT
 
     x: Number
     y: Number
@@ -109,15 +104,13 @@ class ImuModel(BaseModel):
     accel_noise: NotNegative
 
 
-class BatteryModel(BaseModel):
+class BatteryModel(RobotPart):
     """The battery: capacity (Ah), voltages (V), and what is drawn from it.
 
     `idle_power` (W) is drawn all the time, `drive_energy` (J) for each radian that a wheel turns;
     `start_charge` is what it begins with, as a share of the full charge. Defaults are the LiPo
     of a TurtleBot3, and what empties it in 2 h of driving at full speed, 2.9 h of standing.
     """
-
-    model_config = STRICT
 
     capacity: Positive = 1.8
     nominal_voltage: Positive = 11.1
@@ -137,41 +130,33 @@ class BatteryModel(BaseModel):
         return self
 
 
-class LidarOptions(BaseModel):
+class LidarOptions(RobotPart):
     """Which lidar is mounted (None: as the robot's figures say), and whether it is noisy."""
-
-    model_config = STRICT
 
     model: LidarName | None = None
     noise: bool = True
 
 
-class NoiseOption(BaseModel):
+class NoiseOption(RobotPart):
     """Whether a sensor is noisy."""
-
-    model_config = STRICT
 
     noise: bool
 
 
-class OdometryOptions(BaseModel):
+class OdometryOptions(RobotPart):
     """How odometry drifts: relative errors of the figures it reckons with, and slip.
 
     `wheel_radius_error` 0.01: it takes wheels for 1 % larger than they are. `slip`: the mean
     share of a wheel's turning that moves nothing.
     """
 
-    model_config = STRICT
-
     wheel_radius_error: Error = 0.0
     wheel_separation_error: Error = 0.0
     slip: Annotated[float, Field(ge=0, le=0.5, allow_inf_nan=False)] = 0.0
 
 
-class SensorsModel(BaseModel):
+class SensorsModel(RobotPart):
     """Options of the simulated sensors, apart from where they sit. Noise is seeded."""
-
-    model_config = STRICT
 
     lidar: LidarOptions = LidarOptions()
     imu: NoiseOption = NoiseOption(noise=True)

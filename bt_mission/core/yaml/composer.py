@@ -226,7 +226,7 @@ class _EventReader:
         assert top.place.keys is not None
         if key in top.place.keys:
             first = top.place.keys[key][0]
-            message = f"the key {quoted(key)} stands twice (first in line {first})"
+            message = f"duplicate key {quoted(key)} (first in line {first})"
             self.note(message, line, column)
         top.key, top.key_at = key, (line, column)
 

@@ -92,11 +92,16 @@ class Document:
 
 def read_text(text: str, file: str = "<text>") -> Document:
     """Read YAML from a text. Raises InputError."""
-    if len(text) > MAX_BYTES or len(text.encode("utf-8", "replace")) > MAX_BYTES:
-        size = len(text.encode("utf-8", "replace"))
-        raise InputError([Diagnostic(_too_large(size), file)])
+    refuse_large(text, file)
     data, place = compose(text, file)
     return Document(file, data, place, split_lines(text))
+
+
+def refuse_large(text: str, file: str) -> None:
+    """Raise InputError for a text that is larger than any file that is read."""
+    size = len(text.encode("utf-8", "replace"))
+    if size > MAX_BYTES:
+        raise InputError([Diagnostic(_too_large(size), file)])
 
 
 def read(path: str | Path) -> Document:

@@ -5,19 +5,12 @@ from __future__ import annotations
 import json
 import types
 from collections.abc import Iterator, Mapping, Sequence
-from typing import (
-    TYPE_CHECKING,
-    Annotated,
-    Any,
-    Literal,
-    Protocol,
-    TypeVar,
-    Union,
-    get_args,
-    get_origin,
-)
+from functools import reduce
+from operator import getitem
+from typing import Annotated, Any, Literal, Protocol, TypeVar, Union, get_args, get_origin
 
 import pydantic
+from pydantic_core import ErrorDetails
 
 from bt_mission.core.diagnostics import (
     MOST_FAULTS,
@@ -30,27 +23,24 @@ from bt_mission.core.diagnostics import (
     quoted,
 )
 
-if TYPE_CHECKING:
-    from pydantic_core import ErrorDetails
-
 Model = TypeVar("Model", bound=pydantic.BaseModel)
 Key = str | int
 
 _EXPECTED = {
-    "bool_parsing": "true or false",
-    "bool_type": "true or false",
+    "bool_parsing": "a boolean",
+    "bool_type": "a boolean",
     "dict_type": "a mapping",
     "float_parsing": "a number",
     "float_type": "a number",
     "finite_number": "a finite number",
-    "int_from_float": "a whole number",
-    "int_parsing": "a whole number",
-    "int_type": "a whole number",
+    "int_from_float": "an integer",
+    "int_parsing": "an integer",
+    "int_type": "an integer",
     "list_type": "a list",
     "mapping_type": "a mapping",
     "model_attributes_type": "a mapping",
     "model_type": "a mapping",
-    "string_type": "a text",
+    "string_type": "a string",
     "tuple_type": "a list",
 }
 _LIMITS = {
@@ -59,7 +49,7 @@ _LIMITS = {
     "less_than": "less than {lt}",
     "less_than_equal": "at most {le}",
     "multiple_of": "a multiple of {multiple_of}",
-    "string_pattern_mismatch": "text of the form {pattern}",
+    "string_pattern_mismatch": "a string of the form {pattern}",
     "string_too_long": "at most {max_length} characters",
     "string_too_short": "at least {min_length} characters",
     "too_long": "a list of at most {max_length}",
@@ -92,9 +82,7 @@ def validate(document: Located, model: type[Model], path: Sequence[Key] = ()) ->
 
     Types are taken strictly: no number from a text, no truth from a number.
     """
-    data = document.data
-    for key in path:
-        data = data[key]
+    data = reduce(getitem, path, document.data)
     try:
         # As JSON, because only there a strict model takes a list for a tuple.
         return model.model_validate_json(json.dumps(data), strict=True)
@@ -161,24 +149,18 @@ def _in_document(
     hold is left out.
     """
     where: list[Key] = list(path)
-    data = document.data
-    for key in path:
-        data = data[key]
+    data = reduce(getitem, path, document.data)
     kinds = [model]
     names: list[str] = []
     for key in loc:
         if isinstance(data, dict) and key in data:
             names = sorted({name for kind in kinds for name in _fields(kind)})
-            kinds = [inner for kind in kinds for inner in _inner(kind, key)]
-            where.append(key)
-            data = data[key]
-        elif isinstance(data, list) and isinstance(key, int) and key < len(data):
-            kinds = [inner for kind in kinds for inner in _inner(kind, key)]
-            where.append(key)
-            data = data[key]
-        else:
-            named = [kind for kind in kinds if getattr(kind, "__name__", None) == key]
-            kinds = named or kinds
+        elif not (isinstance(data, list) and isinstance(key, int) and key < len(data)):
+            kinds = [kind for kind in kinds if getattr(kind, "__name__", None) == key] or kinds
+            continue
+        kinds = [inner for kind in kinds for inner in _inner(kind, key)]
+        where.append(key)
+        data = data[key]
     return tuple(where), names
 
 

@@ -9,8 +9,7 @@ from typing import Any
 
 from bt_mission.core.diagnostics import MOST_FAULTS, Diagnostic
 from bt_mission.core.yaml.document import Document
-from bt_mission.language.checks.scope import expression_faults, located, template_faults
-from bt_mission.language.checks.variables import Variables
+from bt_mission.language.checks.scope import Variables, expression_faults, located, template_faults
 from bt_mission.language.expressions.expression import Expression, Late, Template, Text, Value
 from bt_mission.language.expressions.values import WORDS, ExpressionError, LooseText, Type
 from bt_mission.language.message_types import (

@@ -1,204 +1,187 @@
 """Which names are known where, of what type, and what an expression does with them.
 
-Variables are the inputs, which never change, and the outputs of steps that stand earlier in
-the file. That an earlier step has really written its outputs, only the run can tell.
+Variables are the inputs, which never change, and the outputs of nodes that stand earlier in
+the file. That an earlier node has really written its outputs, only the run can tell.
 """
 
 from __future__ import annotations
 
 import random
 from collections import ChainMap
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Iterator, Mapping, MutableMapping, Sequence
+from dataclasses import dataclass, field, replace
 
-from bt_mission.core.diagnostics import Diagnostic, describe, quoted
+from bt_mission.core.diagnostics import Diagnostic, describe, did_you_mean, listed, quoted
 from bt_mission.core.yaml.document import Document
-from bt_mission.language.checks.variables import Variables
 from bt_mission.language.expressions.constants import evaluate_constants
 from bt_mission.language.expressions.expression import Expression, Template, Value, names_in
 from bt_mission.language.expressions.syntax import Name
-from bt_mission.language.expressions.values import ExpressionError, Type
+from bt_mission.language.expressions.values import ExpressionError, Plain, Type, joined, type_of
 from bt_mission.language.mission import Tree
-from bt_mission.language.nodes.fields import LIMIT, SECONDS, TIMES, NumberRule
-from bt_mission.language.nodes.steps import (
-    ActionStep,
-    CheckStep,
-    ForEachStep,
-    GuardStep,
+from bt_mission.language.nodes.base import (
     Key,
-    LogStep,
-    PublishStep,
-    PythonStep,
-    RepeatStep,
-    RetryStep,
-    ServiceStep,
-    SetStep,
-    Speaker,
-    Step,
-    SubtreeStep,
-    TimeoutStep,
-    WaitForStep,
-    WaitStep,
-    WhenStep,
-    Writer,
+    NodeModel,
+    Write,
 )
+from bt_mission.language.nodes.decorators import ForEachNode
+from bt_mission.language.nodes.fields import NumberRule
+from bt_mission.language.nodes.interfaces import InterfaceNode
 
-OutputType = Callable[[Speaker, str], Type | None]
-"""The type of a field that a step reads; None where it is not known."""
+OutputType = Callable[[InterfaceNode, str], Type | None]
+"""The type of a field that a node reads of messages; None where it is not known."""
 
 FieldType = Callable[[str], Type | None]
 """The type of a field of a message by its dotted name; raises KeyError where there is none."""
 
 
-def walk(tree: Tree, output_type: OutputType) -> Iterator[tuple[Step, Variables]]:
-    """Yield every step of a tree in the order of the file, with the variables known at it."""
+@dataclass
+class Variables:
+    """The names known at one step. It changes as the file is walked: use it at once."""
+
+    inputs: Mapping[str, Plain]
+    types: MutableMapping[str, Type | None]
+    lines: Mapping[str, int]
+    given: frozenset[str] = frozenset()
+    """The inputs of this tree, which nobody writes."""
+    loops: dict[str, int] = field(default_factory=dict)
+    """Variables that a `for_each` around this step goes through, with its line."""
+    left: dict[str, int] = field(default_factory=dict)
+    """Those of a `for_each` that has ended, with its line."""
+
+    def note(self, name: str, found: Type | None) -> None:
+        """Take in that a variable is written; where writers disagree, its type is not known."""
+        self.types[name] = joined({self.types.get(name, found), found})
+
+    def type_of(self, value: Value) -> Type | None:
+        """Return the type of a value, as far as it is known."""
+        if not isinstance(value, Expression):
+            return type_of(value)
+        try:
+            return value.infer(lambda name: self.types.get(name.name))
+        except ExpressionError:
+            return None
+
+    def element_type(self, elements: Value) -> Type | None:
+        """Return the type that all elements of a list have; None where that is not known."""
+        if isinstance(elements, Expression) and self.fixes(elements.names) and not elements.draws:
+            try:
+                elements = elements.evaluate(self.inputs, random.Random(0))
+            except ExpressionError:
+                return None
+        if not isinstance(elements, list):
+            return None
+        return joined({type_of(one) for one in elements})
+
+    def fixed(self, name: str) -> str | None:
+        """Return why a variable cannot be written here, or None."""
+        if name in self.given:
+            return f"'{name}' is an input, and inputs never change; choose another name"
+        if name in self.loops:
+            line = self.loops[name]
+            return f"'{name}' is what the for_each in line {line} goes through; choose another name"
+        return None
+
+    def unknown(self, name: Name) -> tuple[str, str | None] | None:
+        """Return what is wrong with a name that is not known here, and a hint, or None."""
+        if name.name in self.types:
+            return None
+        if name.name in self.left:
+            return f"is known only inside the for_each in line {self.left[name.name]}", None
+        if name.name in self.lines:
+            return f"is used before assignment, in line {self.lines[name.name]}", None
+        why = f"is an undefined variable (defined: {listed(self.types)})"
+        return why, did_you_mean(name.name, [*self.types, "true", "false"])
+
+    def fixes(self, names: frozenset[str]) -> bool:
+        """Return whether these names have the same values in every run of this mission."""
+        return names <= self.inputs.keys()
+
+
+def walk(tree: Tree, output_type: OutputType) -> Iterator[tuple[NodeModel, Variables]]:
+    """Yield every node of a tree in the order of the file, with the variables known at it.
+
+    Behind the last one, these are the variables known at the end of the tree.
+    """
     lines: dict[str, int] = {}
-    for step in tree.body.walk():
-        for name in written_by(step):
-            lines.setdefault(name, step.line)
+    for node in tree.body.walk():
+        for name in written_by(node):
+            lines.setdefault(name, node.line)
     known: dict[str, Type | None] = dict.fromkeys(sorted(tree.lost))
     known |= tree.types
     variables = Variables(tree.constants, known, lines, frozenset(tree.types))
     yield from _walk(tree.body, variables, output_type)
 
 
-def types_at_end(tree: Tree) -> Mapping[str, Type | None]:
-    """Return the types of a tree's variables behind its last step; of messages nothing is known."""
-    (*_, (_, variables)) = walk(tree, lambda _step, _field: None)
-    return variables.types
-
-
 def _walk(
-    step: Step, variables: Variables, output_type: OutputType
-) -> Iterator[tuple[Step, Variables]]:
-    yield step, variables
-    if not isinstance(step, ForEachStep):
-        for name, found in _written(step, variables, output_type):
-            variables.note(name, found)
-        for below in step.steps:
+    node: NodeModel, variables: Variables, output_type: OutputType
+) -> Iterator[tuple[NodeModel, Variables]]:
+    yield node, variables
+    if not isinstance(node, ForEachNode):
+        for write in node.writes():
+            variables.note(write.variable, _type_of(node, write, variables, output_type))
+        for below in node.below:
             yield from _walk(below, variables, output_type)
         return
-    types, loops, name = variables.types, variables.loops, step.variable
+    types, loops, name = variables.types, variables.loops, node.variable
     # That a name is taken already is a fault of its own; it then keeps what it was.
     shadowed = {name: types[name]} if name in types else {}
     around = {name: loops[name]} if name in loops else {}
-    types[name] = variables.element_type(step.elements)
-    loops[name] = step.line
-    yield from _walk(step.child, variables, output_type)
+    types[name] = variables.element_type(node.elements)
+    loops[name] = node.line
+    yield from _walk(node.child, variables, output_type)
     del types[name]
     variables.left[name] = loops.pop(name)
     types.update(shadowed)
     loops.update(around)
 
 
-def _written(
-    step: Step, variables: Variables, output_type: OutputType
-) -> Iterator[tuple[str, Type | None]]:
-    """Yield the variables that a step writes, each with its type as far as it is known."""
-    match step:
-        case SubtreeStep():
-            yield from ((name, step.gives.get(field)) for field, name in step.outputs.items())
-        case Speaker():
-            yield from ((name, output_type(step, field)) for field, name in step.outputs.items())
-        case Writer():
-            yield from ((name, None) for name in step.outputs.values())
-        case SetStep():
-            yield from ((name, variables.type_of(value)) for name, value in step.values.items())
+def _type_of(
+    node: NodeModel, write: Write, variables: Variables, output_type: OutputType
+) -> Type | None:
+    if write.value is not None:
+        return variables.type_of(write.value)
+    if isinstance(node, InterfaceNode):
+        return output_type(node, str(write.path[-1]))
+    return write.type
 
 
-def written_by(step: Step) -> tuple[str, ...]:
-    """Return the variables that a step writes for the steps behind it."""
-    match step:
-        case Writer():
-            return tuple(step.outputs.values())
-        case SetStep():
-            return tuple(step.values)
-    return ()
+def written_by(node: NodeModel) -> tuple[str, ...]:
+    """Return the variables that a node writes for the nodes behind it."""
+    if isinstance(node, ForEachNode):
+        return ()
+    return tuple(write.variable for write in node.writes())
 
 
-def values_of(step: Step) -> Iterator[tuple[tuple[Key, ...], Value, NumberRule]]:
-    """Yield the numbers of a step: path in the document, value, rule. Goals are left out."""
-    path = step.path
-    match step:
-        case RepeatStep():
-            yield (*path, "repeat", "count"), step.count, TIMES
-        case RetryStep():
-            yield (*path, "retry", "attempts"), step.attempts, TIMES
-            yield (*path, "retry", "pause"), step.pause, SECONDS
-        case WaitStep():
-            yield (*path, "wait"), step.seconds, SECONDS
-        case TimeoutStep():
-            yield (*path, "timeout"), step.seconds, LIMIT
-        case ServiceStep() | WaitForStep():
-            if step.timeout is not None:
-                yield (*path, "timeout"), step.timeout, LIMIT
-        case ActionStep():
-            if step.timeout is not None:
-                yield (*path, "timeout"), step.timeout, LIMIT
-            if step.silence_timeout is not None:
-                yield (*path, "silence_timeout"), step.silence_timeout, LIMIT
+def node_faults(document: Document, node: NodeModel, variables: Variables) -> Iterator[Diagnostic]:
+    """Yield what is wrong with the names and types in a node, messages left out."""
+    around = variables
+    for path, value, wanted, assigns in node.reads():
+        place = (*node.path, *path)
+        if isinstance(value, Template):
+            yield from template_faults(document, place, value, around)
+        elif isinstance(value, Expression):
+            if isinstance(wanted, NumberRule):
+                yield from number_faults(document, place, value, around, wanted)
+            else:
+                yield from expression_faults(document, place, value, around, wanted)
+        if assigns is not None:
+            if around is variables:
+                around = replace(variables, types=ChainMap({}, variables.types))
+            around.note(assigns, around.type_of(value))
+    yield from _naming_faults(document, node, variables)
 
 
-def asked_of(step: Step) -> Iterator[tuple[tuple[Key, ...], Expression, Type | None]]:
-    """Yield what a step asks of variables: path in the document, expression, the type it needs.
-
-    Numbers with a rule, goals, requests, `set`, and conditions on messages are left out.
-    """
-    match step:
-        case GuardStep(condition=Expression() as condition):
-            yield (*step.path, "guard"), condition, "bool"
-        case WhenStep(condition=Expression() as condition):
-            yield (*step.path, "when"), condition, "bool"
-        case CheckStep(condition=Expression() as condition):
-            yield (*step.path, "check"), condition, "bool"
-        case ForEachStep(elements=Expression() as elements):
-            yield (*step.path, "for_each", step.variable), elements, "list"
-        case SubtreeStep() | PythonStep():
-            at = ("tree", "inputs") if isinstance(step, SubtreeStep) else ("inputs",)
-            takes = step.takes if isinstance(step, SubtreeStep) else {}
-            for name, value in step.inputs.items():
-                if isinstance(value, Expression):
-                    yield (*step.path, *at, name), value, takes.get(name)
-
-
-def step_faults(document: Document, step: Step, variables: Variables) -> Iterator[Diagnostic]:
-    """Yield what is wrong with the names and types in a step, goals and conditions left out."""
-    for path, value, rule in values_of(step):
-        if isinstance(value, Expression):
-            yield from number_faults(document, path, value, variables, rule)
-    if isinstance(step, LogStep):
-        path = (*step.path, "log")
-        yield from template_faults(document, path, step.message, variables)
-    if isinstance(step, SetStep):
-        # Each value may read what the ones before it have set.
-        variables = replace(variables, types=ChainMap({}, variables.types))
-        for name, value in step.values.items():
-            if isinstance(value, Expression):
-                path = (*step.path, "set", name)
-                yield from expression_faults(document, path, value, variables, None)
-            variables.note(name, variables.type_of(value))
-    for path, expression, wanted in asked_of(step):
-        yield from expression_faults(document, path, expression, variables, wanted)
-    yield from _naming_faults(document, step, variables)
-
-
-def _naming_faults(document: Document, step: Step, variables: Variables) -> Iterator[Diagnostic]:
-    """Yield the variables that a step must not write."""
-    match step:
-        case Writer():
-            for result_field, name in step.outputs.items():
-                why = variables.fixed(name)
-                if why is not None:
-                    yield document.fault((*step.path, "outputs", result_field), why)
-        case SetStep():
-            for name in step.values:
-                why = variables.fixed(name)
-                if why is not None:
-                    yield document.fault((*step.path, "set", name), why, key=True)
-        case ForEachStep(variable=name):
-            if name in variables.types:
-                message = f"'{name}' is a variable already; choose another name"
-                yield document.fault((*step.path, "for_each", name), message, key=True)
+def _naming_faults(
+    document: Document, node: NodeModel, variables: Variables
+) -> Iterator[Diagnostic]:
+    """Yield the variables that a node must not write."""
+    for path, name, what, *_ in node.writes():
+        why = variables.fixed(name)
+        if isinstance(node, ForEachNode):
+            is_known = name in variables.types
+            why = f"'{name}' is a variable already; choose another name" if is_known else None
+        if why is not None:
+            yield document.fault((*node.path, *path), why, key=what == "variable")
 
 
 def number_faults(
@@ -311,20 +294,9 @@ def located(
     return document.fault(path, error.message, error.hint, offset=error.column - 1 + offset)
 
 
-def names_read(step: Step) -> frozenset[str]:
-    """Return every variable that a step may read."""
-    read = [names_in(value) for _, value, _ in values_of(step)]
-    read += [value.names for _, value, _ in asked_of(step)]
-    if isinstance(step, SetStep):
-        read += [names_in(value) for value in step.values.values()]
-    if isinstance(step, LogStep):
-        read.append(step.message.names)
-    if isinstance(step, ActionStep):
-        read += [names_in(step.goal), names_in(step.cancel_when)]
-    if isinstance(step, ServiceStep):
-        read.append(names_in(step.request))
-    if isinstance(step, WaitForStep):
-        read.append(step.until.names)
-    if isinstance(step, PublishStep):
-        read.append(names_in(step.message))
+def names_read(node: NodeModel) -> frozenset[str]:
+    """Return every variable that a node may read."""
+    read = [names_in(one.value) for one in node.reads()]
+    if isinstance(node, InterfaceNode):
+        read += [names_in(node.sent), names_in(node.condition)]
     return frozenset().union(*read)

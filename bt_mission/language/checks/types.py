@@ -1,18 +1,17 @@
-"""The actions, services and topics of a mission against their types."""
+"""The actions, services, topics and Python behaviours of a mission against their types."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from bt_mission.core.diagnostics import Diagnostic, listed, quoted
+from bt_mission.core.diagnostics import Diagnostic, describe, did_you_mean, listed, quoted
 from bt_mission.core.yaml.document import Document
 from bt_mission.language.checks.goals import goal_faults
-from bt_mission.language.checks.scope import expression_faults, step_faults, walk
-from bt_mission.language.checks.variables import Variables
-from bt_mission.language.checks.warnings import condition, sent, short_name
+from bt_mission.language.checks.scope import Variables, expression_faults
+from bt_mission.language.expressions.expression import Expression
 from bt_mission.language.expressions.syntax import Name
-from bt_mission.language.expressions.values import Type
+from bt_mission.language.expressions.values import WORDS, Type, fits, type_of
 from bt_mission.language.message_types import (
     ActionShapes,
     MessageShape,
@@ -23,23 +22,14 @@ from bt_mission.language.message_types import (
     field_at,
     value_type,
 )
-from bt_mission.language.mission import Mission
-from bt_mission.language.nodes.steps import ActionStep, PublishStep, Speaker
+from bt_mission.language.mission import Tree
+from bt_mission.language.nodes.interfaces import InterfaceNode
+from bt_mission.language.nodes.leaves import PythonNode
+from bt_mission.language.plugins import PythonError, attributes_of, find_class
 
 Shapes = ActionShapes | ServiceShapes | MessageShape
 FindShapes = Callable[[str], Shapes]
 """Gives what a type holds, by its full name. Raises UnknownType."""
-
-
-def type_faults(mission: Mission, find: FindShapes) -> Iterator[Diagnostic]:
-    """Yield everything in a mission that does not fit its types."""
-    known: dict[str, _Talk | UnknownType] = {}
-    for tree in mission.all_trees:
-        checker = _Checker(tree.document, find, known)
-        for step, variables in walk(tree, checker.output_type):
-            yield from step_faults(tree.document, step, variables)
-            if isinstance(step, Speaker):
-                yield from checker.faults(step, variables)
 
 
 @dataclass(frozen=True)
@@ -60,109 +50,149 @@ def _talk(shapes: Shapes) -> _Talk:
     return _Talk(None, shapes, shapes)
 
 
-class _Checker:
-    """Compares steps with their types, each type looked up once."""
+class TypeChecker:
+    """Compares nodes with the types of their messages, each type looked up once."""
 
-    def __init__(
-        self, document: Document, find: FindShapes, known: dict[str, _Talk | UnknownType]
-    ) -> None:
-        self.document = document
-        self.find = find
-        self.known = known
+    def __init__(self, find: FindShapes | None) -> None:
+        self._find = find
+        self._known: dict[str, _Talk | UnknownType] = {}
 
-    def talk(self, step: Speaker) -> _Talk | UnknownType:
-        """Return the messages of a step, or why they are not known."""
-        if step.type not in self.known:
+    def _talk(self, node: InterfaceNode) -> _Talk | UnknownType | None:
+        """Return the messages of a node, or why they are not known."""
+        if self._find is not None and node.type not in self._known:
             try:
-                self.known[step.type] = _talk(self.find(step.type))
+                self._known[node.type] = _talk(self._find(node.type))
             except UnknownType as error:
-                self.known[step.type] = error
-        return self.known[step.type]
+                self._known[node.type] = error
+        return self._known.get(node.type)
 
-    def output_type(self, step: Speaker, field: str) -> Type | None:
-        """Return the type of a field that a step keeps; None where there is no such field."""
-        talk = self.talk(step)
-        if isinstance(talk, UnknownType):
+    def output_type(self, node: InterfaceNode, field: str) -> Type | None:
+        """Return the type of a field that a node keeps; None where there is no such field."""
+        talk = self._talk(node)
+        if not isinstance(talk, _Talk):
             return None
         try:
             return value_type(field_at(talk.keeps, field))
         except UnknownField:
             return None
 
-    def faults(self, step: Speaker, variables: Variables) -> Iterator[Diagnostic]:
-        """Yield everything in one step that does not fit its type."""
-        talk = self.talk(step)
+    def faults(
+        self, document: Document, node: InterfaceNode, variables: Variables
+    ) -> Iterator[Diagnostic]:
+        """Yield everything in one node that does not fit its type."""
+        talk = self._talk(node)
         if isinstance(talk, UnknownType):
-            yield self.type_fault(step, talk)
+            path = (*node.path, *node.type_path)
+            is_key = node.type_path[-1] != "type"
+            yield document.fault(path, talk.message, talk.hint, key=is_key)
+        if not isinstance(talk, _Talk):
             return
-        sends = talk.keeps if isinstance(step, PublishStep) else talk.sends
-        if sends is not None:
-            values, path = sent(self.document, step)
-            yield from goal_faults(self.document, path, values, sends, variables)
-        if talk.asks is not None:
-            yield from self.condition_faults(step, talk.asks, variables)
-        yield from self.output_faults(step, talk.keeps)
+        if node.sent_path:
+            # What is published is a message of the topic, which others would read.
+            sends = talk.keeps if talk.sends is None else talk.sends
+            path = (*node.path, *node.sent_path)
+            yield from goal_faults(document, path, node.sent, sends, variables)
+        if talk.asks is not None and node.condition is not None:
+            yield from _condition_faults(document, node, talk.asks, variables)
+        yield from _output_faults(document, node, talk.keeps)
 
-    def type_fault(self, step: Speaker, error: UnknownType) -> Diagnostic:
-        """Return the fault of a step whose type is not installed."""
-        short = short_name(self.document, step)
-        if short is not None:
-            return self.document.fault((*step.path, short), error.message, error.hint, key=True)
-        return self.document.fault((*step.path, step.kind, "type"), error.message, error.hint)
 
-    def condition_faults(
-        self, step: Speaker, message: MessageShape, variables: Variables
-    ) -> Iterator[Diagnostic]:
-        """Yield what is wrong with a condition on the feedback, or on the message of a topic."""
-        path, asked = condition(step)
-        if asked is None:
-            return
+def _condition_faults(
+    document: Document, node: InterfaceNode, message: MessageShape, variables: Variables
+) -> Iterator[Diagnostic]:
+    """Yield what is wrong with a condition on the feedback, or on the message of a topic."""
+    path, asked = (*node.path, *node.condition_path), node.condition
+    assert asked is not None
 
-        def field_type(name: str) -> Type | None:
-            try:
-                return value_type(field_at(message, name))
-            except UnknownField:
-                raise KeyError(name) from None
+    def field_type(name: str) -> Type | None:
+        try:
+            return value_type(field_at(message, name))
+        except UnknownField:
+            raise KeyError(name) from None
 
-        bare = [name for name in asked.references if not name.variable]
-        unknown = list(self.unknown_names(path, bare, message, variables))
-        yield from unknown
-        if unknown:
-            return
-        yield from expression_faults(self.document, path, asked, variables, "bool", field_type)
-        if not any(name.name.partition(".")[0] in message.fields for name in bare):
-            what = "the feedback" if isinstance(step, ActionStep) else message.name
-            text = f"the condition reads no field of {what} ({listed(message.fields)})"
-            yield self.document.fault(path, text)
+    bare = [name for name in asked.references if not name.variable]
+    unknown = list(_unknown_names(document, path, bare, message, variables))
+    yield from unknown
+    if unknown:
+        return
+    yield from expression_faults(document, path, asked, variables, "bool", field_type)
+    if not any(name.name.partition(".")[0] in message.fields for name in bare):
+        what = "the feedback" if node.interface == "action" else message.name
+        text = f"the condition reads no field of {what} ({listed(message.fields)})"
+        yield document.fault(path, text)
 
-    def unknown_names(
-        self, path: Path, names: list[Name], message: MessageShape, variables: Variables
-    ) -> Iterator[Diagnostic]:
-        """Yield the bare names of a condition that name no value, of a field or a variable."""
-        for name in names:
-            offset = name.column - 1
-            try:
-                shape = field_at(message, name.name)
-            except UnknownField as error:
-                if name.name not in variables.types:
-                    yield self.document.fault(path, error.message, error.hint, offset=offset)
-                continue
-            if isinstance(shape, MessageShape):
-                yield self.document.fault(path, _too_much(name.name, shape), offset=offset)
 
-    def output_faults(self, step: Speaker, kept: MessageShape) -> Iterator[Diagnostic]:
-        """Yield the outputs that a result, response or message does not have."""
-        for field in step.outputs:
-            path = (*step.path, "outputs", field)
-            try:
-                shape = field_at(kept, field)
-            except UnknownField as error:
-                yield self.document.fault(path, error.message, error.hint, key=True)
-                continue
-            if isinstance(shape, MessageShape):
-                yield self.document.fault(path, _too_much(field, shape), key=True)
+def _unknown_names(
+    document: Document,
+    path: Path,
+    names: list[Name],
+    message: MessageShape,
+    variables: Variables,
+) -> Iterator[Diagnostic]:
+    """Yield the bare names of a condition that name no value, of a field or a variable."""
+    for name in names:
+        offset = name.column - 1
+        try:
+            shape = field_at(message, name.name)
+        except UnknownField as error:
+            if name.name not in variables.types:
+                yield document.fault(path, error.message, error.hint, offset=offset)
+            continue
+        if isinstance(shape, MessageShape):
+            yield document.fault(path, _too_much(name.name, shape), offset=offset)
+
+
+def _output_faults(
+    document: Document, node: InterfaceNode, kept: MessageShape
+) -> Iterator[Diagnostic]:
+    """Yield the outputs that a result, response or message does not have."""
+    for write in node.writes():
+        path, field = (*node.path, *write.path), str(write.path[-1])
+        try:
+            shape = field_at(kept, field)
+        except UnknownField as error:
+            yield document.fault(path, error.message, error.hint, key=True)
+            continue
+        if isinstance(shape, MessageShape):
+            yield document.fault(path, _too_much(field, shape), key=True)
 
 
 def _too_much(field: str, shape: MessageShape) -> str:
     fields = listed(f"{field}.{name}" for name in shape.fields)
     return f"{quoted(field)} is a {shape.name}; name one of its fields: {fields}"
+
+
+def python_faults(tree: Tree, node: PythonNode, variables: Variables) -> Iterator[Diagnostic]:
+    """Yield what is wrong with the use of a Python behaviour, whose module is imported."""
+    document, place = tree.document, (*node.path, "python")
+    try:
+        kind = find_class(node.target, document.file)
+    except PythonError as error:
+        yield document.fault(place, error.message, error.hint)
+        return
+    attributes = attributes_of(kind)
+    known = listed(attributes) if attributes else "none"
+    for name, value in node.inputs.items():
+        path = (*node.path, "inputs", name)
+        if name not in attributes:
+            message = f"no attribute {quoted(name)} on {kind.__name__} (it declares: {known})"
+            yield document.fault(path, message, did_you_mean(name, attributes), key=True)
+        elif isinstance(value, Expression):
+            wanted = attributes[name]
+            if wanted is not None:
+                yield from expression_faults(document, path, value, variables, wanted)
+        else:
+            yield from _constant_faults(tree, path, value, attributes[name])
+    for name in node.outputs:
+        if name not in attributes:
+            path = (*node.path, "outputs", name)
+            message = f"no attribute {quoted(name)} on {kind.__name__} (it declares: {known})"
+            yield document.fault(path, message, did_you_mean(name, attributes), key=True)
+
+
+def _constant_faults(
+    tree: Tree, path: tuple[str | int, ...], value: object, wanted: Type | None
+) -> Iterator[Diagnostic]:
+    if wanted is not None and not fits(type_of(value), wanted):
+        message = f"expected {WORDS[wanted]}, got {describe(value)}"
+        yield tree.document.fault(path, message)

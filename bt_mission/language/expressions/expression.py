@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import random
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from types import MappingProxyType
@@ -137,38 +137,29 @@ class Text:
                 # Without the frames that it came through, and all that these hold.
                 object.__setattr__(self, reading, error.with_traceback(None))
 
-    def evaluate(self, names: Mapping[str, Plain], rng: random.Random) -> Late:
-        """Return the value of either reading, or the error that it ends in.
-
-        No text draws random numbers in both readings: one with `${...}` is no expression.
-        """
-        return Late(
-            _tried(self.template, names, rng),
-            _tried(self.expression, names, rng),
-        )
-
 
 @dataclass(frozen=True)
 class Late:
-    """A `Text` evaluated in both readings; the type of its field takes one of them.
+    """A `Text` with what it is evaluated with: only its field tells in which reading that is.
 
-    What a reading ended in is kept as its error, and raised if that one is taken.
+    No text draws random numbers in both readings: one with `${...}` is no expression.
     """
 
-    text: str | ExpressionError
-    value: Plain | ExpressionError
+    text: Text
+    names: Mapping[str, Plain]
+    rng: random.Random
 
     def as_text(self) -> str:
         """Return the value for a text field. Raises ExpressionError."""
-        if isinstance(self.text, ExpressionError):
-            raise self.text
-        return self.text
+        if isinstance(self.text.template, ExpressionError):
+            raise self.text.template
+        return self.text.template.evaluate(self.names, self.rng)
 
     def as_value(self) -> Plain:
         """Return the value for any other field. Raises ExpressionError."""
-        if isinstance(self.value, ExpressionError):
-            raise self.value
-        return self.value
+        if isinstance(self.text.expression, ExpressionError):
+            raise self.text.expression
+        return self.text.expression.evaluate(self.names, self.rng)
 
 
 Value = (
@@ -180,13 +171,13 @@ Value = (
 def resolve(value: Any, names: Mapping[str, Plain], rng: random.Random) -> Any:
     """Return a value with everything in it computed. Raises ExpressionError.
 
-    A `Text` becomes a `Late`, which `ros_types.fill` reads as its field wants it.
+    A `Text` becomes a `Late`, which is evaluated as its field wants it.
     """
     match value:
         case Expression() | Template():
             return value.evaluate(names, rng)
         case Text():
-            return value.evaluate(names, rng)
+            return Late(value, names, rng)
         case Mapping():
             return {key: resolve(part, names, rng) for key, part in value.items()}
         case list() | tuple():
@@ -194,49 +185,44 @@ def resolve(value: Any, names: Mapping[str, Plain], rng: random.Random) -> Any:
     return value
 
 
-def _tried(
-    reading: Template | Expression | ExpressionError,
-    names: Mapping[str, Plain],
-    rng: random.Random,
-) -> Any:
-    if isinstance(reading, ExpressionError):
-        return reading
-    try:
-        return reading.evaluate(names, rng)
-    except ExpressionError as error:
-        return error
+def _formulas(value: Any) -> Iterator[Expression | Template]:
+    """Yield what is computed in a value, nested parts and both readings of texts included."""
+    match value:
+        case Expression() | Template():
+            yield value
+        case Text():
+            for reading in (value.template, value.expression):
+                if not isinstance(reading, ExpressionError):
+                    yield reading
+        case Mapping():
+            for part in value.values():
+                yield from _formulas(part)
+        case list() | tuple():
+            for part in value:
+                yield from _formulas(part)
 
 
 def draws(value: Any) -> bool:
     """Return whether a value, nested parts included, uses random numbers."""
-    match value:
-        case Expression() | Template():
-            return value.draws
-        case Text():
-            readings = (value.template, value.expression)
-            return any(one.draws for one in readings if not isinstance(one, ExpressionError))
-        case Mapping():
-            return any(draws(part) for part in value.values())
-        case list() | tuple():
-            return any(draws(part) for part in value)
-    return False
+    return any(formula.draws for formula in _formulas(value))
 
 
 def names_in(value: Any) -> frozenset[str]:
     """Return the variables that a value may read, nested parts included."""
+    return frozenset().union(*(formula.names for formula in _formulas(value)))
+
+
+def written_text(value: Any) -> str:
+    """Return a value as its author wrote it."""
     match value:
-        case Expression() | Template():
-            return value.names
-        case Text():
-            readings = (value.template, value.expression)
-            return frozenset().union(
-                *(one.names for one in readings if not isinstance(one, ExpressionError))
-            )
+        case Expression() | Template() | Text():
+            return value.text
         case Mapping():
-            return frozenset().union(*(names_in(part) for part in value.values()))
+            parts = (f"{name}: {written_text(one)}" for name, one in value.items())
+            return f"{{{', '.join(parts)}}}"
         case list() | tuple():
-            return frozenset().union(*(names_in(part) for part in value))
-    return frozenset()
+            return f"[{', '.join(written_text(one) for one in value)}]"
+    return show(value)
 
 
 def _parts(text: str) -> list[str | tuple[int, Expression]]:

@@ -124,7 +124,7 @@ def _bad_character(text: str, at: int) -> ExpressionError:
     found = text[at : at + 2] if text[at : at + 2] in _INSTEAD else text[at]
     instead = _INSTEAD.get(found)
     hint = f"write '{instead}'" if instead else None
-    return ExpressionError(f"{quoted(found)} is no part of an expression", at + 1, hint)
+    return ExpressionError(f"unexpected token {quoted(found)}", at + 1, hint)
 
 
 @dataclass

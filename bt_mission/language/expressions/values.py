@@ -19,10 +19,10 @@ MAX_MAGNITUDE = 2**64
 """The largest integer an expression may reach; no ROS field holds a larger one."""
 
 WORDS: dict[Type | None, str] = {
-    "integer": "a whole number",
+    "integer": "an integer",
     "number": "a number",
-    "bool": "true or false",
-    "text": "a text",
+    "bool": "a boolean",
+    "text": "a string",
     "list": "a list",
     None: "a value",
 }
@@ -109,7 +109,7 @@ def _described(value: object) -> str:
         case bool():
             return show(value)
         case str():
-            return f"text {quoted(value)}"
+            return f"string {quoted(value)}"
         case list() | tuple():
             return f"a list of {len(value)}"
     return str(value)

@@ -1,57 +1,58 @@
-"""What the models of a mission file are made of: values, each with its rule, and the base."""
+"""What all kinds of node have in common: the values they are written with, and what a kind tells.
+
+A kind of node is one class. Its fields are what a person writes, the key that names the kind as
+the alias of one of them, and its methods tell what else is to be known of it: the values that it
+reads, the variables that it writes, how it can end, and what it is called. Checks, drawings and
+the builder of behaviours ask the class; `registry.KINDS` lists them all.
+"""
 
 from __future__ import annotations
 
-from typing import Annotated, Any
-
-from pydantic import (
-    AfterValidator,
-    BaseModel,
-    ConfigDict,
-    Field,
-    PlainValidator,
-    WithJsonSchema,
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from operator import attrgetter
+from typing import (
+    TYPE_CHECKING,
+    Annotated,
+    Any,
+    ClassVar,
+    Literal,
+    NamedTuple,
+    Protocol,
+    Self,
+    TypeAlias,
+    TypeVar,
+    get_args,
+    get_origin,
 )
 
-from bt_mission.language.nodes import fields
+from pydantic import BaseModel, ConfigDict, Field, SkipValidation, WithJsonSchema
+from pydantic.json_schema import SkipJsonSchema
+from typing_extensions import override
 
-NUMBER_SCHEMA = WithJsonSchema({"type": ["number", "string"]})
-TEXT_SCHEMA = WithJsonSchema({"type": "string"})
-OBJECT_SCHEMA = WithJsonSchema({"type": "object", "minProperties": 1, "maxProperties": 1})
+from bt_mission.language.expressions.expression import Expression, Value, written_text
+from bt_mission.language.expressions.values import Type
+from bt_mission.language.nodes.fields import Line, NumberRule, Reads
+
+Key = str | int
+Path = tuple[Key, ...]
+
+Ends = frozenset[str]
+"""How a node can end: "success", "failure", both, or not at all."""
+
+EITHER: Ends = frozenset({"success", "failure"})
+SUCCESS: Ends = frozenset({"success"})
+FAILURE: Ends = frozenset({"failure"})
+
 NODE_MARK, TREE_MARK = "x-node", "x-tree"
 """Stand in a schema where a node or the definition of a tree does (`schema.py`)."""
 
 NODE_SCHEMA = WithJsonSchema({NODE_MARK: True})
 
-Child = Annotated[Any, NODE_SCHEMA]
-Children = Annotated[list[Child], Field(min_length=1)]
-Times = Annotated[Any, PlainValidator(fields.TIMES.parse), NUMBER_SCHEMA]
-Seconds = Annotated[Any, PlainValidator(fields.SECONDS.parse), NUMBER_SCHEMA]
-Limit = Annotated[Any, PlainValidator(fields.LIMIT.parse), NUMBER_SCHEMA]
-FixedLimit = Annotated[
-    float, PlainValidator(fields.LIMIT.parse_constant), WithJsonSchema({"type": "number"})
-]
-Weight = Annotated[
-    float, PlainValidator(fields.WEIGHT.parse_constant), WithJsonSchema({"type": "number"})
-]
-FeedbackCondition = Annotated[Any, PlainValidator(fields.condition), TEXT_SCHEMA]
-Condition = Annotated[
-    Any, PlainValidator(fields.question), WithJsonSchema({"type": ["string", "boolean"]})
-]
-Computed = Annotated[Any, PlainValidator(fields.computed), WithJsonSchema({})]
-Elements = Annotated[
-    Any, PlainValidator(fields.elements), WithJsonSchema({"type": ["array", "string"]})
-]
-Message = Annotated[Any, PlainValidator(fields.message), TEXT_SCHEMA]
-ActionNameField = Annotated[str, PlainValidator(fields.action_name), TEXT_SCHEMA]
-Variable = Annotated[str, PlainValidator(fields.variable), TEXT_SCHEMA]
-TreeName = Annotated[str, PlainValidator(fields.tree_name), TEXT_SCHEMA]
-ResultField = Annotated[str, PlainValidator(fields.result_field), TEXT_SCHEMA]
-InputValue = Annotated[Any, PlainValidator(fields.plain), WithJsonSchema({})]
-GoalPart = Annotated[Any, PlainValidator(fields.goal_part), WithJsonSchema({})]
-Goal = dict[str, GoalPart]
+WrittenNode = Annotated[Any, NODE_SCHEMA]
+"""A node that is not read yet: of whole files, the reader takes the nodes one by one."""
+
 Trees = Annotated[Any, WithJsonSchema({TREE_MARK: True})]
-Line = Annotated[str, Field(min_length=1, max_length=200), AfterValidator(fields.printable)]
 
 
 class Written(BaseModel):
@@ -60,7 +61,274 @@ class Written(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
+@dataclass(frozen=True, slots=True)
+class NodePlace:
+    """Where a node stands: `line` and `column` count from 1, `path` leads there in its document."""
+
+    line: int = 0
+    column: int = 0
+    path: Path = ()
+
+
+class Read(NamedTuple):
+    """A value of a node, which may read variables, and where it stands below the node.
+
+    `wanted` is the rule of a number, or the type of another value; None where every type will do.
+    `assigns` is the variable that the value goes to before the next one of the node is read.
+    """
+
+    path: Path
+    value: Value
+    wanted: NumberRule | Type | None = None
+    assigns: str | None = None
+
+
+class Write(NamedTuple):
+    """A variable that a node writes, and where that stands below the node.
+
+    Its type is that of the `value`, or that of a field of a message, or this `type`.
+    """
+
+    path: Path
+    variable: str
+    what: Literal["output", "variable"] = "output"
+    value: Value | None = None
+    type: Type | None = None
+
+
+class Reading(Protocol):
+    """The reader of a document, as far as a node needs it that is compared with the mission."""
+
+    def fault(
+        self, path: Path, message: str, hint: str | None = None, *, key: bool = False
+    ) -> None:
+        """Note a fault at a value or at its key."""
+
+    @property
+    def is_full(self) -> bool:
+        """Whether there are as many faults as anybody reads."""
+
+    def has_keys(self, path: Path) -> bool:
+        """Return whether a mapping stands at a place."""
+
+    def limits_of(self, action: str) -> Mapping[str, Any]:
+        """Return what the mission says of the goals of an action, by the names of modifiers."""
+
+    @property
+    def signatures(self) -> Mapping[str, Any]:
+        """The named trees that may be used (`node_reader.Signature`)."""
+
+
+Content = TypeVar("Content")
+
+Hidden: TypeAlias = SkipJsonSchema[SkipValidation[Content]]
+"""A field that the reader fills and no person writes."""
+
+HIDDEN = "@"
+"""Begins the keys of such fields."""
+
+
 class NodeModel(Written):
     """A node's modifiers that every kind takes."""
 
+    kind: ClassVar[str]
+    keys: ClassVar[tuple[str, ...]] = ("name",)
+    """The keys that may stand in a node of this kind."""
+    read_fields: ClassVar[tuple[tuple[Path, Callable[[Any], Any], Reads], ...]] = ()
+    """The fields that may read variables: the path of each, what gets it, and how it is marked."""
+    always: ClassVar[Ends] = EITHER
+    """How it can end, where that depends on nothing; a goal may always end either way."""
+    takes_time: ClassVar[bool] = False
+    """Whether it may take more than a tick by itself."""
+    child_keys: ClassVar[tuple[str, ...]] = ()
+    """The keys that hold one node each."""
+
     name: Line = ""
+    place: SkipJsonSchema[SkipValidation[NodePlace]] = Field(
+        NodePlace(), alias="@place", repr=False
+    )
+
+    # ---- the form of the kind ------------------------------------------------------------
+
+    @classmethod
+    @override
+    def __pydantic_init_subclass__(cls, **_kwargs: Any) -> None:
+        names = (field.alias or name for name, field in cls.model_fields.items())
+        cls.keys = tuple(name for name in names if not name.startswith(HIDDEN))
+        cls.read_fields = tuple(_read_fields(cls))
+
+    @classmethod
+    def written_children(cls, data: Mapping[str, Any]) -> Iterator[tuple[Path, Any]]:
+        """Yield the nodes directly inside a written node, each with its path in it."""
+        for key in cls.child_keys:
+            if key in data:
+                yield (key,), data[key]
+
+    def completed(self, _reading: Reading) -> Self:
+        """Return the node with what the rest of the mission says of it.
+
+        What only the parts of a node together show, or the mission, is noted as a fault.
+        """
+        return self
+
+    # ---- where it stands -----------------------------------------------------------------
+
+    @property
+    def line(self) -> int:
+        """The line of its first key, from 1."""
+        return self.place.line
+
+    @property
+    def column(self) -> int:
+        """The column of its first key, from 1."""
+        return self.place.column
+
+    @property
+    def path(self) -> Path:
+        """The keys and indices that lead to it in its document."""
+        return self.place.path
+
+    @property
+    def below(self) -> tuple[NodeModel, ...]:
+        """The nodes directly below this one."""
+        return ()
+
+    def walk(self) -> Iterator[NodeModel]:
+        """Yield this node and all below it, in the order of the file."""
+        waiting: list[NodeModel] = [self]
+        while waiting:
+            node = waiting.pop()
+            yield node
+            waiting.extend(reversed(node.below))
+
+    # ---- what is to be known of the kind -------------------------------------------------
+
+    def reads(self) -> Iterator[Read]:
+        """Yield the values that may read variables, those for ROS messages left out."""
+        for path, get, mark in self.read_fields:
+            value = get(self)
+            if isinstance(value, dict):
+                yield from (Read((*path, key), one, mark.wanted) for key, one in value.items())
+            elif value is not None:
+                yield Read(path, value, mark.wanted)
+
+    def writes(self) -> Iterator[Write]:
+        """Yield the variables that it writes."""
+        yield from ()
+
+    def ends(self, _below: list[Ends]) -> Ends:
+        """Return how it can end, from how those below it can."""
+        return self.always
+
+    def endless(self) -> str | None:
+        """What of it may take for ever, in words; None where nothing may."""
+        return None
+
+    @property
+    def label(self) -> str:
+        """What it is called in the tree."""
+        return self.name or self.default_label()
+
+    def default_label(self) -> str:
+        """What it is called where its author gives it no name."""
+        return self.kind
+
+    def details(self) -> list[str]:
+        """Return what it does, in order of importance, in the words of its author."""
+        return []
+
+
+def _read_fields(
+    model: type[Written], path: Path = (), names: tuple[str, ...] = ()
+) -> Iterator[tuple[Path, Callable[[Any], Any], Reads]]:
+    """Yield the marked fields of a model, and of the models in it that are no nodes."""
+    for name, field in model.model_fields.items():
+        place, within = (*path, field.alias or name), (*names, name)
+        kind: Any = field.annotation
+        parts = get_args(kind)[1:] if get_origin(kind) is dict else ()
+        for mark in (*field.metadata, *(one for part in parts for one in part.__metadata__)):
+            if isinstance(mark, Reads):
+                yield place, attrgetter(".".join(within)), mark
+        if isinstance(kind, type) and issubclass(kind, Written) and kind is not NodeModel:
+            yield from _read_fields(kind, place, within)
+
+
+Child = Annotated[NodeModel, SkipValidation, NODE_SCHEMA]
+MaybeChild = Annotated[NodeModel | None, SkipValidation, NODE_SCHEMA]
+Children = Annotated[tuple[Child, ...], Field(min_length=1, strict=False)]
+
+
+class CompositeNode(NodeModel):
+    """A node with a list of nodes below it."""
+
+    if TYPE_CHECKING:
+        children: Children
+
+    @classmethod
+    @override
+    def written_children(cls, data: Mapping[str, Any]) -> Iterator[tuple[Path, Any]]:
+        parts = data.get(cls.kind)
+        if isinstance(parts, list):
+            yield from (((cls.kind, index), part) for index, part in enumerate(parts))
+
+    @property
+    @override
+    def below(self) -> tuple[NodeModel, ...]:
+        return self.children
+
+
+class DecoratorNode(NodeModel):
+    """A node with one below it."""
+
+    child_keys: ClassVar[tuple[str, ...]] = ("do",)
+
+    if TYPE_CHECKING:
+        child: Child
+
+    @property
+    @override
+    def below(self) -> tuple[NodeModel, ...]:
+        return (self.child,)
+
+
+class ConditionalNode(NodeModel):
+    """A node that asks a condition on variables; a constant holds always or never."""
+
+    if TYPE_CHECKING:
+        condition: Expression | bool
+
+    @override
+    def default_label(self) -> str:
+        return f"{self.kind} {written_text(self.condition)}"
+
+    @override
+    def details(self) -> list[str]:
+        return [written_text(self.condition)] if self.name else []
+
+
+class OutputsNode(NodeModel):
+    """A node with results; `outputs` names the variable that each of them goes to."""
+
+    takes_time: ClassVar[bool] = True
+
+    if TYPE_CHECKING:
+        outputs: dict[str, str]
+
+    @override
+    def writes(self) -> Iterator[Write]:
+        for source, variable in self.outputs.items():
+            yield Write(("outputs", source), variable)
+
+    def shown_outputs(self) -> list[str]:
+        """Return the outputs as a drawing shows them."""
+        return [f"{variable} := {source}" for source, variable in self.outputs.items()]
+
+
+def shown_fields(values: Mapping[str, Any]) -> list[str]:
+    """Return fields of a message or inputs as a drawing shows them."""
+    return [f"{name} {written_text(value)}" for name, value in values.items()]
+
+
+def shown_limit(timeout: Value | None) -> list[str]:
+    """Return a limit in seconds as a drawing shows it."""
+    return [] if timeout is None else [f"within {written_text(timeout)} s"]

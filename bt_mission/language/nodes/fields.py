@@ -6,8 +6,9 @@ import math
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
+from pydantic import AfterValidator, Field, PlainValidator, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
 from bt_mission.core.diagnostics import describe
@@ -77,7 +78,7 @@ MOST_SECONDS = 2**31 - 1
 MOST_WEIGHT = 1_000_000_000
 """So that the weights of all children have a finite sum."""
 
-TIMES = NumberRule("a whole number of at least 1", 1, whole=True)
+TIMES = NumberRule("an integer of at least 1", 1, whole=True)
 SECONDS = NumberRule("seconds, 0 or more", 0, MOST_SECONDS)
 LIMIT = NumberRule("seconds above 0", 0, MOST_SECONDS, itself=False)
 WEIGHT = NumberRule("a weight above 0", 0, MOST_WEIGHT, itself=False)
@@ -173,7 +174,7 @@ def elements(value: Any) -> Any:
 def message(value: Any) -> Template:
     """Return the template of a log message."""
     if not isinstance(value, str):
-        raise refusal(f"expected a text, got {describe(value)}")
+        raise refusal(f"expected a string, got {describe(value)}")
     return parsed(Template, value)
 
 
@@ -223,7 +224,7 @@ def plain(value: Any) -> Any:
         for part in value:
             plain(part)
     elif value is None or isinstance(value, dict):
-        message = f"expected a number, true or false, a text or a list, got {describe(value)}"
+        message = f"expected a number, a boolean, a string or a list, got {describe(value)}"
         raise refusal(message)
     return value
 
@@ -257,3 +258,49 @@ service_name = ros_name("a service", "/stop")
 service_type = ros_type("srv", "std_srvs/srv/Trigger")
 topic_name = ros_name("a topic", "/battery_state")
 message_type = ros_type("msg", "sensor_msgs/msg/BatteryState")
+
+
+# ---- the types of fields ---------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Reads:
+    """Marks a field whose value may read variables, with the rule or the type of that value."""
+
+    wanted: NumberRule | Type | None = None
+
+
+NUMBER_SCHEMA = WithJsonSchema({"type": ["number", "string"]})
+TEXT_SCHEMA = WithJsonSchema({"type": "string"})
+OBJECT_SCHEMA = WithJsonSchema({"type": "object", "minProperties": 1, "maxProperties": 1})
+
+Times = Annotated[Any, PlainValidator(TIMES.parse), NUMBER_SCHEMA, Reads(TIMES)]
+Seconds = Annotated[Any, PlainValidator(SECONDS.parse), NUMBER_SCHEMA, Reads(SECONDS)]
+Limit = Annotated[Any, PlainValidator(LIMIT.parse), NUMBER_SCHEMA, Reads(LIMIT)]
+FixedLimit = Annotated[
+    float, PlainValidator(LIMIT.parse_constant), WithJsonSchema({"type": "number"})
+]
+Weight = Annotated[float, PlainValidator(WEIGHT.parse_constant), WithJsonSchema({"type": "number"})]
+FeedbackCondition = Annotated[Any, PlainValidator(condition), TEXT_SCHEMA]
+Condition = Annotated[
+    Any,
+    PlainValidator(question),
+    WithJsonSchema({"type": ["string", "boolean"]}),
+    Reads("bool"),
+]
+Computed = Annotated[Any, PlainValidator(computed), WithJsonSchema({}), Reads()]
+Elements = Annotated[
+    Any,
+    PlainValidator(elements),
+    WithJsonSchema({"type": ["array", "string"]}),
+    Reads("list"),
+]
+Message = Annotated[Any, PlainValidator(message), TEXT_SCHEMA, Reads()]
+ActionNameField = Annotated[str, PlainValidator(action_name), TEXT_SCHEMA]
+Variable = Annotated[str, PlainValidator(variable), TEXT_SCHEMA]
+TreeName = Annotated[str, PlainValidator(tree_name), TEXT_SCHEMA]
+ResultField = Annotated[str, PlainValidator(result_field), TEXT_SCHEMA]
+InputValue = Annotated[Any, PlainValidator(plain), WithJsonSchema({})]
+GoalPart = Annotated[Any, PlainValidator(goal_part), WithJsonSchema({})]
+Goal = dict[str, GoalPart]
+Line = Annotated[str, Field(min_length=1, max_length=200), AfterValidator(printable)]

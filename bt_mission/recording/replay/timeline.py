@@ -15,9 +15,8 @@ from typing import Any
 
 from py_trees.common import Status
 
-from bt_mission.core.cdr.decoder import Decoder, DecodingError
-from bt_mission.events import messages, reader
-from bt_mission.recording.reading import Channel, RecordedFile, RecordingError
+from bt_mission.events import events, messages, reader
+from bt_mission.recording.reading import UNREADABLE, Channel, RecordedFile, RecordingError
 
 TOLD: dict[str, Callable[[Any], messages.Told]] = {
     "bt_mission_interfaces/msg/Tree": reader.tree,
@@ -41,7 +40,6 @@ TREE = "bt_mission_interfaces/msg/Tree"
 LATER = ("scan", "map")
 """Topics whose messages are decoded when they are looked at."""
 
-SHOWN_TOPICS = 5
 LOG_EVENT = '"event": "log"'
 
 
@@ -111,10 +109,10 @@ def read_timeline(path: Path) -> Timeline:
     :raises RecordingError: for a file that is none, or has no tree of a mission in it.
     """
     file = RecordedFile(path)
-    shooting = _TimelineReader(file)
+    timeline = _TimelineReader(file)
     for channel, time_ns, data in file.messages():
-        shooting.take(channel, time_ns, data)
-    return shooting.film()
+        timeline.take(channel, time_ns, data)
+    return timeline.timeline()
 
 
 class _TimelineReader:
@@ -122,43 +120,40 @@ class _TimelineReader:
 
     def __init__(self, file: RecordedFile) -> None:
         self._file = file
-        self._decoders: dict[Channel, Decoder] = {}
         self._kept: list[tuple[int, Frame]] = []
         self._robots: dict[str, list[tuple[int, Frame]]] = {}
         """By namespace: which robot is the mission's is known once there is a tree."""
         self._charges: dict[str, messages.BatteryState] = {}
         """The newest of each robot: it is told often, and changes seldom."""
-        self._topics: set[str] = set()
         self._unread: dict[str, str] = {}
         self._trace: list[str] = []
         self._node = ""
         """Of the executive that is shown: the first in the file."""
-        self._trees: list[messages.TreeInfo] = []
+        self._trees: list[events.MissionStarted] = []
         self._said: list[tuple[int, str]] = []
         self._sequence = 0
         self._last_ns = 0
 
     def take(self, channel: Channel, time_ns: int, data: bytes) -> None:
         """Take a message in, if it is of use; one that cannot be read is passed over."""
-        self._topics.add(channel.topic)
         if channel.encoding != "cdr":
             return
         self._last_ns = max(self._last_ns, time_ns)
         try:
             self._hand_on(channel, time_ns, data)
-        except (DecodingError, KeyError, TypeError, AttributeError) as error:
+        except UNREADABLE as error:
             self._unread.setdefault(channel.type_name, str(error))
 
     def _hand_on(self, channel: Channel, time_ns: int, data: bytes) -> None:
         place, _, name = channel.topic.rpartition("/")
         if channel.type_name in TOLD:
             if self._node in ("", place):
-                message = TOLD[channel.type_name](self._decode(channel, data))
+                message = TOLD[channel.type_name](channel.decode(data))
                 if channel.type_name == TREE:
                     self._node = place
                 self._take_told(message, time_ns)
         elif name == "trace":
-            self._take_line(self._decode(channel, data).data)
+            self._take_line(channel.decode(data).data)
         elif name in ROBOT:
             frames = self._robots.setdefault(place, [])
             seen = self._seen(name, channel, data)
@@ -170,12 +165,12 @@ class _TimelineReader:
     def _seen(self, name: str, channel: Channel, data: bytes) -> Frame:
         read = ROBOT[name]
         if name not in LATER:
-            return read(self._decode(channel, data))
+            return read(channel.decode(data))
 
         def decode() -> messages.Robot | None:
             try:
-                return read(self._decode(channel, data))
-            except (DecodingError, KeyError, TypeError, AttributeError):
+                return read(channel.decode(data))
+            except UNREADABLE:
                 return None
 
         return LazyMessage(name, decode)
@@ -184,7 +179,7 @@ class _TimelineReader:
         at_ns = (
             min(message.time_ns, time_ns) if not isinstance(message, messages.Statuses) else time_ns
         )
-        if isinstance(message, messages.TreeInfo):
+        if isinstance(message, events.MissionStarted):
             self._trees.append(message)
             self._sequence = 0
         elif isinstance(message, messages.Changes):
@@ -203,23 +198,18 @@ class _TimelineReader:
             event = json.loads(line)
             self._said.append((int(event["t"]), event["text"]))
 
-    def _decode(self, channel: Channel, data: bytes) -> Any:
-        if channel not in self._decoders:
-            self._decoders[channel] = Decoder(channel.type_name, channel.definition)
-        return self._decoders[channel].decode(data)
-
     # ---- the end ---------------------------------------------------------------------------
 
-    def film(self) -> Timeline:
+    def timeline(self) -> Timeline:
         """All of it.
 
         :raises RecordingError: where there is no tree of a mission in it.
         """
         if not self._trees:
-            raise RecordingError(f"{self._file.path}: {self._why_no_film()}")
+            raise RecordingError(f"{self._file.path}: {self._why_no_timeline()}")
         kept = [*self._kept, *self._words(), *self._robots.get(self._node.rpartition("/")[0], [])]
         # What is told at the instant at which a mission begins is told of that mission.
-        kept.sort(key=lambda one: (one[0], not isinstance(one[1], messages.TreeInfo)))
+        kept.sort(key=lambda one: (one[0], not isinstance(one[1], events.MissionStarted)))
         start_ns = self._trees[0].time_ns
         return Timeline(
             path=self._file.path,
@@ -240,9 +230,9 @@ class _TimelineReader:
         times = [tree.time_ns for tree in self._trees]
         for time_ns, text in self._said:
             tree = self._trees[max(bisect_right(times, time_ns) - 1, 0)]
-            yield time_ns, messages.LogText(time_ns, tree.run, text)
+            yield time_ns, events.LogLine(time_ns, tree.run, text)
 
-    def _why_no_film(self) -> str:
+    def _why_no_timeline(self) -> str:
         if TREE in self._unread:
             return (
                 "its tree cannot be read; it was made by another version of bt-mission "
@@ -251,12 +241,10 @@ class _TimelineReader:
         if "bt_mission" in self._file.notes:
             why = self._file.why_cut or "nothing was ticked"
             return f"it ends before the mission began: {why}"
-        if not self._topics:
+        if not self._file.topics:
             return f"no message is in it: {self._file.why_cut or 'nothing was recorded'}"
-        topics = ", ".join(sorted(self._topics)[:SHOWN_TOPICS])
-        more = ", ..." if len(self._topics) > SHOWN_TOPICS else ""
         return (
-            f"no tree of a mission is in it (topics here: {topics}{more}). "
+            f"no tree of a mission is in it (topics here: {self._file.topics}). "
             "bt-mission run --record makes such files; with ros2 bag record, record "
             "/bt_mission/tree, changes, state, details and log, too, from the start of the mission"
         )

@@ -17,7 +17,6 @@ import pytest
 from bt_mission.core import files
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.yaml.document import Document
-from bt_mission.ros import mission_node as missions
 from bt_mission.sessions.load import load
 from bt_mission.testing.coverage.page import page
 from bt_mission.testing.coverage.places import Built, CoveragePlace, places
@@ -61,11 +60,6 @@ class CoverageHooks:
                 raise pytest.UsageError(
                     f"--mission-cov-report: the name of {path} ends in none of {', '.join(WRITERS)}"
                 )
-        missions.on_mission_started.append(self._begin)
-
-    def pytest_unconfigure(self) -> None:
-        """Watch no more."""
-        missions.on_mission_started.remove(self._begin)
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> Generator[None, object, object]:
@@ -135,8 +129,8 @@ class CoverageHooks:
 
     # ---- what is seen --------------------------------------------------------------------
 
-    def _begin(self, mission: Mission, executive: Executive) -> None:
-        """A mission is set up."""
+    def on_mission_started(self, mission: Mission, executive: Executive) -> None:
+        """Watch a mission that is set up on the stage of a test."""
         keys = self._know(mission)
 
         def mark(one: Built, what: str, which: str) -> None:

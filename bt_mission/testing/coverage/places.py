@@ -11,12 +11,22 @@ from dataclasses import dataclass
 
 from py_trees.behaviour import Behaviour
 
-from bt_mission.behaviours.evaluator import name_of
 from bt_mission.core.yaml.document import Document
 from bt_mission.goals.outcome import Outcome
-from bt_mission.language.checks.reachability import Ends, ends_of
+from bt_mission.language.checks.reachability import ends_of
 from bt_mission.language.mission import Mission, Tree
-from bt_mission.language.nodes import steps
+from bt_mission.language.nodes.action import GoalNode
+from bt_mission.language.nodes.base import Ends, NodeModel
+from bt_mission.language.nodes.composites import (
+    ChooseNode,
+    FallbackNode,
+    InTurnNode,
+    ParallelNode,
+    WhenNode,
+)
+from bt_mission.language.nodes.decorators import ForEachNode, GuardNode, TimeoutNode
+from bt_mission.language.nodes.leaves import CheckNode
+from bt_mission.language.nodes.subtree import TreeNode
 
 TRUE, FALSE = "true", "false"
 EXPIRED = "expired"
@@ -33,7 +43,7 @@ ALWAYS_POSSIBLE = (
 )
 """Ways in which the server of any goal can end it, or leave it."""
 
-CHOOSING = (steps.FallbackStep, steps.ParallelStep, steps.ChooseStep)
+CHOOSING = (FallbackNode, ParallelNode, ChooseNode)
 """Kinds of which each child is a branch."""
 
 
@@ -47,7 +57,7 @@ class CoveragePlace:
     """
 
     document: Document
-    step: steps.Step
+    step: NodeModel
     tree: str | None
     depth: int
     name: str
@@ -74,34 +84,34 @@ def places(mission: Mission) -> Iterator[CoveragePlace]:
             )
 
 
-def _name_of(step: steps.Step, mission: Mission) -> str:
+def _name_of(step: NodeModel, mission: Mission) -> str:
     """As the tree that is built has it."""
-    return mission.name if step is mission.tree and step.steps and not step.name else name_of(step)
+    return mission.name if step is mission.tree and step.below and not step.name else step.label
 
 
-def branches(step: steps.Step) -> list[str]:
+def branches(step: NodeModel) -> list[str]:
     """The ways that a node can choose; those of children are in their order."""
     match step:
-        case steps.FallbackStep() | steps.ParallelStep() | steps.ChooseStep():
-            return [f"{number} {name_of(one)}" for number, one in enumerate(step.children, 1)]
-        case steps.WhenStep() | steps.GuardStep():
+        case FallbackNode() | ParallelNode() | ChooseNode():
+            return [f"{number} {one.label}" for number, one in enumerate(step.children, 1)]
+        case WhenNode() | GuardNode():
             if isinstance(step.condition, bool):
                 return [TRUE if step.condition else FALSE]
             return [TRUE, FALSE]
     return []
 
 
-def _outcomes(step: steps.Step, ends: Mapping[int, Ends], *, can_halt: bool) -> list[str]:
+def _outcomes(step: NodeModel, ends: Mapping[int, Ends], *, can_halt: bool) -> list[str]:
     match step:
-        case steps.ActionStep():
+        case GoalNode():
             return [str(one) for one in _of_goal(step, can_halt=can_halt)]
-        case steps.CheckStep():
+        case CheckNode():
             return [{"success": TRUE, "failure": FALSE}[end] for end in _both(ends[id(step)])]
-        case steps.TimeoutStep():
+        case TimeoutNode():
             return [*_both(ends[id(step.child)]), EXPIRED]
-        case steps.ForEachStep(elements=list() | tuple() as elements):
+        case ForEachNode(elements=list() | tuple() as elements):
             return _both(ends[id(step)]) if elements else [EMPTY]
-        case steps.ForEachStep():
+        case ForEachNode():
             return [*_both(ends[id(step)]), EMPTY]
     return _both(ends[id(step)])
 
@@ -110,7 +120,7 @@ def _both(ends: Ends) -> list[str]:
     return [end for end in ("success", "failure") if end in ends]
 
 
-def _of_goal(step: steps.ActionStep, *, can_halt: bool) -> Iterator[Outcome]:
+def _of_goal(step: GoalNode, *, can_halt: bool) -> Iterator[Outcome]:
     """The outcomes that this leaf's goals can have, in the order of the closed list."""
     limits = {
         Outcome.CANCELED_BY_CONDITION: step.cancel_when is not None,
@@ -128,7 +138,7 @@ def _of_goal(step: steps.ActionStep, *, can_halt: bool) -> Iterator[Outcome]:
 
 def _descend(
     tree: Tree, ends: Mapping[int, Ends], *, halted: bool
-) -> Iterator[tuple[steps.Step, int, bool]]:
+) -> Iterator[tuple[NodeModel, int, bool]]:
     """Every step with its depth, and whether something above can halt it while it runs."""
     waiting = [(tree.body, 0, halted)]
     while waiting:
@@ -136,21 +146,21 @@ def _descend(
         yield step, depth, can_halt
         below = [
             (child, depth + 1, can_halt or _halts(step, index, ends))
-            for index, child in enumerate(step.steps)
+            for index, child in enumerate(step.below)
         ]
         waiting += reversed(below)
 
 
-def _halts(step: steps.Step, index: int, ends: Mapping[int, Ends]) -> bool:
+def _halts(step: NodeModel, index: int, ends: Mapping[int, Ends]) -> bool:
     """Can a step halt its child of this index?"""
     match step:
-        case steps.TimeoutStep():
+        case TimeoutNode():
             return True
-        case steps.GuardStep():
+        case GuardNode():
             return step.condition is not True
-        case steps.SequenceStep() | steps.FallbackStep():
+        case InTurnNode():
             return not step.memory and index > 0
-        case steps.ParallelStep():
+        case ParallelNode():
             others = [ends[id(one)] for n, one in enumerate(step.children) if n != index]
             decides = step.succeed_when != "all" or any("failure" in one for one in others)
             return step.rest == "halt" and bool(others) and decides
@@ -168,7 +178,7 @@ def _trees_halted(mission: Mission) -> set[str | None]:
             name = None if tree.is_main else tree.name
             ends = ends_of(tree.body, uses)
             for step, _, can_halt in _descend(tree, ends, halted=name in found):
-                if can_halt and isinstance(step, steps.SubtreeStep):
+                if can_halt and isinstance(step, TreeNode):
                     found.add(step.tree)
         grown = len(found) > before
     return found
@@ -180,7 +190,7 @@ def _ends_of_trees(mission: Mission) -> dict[str, Ends]:
     waiting = list(mission.trees.values())
     while waiting:
         tree = waiting.pop(0)
-        used = {one.tree for one in tree.body.walk() if isinstance(one, steps.SubtreeStep)}
+        used = {one.tree for one in tree.body.walk() if isinstance(one, TreeNode)}
         if used <= found.keys():
             found[tree.name] = ends_of(tree.body, found)[id(tree.body)]
         else:
@@ -200,7 +210,7 @@ class Built:
     """
 
     node: Behaviour
-    step: steps.Step
+    step: NodeModel
     document: Document
     above: Built | None
     number: int
@@ -212,13 +222,13 @@ def built(mission: Mission, root: Behaviour) -> Iterator[Built]:
     while waiting:
         one = waiting.pop()
         yield one
-        if isinstance(one.step, steps.SubtreeStep):
+        if isinstance(one.step, TreeNode):
             tree = mission.trees[one.step.tree]
             waiting.append(Built(one.node.children[0], tree.body, tree.document, one, 0))
         else:
             waiting += [
                 Built(node, step, one.document, one, number)
                 for number, (step, node) in enumerate(
-                    zip(one.step.steps, one.node.children, strict=False)
+                    zip(one.step.below, one.node.children, strict=False)
                 )
             ]

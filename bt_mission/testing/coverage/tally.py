@@ -75,7 +75,7 @@ class Score:
 
     @classmethod
     def of(cls, spots: Iterable[Spot]) -> Score:
-        """Count."""
+        """Count what was reached of some nodes."""
         known = list(spots)
         outcomes = [runs for spot in known for runs in spot.outcomes.values()]
         branches = [runs for spot in known for runs in spot.branches.values()]

@@ -10,7 +10,9 @@ from py_trees.common import Status
 
 from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.executive.executive import MissionStatus
-from bt_mission.language.nodes import steps
+from bt_mission.language.nodes.composites import WhenNode
+from bt_mission.language.nodes.decorators import ForEachNode, GuardNode, TimeoutNode
+from bt_mission.language.nodes.leaves import CheckNode
 from bt_mission.testing.coverage.places import (
     CHOOSING,
     EMPTY,
@@ -43,8 +45,7 @@ class CoverageWatch:
         self._mark = mark
         self._built = {one.node: one for one in built(mission, executive.root)}
         self._seen: set[tuple[Behaviour, str, str]] = set()
-        followed = executive.tick_wrapper
-        executive.tick_wrapper = lambda walk: self._follow(followed(walk))
+        executive.tick_wrappers.append(self._follow)
         executive.listeners.append(self._on_change)
 
     def _follow(self, walk: Iterator[Behaviour]) -> Iterator[Behaviour]:
@@ -92,7 +93,7 @@ def _way_to(one: Built) -> str:
     assert above is not None
     if isinstance(above.step, CHOOSING):
         return branches(above.step)[one.number]
-    if isinstance(above.step, steps.WhenStep | steps.GuardStep):
+    if isinstance(above.step, WhenNode | GuardNode):
         return FALSE if one.number else TRUE
     return ""
 
@@ -100,9 +101,9 @@ def _way_to(one: Built) -> str:
 def _went_nowhere(one: Built) -> bool:
     """Has a condition that does not hold kept a node from going on?"""
     children = one.node.children
-    if isinstance(one.step, steps.WhenStep):
+    if isinstance(one.step, WhenNode):
         return len(children) == 1 and children[0].status is Status.INVALID
-    if isinstance(one.step, steps.GuardStep):
+    if isinstance(one.step, GuardNode):
         return children[0].status is Status.INVALID
     return False
 
@@ -114,10 +115,10 @@ def _outcome(one: Built) -> str:
         ending = node.attempt.ending if node.attempt else None
         return str(ending.outcome) if ending else ""
     has_failed = node.status is Status.FAILURE
-    if isinstance(step, steps.CheckStep):
+    if isinstance(step, CheckNode):
         return FALSE if has_failed else TRUE
-    if isinstance(step, steps.TimeoutStep) and has_failed:
+    if isinstance(step, TimeoutNode) and has_failed:
         return "failure" if node.children[0].status is Status.FAILURE else EXPIRED
-    if isinstance(step, steps.ForEachStep) and not has_failed:
+    if isinstance(step, ForEachNode) and not has_failed:
         return "success" if node.children[0].status is Status.SUCCESS else EMPTY
     return "failure" if has_failed else "success"

@@ -1,6 +1,7 @@
 """What can be broken on purpose: the faults of a stage, ``stage.faults``.
 
 - ``fault``: :class:`Fault`, an action of a test that goes on for a while
+- ``maker``, ``taps``: how a fault is declared, and what it makes of what passes
 - ``topics``, ``corruptions``: messages on their way between nodes
 - ``goals``, ``feedback``: what passes between an action server and its clients
 - ``servers``: servers that abort, die or fail

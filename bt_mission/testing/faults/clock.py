@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from bt_mission.testing.errors import ScenarioError
-from bt_mission.testing.faults.fault import Fault, FaultInstance, Maker
-
-if TYPE_CHECKING:
-    from rclpy.node import Node
+from bt_mission.testing.faults.fault import Begin, FaultInstance
+from bt_mission.testing.faults.maker import Maker, makes_fault
 
 EXECUTIVE = "bt_mission"
 
@@ -16,9 +12,10 @@ EXECUTIVE = "bt_mission"
 class ClockFaults(Maker):
     """Faults of the clock that one node follows, while all others go on."""
 
+    @makes_fault
     def jump_clock(
         self, by: float, *, node: str = EXECUTIVE, lasting: float | None = None
-    ) -> Fault:
+    ) -> Begin:
         """Have a node's clock jump, as when a simulator is reset or skips time.
 
         It goes on from there; where the fault ends, it jumps back to where it would be.
@@ -31,15 +28,16 @@ class ClockFaults(Maker):
 
         def begin(fault: FaultInstance) -> None:
             clock = fault.run.stage.clock
-            whose = _node(fault, node)
+            whose = fault.node(node)
             by_ns = max(round(by * 1e9), -clock.clocks.at(whose, clock.now_ns))
             clock.clocks.set_ahead(whose, by_ns, clock.now_ns)
             if lasting is not None:
                 fault.undo(lambda: clock.clocks.set_ahead(whose, -by_ns, clock.now_ns))
 
-        return self._fault("jump_clock", begin, lasting, by=by, node=node)
+        return begin
 
-    def stop_clock(self, *, node: str = EXECUTIVE, lasting: float | None = None) -> Fault:
+    @makes_fault
+    def stop_clock(self, *, node: str = EXECUTIVE, lasting: float | None = None) -> Begin:
         """Have a node's clock stand still, as when a simulator is paused; then it goes on.
 
         :param node: whose clock.
@@ -47,19 +45,8 @@ class ClockFaults(Maker):
 
         def begin(fault: FaultInstance) -> None:
             clock = fault.run.stage.clock
-            whose = _node(fault, node)
+            whose = fault.node(node)
             clock.clocks.stop(whose, clock.now_ns)
             fault.undo(lambda: clock.clocks.go_on(whose, clock.now_ns))
 
-        return self._fault("stop_clock", begin, lasting, node=node)
-
-
-def _node(fault: FaultInstance, name: str) -> Node:
-    """The node of a name.
-
-    :raises ScenarioError: when there is none.
-    """
-    full = fault.receiver(name)
-    return next(
-        one for one in fault.run.stage.clock.get_nodes() if one.get_fully_qualified_name() == full
-    )
+        return begin

@@ -21,13 +21,15 @@ if TYPE_CHECKING:
     from bt_mission.language.mission import Mission
     from bt_mission.sessions.stage import Stage
     from bt_mission.testing.history import History
-    from bt_mission.testing.scripted_server import ScriptedServer
 
 Fates = Iterable[Delivery | Answer]
 """What becomes of something that passes; nothing, and it is lost."""
 
 Begin = Callable[["FaultInstance"], None]
 """Makes something go wrong, and tells the occurrence how that is undone."""
+
+Tap = Callable[["FaultInstance", Passing], Fates]
+"""Decides what becomes of something that passes, while a fault goes on."""
 
 
 class FaultTarget(Protocol):
@@ -45,24 +47,16 @@ class FaultTarget(Protocol):
         """Raise an error in the test, and not in the mission."""
 
 
-class FaultStages(Protocol):
-    """The stages for which faults are made."""
-
-    scripted: dict[str, ScriptedServer]
-
-    def node(self, name: str) -> Node:
-        """Return a node of the test's own."""
-
-
 class Fault:
     """Something that goes wrong: an action for ``run.do``, ``run.at`` and ``run.when``.
 
     It goes on for the time that was said, until :attr:`end` is done, or to the end of the run.
 
-    :param what: name of the method of ``stage.faults`` that makes it.
-    :param parameters: the arguments of that method.
-    :param begin: see :data:`Begin`.
-    :param lasting: s of virtual time; None is until it is ended.
+    Args:
+        what: name of the method of ``stage.faults`` that makes it.
+        parameters: the arguments of that method, without those that change nothing.
+        begin: see :data:`Begin`.
+        lasting: s of virtual time; None is until it is ended.
     """
 
     def __init__(
@@ -81,7 +75,8 @@ class Fault:
     def __call__(self, run: FaultTarget) -> None:
         """Begin.
 
-        :raises ScenarioError: for a name that is not there, and while it goes on already.
+        Raises:
+            ScenarioError: for a name that is not there, and while it goes on already.
         """
         if self._occurrence is not None and self._occurrence.goes_on_in(run):
             raise ScenarioError(f"{self!r} goes on already: end it first, or make another")
@@ -112,8 +107,11 @@ class Fault:
 class FaultInstance:
     """One time that a fault goes on, in one run.
 
-    :ivar began_ns: when it began, virtual time.
-    :ivar ended_ns: when it ended; None while it goes on.
+    Attributes:
+        began_ns: when it began, ns of virtual time.
+        ended_ns: when it ended; None while it goes on.
+        made: what it has brought into the world.
+        kept: what its taps have to remember, by receiver or goal.
     """
 
     def __init__(self, run: FaultTarget, fault: Fault) -> None:
@@ -123,17 +121,18 @@ class FaultInstance:
         self.ended_ns: int | None = None
         self.number = len(run.faults) + 1
         self.made: Any = None
-        """What it has brought into the world."""
+        self.kept: dict[Any, Any] = {}
         likes = sum(str(one.fault) == str(fault) for one in run.faults)
         self._seed = f"{run.mission.seed}/{fault}/{likes}"
         self._undo = ExitStack()
         self._is_lasting = False
+        self._calls = 0
         self._passed: dict[str, tuple[int, int]] = {}
 
     # ---- its life ------------------------------------------------------------------------
 
     def goes_on_in(self, run: FaultTarget) -> bool:
-        """Does it go on, in this run?"""
+        """Tell whether it goes on, in this run."""
         return self.run is run and self._is_lasting and self.ended_ns is None
 
     def undo(self, function: Callable[[], Any]) -> None:
@@ -181,32 +180,37 @@ class FaultInstance:
     # ---- for those who write faults --------------------------------------------------------
 
     def generator(self, *key: Any) -> random.Random:
-        """A generator of its own for each key, the same in every run of one seed."""
+        """Make a generator of its own for each key, the same in every run of one seed."""
         return random.Random("/".join([self._seed, *map(str, key)]))
 
     def draw(self, passing: Passing) -> random.Random:
-        """The generator for something that passes: the same for all receivers of one message."""
+        """Make the generator for something that passes: one for all receivers of a message."""
         time_ns, count = self._passed.get(passing.receiver, (0, 0))
         count = count + 1 if time_ns == passing.time_ns else 0
         self._passed[passing.receiver] = (passing.time_ns, count)
         return self.generator(passing.time_ns, count)
 
-    def tap(
-        self,
-        name: str,
-        side: Side,
-        tap: Callable[[Passing], Fates],
-        receiver: str | None = None,
-    ) -> None:
+    def ends_at_call(self, number: int) -> bool:
+        """Count a call; end at that of this number, from 1, and tell whether this is it."""
+        self._calls += 1
+        if self._calls == number:
+            self.end()
+        return self._calls == number
+
+    def tap(self, name: str, side: Side, tap: Tap, receiver: str | None = None) -> None:
         """Decide what becomes of what passes, until the end.
 
-        :param receiver: full name of the one node that is concerned; None is all.
+        Args:
+            name: full name of a topic or service.
+            side: what of it passes.
+            tap: decides.
+            receiver: full name of the one node that is concerned; None is all.
         """
 
         def guarded(passing: Passing) -> Fates:
             if receiver is None or passing.receiver == receiver:
                 try:
-                    return tuple(tap(passing))
+                    return tuple(tap(self, passing))
                 except ScenarioError as error:
                     self.run.blame_test(error)  # a mistake of the test's is none of the mission's
             return (Delivery(passing.message),)
@@ -214,9 +218,10 @@ class FaultInstance:
         self.undo(self.run.stage.clock.taps.add(name, side, guarded))
 
     def topic(self, name: str) -> str:
-        """The full name of a topic of the graph.
+        """Return the full name of a topic of the graph.
 
-        :raises ScenarioError: when there is none of that name.
+        Raises:
+            ScenarioError: when there is none of that name.
         """
         node = self.run.stage.node
         full = node.resolve_topic_name(name)
@@ -226,10 +231,13 @@ class FaultInstance:
         return full
 
     def action(self, name: str) -> str:
-        """The full name of an action that somebody offers.
+        """Return the full name of an action that somebody offers.
 
-        :param name: a short name of the mission language will do.
-        :raises ScenarioError: when nobody offers it.
+        Args:
+            name: of the action; a short name of the mission language will do.
+
+        Raises:
+            ScenarioError: when nobody offers it.
         """
         full = self.run.stage.node.resolve_topic_name(
             ACTION_NAMES[name].action if name in ACTION_NAMES else name
@@ -242,14 +250,15 @@ class FaultInstance:
         return full
 
     def action_type(self, name: str) -> Any:
-        """The type of an action that somebody offers."""
+        """Return the type of an action that somebody offers."""
         full = self.action(name)
         return action_type(self._actions()[full])
 
     def service(self, name: str) -> tuple[str, Any]:
-        """The full name and the type of a service that somebody offers.
+        """Return the full name and the type of a service that somebody offers.
 
-        :raises ScenarioError: when nobody does.
+        Raises:
+            ScenarioError: when nobody does.
         """
         stage = self.run.stage
         full = stage.node.resolve_service_name(name)
@@ -273,61 +282,21 @@ class FaultInstance:
             )
         }
 
-    def receiver(self, name: str | None) -> str | None:
-        """The full name of a node; None stays None.
+    def node(self, name: str) -> Node:
+        """Return the node of a name.
 
-        :raises ScenarioError: when there is none of that name.
+        Raises:
+            ScenarioError: when there is none.
         """
-        if name is None:
-            return None
         full = name if name.startswith("/") else f"/{name}"
-        known = [one.get_fully_qualified_name() for one in self.run.stage.clock.get_nodes()]
+        known = {one.get_fully_qualified_name(): one for one in self.run.stage.clock.get_nodes()}
         if full not in known:
-            raise no_such("node", full, known)
-        return full
-
-
-class Maker:
-    """Makes faults for one stage; the classes that do so have it for their base."""
-
-    def __init__(self, stages: FaultStages) -> None:
-        self._stages = stages
-
-    def _fault(
-        self, what: str, begin: Begin, lasting: float | None = None, **parameters: Any
-    ) -> Fault:
-        if lasting is not None and not lasting > 0:
-            raise ScenarioError(f"{what}: expected lasting above 0 s, got {lasting!r}")
-        given = {name: value for name, value in parameters.items() if value is not None}
-        return Fault(what, given, begin, lasting)
-
-
-def passed(passing: Passing) -> Fates:
-    """It goes on as if nothing were wrong."""
-    return (Delivery(passing.message),)
-
-
-def nanoseconds(what: str, seconds: float) -> int:
-    """Seconds of a fault, in ns.
-
-    :raises ScenarioError: when they are below 0, or no number.
-    """
-    if not 0 <= seconds < float("inf"):
-        raise ScenarioError(f"expected {what} in seconds, 0 or more, got {seconds!r}")
-    return round(seconds * 1e9)
-
-
-def check_share(what: str, share: float) -> None:
-    """Refuse a share that is none.
-
-    :raises ScenarioError: when it is not above 0 and at most 1.
-    """
-    if not 0 < share <= 1:
-        raise ScenarioError(f"{what}: expected a share above 0 and at most 1, got {share!r}")
+            raise no_such("node", full, list(known))
+        return known[full]
 
 
 def plain(parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """Parameters as a trace can hold them: functions go by their names, exceptions by their text.
+    """Return what a trace can hold: functions go by their names, exceptions by their text.
 
     Nothing in it differs from one process to the next.
     """
@@ -335,6 +304,8 @@ def plain(parameters: Mapping[str, Any]) -> dict[str, Any]:
     for name, value in parameters.items():
         if isinstance(value, BaseException):
             shown[name] = f"{type(value).__name__}: {value}"
+        elif isinstance(value, Fault):
+            shown[name] = repr(value)
         elif isinstance(value, str | int | float | bool | list | tuple | dict):
             shown[name] = value
         else:

@@ -6,14 +6,14 @@ between a server and its client is caught.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from copy import deepcopy
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from action_msgs.srv import CancelGoal
 
 from bt_mission.testing.errors import ScenarioError
-from bt_mission.testing.faults.fault import Fates, Fault, FaultInstance, Maker, nanoseconds, passed
+from bt_mission.testing.faults.fault import Begin, Fates, FaultInstance, Tap
+from bt_mission.testing.faults.maker import Maker, makes_fault
+from bt_mission.testing.faults.taps import for_first, later, lost, nanoseconds, repeated
 from bt_mission.virtual_time import ACTION_PARTS, Answer, Delivery, Gate, Passing, Side
 
 if TYPE_CHECKING:
@@ -31,55 +31,45 @@ class GoalFaults(Maker):
     how many seconds. An action that nobody offers is a ScenarioError when the fault begins.
     """
 
+    @makes_fault
     def reject_goals(
         self, action: str, goals: int | None = None, *, lasting: float | None = None
-    ) -> Fault:
+    ) -> Begin:
         """Reject the next goals."""
-        _check_count("reject_goals", goals)
+        reject = for_first("reject_goals", goals, lambda fault, _: (fault.kept["rejection"],))
 
         def begin(fault: FaultInstance) -> None:
             response = fault.action_type(action).Impl.SendGoalService.Response
-            reject = _counted(fault, goals, lambda _: (Answer(response(accepted=False)),))
+            fault.kept["rejection"] = Answer(response(accepted=False))
             fault.tap(part_of(fault, action, "goal"), Side.REQUEST, reject)
 
-        return self._fault("reject_goals", begin, lasting, action=action, goals=goals)
+        return begin
 
+    @makes_fault
     def ignore_goals(
         self, action: str, goals: int | None = None, *, lasting: float | None = None
-    ) -> Fault:
+    ) -> Begin:
         """Lose goals before the server hears of them: it never answers, and does nothing."""
-        _check_count("ignore_goals", goals)
+        tap = for_first("ignore_goals", goals, lost)
+        return tap_parts(action, tap, ("goal", Side.REQUEST))
 
-        def begin(fault: FaultInstance) -> None:
-            ignore = _counted(fault, goals, lambda _: ())
-            fault.tap(part_of(fault, action, "goal"), Side.REQUEST, ignore)
-
-        return self._fault("ignore_goals", begin, lasting, action=action, goals=goals)
-
+    @makes_fault
     def drop_answers(
         self, action: str, goals: int | None = None, *, lasting: float | None = None
-    ) -> Fault:
+    ) -> Begin:
         """Lose the answers to goals: the server carries them out, and nobody knows of it."""
-        _check_count("drop_answers", goals)
+        tap = for_first("drop_answers", goals, lost)
+        return tap_parts(action, tap, ("goal", Side.RESPONSE))
 
-        def begin(fault: FaultInstance) -> None:
-            drop = _counted(fault, goals, lambda _: ())
-            fault.tap(part_of(fault, action, "goal"), Side.RESPONSE, drop)
-
-        return self._fault("drop_answers", begin, lasting, action=action, goals=goals)
-
+    @makes_fault
     def delay_answers(
         self, action: str, by: float, goals: int | None = None, *, lasting: float | None = None
-    ) -> Fault:
+    ) -> Begin:
         """Deliver the answers to goals late; meanwhile the server carries them out."""
-        _check_count("delay_answers", goals)
-        late = _later(nanoseconds("delay_answers", by))
+        tap = for_first("delay_answers", goals, later("delay_answers", by))
+        return tap_parts(action, tap, ("goal", Side.RESPONSE))
 
-        def begin(fault: FaultInstance) -> None:
-            fault.tap(part_of(fault, action, "goal"), Side.RESPONSE, _counted(fault, goals, late))
-
-        return self._fault("delay_answers", begin, lasting, action=action, by=by, goals=goals)
-
+    @makes_fault
     def answer_after_halt(
         self,
         action: str,
@@ -87,7 +77,7 @@ class GoalFaults(Maker):
         after: float = 0.0,
         at_most: float | None = None,
         lasting: float | None = None,
-    ) -> Fault:
+    ) -> Begin:
         """Hold the answer to a goal back until the client no longer wants the goal.
 
         :param after: seconds from there to the answer.
@@ -101,14 +91,14 @@ class GoalFaults(Maker):
             clock = fault.run.stage.clock
             gates: list[Gate] = []
 
-            def hold(passing: Passing) -> Fates:
+            def hold(_: FaultInstance, passing: Passing) -> Fates:
                 gates.append(gate := Gate())
                 if most_ns is not None:
                     gate.open(passing.time_ns + most_ns)
                 return (Delivery(passing.message, gate=gate),)
 
             def on_goal(what: str, goal: Goal) -> None:
-                if what == "handed over" and goal.goal_client.name == name:
+                if what == "released" and goal.goal_client.name == name:
                     release(after_ns)
 
             def release(by_ns: int) -> None:
@@ -121,15 +111,9 @@ class GoalFaults(Maker):
             fault.undo(lambda: release(0))
             fault.tap(part_of(fault, action, "goal"), Side.RESPONSE, hold)
 
-        return self._fault(
-            "answer_after_halt",
-            begin,
-            lasting,
-            action=action,
-            after=after or None,
-            at_most=at_most,
-        )
+        return begin
 
+    @makes_fault
     def repeat_answers(
         self,
         action: str,
@@ -138,140 +122,78 @@ class GoalFaults(Maker):
         times: int = 2,
         after: float = 0.0,
         lasting: float | None = None,
-    ) -> Fault:
+    ) -> Begin:
         """Answer more than once.
 
         :param part: of the action: ``goal``, ``cancel`` or ``result``.
         :param after: seconds from each answer to the next.
         """
-        _check_part("repeat_answers", part)
-        if times < 2:
-            raise ScenarioError(f"repeat_answers: expected 2 times or more, got {times!r}")
-        after_ns = nanoseconds("after", after)
+        if part not in PARTS:
+            raise ScenarioError(
+                f"repeat_answers: expected a part of {', '.join(PARTS)}, got '{part}'"
+            )
+        tap = repeated("repeat_answers", times, after)
+        return tap_parts(action, tap, (part, Side.RESPONSE))
 
-        def repeat(passing: Passing) -> Fates:
-            return [
-                Delivery(deepcopy(passing.message), after_ns=number * after_ns)
-                for number in range(times)
-            ]
-
-        def begin(fault: FaultInstance) -> None:
-            fault.tap(part_of(fault, action, part), Side.RESPONSE, repeat)
-
-        return self._fault(
-            "repeat_answers",
-            begin,
-            lasting,
-            action=action,
-            part=part,
-            times=times,
-            after=after or None,
-        )
-
+    @makes_fault
     def delay_results(
         self, action: str, by: float, goals: int | None = None, *, lasting: float | None = None
-    ) -> Fault:
+    ) -> Begin:
         """Deliver results late: the server has ended the goal, the client waits."""
-        _check_count("delay_results", goals)
-        late = _later(nanoseconds("delay_results", by))
+        tap = for_first("delay_results", goals, later("delay_results", by))
+        return tap_parts(action, tap, ("result", Side.RESPONSE))
 
-        def begin(fault: FaultInstance) -> None:
-            fault.tap(part_of(fault, action, "result"), Side.RESPONSE, _counted(fault, goals, late))
-
-        return self._fault("delay_results", begin, lasting, action=action, by=by, goals=goals)
-
+    @makes_fault
     def drop_results(
         self, action: str, goals: int | None = None, *, lasting: float | None = None
-    ) -> Fault:
+    ) -> Begin:
         """Lose results for ever."""
-        _check_count("drop_results", goals)
+        tap = for_first("drop_results", goals, lost)
+        return tap_parts(action, tap, ("result", Side.RESPONSE))
 
-        def begin(fault: FaultInstance) -> None:
-            drop = _counted(fault, goals, lambda _: ())
-            fault.tap(part_of(fault, action, "result"), Side.RESPONSE, drop)
-
-        return self._fault("drop_results", begin, lasting, action=action, goals=goals)
-
+    @makes_fault
     def refuse_cancels(
         self, action: str, times: int | None = None, *, lasting: float | None = None
-    ) -> Fault:
+    ) -> Begin:
         """Refuse requests to cancel; the server does not hear of them.
 
         :param times: so often; None is always.
         """
-        _check_count("refuse_cancels", times)
-        refusal = CancelGoal.Response(return_code=CancelGoal.Response.ERROR_REJECTED)
+        refusal = Answer(CancelGoal.Response(return_code=CancelGoal.Response.ERROR_REJECTED))
+        tap = for_first("refuse_cancels", times, lambda *_: (refusal,))
+        return tap_parts(action, tap, ("cancel", Side.REQUEST))
 
-        def begin(fault: FaultInstance) -> None:
-            refuse = _counted(fault, times, lambda _: (Answer(refusal),))
-            fault.tap(part_of(fault, action, "cancel"), Side.REQUEST, refuse)
-
-        return self._fault("refuse_cancels", begin, lasting, action=action, times=times)
-
+    @makes_fault
     def ignore_cancels(
         self, action: str, times: int | None = None, *, lasting: float | None = None
-    ) -> Fault:
+    ) -> Begin:
         """Lose requests to cancel: the server goes on, and does not answer.
 
         :param times: so many; None is all.
         """
-        _check_count("ignore_cancels", times)
+        tap = for_first("ignore_cancels", times, lost)
+        return tap_parts(action, tap, ("cancel", Side.REQUEST))
 
-        def begin(fault: FaultInstance) -> None:
-            ignore = _counted(fault, times, lambda _: ())
-            fault.tap(part_of(fault, action, "cancel"), Side.REQUEST, ignore)
-
-        return self._fault("ignore_cancels", begin, lasting, action=action, times=times)
-
-    def slow_server(self, action: str, by: float, *, lasting: float | None = None) -> Fault:
+    @makes_fault
+    def slow_server(self, action: str, by: float, *, lasting: float | None = None) -> Begin:
         """Have everything take so many seconds that an action server gets or sends.
 
         :param by: seconds, for each request, answer and feedback.
         """
-        late = _later(nanoseconds("slow_server", by))
+        sides = [(part, side) for part in PARTS for side in (Side.REQUEST, Side.RESPONSE)]
+        return tap_parts(action, later("slow_server", by), *sides, ("feedback", Side.MESSAGE))
 
-        def begin(fault: FaultInstance) -> None:
-            for part in PARTS:
-                fault.tap(part_of(fault, action, part), Side.REQUEST, late)
-                fault.tap(part_of(fault, action, part), Side.RESPONSE, late)
-            fault.tap(part_of(fault, action, "feedback"), Side.MESSAGE, late)
 
-        return self._fault("slow_server", begin, lasting, action=action, by=by)
+def tap_parts(action: str, tap: Tap, *sides: tuple[str, Side]) -> Begin:
+    """Give what taps an action, each part of it on a side."""
+
+    def begin(fault: FaultInstance) -> None:
+        for part, side in sides:
+            fault.tap(part_of(fault, action, part), side, tap)
+
+    return begin
 
 
 def part_of(fault: FaultInstance, action: str, part: str) -> str:
-    """The full name of a part of an action that is offered."""
+    """Return the full name of a part of an action that is offered."""
     return f"{fault.action(action)}/_action/{ACTION_PARTS[part]}"
-
-
-def _counted(
-    fault: FaultInstance, count: int | None, tap: Callable[[Passing], Fates]
-) -> Callable[[Passing], Fates]:
-    """A tap for so many things that pass, after which its fault ends."""
-    if count is None:
-        return tap
-    left = [count]
-
-    def counted(passing: Passing) -> Fates:
-        left[0] -= 1
-        if left[0] < 0:
-            return passed(passing)
-        if left[0] == 0:
-            fault.end()
-        return tap(passing)
-
-    return counted
-
-
-def _later(by_ns: int) -> Callable[[Passing], Fates]:
-    return lambda passing: (Delivery(passing.message, after_ns=by_ns),)
-
-
-def _check_count(what: str, count: Any) -> None:
-    if count is not None and (not isinstance(count, int) or count < 1):
-        raise ScenarioError(f"{what}: expected a whole number from 1 up, got {count!r}")
-
-
-def _check_part(what: str, part: str) -> None:
-    if part not in PARTS:
-        raise ScenarioError(f"{what}: expected a part of {', '.join(PARTS)}, got '{part}'")

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any
 
 from bt_mission.testing.errors import ScenarioError, no_such
-from bt_mission.testing.faults.fault import Fates, Fault, FaultInstance, Maker, passed
+from bt_mission.testing.faults.fault import Begin, Fates, FaultInstance
+from bt_mission.testing.faults.maker import Maker, makes_fault
+from bt_mission.testing.faults.taps import passed
 from bt_mission.virtual_time import Passing, Side
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
 
 METHODS = ("initialise", "update", "terminate")
 
@@ -14,6 +19,7 @@ METHODS = ("initialise", "update", "terminate")
 class CodeFaults(Maker):
     """Exceptions where code should have none; `raise_in_maneuver` is among those of servers."""
 
+    @makes_fault
     def raise_in_leaf(
         self,
         leaf: str,
@@ -22,7 +28,7 @@ class CodeFaults(Maker):
         method: str = "update",
         on: int = 1,
         lasting: float | None = None,
-    ) -> Fault:
+    ) -> Begin:
         """Raise an exception in a leaf of the tree.
 
         :param leaf: its name or path.
@@ -42,22 +48,18 @@ class CodeFaults(Maker):
                 leaves = [one.name for one in fault.run.history.nodes if not one.children]
                 raise no_such("leaf", leaf, leaves)
             sound = getattr(node, method)
-            left = [on]
 
             def call(*arguments: Any) -> Any:
-                left[0] -= 1
-                if left[0] == 0:
-                    fault.end()
+                if fault.ends_at_call(on):
                     raise raised
                 return sound(*arguments)
 
             setattr(node, method, call)
             fault.undo(lambda: delattr(node, method))
 
-        return self._fault(
-            "raise_in_leaf", begin, lasting, leaf=leaf, error=error, method=method, on=on
-        )
+        return begin
 
+    @makes_fault
     def raise_in_callback(
         self,
         node: str,
@@ -66,7 +68,7 @@ class CodeFaults(Maker):
         *,
         on: int = 1,
         lasting: float | None = None,
-    ) -> Fault:
+    ) -> Begin:
         """Raise an exception in a callback of a node, which ends the mission on the stage.
 
         :param node: its name.
@@ -76,33 +78,25 @@ class CodeFaults(Maker):
         """
         raised = error or RuntimeError("made by a fault")
 
-        def begin(fault: FaultInstance) -> None:
-            receiver = fault.receiver(node)
-            full, side = _callback(fault, str(receiver), name)
-            left = [on]
-
-            def fail() -> NoReturn:
-                fault.end()
+        def tap(fault: FaultInstance, passing: Passing) -> Fates:
+            if fault.ends_at_call(on):
                 raise raised
+            return passed(fault, passing)
 
-            def tap(passing: Passing) -> Fates:
-                left[0] -= 1
-                return passed(passing) if left[0] else fail()
+        def begin(fault: FaultInstance) -> None:
+            woken = fault.node(node)
+            full, side = _callback(woken, name)
+            fault.tap(full, side, tap, woken.get_fully_qualified_name())
 
-            fault.tap(full, side, tap, receiver)
-
-        return self._fault(
-            "raise_in_callback", begin, lasting, node=node, name=name, error=error, on=on
-        )
+        return begin
 
 
-def _callback(fault: FaultInstance, node_name: str, name: str) -> tuple[str, Side]:
-    """What wakes a node under a name."""
-    clock = fault.run.stage.clock
-    node = next(one for one in clock.get_nodes() if one.get_fully_qualified_name() == node_name)
+def _callback(node: Node, name: str) -> tuple[str, Side]:
+    """Find what wakes a node under a name."""
     full = node.resolve_topic_name(name)
     heard = {one.topic_name for one in node.subscriptions}
     offered = {one.service_name for one in node.services}
     if full not in heard | offered:
-        raise no_such(f"topic or service of {node_name}", full, sorted(heard | offered))
+        what = f"topic or service of {node.get_fully_qualified_name()}"
+        raise no_such(what, full, sorted(heard | offered))
     return full, Side.MESSAGE if full in heard else Side.REQUEST

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Literal
 
-from bt_mission.core.errors import BtMissionError
 from bt_mission.testing.errors import ScenarioError, no_such
-from bt_mission.testing.faults.fault import Fault, FaultInstance, Maker
-
-if TYPE_CHECKING:
-    from bt_mission.testing.faults.fault import FaultStages
+from bt_mission.testing.faults.fault import Begin, FaultInstance
+from bt_mission.testing.faults.maker import Maker, makes_fault, mistakes_of_test
 
 Side = Literal["left", "right", "both"]
 Pair = tuple[float, float]
@@ -23,23 +22,22 @@ class RobotFaults(Maker):
     other does again. A figure that cannot be is a ScenarioError when the fault begins.
     """
 
-    def __init__(self, stages: FaultStages) -> None:
-        super().__init__(stages)
-        self._changes: list[tuple[FaultInstance, str, dict[str, Any]]] = []
-
     # ---- sensors -------------------------------------------------------------------------
 
-    def lidar_noise(self, sigma: float, *, lasting: float | None = None) -> Fault:
+    @makes_fault
+    def lidar_noise(self, sigma: float, *, lasting: float | None = None) -> Begin:
         """Add normal noise of so many metres (1 sigma) to every distance, on top of its own."""
-        return self._break("lidar_noise", "lidar", {"noise": sigma}, lasting, sigma=sigma)
+        return _broken("lidar", noise=sigma)
 
-    def lidar_bias(self, metres: float, *, lasting: float | None = None) -> Fault:
+    @makes_fault
+    def lidar_bias(self, metres: float, *, lasting: float | None = None) -> Begin:
         """Add the same to every distance."""
-        return self._break("lidar_bias", "lidar", {"bias": metres}, lasting, metres=metres)
+        return _broken("lidar", bias=metres)
 
+    @makes_fault
     def lidar_blind(
         self, *sectors: Pair, share: float = 0.0, lasting: float | None = None
-    ) -> Fault:
+    ) -> Begin:
         """Lose rays, as where there is nothing.
 
         :param sectors: each from a bearing counter-clockwise to another, deg, left positive:
@@ -53,17 +51,19 @@ class RobotFaults(Maker):
             changes["dropout"] = share
         if not changes:
             raise ScenarioError("lidar_blind: give sectors, such as (-20, 20), or a share")
-        given = {"sectors": sectors or None, "share": share or None}
-        return self._break("lidar_blind", "lidar", changes, lasting, **given)
+        return _broken("lidar", **changes)
 
-    def lidar_frozen(self, *, lasting: float | None = None) -> Fault:
+    @makes_fault
+    def lidar_frozen(self, *, lasting: float | None = None) -> Begin:
         """Repeat the last scan with fresh stamps."""
-        return self._break("lidar_frozen", "lidar", {"frozen": True}, lasting)
+        return _broken("lidar", frozen=True)
 
-    def lidar_dead(self, *, lasting: float | None = None) -> Fault:
+    @makes_fault
+    def lidar_dead(self, *, lasting: float | None = None) -> Begin:
         """Publish no scans."""
-        return self._break("lidar_dead", "lidar", {"dead": True}, lasting)
+        return _broken("lidar", dead=True)
 
+    @makes_fault
     def odometry_error(
         self,
         *,
@@ -71,72 +71,75 @@ class RobotFaults(Maker):
         right_radius: float = 0.0,
         separation: float = 0.0,
         lasting: float | None = None,
-    ) -> Fault:
+    ) -> Begin:
         """Reckon with wrong figures, each by its relative error: 0.1 is a tenth too large."""
-        given = {
-            "left_radius": left_radius or None,
-            "right_radius": right_radius or None,
-            "separation": separation or None,
-        }
-        changes = {f"{name}_error": value for name, value in given.items() if value is not None}
+        given = {"left_radius": left_radius, "right_radius": right_radius, "separation": separation}
+        changes = {f"{name}_error": value for name, value in given.items() if value}
         if not changes:
             raise ScenarioError("odometry_error: give left_radius, right_radius or separation")
-        return self._break("odometry_error", "odometry", changes, lasting, **given)
+        return _broken("odometry", **changes)
 
+    @makes_fault
     def odometry_drift(
         self, ahead: float = 0.0, *, turn: float = 0.0, lasting: float | None = None
-    ) -> Fault:
+    ) -> Begin:
         """Reckon with a motion that is none: m/s ahead, deg/s to the left."""
-        changes = {"drift": ahead, "turn_drift": turn}
-        return self._break(
-            "odometry_drift", "odometry", changes, lasting, ahead=ahead or None, turn=turn or None
-        )
+        return _broken("odometry", drift=ahead, turn_drift=turn)
 
-    def odometry_dead(self, *, lasting: float | None = None) -> Fault:
+    @makes_fault
+    def odometry_dead(self, *, lasting: float | None = None) -> Begin:
         """Publish no odometry, nor the transforms that come from it."""
-        return self._break("odometry_dead", "odometry", {"dead": True}, lasting)
+        return _broken("odometry", dead=True)
 
-    def imu_dead(self, *, lasting: float | None = None) -> Fault:
+    @makes_fault
+    def imu_dead(self, *, lasting: float | None = None) -> Begin:
         """Publish nothing of the IMU."""
-        return self._break("imu_dead", "imu", {"dead": True}, lasting)
+        return _broken("imu", dead=True)
 
-    def joints_dead(self, *, lasting: float | None = None) -> Fault:
+    @makes_fault
+    def joints_dead(self, *, lasting: float | None = None) -> Begin:
         """Publish no joint states; odometry goes on."""
-        return self._break("joints_dead", "joints", {"dead": True}, lasting)
+        return _broken("joints", dead=True)
 
-    def camera_noise(self, sigma: float, *, lasting: float | None = None) -> Fault:
+    @makes_fault
+    def camera_noise(self, sigma: float, *, lasting: float | None = None) -> Begin:
         """Add normal noise to each channel of each pixel, 1 sigma as a share of full scale."""
-        return self._break("camera_noise", "camera", {"noise": sigma}, lasting, sigma=sigma)
+        return _broken("camera", noise=sigma)
 
-    def camera_black(self, *, lasting: float | None = None) -> Fault:
+    @makes_fault
+    def camera_black(self, *, lasting: float | None = None) -> Begin:
         """Show nothing but black."""
-        return self._break("camera_black", "camera", {"black": True}, lasting)
+        return _broken("camera", black=True)
 
-    def camera_frozen(self, *, lasting: float | None = None) -> Fault:
+    @makes_fault
+    def camera_frozen(self, *, lasting: float | None = None) -> Begin:
         """Repeat the last picture with fresh stamps."""
-        return self._break("camera_frozen", "camera", {"frozen": True}, lasting)
+        return _broken("camera", frozen=True)
 
-    def camera_dead(self, *, lasting: float | None = None) -> Fault:
+    @makes_fault
+    def camera_dead(self, *, lasting: float | None = None) -> Begin:
         """Publish no pictures."""
-        return self._break("camera_dead", "camera", {"dead": True}, lasting)
+        return _broken("camera", dead=True)
 
     # ---- wheels and motors ---------------------------------------------------------------
 
-    def slip_wheel(self, wheel: Side, grip: float = 0.05, *, lasting: float | None = None) -> Fault:
+    @makes_fault
+    def slip_wheel(self, wheel: Side, grip: float = 0.05, *, lasting: float | None = None) -> Begin:
         """Let a wheel slip.
 
         :param wheel: left, right or both.
         :param grip: its coefficient of friction, 0 to 1.
         """
-        changes = {f"{side}_grip": grip for side in _sides("slip_wheel", wheel)}
-        return self._break("slip_wheel", "wheels", changes, lasting, wheel=wheel, grip=grip)
+        return _broken("wheels", **{f"{side}_grip": grip for side in _sides("slip_wheel", wheel)})
 
-    def block_wheel(self, wheel: Side, *, lasting: float | None = None) -> Fault:
+    @makes_fault
+    def block_wheel(self, wheel: Side, *, lasting: float | None = None) -> Begin:
         """Block a wheel: left, right or both."""
-        changes = {f"{side}_blocked": True for side in _sides("block_wheel", wheel)}
-        return self._break("block_wheel", "wheels", changes, lasting, wheel=wheel)
+        sides = _sides("block_wheel", wheel)
+        return _broken("wheels", **{f"{side}_blocked": True for side in sides})
 
-    def motors_off(self, *, lasting: float | None = None) -> Fault:
+    @makes_fault
+    def motors_off(self, *, lasting: float | None = None) -> Begin:
         """Take the motors' power; the base rolls to rest."""
 
         def begin(fault: FaultInstance) -> None:
@@ -144,14 +147,16 @@ class RobotFaults(Maker):
             robot.power_motors(on=False)
             fault.undo(lambda: robot.power_motors(on=True))
 
-        return self._fault("motors_off", begin, lasting)
+        return begin
 
-    def battery_charge(self, share: float) -> Fault:
+    @makes_fault
+    def battery_charge(self, share: float) -> Begin:
         """Set the battery's charge, 0 to 1; empty, it takes the motors' power."""
-        return self._stroke("battery_charge", "charge_battery", (share,), share=share)
+        return _at_once(lambda robot: robot.charge_battery(share))
 
     # ---- from outside --------------------------------------------------------------------
 
+    @makes_fault
     def push(
         self,
         ahead: float = 0.0,
@@ -159,81 +164,58 @@ class RobotFaults(Maker):
         *,
         seconds: float = 0.2,
         torque: float = 0.0,
-    ) -> Fault:
+    ) -> Begin:
         """Push the base at its centre of mass; it stands against 6 N.
 
         :param ahead: N; ``left``, too.
         :param seconds: for so long.
         :param torque: N m, turns it to the left.
         """
-        return self._stroke(
-            "push",
-            "push",
-            ((ahead, left), seconds),
-            {"torque": torque},
-            ahead=ahead or None,
-            left=left or None,
-            seconds=seconds,
-            torque=torque or None,
-        )
+        return _at_once(lambda robot: robot.push((ahead, left), seconds, torque=torque))
 
-    def shove(self, ahead: float = 0.0, left: float = 0.0, *, turn: float = 0.0) -> Fault:
+    @makes_fault
+    def shove(self, ahead: float = 0.0, left: float = 0.0, *, turn: float = 0.0) -> Begin:
         """Give the base a velocity at once, m/s, and a turn rate, rad/s to the left."""
-        return self._stroke(
-            "shove",
-            "shove",
-            ((ahead, left),),
-            {"turn": turn},
-            ahead=ahead or None,
-            left=left or None,
-            turn=turn or None,
-        )
+        return _at_once(lambda robot: robot.shove((ahead, left), turn=turn))
 
-    # ---- inside --------------------------------------------------------------------------
 
-    def _stroke(
-        self,
-        what: str,
-        method: str,
-        arguments: tuple[Any, ...],
-        options: dict[str, Any] | None = None,
-        **parameters: Any,
-    ) -> Fault:
-        def begin(fault: FaultInstance) -> None:
-            try:
-                getattr(_robot(fault), method)(*arguments, **(options or {}))
-            except BtMissionError as error:
-                raise ScenarioError(f"{what}: {error}") from error
+@dataclass(frozen=True)
+class Breakage:
+    """What is wrong with a part of the robot."""
 
-        return self._fault(what, begin, **parameters)
+    part: str
+    changes: dict[str, Any]
 
-    def _break(
-        self,
-        what: str,
-        part: str,
-        changes: dict[str, Any],
-        lasting: float | None,
-        **parameters: Any,
-    ) -> Fault:
-        def begin(fault: FaultInstance) -> None:
-            faults = _robot(fault).faults
-            try:
-                faults.set(part, **changes)
-            except BtMissionError as error:
-                raise ScenarioError(f"{what}: {error}") from error
-            change = (fault, part, changes)
-            self._changes.append(change)
 
-            def mend() -> None:
-                self._changes.remove(change)
-                faults.clear(part)
-                for other, other_part, others in self._changes:
-                    if other.run is fault.run and other_part == part:
-                        faults.set(part, **others)
+def _broken(part: str, **changes: Any) -> Begin:
+    """Give what breaks a part; where it ends, what earlier and later faults say counts again."""
 
-            fault.undo(mend)
+    def begin(fault: FaultInstance) -> None:
+        faults = _robot(fault).faults
+        with mistakes_of_test(fault.fault.what):
+            faults.set(part, **changes)
+        fault.made = made = Breakage(part, changes)
 
-        return self._fault(what, begin, lasting, **parameters)
+        def mend() -> None:
+            faults.clear(part)
+            others = (one.made for one in fault.run.faults if one.ended_ns is None)
+            for other in others:
+                if isinstance(other, Breakage) and other.part == part and other is not made:
+                    faults.set(part, **other.changes)
+
+        fault.undo(mend)
+
+    return begin
+
+
+def _at_once(act: Callable[[Any], None]) -> Begin:
+    """Give what happens to the robot once."""
+
+    def begin(fault: FaultInstance) -> None:
+        with mistakes_of_test(fault.fault.what):
+            act(_robot(fault))
+
+    return begin
 
 
 def _robot(fault: FaultInstance) -> Any:

@@ -6,16 +6,19 @@ from collections.abc import Callable, Mapping
 from types import SimpleNamespace
 from typing import Any
 
-from bt_mission.core.errors import BtMissionError, described
+from bt_mission.core.errors import described
 from bt_mission.ros.interface_types import fill
 from bt_mission.testing.errors import ScenarioError, no_such
-from bt_mission.testing.faults.fault import Fault, FaultInstance, Maker, nanoseconds
-from bt_mission.virtual_time import Answer, Delivery, Side
+from bt_mission.testing.faults.fault import Begin, FaultInstance, Tap
+from bt_mission.testing.faults.maker import Maker, makes_fault, mistakes_of_test
+from bt_mission.testing.faults.taps import later, lost
+from bt_mission.virtual_time import Answer, Side
 
 
 class ServerFaults(Maker):
     """Faults of action servers, ours and those that a test plays, and of services."""
 
+    @makes_fault
     def abort_goal(
         self,
         action: str,
@@ -24,7 +27,7 @@ class ServerFaults(Maker):
         *,
         when: Callable[[Any], Any] | None = None,
         lasting: float | None = None,
-    ) -> Fault:
+    ) -> Begin:
         """Abort a goal: the one that runs, or else the next.
 
         A server of ours does so at its next control step, and stops the robot first.
@@ -55,17 +58,10 @@ class ServerFaults(Maker):
 
             fault.undo(self._servers(fault, name).interpose(name, before))
 
-        return self._fault(
-            "abort_goal",
-            begin,
-            lasting,
-            action=action,
-            code=code or None,
-            message=message or None,
-            when=when,
-        )
+        return begin
 
-    def kill_server(self, action: str, *, lasting: float | None = None) -> Fault:
+    @makes_fault
+    def kill_server(self, action: str, *, lasting: float | None = None) -> Begin:
         """Have the node that offers an action leave the graph without a word, with all it offers.
 
         At the end of the fault it is back, and knows nothing of the goals before.
@@ -90,8 +86,9 @@ class ServerFaults(Maker):
 
             fault.undo(restart)
 
-        return self._fault("kill_server", begin, lasting, action=action)
+        return begin
 
+    @makes_fault
     def raise_in_maneuver(
         self,
         action: str,
@@ -100,7 +97,7 @@ class ServerFaults(Maker):
         method: str = "step",
         on: int = 1,
         lasting: float | None = None,
-    ) -> Fault:
+    ) -> Begin:
         """Raise an exception in a server of ours, where it carries a goal out.
 
         :param error: RuntimeError where it is None.
@@ -115,50 +112,31 @@ class ServerFaults(Maker):
 
         def begin(fault: FaultInstance) -> None:
             name = fault.action(action)
-            left = [on]
 
             def before(called: str, _feedback: Mapping[str, Any]) -> None:
-                if called != method:
-                    return
-                left[0] -= 1
-                if left[0] == 0:
-                    fault.end()
+                if called == method and fault.ends_at_call(on):
                     raise raised
 
             fault.undo(self._servers(fault, name).interpose(name, before))
 
-        return self._fault(
-            "raise_in_maneuver",
-            begin,
-            lasting,
-            action=action,
-            error=error,
-            method=method,
-            on=on,
-        )
+        return begin
 
     # ---- services --------------------------------------------------------------------------
 
-    def delay_service(self, service: str, by: float, *, lasting: float | None = None) -> Fault:
+    @makes_fault
+    def delay_service(self, service: str, by: float, *, lasting: float | None = None) -> Begin:
         """Deliver the answers of a service late; it has done its work then."""
-        by_ns = nanoseconds("delay_service", by)
+        return _service(service, Side.RESPONSE, later("delay_service", by))
 
-        def begin(fault: FaultInstance) -> None:
-            name, _ = fault.service(service)
-            fault.tap(name, Side.RESPONSE, lambda p: (Delivery(p.message, after_ns=by_ns),))
-
-        return self._fault("delay_service", begin, lasting, service=service, by=by)
-
-    def ignore_service(self, service: str, *, lasting: float | None = None) -> Fault:
+    @makes_fault
+    def ignore_service(self, service: str, *, lasting: float | None = None) -> Begin:
         """Lose requests to a service: it does nothing, and never answers."""
+        return _service(service, Side.REQUEST, lost)
 
-        def begin(fault: FaultInstance) -> None:
-            name, _ = fault.service(service)
-            fault.tap(name, Side.REQUEST, lambda _: ())
-
-        return self._fault("ignore_service", begin, lasting, service=service)
-
-    def fail_service(self, service: str, *, lasting: float | None = None, **fields: Any) -> Fault:
+    @makes_fault
+    def fail_service(
+        self, /, service: str, *, lasting: float | None = None, **fields: Any
+    ) -> Begin:
         """Answer in a service's place; it does nothing.
 
         :param fields: of the response, such as ``success=False, message="worn out"``; the others
@@ -167,13 +145,11 @@ class ServerFaults(Maker):
 
         def begin(fault: FaultInstance) -> None:
             name, kind = fault.service(service)
-            try:
+            with mistakes_of_test(f"fail_service: {name}"):
                 fill(kind.Response(), fields)
-            except BtMissionError as error:
-                raise ScenarioError(f"fail_service: {name}: {error}") from error
-            fault.tap(name, Side.REQUEST, lambda _: (Answer(fill(kind.Response(), fields)),))
+            fault.tap(name, Side.REQUEST, lambda *_: (Answer(fill(kind.Response(), fields)),))
 
-        return self._fault("fail_service", begin, lasting, service=service, **fields)
+        return begin
 
     # ---- inside ----------------------------------------------------------------------------
 
@@ -183,6 +159,10 @@ class ServerFaults(Maker):
         if name not in servers.actions:
             raise no_such("action of ours", name, list(servers.actions))
         return servers
+
+
+def _service(service: str, side: Side, tap: Tap) -> Begin:
+    return lambda fault: fault.tap(fault.service(service)[0], side, tap)
 
 
 def _asked(fault: FaultInstance, when: Callable[[Any], Any], feedback: Mapping[str, Any]) -> bool:

@@ -8,14 +8,15 @@ from typing import Any
 
 from bt_mission.testing.errors import ScenarioError
 from bt_mission.testing.faults.corruptions import changed_by, restamp
-from bt_mission.testing.faults.fault import (
-    Fates,
-    Fault,
-    FaultInstance,
-    Maker,
+from bt_mission.testing.faults.fault import Begin, Fates, FaultInstance, Tap
+from bt_mission.testing.faults.maker import Maker, makes_fault
+from bt_mission.testing.faults.taps import (
     check_share,
+    for_share,
+    lost,
     nanoseconds,
     passed,
+    repeated,
 )
 from bt_mission.virtual_time import Delivery, Passing, Side
 
@@ -31,6 +32,7 @@ class TopicFaults(Maker):
     topic or receiver that is not there is a ScenarioError when the fault begins.
     """
 
+    @makes_fault
     def drop(
         self,
         topic: str,
@@ -39,37 +41,25 @@ class TopicFaults(Maker):
         every: int | None = None,
         receiver: str | None = None,
         lasting: float | None = None,
-    ) -> Fault:
+    ) -> Begin:
         """Lose messages.
 
         :param share: of the messages, drawn from the mission's seed.
         :param every: lose each so-manieth message instead, beginning with the first.
         """
         check_share("drop", share)
-        if every is not None and (every < 1 or share != 1.0):
-            raise ScenarioError("drop: give a share, or every, a whole number from 1 up")
+        if every is None:
+            return _at(topic, receiver, for_share(share, lost))
+        if every < 1 or share != 1.0:
+            raise ScenarioError("drop: give a share, or every, an integer from 1 up")
 
-        def begin(fault: FaultInstance) -> None:
-            counts: dict[str, int] = {}
+        def drop_every(fault: FaultInstance, passing: Passing) -> Fates:
+            count = fault.kept[passing.receiver] = fault.kept.get(passing.receiver, -1) + 1
+            return passed(fault, passing) if count % every else ()
 
-            def tap(passing: Passing) -> Fates:
-                if every is not None:
-                    count = counts[passing.receiver] = counts.get(passing.receiver, -1) + 1
-                    return passed(passing) if count % every else ()
-                return () if share == 1 or fault.draw(passing).random() < share else passed(passing)
+        return _at(topic, receiver, drop_every)
 
-            _tap(fault, topic, tap, receiver)
-
-        return self._fault(
-            "drop",
-            begin,
-            lasting,
-            topic=topic,
-            share=share if every is None and share != 1 else None,
-            every=every,
-            receiver=receiver,
-        )
-
+    @makes_fault
     def delay(
         self,
         topic: str,
@@ -79,7 +69,7 @@ class TopicFaults(Maker):
         in_order: bool = True,
         receiver: str | None = None,
         lasting: float | None = None,
-    ) -> Fault:
+    ) -> Begin:
         """Deliver messages late.
 
         What is under way at the end still comes.
@@ -94,6 +84,8 @@ class TopicFaults(Maker):
             last: dict[str, int] = {}
 
             def tap(passing: Passing) -> Fates:
+                if node not in (None, passing.receiver):
+                    return passed(fault, passing)
                 after_ns = 0
                 if fault.ended_ns is None:
                     after_ns = by_ns
@@ -106,26 +98,13 @@ class TopicFaults(Maker):
                 return (Delivery(passing.message, after_ns=after_ns),)
 
             # It stays when the fault has ended, so that nothing overtakes what is under way.
-            name, node = fault.topic(topic), fault.receiver(receiver)
-            taps = fault.run.stage.clock.taps
-            taps.add(
-                name,
-                Side.MESSAGE,
-                lambda p: passed(p) if node not in (None, p.receiver) else tap(p),
-            )
+            name, node = fault.topic(topic), _name_of(fault, receiver)
+            fault.run.stage.clock.taps.add(name, Side.MESSAGE, tap)
             fault.undo(lambda: None)
 
-        return self._fault(
-            "delay",
-            begin,
-            lasting,
-            topic=topic,
-            by=by,
-            jitter=jitter or None,
-            in_order=None if in_order else False,
-            receiver=receiver,
-        )
+        return begin
 
+    @makes_fault
     def duplicate(
         self,
         topic: str,
@@ -135,7 +114,7 @@ class TopicFaults(Maker):
         share: float = 1.0,
         receiver: str | None = None,
         lasting: float | None = None,
-    ) -> Fault:
+    ) -> Begin:
         """Deliver messages more than once.
 
         :param times: how often.
@@ -143,32 +122,9 @@ class TopicFaults(Maker):
         :param share: of the messages, drawn from the mission's seed.
         """
         check_share("duplicate", share)
-        if times < 2:
-            raise ScenarioError(f"duplicate: expected 2 times or more, got {times!r}")
-        after_ns = nanoseconds("after", after)
+        return _at(topic, receiver, for_share(share, repeated("duplicate", times, after)))
 
-        def begin(fault: FaultInstance) -> None:
-            def tap(passing: Passing) -> Fates:
-                if share < 1 and fault.draw(passing).random() >= share:
-                    return passed(passing)
-                return [
-                    Delivery(deepcopy(passing.message), after_ns=number * after_ns)
-                    for number in range(times)
-                ]
-
-            _tap(fault, topic, tap, receiver)
-
-        return self._fault(
-            "duplicate",
-            begin,
-            lasting,
-            topic=topic,
-            times=times,
-            after=after or None,
-            share=share if share != 1 else None,
-            receiver=receiver,
-        )
-
+    @makes_fault
     def freeze(
         self,
         topic: str,
@@ -176,34 +132,22 @@ class TopicFaults(Maker):
         fresh_stamps: bool = False,
         receiver: str | None = None,
         lasting: float | None = None,
-    ) -> Fault:
+    ) -> Begin:
         """Deliver one message again and again: the first that comes, instead of all after it.
 
         :param fresh_stamps: with the stamps of those that they replace, as of a sensor that
             hangs while its driver goes on.
         """
 
-        def begin(fault: FaultInstance) -> None:
-            frozen: dict[str, Any] = {}
+        def freeze(fault: FaultInstance, passing: Passing) -> Fates:
+            again = deepcopy(fault.kept.setdefault(passing.receiver, passing.message))
+            if fresh_stamps:
+                restamp(again, passing.message)
+            return (Delivery(again),)
 
-            def tap(passing: Passing) -> Fates:
-                first = frozen.setdefault(passing.receiver, passing.message)
-                again = deepcopy(first)
-                if fresh_stamps:
-                    restamp(again, passing.message)
-                return (Delivery(again),)
+        return _at(topic, receiver, freeze)
 
-            _tap(fault, topic, tap, receiver)
-
-        return self._fault(
-            "freeze",
-            begin,
-            lasting,
-            topic=topic,
-            fresh_stamps=fresh_stamps or None,
-            receiver=receiver,
-        )
-
+    @makes_fault
     def corrupt(
         self,
         topic: str,
@@ -213,7 +157,7 @@ class TopicFaults(Maker):
         share: float = 1.0,
         receiver: str | None = None,
         lasting: float | None = None,
-    ) -> Fault:
+    ) -> Begin:
         """Deliver wrong messages.
 
         :param how: "nan", "inf", "zeros", "empty", "wrong frame", "old stamp" (10 s) or
@@ -223,28 +167,13 @@ class TopicFaults(Maker):
         """
         check_share("corrupt", share)
         change = changed_by(how, field)
-
-        def begin(fault: FaultInstance) -> None:
-            def tap(passing: Passing) -> Fates:
-                if share < 1 and fault.draw(passing).random() >= share:
-                    return passed(passing)
-                return (Delivery(change(passing.message)),)
-
-            _tap(fault, topic, tap, receiver)
-
-        return self._fault(
-            "corrupt",
-            begin,
-            lasting,
-            topic=topic,
-            how=how,
-            field=field,
-            share=share if share != 1 else None,
-            receiver=receiver,
-        )
+        corrupt = for_share(share, lambda _, passing: (Delivery(change(passing.message)),))
+        return _at(topic, receiver, corrupt)
 
 
-def _tap(
-    fault: FaultInstance, topic: str, tap: Callable[[Passing], Fates], receiver: str | None
-) -> None:
-    fault.tap(fault.topic(topic), Side.MESSAGE, tap, fault.receiver(receiver))
+def _at(topic: str, receiver: str | None, tap: Tap) -> Begin:
+    return lambda fault: fault.tap(fault.topic(topic), Side.MESSAGE, tap, _name_of(fault, receiver))
+
+
+def _name_of(fault: FaultInstance, receiver: str | None) -> str | None:
+    return None if receiver is None else fault.node(receiver).get_fully_qualified_name()

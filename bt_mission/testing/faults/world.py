@@ -6,9 +6,12 @@ import math
 from itertools import count
 from typing import Any
 
-from bt_mission.core.errors import BtMissionError
 from bt_mission.testing.errors import ScenarioError, no_such
-from bt_mission.testing.faults.fault import Fault, FaultInstance, Maker
+from bt_mission.testing.faults.fault import Begin, Fault, FaultInstance
+from bt_mission.testing.faults.maker import Maker, makes_fault, mistakes_of_test
+
+Place = tuple[float | None, float, tuple[float, float] | None]
+"""Ahead and left of the robot, or at a place of the map, m."""
 
 BOX = (0.2, 0.2, 0.3)
 """Length, width and height, m."""
@@ -21,59 +24,46 @@ class WorldFaults(Maker):
     the obstacle's), or ``at`` x and y of the map.
     """
 
+    @makes_fault
     def spawn_box(
         self,
         ahead: float | None = None,
         left: float = 0.0,
         *,
         at: tuple[float, float] | None = None,
+        name: str = "box",
         yaw: float = 0.0,
         size: tuple[float, float, float] = BOX,
-        name: str = "box",
         even_into_the_robot: bool = False,
         lasting: float | None = None,
-    ) -> Fault:
+    ) -> Begin:
         """Have a box appear; it vanishes when the fault ends.
 
         :param yaw: deg, from the robot's heading, or ``at`` a place, from the map's x.
         :param size: length, width and height, m.
         :param name: in collisions, and for ``move_box``; a number is added where it is taken.
         """
-        return self._spawn(
-            "spawn_box",
-            (ahead, left, at),
-            {"size": size, "yaw_deg": yaw, "even_into_the_robot": even_into_the_robot},
-            name,
-            lasting,
-            yaw=yaw or None,
-            size=size if size != BOX else None,
-            even_into_the_robot=even_into_the_robot or None,
-        )
+        shape = {"size": size, "yaw_deg": yaw, "even_into_the_robot": even_into_the_robot}
+        return _spawn("spawn_box", (ahead, left, at), shape, name)
 
+    @makes_fault
     def spawn_cylinder(
         self,
         ahead: float | None = None,
         left: float = 0.0,
         *,
         at: tuple[float, float] | None = None,
+        name: str = "cylinder",
         radius: float = 0.1,
         height: float = 0.5,
-        name: str = "cylinder",
         even_into_the_robot: bool = False,
         lasting: float | None = None,
-    ) -> Fault:
+    ) -> Begin:
         """Have a cylinder appear; it vanishes when the fault ends."""
-        return self._spawn(
-            "spawn_cylinder",
-            (ahead, left, at),
-            {"radius": radius, "height": height, "even_into_the_robot": even_into_the_robot},
-            name,
-            lasting,
-            radius=radius,
-            height=height,
-            even_into_the_robot=even_into_the_robot or None,
-        )
+        shape = {"radius": radius, "height": height, "even_into_the_robot": even_into_the_robot}
+        return _spawn("spawn_cylinder", (ahead, left, at), shape, name)
 
+    @makes_fault
     def move_box(
         self,
         box: Fault | str = "box",
@@ -82,7 +72,7 @@ class WorldFaults(Maker):
         *,
         at: tuple[float, float] | None = None,
         speed: float = 0.5,
-    ) -> Fault:
+    ) -> Begin:
         """Have an obstacle go somewhere, straight, whatever stands in its way.
 
         :param box: what made it appear, or its name.
@@ -90,23 +80,14 @@ class WorldFaults(Maker):
         """
 
         def begin(fault: FaultInstance) -> None:
-            x, y, _ = _place("move_box", fault, (ahead, left, at))
-            try:
+            x, y, _ = _place(fault, (ahead, left, at))
+            with mistakes_of_test("move_box"):
                 _prop(fault, box).move_to(x, y, speed)
-            except BtMissionError as error:
-                raise ScenarioError(f"move_box: {error}") from error
 
-        return self._fault(
-            "move_box",
-            begin,
-            box=str(box) if isinstance(box, Fault) else box,
-            ahead=ahead,
-            left=left or None,
-            at=at,
-            speed=speed,
-        )
+        return begin
 
-    def remove_box(self, box: Fault | str = "box") -> Fault:
+    @makes_fault
+    def remove_box(self, box: Fault | str = "box") -> Begin:
         """Have an obstacle vanish."""
 
         def begin(fault: FaultInstance) -> None:
@@ -115,54 +96,33 @@ class WorldFaults(Maker):
                 if one.made is prop:
                     one.end()
 
-        return self._fault("remove_box", begin, box=str(box) if isinstance(box, Fault) else box)
-
-    # ---- inside --------------------------------------------------------------------------
-
-    def _spawn(
-        self,
-        what: str,
-        place: tuple[float | None, float, tuple[float, float] | None],
-        shape: dict[str, Any],
-        name: str,
-        lasting: float | None,
-        **parameters: Any,
-    ) -> Fault:
-        ahead, left, at = place
-        if (ahead is None) == (at is None):
-            raise ScenarioError(f"{what}: give a place, as ahead=1.0 (and left=) or at=(x, y)")
-
-        def begin(fault: FaultInstance) -> None:
-            x, y, heading = _place(what, fault, place)
-            given = dict(shape)
-            given["yaw_deg"] = (given.get("yaw_deg", 0.0) + math.degrees(heading)) % 360
-            try:
-                prop = _props(fault).place(_free(fault, name), x, y, **given)
-            except BtMissionError as error:
-                raise ScenarioError(f"{what}: {error}") from error
-            fault.made = prop
-            fault.undo(prop.remove)
-
-        return self._fault(
-            what,
-            begin,
-            lasting,
-            ahead=ahead,
-            left=left or None,
-            at=at,
-            name=name,
-            **parameters,
-        )
+        return begin
 
 
-def _place(
-    what: str, fault: FaultInstance, place: tuple[float | None, float, tuple[float, float] | None]
-) -> tuple[float, float, float]:
-    """A place in the map, and the direction that it counts yaw from, rad."""
+def _spawn(what: str, place: Place, shape: dict[str, Any], name: str) -> Begin:
+    """Give what has an obstacle appear, which vanishes at the end."""
+    ahead, _, at = place
+    if (ahead is None) == (at is None):
+        raise ScenarioError(f"{what}: give a place, as ahead=1.0 (and left=) or at=(x, y)")
+
+    def begin(fault: FaultInstance) -> None:
+        x, y, heading = _place(fault, place)
+        yaw_deg = (shape.get("yaw_deg", 0.0) + math.degrees(heading)) % 360
+        with mistakes_of_test(what):
+            prop = _props(fault).place(_free(fault, name), x, y, **(shape | {"yaw_deg": yaw_deg}))
+        fault.made = prop
+        fault.undo(prop.remove)
+
+    return begin
+
+
+def _place(fault: FaultInstance, place: Place) -> tuple[float, float, float]:
+    """Return a place in the map, m, and the direction that it counts yaw from, rad."""
     ahead, left, at = place
     if at is not None:
         return (*at, 0.0)
     if ahead is None:
+        what = fault.fault.what
         raise ScenarioError(f"{what}: give a place, as ahead=1.0 (and left=) or at=(x, y)")
     x, y, yaw = fault.run.stage.sim.simulation.pose
     cos, sin = math.cos(yaw), math.sin(yaw)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from bt_mission.views.drawing.nodes import DrawnNode, Family
-from bt_mission.views.drawing.style import FILLS
+from bt_mission.views.drawing.scene import FILLS
 
 SHAPES = {Family.CONDITION: "ellipse", Family.SUBTREE: "component"}
 

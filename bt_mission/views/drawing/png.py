@@ -9,9 +9,8 @@ from typing import Any
 from PIL import Image, ImageDraw, ImageFont
 
 from bt_mission.core.errors import BtMissionError
-from bt_mission.views.drawing import style
 from bt_mission.views.drawing.letters import width_px
-from bt_mission.views.drawing.scene import Polyline, Rectangle, Scene, Shape, Words
+from bt_mission.views.drawing.scene import PAPER, Polyline, Rectangle, Scene, Shape, Words
 
 SCALE = 2
 """Pixels of the picture for one of the scene: sharp on today's screens."""
@@ -34,7 +33,7 @@ def png(scene: Scene) -> bytes:
             f"the tree is too large for a PNG ({width // SMOOTH} x {height // SMOOTH} pixels); "
             "draw it as SVG"
         )
-    image = Image.new("RGB", (width, height), style.PAPER)
+    image = Image.new("RGB", (width, height), PAPER)
     draw = ImageDraw.Draw(image)
     for shape in scene.shapes:
         _draw(draw, shape, factor)

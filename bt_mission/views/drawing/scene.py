@@ -1,13 +1,52 @@
-"""A tree as shapes: boxes, lines and texts, which an SVG and a PNG are made of alike."""
+"""A tree as shapes: boxes, lines and texts, which an SVG and a PNG are made of alike.
+
+Families of nodes differ in colour, but in shape and sign, too.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bt_mission.views.drawing import style
 from bt_mission.views.drawing.layout import NodeBox, place
 from bt_mission.views.drawing.letters import width_px, wrapped
 from bt_mission.views.drawing.nodes import DrawnNode, Family
+
+FILLS = {
+    Family.COMPOSITE: "#e4ebfa",
+    Family.DECORATOR: "#fcefd2",
+    Family.CONDITION: "#efe3f7",
+    Family.ACTION: "#dff2e1",
+    Family.MESSAGE: "#dcf1f5",
+    Family.SUBTREE: "#ffffff",
+    Family.OTHER: "#efefef",
+}
+STROKES = {
+    Family.COMPOSITE: "#3d5a99",
+    Family.DECORATOR: "#a9781b",
+    Family.CONDITION: "#7d4aa0",
+    Family.ACTION: "#2f7d3b",
+    Family.MESSAGE: "#23788a",
+    Family.SUBTREE: "#444444",
+    Family.OTHER: "#777777",
+}
+INK = "#1c1c1c"
+FAINT = "#555555"
+PAPER = "#ffffff"
+EDGE = "#8a8a8a"
+
+FONT = "DejaVu Sans, Verdana, Helvetica, Arial, sans-serif"
+NAME_PX = 13
+DETAIL_PX = 11
+LINE_PX = 15
+PADDING_PX = 8
+GAP_X_PX = 18
+GAP_Y_PX = 30
+MARGIN_PX = 16
+WRAP_PX = 215
+"""Details are wrapped at this width."""
+
+MOST_DETAIL_LINES = 10
+"""A goal with a long list would otherwise fill the page."""
 
 INDENT = "\N{NO-BREAK SPACE}" * 3
 """Before the second line of what is wrapped; SVG keeps no other blanks."""
@@ -72,21 +111,21 @@ class _NodeBox(NodeBox):
         self.node = node
         self.details = _detail_lines(node)
         self.name = _cut(node.name)
-        name = SIGN_PX + 6 + width_px(self.name, style.NAME_PX, bold=True)
-        detail = max((width_px(line, style.DETAIL_PX) for line in self.details), default=0.0)
-        width = max(name, detail) + 2 * style.PADDING_PX
-        height = SIGN_PX + 2 * style.PADDING_PX + len(self.details) * style.LINE_PX
+        name = SIGN_PX + 6 + width_px(self.name, NAME_PX, bold=True)
+        detail = max((width_px(line, DETAIL_PX) for line in self.details), default=0.0)
+        width = max(name, detail) + 2 * PADDING_PX
+        height = SIGN_PX + 2 * PADDING_PX + len(self.details) * LINE_PX
         super().__init__(width, height, [_NodeBox(child) for child in node.children])
 
 
 def scene(root: DrawnNode, title: str) -> Scene:
     """Draw a tree."""
     top = _NodeBox(root)
-    width, height = place(top, style.GAP_X_PX, style.GAP_Y_PX)
-    head = list(wrapped(title, style.DETAIL_PX, max(width, 3 * style.WRAP_PX)))
-    margin, below_head = style.MARGIN_PX, style.MARGIN_PX + len(head) * style.LINE_PX + 10
+    width, height = place(top, GAP_X_PX, GAP_Y_PX)
+    head = list(wrapped(title, DETAIL_PX, max(width, 3 * WRAP_PX)))
+    margin, below_head = MARGIN_PX, MARGIN_PX + len(head) * LINE_PX + 10
     shapes: list[Shape] = [
-        Words(margin, margin + (i + 1) * style.LINE_PX - 4, line, style.DETAIL_PX, style.FAINT)
+        Words(margin, margin + (i + 1) * LINE_PX - 4, line, DETAIL_PX, FAINT)
         for i, line in enumerate(head)
     ]
     boxes = []
@@ -101,7 +140,7 @@ def scene(root: DrawnNode, title: str) -> Scene:
     for box in boxes:
         assert isinstance(box, _NodeBox)
         shapes += _shapes(box)
-    widest = max(width_px(line, style.DETAIL_PX) for line in head)
+    widest = max(width_px(line, DETAIL_PX) for line in head)
     return Scene(
         title, max(width, widest) + 2 * margin, height + below_head + margin, tuple(shapes)
     )
@@ -110,48 +149,35 @@ def scene(root: DrawnNode, title: str) -> Scene:
 def _edges(box: NodeBox) -> list[Polyline]:
     found = []
     for child in box.children:
-        bend = child.y - style.GAP_Y_PX / 2
+        bend = child.y - GAP_Y_PX / 2
         down = ((box.middle, box.y + box.height), (box.middle, bend))
         across = ((child.middle, bend), (child.middle, child.y))
-        found.append(Polyline((*down, *across), style.EDGE, 1.2))
+        found.append(Polyline((*down, *across), EDGE, 1.2))
     return found
 
 
 def _shapes(box: _NodeBox) -> list[Shape]:
     family = box.node.sign.family
-    fill, stroke = style.FILLS[family], style.STROKES[family]
+    fill, stroke = FILLS[family], STROKES[family]
     radius = box.height / 2 if family is Family.CONDITION and not box.details else 5.0
-    pad = style.PADDING_PX
+    pad = PADDING_PX
     shapes: list[Shape] = [Rectangle(box.x, box.y, box.width, box.height, radius, fill, stroke)]
     if family is Family.SUBTREE:
         shapes.append(
             Rectangle(box.x + 3, box.y + 3, box.width - 6, box.height - 6, 3.0, fill, stroke)
         )
-    across = SIGN_PX + 6 + width_px(box.name, style.NAME_PX, bold=True)
+    across = SIGN_PX + 6 + width_px(box.name, NAME_PX, bold=True)
     left = box.middle - across / 2 if not box.details else box.x + pad
-    sign = Rectangle(left, box.y + pad, SIGN_PX, SIGN_PX, 4.0, stroke, stroke)
-    base = box.y + pad + SIGN_PX - 5
+    base, text = box.y + pad + SIGN_PX - 5, left + SIGN_PX + 6
+    glyph = box.node.sign.glyph
     shapes += [
-        sign,
-        Words(
-            left + SIGN_PX / 2,
-            base,
-            box.node.sign.glyph,
-            style.NAME_PX,
-            style.PAPER,
-            bold=True,
-            centred=True,
-        ),
-        Words(left + SIGN_PX + 6, base, box.name, style.NAME_PX, style.INK, bold=True),
+        Rectangle(left, box.y + pad, SIGN_PX, SIGN_PX, 4.0, stroke, stroke),
+        Words(left + SIGN_PX / 2, base, glyph, NAME_PX, PAPER, bold=True, centred=True),
+        Words(text, base, box.name, NAME_PX, INK, bold=True),
     ]
+    first = box.y + pad + SIGN_PX + LINE_PX - 2
     shapes += [
-        Words(
-            box.x + pad,
-            box.y + pad + SIGN_PX + (i + 1) * style.LINE_PX - 2,
-            line,
-            style.DETAIL_PX,
-            style.FAINT,
-        )
+        Words(box.x + pad, first + i * LINE_PX, line, DETAIL_PX, FAINT)
         for i, line in enumerate(box.details)
     ]
     return shapes
@@ -161,15 +187,15 @@ def _detail_lines(node: DrawnNode) -> list[str]:
     lines = [
         INDENT + line if index else line
         for detail in node.details
-        for index, line in enumerate(wrapped(detail, style.DETAIL_PX, style.WRAP_PX))
+        for index, line in enumerate(wrapped(detail, DETAIL_PX, WRAP_PX))
     ]
-    if len(lines) <= style.MOST_DETAIL_LINES:
+    if len(lines) <= MOST_DETAIL_LINES:
         return lines
-    kept = style.MOST_DETAIL_LINES - 1
+    kept = MOST_DETAIL_LINES - 1
     return [*lines[:kept], f"... {len(lines) - kept} more lines"]
 
 
 def _cut(name: str) -> str:
     """A name that would be wider than two boxes is cut."""
-    (first, *more) = list(wrapped(name, style.NAME_PX, 1.5 * style.WRAP_PX)) or [""]
+    (first, *more) = list(wrapped(name, NAME_PX, 1.5 * WRAP_PX)) or [""]
     return f"{first}..." if more else first

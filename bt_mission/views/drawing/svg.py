@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from xml.sax.saxutils import escape, quoteattr
 
-from bt_mission.views.drawing import style
 from bt_mission.views.drawing.letters import width_px
-from bt_mission.views.drawing.scene import Polyline, Rectangle, Scene, Shape, Words
+from bt_mission.views.drawing.scene import FONT, PAPER, Polyline, Rectangle, Scene, Shape, Words
 
 
 def svg(scene: Scene) -> str:
@@ -19,10 +18,10 @@ def _lines(scene: Scene) -> Iterator[str]:
     width, height = _px(scene.width), _px(scene.height)
     yield (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" '
-        f'viewBox="0 0 {width} {height}" font-family={quoteattr(style.FONT)} role="img">'
+        f'viewBox="0 0 {width} {height}" font-family={quoteattr(FONT)} role="img">'
     )
     yield f"<title>{_text(scene.title)}</title>"
-    yield f'<rect width="{width}" height="{height}" fill="{style.PAPER}"/>'
+    yield f'<rect width="{width}" height="{height}" fill="{PAPER}"/>'
     for shape in scene.shapes:
         yield _element(shape)
     yield "</svg>"

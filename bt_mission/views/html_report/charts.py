@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from bt_mission.recording.model import Floats, RecordedRun, Times
-from bt_mission.views.html_report.figures import clearance
-from bt_mission.views.html_report.markup import element, number, rows, void
-from bt_mission.views.html_report.timeline import axis, duration_s
+from bt_mission.views.html_report.figures import clearance, duration_s
+from bt_mission.views.html_report.markup import element, hint, number, rows, void
+from bt_mission.views.html_report.timeline import axis, zoomed
 
 MOST_POINTS = 1200
 HEIGHT = 100
@@ -45,7 +45,7 @@ def charts(run: RecordedRun) -> str:
     """All of them."""
     known = charts_of(run)
     if not known:
-        return element("p", "The recording has none of these topics.", class_="hint")
+        return hint("The recording has none of these topics.")
     return rows([*(_chart(run, chart) for chart in known), axis(duration_s(run))])
 
 
@@ -75,20 +75,15 @@ def bounds(chart: LineChart) -> tuple[float, float]:
 def _chart(run: RecordedRun, chart: LineChart) -> str:
     low, high = bounds(chart)
     times, values = thinned(chart)
-    duration = duration_s(run)
     points = " ".join(
         f"{number(t, 2)},{number(BOTTOM - (BOTTOM - TOP) * (v - low) / (high - low), 1)}"
         for t, v in zip((times - run.start_ns) / 1e9, values, strict=True)
     )
-    drawing = element(
-        "svg",
-        void("polyline", points=points)
-        + void("line", class_="cursor", x1=0, x2=0, y1=0, y2=HEIGHT, visibility="hidden"),
-        class_="line zoomed",
-        viewBox=f"0 0 {number(duration)} {HEIGHT}",
-        preserveAspectRatio="none",
-        role="img",
-        aria_label=f"{chart.name} in {chart.unit}, from {number(low)} to {number(high)}",
+    drawing = zoomed(
+        void("polyline", points=points),
+        "line",
+        (duration_s(run), HEIGHT),
+        f"{chart.name} in {chart.unit}, from {number(low)} to {number(high)}",
     )
     labels = element("span", number(high, 2), class_="high") + element(
         "span", number(low, 2), class_="low"

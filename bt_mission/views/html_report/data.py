@@ -9,8 +9,9 @@ import numpy as np
 
 from bt_mission.recording.model import RecordedRun
 from bt_mission.views.html_report.charts import charts_of, thinned
-from bt_mission.views.html_report.plan import points_on_map
-from bt_mission.views.html_report.timeline import duration_s, rows_of
+from bt_mission.views.html_report.figures import duration_s, since_start_s
+from bt_mission.views.html_report.plan import scans_on_map, spread
+from bt_mission.views.html_report.timeline import rows_of
 
 MOST_POSES = 3000
 MOST_SCANS = 400
@@ -48,12 +49,12 @@ def script_data(run: RecordedRun) -> str:
 
 
 def _s(run: RecordedRun, time_ns: int) -> float:
-    return round((time_ns - run.start_ns) / 1e9, 3)
+    return round(since_start_s(run, time_ns), 3)
 
 
 def _poses(run: RecordedRun) -> dict[str, list[float]]:
     track = run.track
-    chosen = _spread(len(track), MOST_POSES)
+    chosen = spread(len(track), MOST_POSES)
     return {
         "t": [_s(run, int(time_ns)) for time_ns in track.times[chosen]],
         "x": np.round(track.x[chosen], 3).tolist(),
@@ -65,15 +66,9 @@ def _poses(run: RecordedRun) -> dict[str, list[float]]:
 def _scans(run: RecordedRun) -> list[dict[str, Any]]:
     """Points on the map, in centimetres, x and y in turn."""
     told = []
-    for index in _spread(len(run.scans), MOST_SCANS):
-        scan = run.scans[index]
-        pose = run.track.at(scan.time_ns)
-        if pose is not None and len(scan.points):
-            points = points_on_map(scan, pose)[_spread(len(scan.points), MOST_POINTS)]
-            centimetres = np.round(points * 100).astype(int).ravel().tolist()
-            told.append({"t": _s(run, scan.time_ns), "p": centimetres})
+    for time_ns, points in scans_on_map(run, MOST_SCANS):
+        if len(points):
+            chosen = points[spread(len(points), MOST_POINTS)]
+            centimetres = np.round(chosen * 100).astype(int).ravel().tolist()
+            told.append({"t": _s(run, time_ns), "p": centimetres})
     return told
-
-
-def _spread(count: int, most: int) -> Any:
-    return np.unique(np.linspace(0, max(0, count - 1), min(count, most)).astype(int))

@@ -35,6 +35,21 @@ class LeafFigures:
     seconds: float
 
 
+def duration_s(run: RecordedRun) -> float:
+    """Length of the run, s; never nothing."""
+    return max(since_start_s(run, run.end_ns), 0.05)
+
+
+def since_start_s(run: RecordedRun, time_ns: int) -> float:
+    """Time since the start of the run, s."""
+    return (time_ns - run.start_ns) / 1e9
+
+
+def inner_nodes(run: RecordedRun) -> set[int]:
+    """The nodes that have children."""
+    return {node.parent for number, node in enumerate(run.tree) if node.parent != number}
+
+
 def stops(track: Track) -> list[Stop]:
     """Where the robot stood, other than before it first moved."""
     if len(track) < 2:
@@ -71,7 +86,7 @@ def clearance(run: RecordedRun) -> Series:
 
 def leaves(run: RecordedRun) -> list[LeafFigures]:
     """The leaves that have run, in the order of the tree."""
-    parents = {node.parent for number, node in enumerate(run.tree) if node.parent != number}
+    inner = inner_nodes(run)
     return [
         LeafFigures(
             number,
@@ -79,7 +94,7 @@ def leaves(run: RecordedRun) -> list[LeafFigures]:
             sum(span.end_ns - span.start_ns for span in spans) / 1e9,
         )
         for number, spans in enumerate(run.spans)
-        if spans and number not in parents
+        if spans and number not in inner
     ]
 
 

@@ -48,3 +48,21 @@ def seconds(value: float) -> str:
 def rows(lines: Iterable[str]) -> str:
     """Markup, one part a line."""
     return "\n".join(lines)
+
+
+def hint(text: str) -> str:
+    """A remark in small print; nothing for an empty text."""
+    return element("p", text, class_="hint") if text else ""
+
+
+def legend(sign: str, meanings: Iterable[tuple[str, str]]) -> str:
+    """Explain the signs of a drawing, each by its CSS class; ``sign`` is that of all of them."""
+    parts = [element("span", "", class_=f"{sign} {name}") + text for name, text in meanings]
+    return element("p", " ".join(element("span", part) for part in parts), class_="legend")
+
+
+def table(columns: Iterable[str], lines: Iterable[str], name: str = "scroll") -> str:
+    """Make a table of rows that are markup already, in a box of this CSS class."""
+    head = element("tr", "".join(element("th", column, scope="col") for column in columns))
+    content = element("thead", head) + element("tbody", rows(lines))
+    return element("div", element("table", content), class_=name)

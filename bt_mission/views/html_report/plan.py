@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from html import escape
+from typing import Any
 
 import numpy as np
 
-from bt_mission.recording.model import Floats, RecordedGrid, RecordedRun, RecordedScan, Track
+from bt_mission.recording.model import Floats, RecordedGrid, RecordedRun, Track
 from bt_mission.views.html_report.figures import stops
-from bt_mission.views.html_report.markup import element, number, rows, seconds, void
+from bt_mission.views.html_report.markup import element, hint, legend, number, rows, seconds, void
 
 MARGIN = 0.3
 """m around everything that is drawn."""
@@ -23,7 +25,7 @@ def plan(run: RecordedRun) -> str:
     """The drawing, with y up as maps have it; nothing where nothing is known."""
     box = _box(run)
     if box is None:
-        return element("p", "The recording has no map and no pose of the robot.", class_="hint")
+        return hint("The recording has no map and no pose of the robot.")
     x, y, width, height = box
     unit = max(width, height) / 85
     parts = [
@@ -48,7 +50,7 @@ def plan(run: RecordedRun) -> str:
         aria_label="The way of the robot over the map",
         style=f"aspect-ratio:{number(width / height, 3)}",
     )
-    return drawing + _legend(run) + _scale(width)
+    return drawing + _legend(run) + hint(f"{number(width, 1)} m wide.")
 
 
 def _box(run: RecordedRun) -> tuple[float, float, float, float] | None:
@@ -87,24 +89,27 @@ def _grid(grid: RecordedGrid) -> str:
     return element("g", rows(parts), transform=place)
 
 
-def points_on_map(scan: RecordedScan, pose: tuple[float, float, float]) -> Floats:
-    """A scan's points on the map."""
-    cos, sin = math.cos(pose[2]), math.sin(pose[2])
-    turn = np.array([[cos, sin], [-sin, cos]])
-    placed: Floats = scan.points @ turn + np.array(pose[:2])
-    return placed
+def scans_on_map(run: RecordedRun, most: int) -> Iterator[tuple[int, Floats]]:
+    """The time of each of so many scans, spread over the run, and its points on the map, m."""
+    for index in spread(len(run.scans), most):
+        scan = run.scans[index]
+        if (pose := run.track.at(scan.time_ns)) is not None:
+            cos, sin = math.cos(pose[2]), math.sin(pose[2])
+            turn = np.array([[cos, sin], [-sin, cos]])
+            yield scan.time_ns, scan.points @ turn + np.array(pose[:2])
+
+
+def spread(count: int, most: int) -> Any:
+    """At most so many of the first numbers, spread evenly."""
+    return np.unique(np.linspace(0, max(0, count - 1), min(count, most)).astype(int))
 
 
 def _scans(run: RecordedRun) -> str:
     if not run.scans:
         return ""
-    chosen = np.unique(np.linspace(0, len(run.scans) - 1, SCANS).astype(int))
     seen: set[tuple[float, float]] = set()
-    for index in chosen:
-        scan = run.scans[index]
-        pose = run.track.at(scan.time_ns)
-        if pose is not None:
-            seen.update(map(tuple, np.round(points_on_map(scan, pose), 2)[::2].tolist()))
+    for _, points in scans_on_map(run, SCANS):
+        seen.update(map(tuple, np.round(points, 2)[::2].tolist()))
     dots = "".join(f"M{number(x, 2)} {number(y, 2)}h0" for x, y in sorted(seen))
     return void("path", class_="scans", d=dots)
 
@@ -253,12 +258,4 @@ def _legend(run: RecordedRun) -> str:
     parts += [("stopped", "stood still"), ("ended", "a goal ended here (numbers: see Goals)")]
     if run.scans:
         parts.append(("scanned", "seen by the lidar"))
-    return element(
-        "p",
-        " ".join(element("span", element("span", "", class_=f"key {k}") + t) for k, t in parts),
-        class_="legend",
-    )
-
-
-def _scale(width: float) -> str:
-    return element("p", f"{number(width, 1)} m wide.", class_="hint")
+    return legend("key", parts)

@@ -11,8 +11,14 @@ from typing import Any
 import numpy as np
 
 from bt_mission.recording.model import RecordedGoal, RecordedLine, RecordedRun
-from bt_mission.views.html_report.figures import distance_m, leaves, way_to_failure
-from bt_mission.views.html_report.markup import element, number, rows, seconds
+from bt_mission.views.html_report.figures import (
+    LeafFigures,
+    distance_m,
+    leaves,
+    since_start_s,
+    way_to_failure,
+)
+from bt_mission.views.html_report.markup import element, hint, number, rows, seconds, table
 
 MOST_LINES = 1000
 MOST_GOALS = 500
@@ -27,10 +33,9 @@ LEVELS = {10: "debug", 20: "info", 30: "warning", 40: "error", 50: "fatal"}
 def facts(run: RecordedRun) -> str:
     """What it was and came to, in a few figures."""
     summary, known = run.summary, run.facts
-    length = (run.end_ns - run.start_ns) / 1e9
     distance = distance_m(run)
     pairs = [
-        ("duration", seconds(length)),
+        ("duration", seconds(since_start_s(run, run.end_ns))),
         ("distance", None if distance is None else f"{number(distance, 2)} m"),
         ("goals", _goal_count(run)),
         ("collisions", summary.get("collisions", len(run.collisions) or None)),
@@ -51,7 +56,7 @@ def facts(run: RecordedRun) -> str:
 
 def _goal_count(run: RecordedRun) -> str:
     left = run.summary.get("goals_left_behind", 0)
-    return f"{len(run.goals)}" + (f", {left} left behind" if left else "")
+    return f"{len(run.goals)}" + (f", {left} orphaned" if left else "")
 
 
 def why(run: RecordedRun) -> str:
@@ -61,9 +66,10 @@ def why(run: RecordedRun) -> str:
         return ""
     steps = " \N{RIGHTWARDS ARROW} ".join(escape(run.tree[node].name) for node in way)
     span = run.spans[way[-1]][-1]
-    at_s = (span.end_ns - run.start_ns) / 1e9
     said = "" if span.message in run.reason else f"<br><strong>{escape(span.message)}</strong>"
-    return element("p", f"{steps}, at {seconds(at_s)}{said}", class_="why")
+    return element(
+        "p", f"{steps}, at {seconds(since_start_s(run, span.end_ns))}{said}", class_="why"
+    )
 
 
 def warnings(run: RecordedRun) -> str:
@@ -79,18 +85,12 @@ def warnings(run: RecordedRun) -> str:
 def goals(run: RecordedRun) -> str:
     """Each goal with its life."""
     if not run.goals:
-        return element("p", "No goal was sent.", class_="hint")
-    head = "".join(
-        element("th", name, scope="col")
-        for name in ("#", "action", "node", "sent", "took", "outcome", "goal", "result")
-    )
-    body = rows(_goal(run, index, goal) for index, goal in enumerate(run.goals[:MOST_GOALS]))
-    table = element("table", element("thead", element("tr", head)) + element("tbody", body))
+        return hint("No goal was sent.")
+    columns = ("#", "action", "node", "sent", "took", "outcome", "goal", "result")
+    lines = [_goal(run, index, goal) for index, goal in enumerate(run.goals[:MOST_GOALS])]
     rest = len(run.goals) - MOST_GOALS
-    more = (
-        element("p", f"{rest} more goals are in the recording.", class_="hint") if rest > 0 else ""
-    )
-    return element("div", table, class_="scroll goals") + more
+    more = f"{rest} more goals are in the recording." if rest > 0 else ""
+    return table(columns, lines, "scroll goals") + hint(more)
 
 
 def _goal(run: RecordedRun, index: int, goal: RecordedGoal) -> str:
@@ -98,7 +98,7 @@ def _goal(run: RecordedRun, index: int, goal: RecordedGoal) -> str:
         known = time_ns is not None and start_ns is not None
         return seconds((time_ns - start_ns) / 1e9) if known else "?"  # type: ignore[operator]
 
-    end = goal.status or ("left behind" if goal.given_up_ns is not None else "no end is known")
+    end = goal.status or ("orphaned" if goal.given_up_ns is not None else "no end is known")
     more = []
     if goal.cancel_ns is not None and goal.sent_ns is not None:
         more.append(f"cancel after {since(goal.cancel_ns, goal.sent_ns)}")
@@ -177,25 +177,22 @@ def _short_text(value: str) -> str:
 
 def leaf_table(run: RecordedRun) -> str:
     """What came of each leaf."""
-    head = "".join(element("th", name, scope="col") for name in ("node", "runs", "ended", "in all"))
-    body = rows(
-        element(
-            "tr",
-            element("td", escape(run.tree[leaf.node].name))
-            + element("td", str(sum(leaf.ends.values())))
-            + element(
-                "td",
-                ", ".join(
-                    element("span", "", class_=f"dot {status}") + f"{count} {status}"
-                    for status, count in leaf.ends.items()
-                ),
-            )
-            + element("td", seconds(leaf.seconds)),
-        )
-        for leaf in leaves(run)[:MOST_LINES]
+    return table(
+        ("node", "runs", "ended", "in all"),
+        (
+            element("tr", "".join(element("td", cell) for cell in _leaf(run, leaf)))
+            for leaf in leaves(run)[:MOST_LINES]
+        ),
     )
-    table = element("table", element("thead", element("tr", head)) + element("tbody", body))
-    return element("div", table, class_="scroll")
+
+
+def _leaf(run: RecordedRun, leaf: LeafFigures) -> tuple[str, ...]:
+    ends = [
+        element("span", "", class_=f"dot {status}") + f"{count} {status}"
+        for status, count in leaf.ends.items()
+    ]
+    name, runs = escape(run.tree[leaf.node].name), str(sum(leaf.ends.values()))
+    return name, runs, ", ".join(ends), seconds(leaf.seconds)
 
 
 def pictures(run: RecordedRun) -> str:
@@ -211,7 +208,7 @@ def pictures(run: RecordedRun) -> str:
         chosen.append(picture)
     figures = []
     for picture in chosen:
-        at = seconds((picture.time_ns - run.start_ns) / 1e9)
+        at = seconds(since_start_s(run, picture.time_ns))
         data = base64.b64encode(picture.data).decode()
         image = (
             f'<img src="data:{escape(picture.media_type)};base64,{data}" '
@@ -220,19 +217,19 @@ def pictures(run: RecordedRun) -> str:
         caption = element("figcaption", f"{escape(picture.name.rpartition('/')[2])}, {at}")
         figures.append(element("figure", image + caption))
     rest = len(run.pictures) - len(chosen)
-    more = element("p", f"{rest} more are in the recording.", class_="hint") if rest else ""
-    return element("div", rows(figures), class_="pictures") + more
+    more = f"{rest} more are in the recording." if rest else ""
+    return element("div", rows(figures), class_="pictures") + hint(more)
 
 
 def log(run: RecordedRun) -> str:
     """What was said."""
     if not run.log:
-        return element("p", "Nothing was said.", class_="hint")
+        return hint("Nothing was said.")
     lines = _chosen(run.log)
     body = rows(
         element(
             "li",
-            element("time", f"{(line.time_ns - run.start_ns) / 1e9:.2f}")
+            element("time", f"{since_start_s(run, line.time_ns):.2f}")
             + element("b", LEVELS.get(line.level, str(line.level)))
             + element("span", escape(line.text)),
             class_=LEVELS.get(line.level, "info"),
@@ -241,7 +238,7 @@ def log(run: RecordedRun) -> str:
     )
     rest = len(run.log) - len(lines)
     more = f"{rest} more lines are in the recording." if rest else ""
-    return element("ol", body, class_="log") + (element("p", more, class_="hint") if more else "")
+    return element("ol", body, class_="log") + hint(more)
 
 
 def _chosen(lines: Iterable[RecordedLine]) -> list[RecordedLine]:
@@ -272,7 +269,7 @@ def versions(run: RecordedRun) -> str:
         lines.append(element("p", escape(f"Inputs: {given}")))
     wall = run.summary.get("wall_s")
     if wall is not None:
-        length = (run.end_ns - run.start_ns) / 1e9
+        length = since_start_s(run, run.end_ns)
         lines.append(element("p", f"{seconds(length)} in {seconds(wall)} of wall time."))
     trace = run.summary.get("trace_sha256")
     if trace:

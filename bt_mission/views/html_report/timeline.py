@@ -10,13 +10,20 @@ from dataclasses import dataclass
 from html import escape
 
 from bt_mission.recording.model import RecordedRun, Span
-from bt_mission.views.html_report.markup import element, number, rows, seconds, void
+from bt_mission.views.html_report.figures import duration_s, inner_nodes, since_start_s
+from bt_mission.views.html_report.markup import element, hint, legend, number, rows, seconds, void
 
 ROW = 22
 """Pixels."""
 HINT = (
     "Point at the timeline. Wheel or two fingers zoom, dragging moves, a double click shows all; "
     "with the keyboard: arrows, + and -, 0."
+)
+LEGEND = (
+    ("success", "success"),
+    ("failure", "failure"),
+    ("halted", "halted"),
+    ("running", "still running"),
 )
 MOST_ROWS = 600
 MOST_SPANS = 1500
@@ -64,17 +71,19 @@ def timeline(run: RecordedRun) -> str:
     duration = duration_s(run)
     height = ROW * len(shown)
     silent = len(run.tree) - sum(1 for spans in run.spans if spans)
-    bars = rows(_bars(run, row, index) for index, row in enumerate(shown))
-    drawing = element(
-        "svg",
-        f"{_stripes(len(shown), duration)}{bars}"
-        + void("line", class_="cursor", x1=0, x2=0, y1=0, y2=height, visibility="hidden"),
-        class_="bars zoomed",
-        viewBox=f"0 0 {number(duration)} {height}",
-        preserveAspectRatio="none",
+    inner = inner_nodes(run)
+    bars = rows(
+        rows(
+            _bar(run, row, index, bar, "inner" if row.node in inner else "leaf") for bar in row.bars
+        )
+        for index, row in enumerate(shown)
+    )
+    drawing = zoomed(
+        f"{_stripes(len(shown), duration)}{bars}",
+        "bars",
+        (duration, height),
+        "When each node ran",
         style=f"height:{height}px",
-        role="img",
-        aria_label="When each node ran",
     )
     names = rows(_name(run, row) for row in shown)
     note = f"{silent} {'node' if silent == 1 else 'nodes'} never ran." if silent else ""
@@ -87,15 +96,28 @@ def timeline(run: RecordedRun) -> str:
             element("div", drawing + axis(duration), class_="drawing"),
             "</div>",
             element("p", HINT, class_="reading script", aria_live="polite"),
-            _legend(),
-            element("p", note, class_="hint") if note else "",
+            legend("dot", LEGEND),
+            hint(note),
         ]
     )
 
 
-def duration_s(run: RecordedRun) -> float:
-    """Length of the run, s; never nothing."""
-    return max((run.end_ns - run.start_ns) / 1e9, 0.05)
+def zoomed(
+    content: str, name: str, size: tuple[float, int], label: str, style: str | None = None
+) -> str:
+    """Draw over time, with a cursor that the script moves; the size is in s and in px."""
+    duration, height = size
+    cursor = void("line", class_="cursor", x1=0, x2=0, y1=0, y2=height, visibility="hidden")
+    return element(
+        "svg",
+        content + cursor,
+        class_=f"{name} zoomed",
+        viewBox=f"0 0 {number(duration)} {height}",
+        preserveAspectRatio="none",
+        style=style,
+        role="img",
+        aria_label=label,
+    )
 
 
 def axis(duration: float) -> str:
@@ -118,44 +140,19 @@ def tick_step(duration: float) -> float:
     return duration / 6
 
 
-def _bars(run: RecordedRun, row: TimelineRow, index: int) -> str:
-    node = run.tree[row.node]
-    kind = "leaf" if _is_leaf(run, row.node) else "inner"
-    return rows(_bar(run, span, count, node.name, kind, index) for span, count in row.bars)
-
-
-def _bar(run: RecordedRun, span: Span, count: int, name: str, kind: str, index: int) -> str:
-    start = (span.start_ns - run.start_ns) / 1e9
-    length = (span.end_ns - span.start_ns) / 1e9
+def _bar(run: RecordedRun, row: TimelineRow, index: int, bar: tuple[Span, int], kind: str) -> str:
+    span, count = bar
+    name = run.tree[row.node].name
+    start, length = since_start_s(run, span.start_ns), (span.end_ns - span.start_ns) / 1e9
     what = f"{name}: {span.status} after {seconds(length)} at {seconds(start + length)}"
     if count > 1:
         what = f"{name}: {count} times {span.status} until {seconds(start + length)}"
     title = element("title", escape(f"{what}\n{span.message}".strip()))
-    y = index * ROW + 4
+    y, look = index * ROW + 4, f"bar {kind} {span.status}"
     if length == 0:
         # Of no width, so it is a line, which keeps its width however the drawing is zoomed.
-        return element(
-            "line",
-            title,
-            class_=f"bar {kind} {span.status}",
-            x1=start,
-            x2=start,
-            y1=y,
-            y2=y + ROW - 8,
-        )
-    return element(
-        "rect",
-        title,
-        class_=f"bar {kind} {span.status}",
-        x=start,
-        y=y,
-        width=length,
-        height=ROW - 8,
-    )
-
-
-def _is_leaf(run: RecordedRun, number: int) -> bool:
-    return not any(node.parent == number for child, node in enumerate(run.tree) if child != number)
+        return element("line", title, class_=look, x1=start, x2=start, y1=y, y2=y + ROW - 8)
+    return element("rect", title, class_=look, x=start, y=y, width=length, height=ROW - 8)
 
 
 def _stripes(count: int, duration: float) -> str:
@@ -174,21 +171,4 @@ def _name(run: RecordedRun, row: TimelineRow) -> str:
         class_="name",
         style=f"padding-left:{min(node.depth, 8) * 10 + 4}px",
         title=f"{node.name} ({node.kind}, {node.path})",
-    )
-
-
-def _legend() -> str:
-    words = {
-        "success": "success",
-        "failure": "failure",
-        "halted": "halted",
-        "running": "still running",
-    }
-    return element(
-        "p",
-        " ".join(
-            element("span", element("span", "", class_=f"dot {status}") + text)
-            for status, text in words.items()
-        ),
-        class_="legend",
     )

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from bt_mission.events.messages import Map
-from bt_mission.events.robot_state import FloorPose, WatchedRobot
+from bt_mission.events.robot_state import FloorPose, RobotState
 from bt_mission.views.terminal.marks import PLACES, Marks
 from bt_mission.views.terminal.words import Span
 
@@ -58,13 +58,12 @@ class MapChart:
 
     def __init__(self, marks: Marks) -> None:
         self._marks = marks
-        self._key: tuple[int, ChartWindow] | None = None
+        self._drawn: tuple[Map, ChartWindow] | None = None
         self._walls: Grid = np.zeros((0, 0), np.int8)
-        self._map: Map | None = None
 
     def draw(
         self,
-        robot: WatchedRobot,
+        robot: RobotState,
         targets: Sequence[tuple[float, float]],
         columns: int,
         rows: int,
@@ -85,14 +84,14 @@ class MapChart:
         """The map in the chart's pixels."""
         if grid is None:
             return np.zeros((frame.height, frame.width), np.int8)
-        if self._map is not grid or self._key != (id(grid), frame):
-            self._map, self._key = grid, (id(grid), frame)
+        if self._drawn is None or self._drawn[0] is not grid or self._drawn[1] != frame:
+            self._drawn = (grid, frame)
             self._walls = _rasterised(grid, frame)
         return self._walls
 
     def _signs(
         self,
-        robot: WatchedRobot,
+        robot: RobotState,
         frame: ChartWindow,
         scan: Sequence[tuple[float, float]],
         targets: Sequence[tuple[float, float]],
@@ -143,20 +142,15 @@ class MapChart:
 def _wall_near(pixels: Grid, at: tuple[int, int]) -> tuple[int, int] | None:
     """The pixel of a wall that a ray has hit: a hit that is a pixel off, by noise, counts."""
     row, column = at
-    for r, c in (
-        (row, column),
-        (row - 1, column),
-        (row + 1, column),
-        (row, column - 1),
-        (row, column + 1),
-    ):
+    for down, right in ((0, 0), (-1, 0), (1, 0), (0, -1), (0, 1)):
+        r, c = row + down, column + right
         if 0 <= r < pixels.shape[0] and 0 <= c < pixels.shape[1] and pixels[r, c] == WALL:
             return r, c
     return None
 
 
 def fitting(
-    robot: WatchedRobot,
+    robot: RobotState,
     scan: Sequence[tuple[float, float]],
     targets: Sequence[tuple[float, float]],
     columns: int,

@@ -29,7 +29,6 @@ class Marks:
     breakpoint: str
     then: str
     rule: str
-    upright: str
     wall: tuple[str, str, str]
     unknown: str
     trail: str
@@ -47,7 +46,6 @@ SIGNS = Marks(
     breakpoint="●",
     then=" ▸ ",
     rule="─",
-    upright="│",
     wall=("▀", "▄", "█"),
     unknown="░",
     trail="·",
@@ -64,7 +62,6 @@ ASCII_SIGNS = Marks(
     breakpoint="*",
     then=" > ",
     rule="-",
-    upright="|",
     wall=("#", "#", "#"),
     unknown=":",
     trail=".",

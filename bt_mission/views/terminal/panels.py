@@ -7,10 +7,10 @@ from textwrap import wrap
 
 from py_trees.common import Status
 
+from bt_mission.events.events import FINAL, OPEN, GoalChanged
 from bt_mission.events.log import LogEntry
-from bt_mission.events.messages import FINAL, OPEN, GoalInfo
-from bt_mission.events.mission_state import WatchedMission
-from bt_mission.events.robot_state import WatchedRobot
+from bt_mission.events.mission_state import MissionState
+from bt_mission.events.robot_state import RobotState
 from bt_mission.views.terminal.marks import Marks, clean
 from bt_mission.views.terminal.tree_rows import STATUS_STYLES, time_in_state
 from bt_mission.views.terminal.words import Span, seconds
@@ -40,7 +40,7 @@ STATE_STATUSES = {
 
 
 def header(
-    mission: WatchedMission, robot: WatchedRobot, factor: float | None, marks: Marks
+    mission: MissionState, robot: RobotState, factor: float | None, marks: Marks
 ) -> list[Span]:
     """Name, state and reason, time, pace and battery of a mission, most telling first."""
     tree, state = mission.tree, mission.state
@@ -81,22 +81,26 @@ def path(names: Sequence[str], width: int, marks: Marks) -> list[Span]:
 
 def log_rows(entries: Iterable[LogEntry], start_ns: int, marks: Marks) -> Rows:
     """A row for each entry, with the time since the start."""
-    rows: Rows = []
-    for entry in entries:
-        style = "" if entry.status is None else STATUS_STYLES[entry.status]
-        sign = " " if entry.status is None else marks.status[entry.status]
-        time_s = (entry.time_ns - start_ns) / 1e9
-        row: list[Span] = [(f"{time_s:8.2f}  ", "time"), (f"{sign} ", style)]
-        if entry.name:
-            row.append((clean(entry.name, marks), style or "title"))
-        if entry.text:
-            text = clean(entry.text, marks)
-            row.append((f"  {text}" if entry.name else text, "words" if entry.name else ""))
-        rows.append(row)
-    return rows
+    return [
+        [(f"{(entry.time_ns - start_ns) / 1e9:8.2f}  ", "time"), *log_words(entry, marks)]
+        for entry in entries
+    ]
 
 
-def goal_rows(mission: WatchedMission, marks: Marks) -> Rows:
+def log_words(entry: LogEntry, marks: Marks) -> list[Span]:
+    """An entry without its time."""
+    style = "" if entry.status is None else STATUS_STYLES[entry.status]
+    sign = " " if entry.status is None else marks.status[entry.status]
+    spans: list[Span] = [(f"{sign} ", style)]
+    if entry.name:
+        spans.append((clean(entry.name, marks), style or "title"))
+    if entry.text:
+        text = clean(entry.text, marks)
+        spans.append((f"  {text}", "words") if entry.name else (text, ""))
+    return spans
+
+
+def goal_rows(mission: MissionState, marks: Marks) -> Rows:
     """Every goal and its state: those that are open first, the newest on top."""
     goals = list(mission.goals.values())[::-1]
     rows: Rows = []
@@ -114,7 +118,7 @@ def goal_rows(mission: WatchedMission, marks: Marks) -> Rows:
     return rows
 
 
-def goals_title(mission: WatchedMission) -> str:
+def goals_title(mission: MissionState) -> str:
     """How many were sent, and how many of them are open."""
     if mission.goals_sent is None:
         return "goals"
@@ -122,7 +126,7 @@ def goals_title(mission: WatchedMission) -> str:
     return f"goals: {mission.goals_sent} sent, {are_open} open"
 
 
-def variable_rows(mission: WatchedMission, marks: Marks) -> Rows:
+def variable_rows(mission: MissionState, marks: Marks) -> Rows:
     """Name and value of each variable."""
     width = min(max((len(name) for name in mission.variables), default=0), 24)
     return [
@@ -139,7 +143,7 @@ def _short(value: str) -> str:
         return value
 
 
-def node_rows(mission: WatchedMission, index: int, width: int, marks: Marks) -> Rows:
+def node_rows(mission: MissionState, index: int, width: int, marks: Marks) -> Rows:
     """Everything that is known of one node, its words in full."""
     if mission.tree is None:
         return []
@@ -157,7 +161,7 @@ def node_rows(mission: WatchedMission, index: int, width: int, marks: Marks) -> 
     return rows + [[(line, "")] for line in wrap(words, max(width, 10))]
 
 
-def map_title(robot: WatchedRobot) -> str:
+def map_title(robot: RobotState) -> str:
     """Where the robot is."""
     pose = robot.pose
     if pose is None:
@@ -166,7 +170,7 @@ def map_title(robot: WatchedRobot) -> str:
     return f"map: x {pose.x:.2f}  y {pose.y:.2f} m{frame}"
 
 
-def targets(mission: WatchedMission) -> tuple[tuple[float, float], ...]:
+def targets(mission: MissionState) -> tuple[tuple[float, float], ...]:
     """The places of the newest goal that names any, as long as the mission runs."""
     if mission.status in FINAL:
         return ()
@@ -176,6 +180,6 @@ def targets(mission: WatchedMission) -> tuple[tuple[float, float], ...]:
     return chosen[-1].targets if chosen else ()
 
 
-def _duration(goal: GoalInfo, mission: WatchedMission) -> str:
+def _duration(goal: GoalChanged, mission: MissionState) -> str:
     end_ns = mission.now_ns if goal.state in OPEN else goal.changed_ns
     return seconds(max(end_ns - goal.sent_ns, 0))

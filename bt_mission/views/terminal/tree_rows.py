@@ -6,10 +6,10 @@ import math
 
 from py_trees.common import Status
 
-from bt_mission.events.mission_state import WatchedMission
+from bt_mission.events.mission_state import MissionState
 from bt_mission.views.terminal.marks import Marks, clean
+from bt_mission.views.terminal.outline import Outline
 from bt_mission.views.terminal.words import Span, bar, seconds
-from bt_mission.views.tui.outline import Outline
 
 BAR_WIDTH = 12
 NARROW, TINY = 50, 30
@@ -24,7 +24,7 @@ STATUS_STYLES = {
 
 
 def tree_row(
-    mission: WatchedMission,
+    mission: MissionState,
     outline: Outline,
     index: int,
     width: int,
@@ -57,7 +57,7 @@ def tree_row(
     return row
 
 
-def time_in_state(mission: WatchedMission, index: int) -> str:
+def time_in_state(mission: MissionState, index: int) -> str:
     """How long a node has been running, or had run when it ended; empty where nobody saw it."""
     if mission.statuses[index] is Status.RUNNING:
         since_ns = mission.since_ns[index]
@@ -66,14 +66,14 @@ def time_in_state(mission: WatchedMission, index: int) -> str:
     return seconds(ran_ns) if ran_ns and mission.statuses[index] is not Status.INVALID else ""
 
 
-def _margin(mission: WatchedMission, index: int, marks: Marks) -> str:
+def _margin(mission: MissionState, index: int, marks: Marks) -> str:
     assert mission.tree is not None
     node = mission.tree.nodes[index]
     is_set = node.path in mission.breakpoints or node.name in mission.breakpoints
     return marks.breakpoint if is_set else " "
 
 
-def _progress(mission: WatchedMission, index: int, width: int, marks: Marks) -> list[Span]:
+def _progress(mission: MissionState, index: int, width: int, marks: Marks) -> list[Span]:
     progress = mission.progress.get(index) if index in mission.running else None
     if progress is None or progress.limit <= 0 or not math.isfinite(progress.value):
         return []

@@ -1,17 +1,31 @@
-"""The views of a run, and which one fits an output."""
+"""The views of a run, and which one fits an output: a live tree, plain lines, or nothing."""
 
 from __future__ import annotations
 
 import sys
+from collections import deque
+from collections.abc import Callable
 from typing import Self, TextIO
 
-from rich.console import Console
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+from rich.console import Console, Group, RenderableType
+from rich.live import Live
+from rich.text import Text
 
+from bt_mission.behaviours.action_leaf import ActionLeaf
+from bt_mission.behaviours.progress import LeafProgress, progress_of
 from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.executive.executive import Change
+from bt_mission.events.status_marks import STYLES
+from bt_mission.executive.executive import Change, Executive
 from bt_mission.sessions.session import Session, View
-from bt_mission.views.terminal.live import LiveTree
-from bt_mission.views.terminal.plain import PlainLines
+from bt_mission.views.terminal.lines import PlainLines
+from bt_mission.views.terminal.marks import marks_for
+from bt_mission.views.terminal.words import bar
+
+FRAME_S = 0.1
+BAR_WIDTH = 12
+LOG_LINES = 4
 
 
 def view_for(stream: TextIO, *, plain: bool, quiet: bool) -> View:
@@ -20,8 +34,8 @@ def view_for(stream: TextIO, *, plain: bool, quiet: bool) -> View:
         return Quiet()
     console = Console(file=stream)
     if plain or not console.is_terminal or console.is_dumb_terminal:
-        return Plain(stream)
-    return Live(console)
+        return PlainView(stream)
+    return LiveView(console)
 
 
 class Quiet:
@@ -47,7 +61,7 @@ class Quiet:
         print(text, file=sys.stderr)
 
 
-class Plain(Quiet):
+class PlainView(Quiet):
     """A line for each leaf that starts or ends."""
 
     def __init__(self, stream: TextIO) -> None:
@@ -72,7 +86,7 @@ class Plain(Quiet):
             self._lines.say(self._session.now_ns, text)
 
 
-class Live(Quiet):
+class LiveView(Quiet):
     """The tree, drawn again and again."""
 
     def __init__(self, console: Console) -> None:
@@ -110,3 +124,89 @@ def _title(session: Session) -> str:
     mission = session.mission
     where = f" in {mission.world}" if mission.world else ""
     return f"{mission.name}{where} ({mission.robot}, seed {mission.seed})"
+
+
+class LiveTree:
+    """Draws the tree of a running mission, at most ten times a second.
+
+    :param console: a terminal.
+    :param executive: whose tree to draw.
+    :param header: gives the line above the tree.
+    """
+
+    def __init__(self, console: Console, executive: Executive, header: Callable[[], str]) -> None:
+        self._console = console
+        self._executive = executive
+        self._header = header
+        self._marks = marks_for(console.encoding)
+        self._said: deque[str] = deque(maxlen=LOG_LINES)
+        self._watch = Stopwatch()
+        self._next_frame_s = 0.0
+        self._live = Live(
+            console=console, auto_refresh=False, transient=False, vertical_overflow="crop"
+        )
+
+    def __enter__(self) -> Self:
+        self._live.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._live.update(self.render(), refresh=True)
+        self._live.stop()
+
+    def say(self, text: str) -> None:
+        """Show what a mission says below the tree."""
+        self._said.append(text)
+
+    def refresh(self) -> None:
+        """Draw, if the last frame is old enough."""
+        if self._watch.elapsed_s >= self._next_frame_s:
+            self._next_frame_s = self._watch.elapsed_s + FRAME_S
+            self._live.update(self.render(), refresh=True)
+
+    def render(self) -> RenderableType:
+        """The whole picture: header, tree, what was said."""
+        rows = list(self._rows(self._executive.root, ""))
+        room = max(self._console.height - 3 - len(self._said), 1)
+        said = [Text(f"  {line}", style="italic", no_wrap=True) for line in self._said]
+        return Group(
+            Text(self._header(), style="bold", no_wrap=True, overflow="ellipsis"),
+            *_window(rows, room),
+            *said,
+        )
+
+    def _rows(self, node: Behaviour, indent: str) -> list[tuple[Status, Text]]:
+        rows = [(node.status, self._row(node, indent))]
+        for child in node.children:
+            rows += self._rows(child, indent + "  ")
+        return rows
+
+    def _row(self, node: Behaviour, indent: str) -> Text:
+        row = Text(no_wrap=True, overflow="ellipsis")
+        row.append(
+            f"{indent}{self._marks.status[node.status]} {node.name}", style=STYLES[node.status]
+        )
+        progress = progress_of(node)
+        if progress is not None:
+            row.append(f"  {self._bar(progress)}", style="cyan")
+        if node.feedback_message and (node.status is not Status.INVALID or _was_halted(node)):
+            row.append(f"  {node.feedback_message}", style="dim")
+        return row
+
+    def _bar(self, progress: LeafProgress) -> str:
+        drawn = bar(progress.value, progress.limit, BAR_WIDTH, self._marks)
+        return f"{drawn} {progress.value:.4g} of {progress.limit:.4g}"
+
+
+def _was_halted(node: Behaviour) -> bool:
+    return isinstance(node, ActionLeaf) and node.was_halted
+
+
+def _window(rows: list[tuple[Status, Text]], room: int) -> list[Text]:
+    """As many rows as fit, with the deepest running one in sight."""
+    if len(rows) <= room:
+        return [text for _, text in rows]
+    running = [i for i, (status, _) in enumerate(rows) if status is Status.RUNNING]
+    focus = running[-1] if running else 0
+    first = min(max(focus - room // 2, 0), len(rows) - room)
+    return [text for _, text in rows[first : first + room]]

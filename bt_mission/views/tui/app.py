@@ -9,7 +9,7 @@ from textual.binding import Binding, BindingType
 
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events.attachment import Attachment
-from bt_mission.events.messages import FINAL
+from bt_mission.events.events import FINAL
 from bt_mission.events.source import ControlRequest, ExecutiveSource, FoundExecutive, Graph, Verb
 from bt_mission.views.terminal.marks import Marks
 from bt_mission.views.terminal.words import Span
@@ -67,7 +67,10 @@ class WatchApp(ViewApp):
         before: list[Span] = []
         if self.source is None or not self.source.is_there:
             known = self.outlook.mission.state is not None
-            before = [(" gone; looking " if known else " looking ", "paused"), (" ", "")]
+            before = [
+                (" disconnected; reconnecting " if known else " searching ", "paused"),
+                (" ", ""),
+            ]
         self._main.show(self.outlook, self.foot(), before)
 
     def attach(self, name: str) -> None:
@@ -114,21 +117,9 @@ class WatchApp(ViewApp):
         if self.source is not None:
             self.source.send(command)
 
-    def action_pause(self) -> None:
-        """Pause."""
-        self.send_command(ControlRequest(Verb.PAUSE))
-
-    def action_pause_keeping(self) -> None:
-        """Pause, while goals run on."""
-        self.send_command(ControlRequest(Verb.PAUSE_KEEPING_GOALS))
-
-    def action_resume(self) -> None:
-        """Go on."""
-        self.send_command(ControlRequest(Verb.RESUME))
-
-    def action_step(self) -> None:
-        """One tick."""
-        self.send_command(ControlRequest(Verb.STEP))
+    def action_send(self, verb: str) -> None:
+        """Pass on the wish of this name."""
+        self.send_command(ControlRequest(Verb[verb]))
 
     def action_stop(self) -> None:
         """Stop, when asked twice in a row."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import ClassVar
+from typing import ClassVar, TypeVar
 
 from textual import events
 from textual.app import ComposeResult
@@ -16,7 +16,24 @@ from bt_mission.views.terminal.words import Span
 from bt_mission.views.tui.keys import Key
 from bt_mission.views.tui.pane import Pane
 
-CSS = "ModalScreen { background: ansi_default; } ModalScreen > Pane { height: 100%; }"
+Result = TypeVar("Result")
+
+
+class Dialog(ModalScreen[Result]):
+    """One pane over the whole view."""
+
+    DEFAULT_CSS = """
+    ModalScreen { background: ansi_default; } ModalScreen > Pane { height: 100%; }
+    """
+
+    def __init__(self, marks: Marks) -> None:
+        super().__init__()
+        self._marks = marks
+        self._pane = Pane(marks)
+
+    def compose(self) -> ComposeResult:
+        """One pane."""
+        yield self._pane
 
 
 def help_rows(keys: Sequence[Key], leave: str) -> list[list[Span]]:
@@ -29,24 +46,17 @@ def help_rows(keys: Sequence[Key], leave: str) -> list[list[Span]]:
     return rows
 
 
-class Help(ModalScreen[None]):
+class Help(Dialog[None]):
     """All keys; any of them closes it, apart from those that scroll.
 
     :param keys: of the view.
     :param leave: what the key for leaving does.
     """
 
-    DEFAULT_CSS = CSS
-
     def __init__(self, marks: Marks, keys: Sequence[Key], leave: str) -> None:
-        super().__init__()
-        self._pane = Pane(marks)
+        super().__init__(marks)
         self._rows = help_rows(keys, leave)
         self._top = 0
-
-    def compose(self) -> ComposeResult:
-        """One pane."""
-        yield self._pane
 
     def on_resize(self) -> None:
         """Show what fits."""
@@ -69,14 +79,13 @@ class Help(ModalScreen[None]):
         self._pane.show(rows, "keys", more)
 
 
-class Chooser(ModalScreen[str | None]):
+class Chooser(Dialog[str | None]):
     """The executives of the graph; gives the name of the chosen one.
 
     :param find: looks for them.
     :param where: what is looked through.
     """
 
-    DEFAULT_CSS = CSS
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("up,k", "move(-1)"),
         Binding("down,j", "move(1)"),
@@ -87,17 +96,11 @@ class Chooser(ModalScreen[str | None]):
     def __init__(
         self, marks: Marks, find: Callable[[], tuple[FoundExecutive, ...]], where: str
     ) -> None:
-        super().__init__()
-        self._marks = marks
-        self._pane = Pane(marks)
+        super().__init__(marks)
         self._find = find
         self._where = where
         self._found: tuple[FoundExecutive, ...] = ()
         self._cursor = 0
-
-    def compose(self) -> ComposeResult:
-        """One pane."""
-        yield self._pane
 
     def on_mount(self) -> None:
         """Look for executives as long as the list is there."""

@@ -97,7 +97,7 @@ class MainScreen(Screen[None]):
         """
         mission, marks = outlook.mission, self._marks
         width = self.size.width
-        head = header(mission, outlook.robot, outlook.pace.factor, marks)
+        head = header(mission, mission.robot, outlook.pace.factor, marks)
         self.panes["head"].show([[*before, *head]])
         self.panes["path"].show([path(outlook.running_path, width, marks)])
         self.panes["foot"].show([foot])
@@ -143,13 +143,14 @@ class MainScreen(Screen[None]):
                 return variable_rows(mission, marks), "variables"
             case "map":
                 places, size = targets(mission), pane.size
-                rows = self._chart.draw(outlook.robot, places, size.width, pane.room)
-                return rows, map_title(outlook.robot)
+                rows = self._chart.draw(mission.robot, places, size.width, pane.room)
+                return rows, map_title(mission.robot)
             case "node":
                 return node_rows(mission, outlook.cursor, pane.size.width, marks), "selected node"
         start_ns = mission.tree.time_ns if mission.tree else 0
-        first = max(len(outlook.log) - pane.room - self.scroll, 0)
-        shown = [outlook.log[at] for at in range(first, min(first + pane.room, len(outlook.log)))]
+        log = mission.log
+        first = max(len(log) - pane.room - self.scroll, 0)
+        shown = [log[at] for at in range(first, min(first + pane.room, len(log)))]
         return log_rows(shown, start_ns, marks), "log"
 
     def _show_panel(self, name: str, rows: Rows, title: str) -> None:

@@ -10,9 +10,12 @@ from textual.binding import Binding, BindingType
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.recording.replay.player import Player
 from bt_mission.views.terminal.marks import Marks
-from bt_mission.views.terminal.time_line import time_line
+from bt_mission.views.terminal.words import Span, bar
 from bt_mission.views.tui.keys import REPLAY_KEYS
 from bt_mission.views.tui.view_app import Prompt, ViewApp
+
+LEAST_BAR = 10
+"""A bar of fewer characters says nothing."""
 
 
 class ReplayApp(ViewApp):
@@ -38,14 +41,13 @@ class ReplayApp(ViewApp):
         passed_s, self._since_last = self._since_last.elapsed_s, Stopwatch()
         was_playing = self.player.is_playing
         self.player.advance(passed_s)
-        if was_playing and self.player.is_at_end and self.player.film.why_cut:
-            self.tell(f"the recording ends here: {self.player.film.why_cut}")
+        if was_playing and self.player.is_at_end and self.player.timeline.why_cut:
+            self.tell(f"the recording ends here: {self.player.timeline.why_cut}")
         self.draw()
 
     def draw(self) -> None:
         """Show the mission as it was."""
-        scene = self.player.scene
-        self.outlook.show(scene.mission, scene.robot, scene.log)
+        self.outlook.show(self.player.mission)
         line = time_line(self.player, self.size.width, self._marks)
         self._main.panes["time"].show([line])
         self._main.show(self.outlook, self.foot(), [("replay  ", "words")])
@@ -88,7 +90,7 @@ class ReplayApp(ViewApp):
         """To the next start of the selected node, or the one before."""
         node = self.outlook.cursor
         self.outlook.is_following = False  # or the selection would be another one there
-        tree = self.player.scene.mission.tree
+        tree = self.player.mission.tree
         if not self.player.step_to_start(node, steps) and tree is not None:
             when = "later" if steps > 0 else "before this"
             self.tell(f"'{tree.nodes[node].name}' does not start {when}")
@@ -117,3 +119,27 @@ class ReplayApp(ViewApp):
             self.player.go(at_s)
         else:
             self.tell(f"'{text}' is no time: expected seconds, such as 12.5")
+
+
+def time_line(player: Player, width: int, marks: Marks) -> list[Span]:
+    """Time, a bar, the duration, the pace."""
+    how = _how(player)
+    now, end = f"{player.at_s:.2f}", f"{player.duration_s:.2f} s"
+    now = f"{now:>{len(end) - 2}}"  # so that what follows stands still
+    style = "running" if player.is_playing else "title"
+    room = width - len(now) - len(end) - len(how) - 5
+    if room < LEAST_BAR:
+        return [(f"{now} of {end}", "title"), (f"  {' '.join(how.split())}", style)]
+    drawn = bar(player.at_s, player.duration_s, room, marks)
+    return [(f"{now} ", "title"), (drawn, "bar"), (f" {end}  ", ""), (how, style)]
+
+
+def _how(player: Player) -> str:
+    """In a fixed width, so that the bar does not jump."""
+    if player.is_playing:
+        how = "backwards" if player.is_backwards else "playing"
+    elif player.is_at_end:
+        how = "cut here" if player.timeline.why_cut else "at the end"
+    else:
+        how = "at the start" if player.is_at_start else "paused"
+    return f"{how:<12} {f'{player.speed:.4g} x':>6}"

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from bt_mission.core.interrupts import InterruptSignals
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events.source import ControlRequest, Graph
 from bt_mission.executive.report import Report
-from bt_mission.sessions.session import InterruptSignals, Steps, finish
+from bt_mission.sessions.session import Steps, finish
 from bt_mission.views.terminal.marks import Marks
 from bt_mission.views.tui.app import WatchApp
 

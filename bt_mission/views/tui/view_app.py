@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
@@ -24,6 +25,15 @@ FRAME_S = 0.1
 
 NOTICE_S = 5.0
 """How long a notice stands in the place of the keys."""
+
+
+def settle_memory() -> None:
+    """Take what is imported by now for permanent: call it once, before a view is shown.
+
+    To look through all of it for garbage would stop the picture for a tenth of a second each time.
+    """
+    gc.collect()
+    gc.freeze()
 
 
 @dataclass(frozen=True)
@@ -128,30 +138,10 @@ class ViewApp(App[None]):
         name = self._main.panel if self._main.is_large else "tree"
         self.action_move(pages * max(self._main.panes[name].room - 1, 1))
 
-    def action_fold(self) -> None:
-        """Fold."""
-        self.outlook.fold()
+    def action_tree(self, change: str) -> None:
+        """Fold, unfold or follow: the method of :class:`WatchModel` of this name."""
+        getattr(self.outlook, change)()
         self.draw()
-
-    def action_unfold(self) -> None:
-        """Unfold."""
-        self.outlook.unfold()
-        self.draw()
-
-    def action_fold_or_unfold(self) -> None:
-        """Fold or unfold."""
-        self.outlook.toggle()
-        self.draw()
-
-    def action_fold_all(self) -> None:
-        """Fold or unfold everything."""
-        self.outlook.fold_all()
-        self.draw()
-
-    def action_follow(self) -> None:
-        """Go with what runs, or no longer."""
-        self.outlook.follow()
-        self.look()
 
     def on_click(self, event: events.Click) -> None:
         """Select the node that is clicked on; fold or unfold it with a second click."""

@@ -5,24 +5,45 @@ from __future__ import annotations
 from collections import deque
 
 from bt_mission.events import messages
-from bt_mission.events.events import MissionEvent, MissionStarted
-from bt_mission.events.log import LOG_ENTRIES, LogEntry, entry_of
-from bt_mission.events.mission_state import WatchedMission
-from bt_mission.events.real_time_factor import RealTimeFactor
-from bt_mission.events.robot_state import WatchedRobot
+from bt_mission.events.events import MissionStarted
+from bt_mission.events.mission_state import MissionState
 from bt_mission.events.source import ControlRequest, Heard, Verb
-from bt_mission.views.tui.outline import Outline
-from bt_mission.views.tui.viewport import scrolled_to
+from bt_mission.views.terminal.outline import Outline, scrolled_to
+
+WINDOW_S = 3.0
+"""Wall time over which the pace is taken."""
+
+
+class RealTimeFactor:
+    """Virtual seconds per second, over the last few seconds."""
+
+    def __init__(self) -> None:
+        self._seen: deque[tuple[int, float]] = deque()
+
+    def note(self, time_ns: int, wall_s: float) -> None:
+        """Take in a ROS time, ns, and the wall time at which it was heard, s."""
+        if self._seen and time_ns < self._seen[-1][0]:
+            self._seen.clear()  # time has begun anew
+        self._seen.append((time_ns, wall_s))
+        while self._seen[-1][1] - self._seen[0][1] > WINDOW_S and len(self._seen) > 2:
+            self._seen.popleft()
+
+    @property
+    def factor(self) -> float | None:
+        """Virtual seconds per second; None where too little was heard."""
+        if len(self._seen) < 2:
+            return None
+        (first_ns, first_s), (last_ns, last_s) = self._seen[0], self._seen[-1]
+        wall_s = last_s - first_s
+        return (last_ns - first_ns) / 1e9 / wall_s if wall_s > 0.2 else None
 
 
 class WatchModel:
-    """A mission, its robot, the log, and the user's place in the tree."""
+    """A mission, and the user's place in its tree."""
 
     def __init__(self) -> None:
-        self.mission = WatchedMission()
-        self.robot = WatchedRobot()
+        self.mission = MissionState()
         self.outline = Outline(())
-        self.log: deque[LogEntry] = deque(maxlen=LOG_ENTRIES)
         self.pace = RealTimeFactor()
         self.cursor = 0
         """Index of the node that is selected."""
@@ -40,19 +61,24 @@ class WatchModel:
         for message in heard.messages:
             self._note_pace(message, wall_s)
             for one in self.mission.take(message):
-                self._note(one)
+                if isinstance(one, MissionStarted):
+                    self._show_tree(one)
+                    self.pace = RealTimeFactor()
         for reading in heard.robot:
-            self.robot.take(reading)
+            self.mission.take(reading)
         self._go_along()
         return bool(heard.messages or heard.robot or heard.answers)
 
-    def show(self, mission: WatchedMission, robot: WatchedRobot, log: deque[LogEntry]) -> None:
+    def show(self, mission: MissionState) -> None:
         """Show this from now on, with the user's place in the tree as long as that is the same."""
         if mission.tree is not self.mission.tree:
-            self.outline = Outline(mission.tree.nodes if mission.tree else ())
-            self.cursor = self.top = 0
-        self.mission, self.robot, self.log = mission, robot, log
+            self._show_tree(mission.tree)
+        self.mission = mission
         self._go_along()
+
+    def _show_tree(self, tree: MissionStarted | None) -> None:
+        self.outline = Outline(tree.nodes if tree else ())
+        self.cursor = self.top = 0
 
     def _go_along(self) -> None:
         if self.is_following and self.mission.tip is not None:
@@ -63,15 +89,6 @@ class WatchModel:
             self.mission.tree is not None and message.run == self.mission.tree.run
         ):
             self.pace.note(message.time_ns, wall_s)
-
-    def _note(self, happening: MissionEvent) -> None:
-        if isinstance(happening, MissionStarted):
-            self.outline = Outline(happening.tree.nodes)
-            self.cursor = self.top = 0
-            self.pace = RealTimeFactor()
-            self.robot.forget_trail()
-        if (entry := entry_of(happening)) is not None:
-            self.log.append(entry)
 
     # ---- the tree ------------------------------------------------------------------------
 
@@ -138,6 +155,7 @@ class WatchModel:
     def follow(self) -> None:
         """Go with what runs, or no longer."""
         self.is_following = not self.is_following
+        self._go_along()
 
     def search(self, text: str, start: int, *, step: int = 1) -> bool:
         """Select the next node with a text in its name, class or words; gives whether there is one.

@@ -7,7 +7,8 @@ import math
 import pytest
 
 from action_servers.arbiter.arbiter import SOURCES, Arbiter
-from action_servers.core.maneuver import ZERO, Twist2D
+from action_servers.core.maneuver import ZERO
+from bt_mission.core.geometry import Twist2D
 
 STOP, JOY, MISSION = (source.topic for source in SOURCES)
 SLOW, FAST = Twist2D(0.1, 0.0), Twist2D(0.2, 0.5)

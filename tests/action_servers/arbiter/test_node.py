@@ -11,7 +11,7 @@ from geometry_msgs.msg import Twist, TwistStamped
 from rclpy.context import Context
 from rclpy.node import Node
 
-from action_servers.arbiter.node import ArbiterNode
+from action_servers.arbiter.node import ArbiterNode, ArbiterOptions
 from bt_mission.virtual_time import VirtualTimeExecutor
 
 START_NS = 10_000_000_000
@@ -26,7 +26,7 @@ class Desk:
         rclpy.init(context=self.context)
         lean: Any = {"enable_rosout": False, "start_parameter_services": False}
         self.people = Node("people", context=self.context, **lean)
-        self.arbiter = ArbiterNode(lean=True, context=self.context, **options)
+        self.arbiter = ArbiterNode(ArbiterOptions(lean=True, context=self.context, **options))
         self.sent: list[tuple[int, float]] = []
         self.clock = VirtualTimeExecutor(start_ns=START_NS, context=self.context)
         self.people.create_subscription(TwistStamped, "cmd_vel", self._hear, 10)
@@ -153,7 +153,7 @@ def test_a_robot_that_takes_plain_commands_gets_them():
     robot = rclpy.create_node("robot", context=context, enable_rosout=False)
     heard: list[Any] = []
     robot.create_subscription(Twist, "cmd_vel", heard.append, 10)
-    arbiter = ArbiterNode(lean=True, context=context, command_type="auto")
+    arbiter = ArbiterNode(ArbiterOptions(lean=True, context=context, command_type="auto"))
     clock = VirtualTimeExecutor(start_ns=START_NS, context=context)
     for node in (robot, arbiter):
         clock.add_node(node)

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from action_servers.camera.camera_sweep import CameraSweep, plan
-from action_servers.core.maneuver import SUCCEEDED, ErrorCode, Image, Refusal, Twist2D
+from action_servers.core.maneuver import SUCCEEDED, ErrorCode, Image, Refusal
+from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import load_robot
 
 

@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from action_servers.core import clearance
-from action_servers.core.clearance import obstacle_points
+from action_servers.core.clearance import into_frame, obstacle_points, out_of_frame
 from action_servers.core.maneuver import Scan
+from bt_mission.core.geometry import Pose2D
 from bt_mission.core.robot.model import load_robot
 
 WAFFLE = load_robot("waffle")
@@ -132,3 +133,10 @@ def test_nothing_seen_is_none(waffle):
     nothing = np.empty((2, 0))
     assert ahead(nothing, waffle.hull) is None
     assert nearest_in_front(nothing, waffle.hull) is None
+
+
+def test_a_point_ahead_of_a_robot_that_faces_up_lies_above_it():
+    """In the robot's frame x is forward and y left."""
+    facing_up = Pose2D(1.0, 2.0, math.pi / 2)
+    assert out_of_frame(facing_up, np.array([[0.5, 0.0]])) == pytest.approx(np.array([[1.0, 2.5]]))
+    assert into_frame(facing_up, np.array([[1.0, 2.5]])) == pytest.approx(np.array([[0.5, 0.0]]))

@@ -5,7 +5,8 @@ import pytest
 
 from action_servers.core.drive_limits import limits
 from action_servers.core.guard import MARGIN_M, footprint, free_angle, free_distance, held_back
-from action_servers.core.maneuver import ZERO, Twist2D
+from action_servers.core.maneuver import ZERO
+from bt_mission.core.geometry import Twist2D
 
 NOTHING = np.empty((0, 2))
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 
 from action_servers.core.interlock import Interlock
-from action_servers.core.maneuver import ZERO, ErrorCode, Observation, Twist2D
+from action_servers.core.maneuver import ZERO, ErrorCode, Observation
 from action_servers.core.pilot import REFUSED_WHILE_DRIVING, ManeuverOutcome, ManeuverRun, Pilot
+from bt_mission.core.geometry import Twist2D
 
 
 class Idle:

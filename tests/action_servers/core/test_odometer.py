@@ -6,8 +6,9 @@ import math
 
 import pytest
 
-from action_servers.core.maneuver import Observation, Pose2D
+from action_servers.core.maneuver import Observation
 from action_servers.core.odometer import Odometer
+from bt_mission.core.geometry import Pose2D
 
 
 @pytest.fixture

@@ -7,16 +7,9 @@ from typing import Any
 
 import pytest
 
-from action_servers.core.maneuver import (
-    SUCCEEDED,
-    ZERO,
-    ErrorCode,
-    Finished,
-    Maneuver,
-    Observation,
-    Twist2D,
-)
+from action_servers.core.maneuver import SUCCEEDED, ZERO, ErrorCode, Finished, Maneuver, Observation
 from action_servers.core.pilot import ManeuverOutcome, ManeuverRun, Pilot
+from bt_mission.core.geometry import Twist2D
 
 FORWARD = Twist2D(0.2, 0.1)
 

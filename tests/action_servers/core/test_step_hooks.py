@@ -6,8 +6,9 @@ from typing import Any
 
 import pytest
 
-from action_servers.core.maneuver import Finished, Observation, Twist2D
+from action_servers.core.maneuver import Finished, Observation
 from action_servers.core.step_hooks import Before, HookedManeuver
+from bt_mission.core.geometry import Twist2D
 
 
 class Drive:

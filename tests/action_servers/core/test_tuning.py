@@ -6,7 +6,8 @@ from dataclasses import fields
 
 import pytest
 
-from action_servers.core.tuning import Tuning, ranges
+from action_servers.core.parameters import specs
+from action_servers.core.tuning import Tuning
 from action_servers.mapping.tuning import FrontierTuning, MapperTuning
 from action_servers.navigation.tuning import NavigationTuning
 
@@ -18,6 +19,6 @@ ALL = (Tuning, NavigationTuning, FrontierTuning, MapperTuning)
 )
 def test_each_has_a_range_that_its_default_lies_in_and_a_description(tunings, name):
     """Which says the unit, where there is one."""
-    allowed = ranges(tunings)[name]
+    _, allowed = specs(tunings)[name]
     assert allowed.low <= getattr(tunings(), name) <= allowed.high
     assert allowed.description.endswith(".")

@@ -7,8 +7,9 @@ from typing import Any
 
 import pytest
 
-from action_servers.core.maneuver import ZERO, ErrorCode, Finished, Observation, Twist2D
+from action_servers.core.maneuver import ZERO, ErrorCode, Finished, Observation
 from action_servers.driving.drive import CourseWatch, DriveGuard, ProgressWatch
+from bt_mission.core.geometry import Twist2D
 
 
 def test_a_base_that_obeys_is_never_blocked(fake, waffle):

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from action_servers.core.maneuver import ErrorCode, Finished, Refusal, Scan, Twist2D
+from action_servers.core.maneuver import ErrorCode, Finished, Refusal, Scan
 from action_servers.driving.explore_forward import ExploreForward, plan
+from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
 
 

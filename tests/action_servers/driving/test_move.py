@@ -7,8 +7,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from action_servers.core.maneuver import ZERO, ErrorCode, Finished, Observation, Refusal, Twist2D
+from action_servers.core.maneuver import ZERO, ErrorCode, Finished, Observation, Refusal
 from action_servers.driving.move import Move, plan
+from bt_mission.core.geometry import Twist2D
 
 
 def goal(secs=5, linear=0.0, angular=0.0):

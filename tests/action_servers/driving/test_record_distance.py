@@ -6,8 +6,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from action_servers.core.maneuver import ErrorCode, Finished, Observation, Pose2D, Refusal, Twist2D
+from action_servers.core.maneuver import ErrorCode, Finished, Observation, Refusal
 from action_servers.driving.record_distance import RecordDistance, plan
+from bt_mission.core.geometry import Pose2D, Twist2D
 
 
 def drive(base, maneuver, seconds):

@@ -46,9 +46,9 @@ def test_our_ends_become_nav2s(ours, nav2):
 def test_an_allowance_that_is_used_up_ends_the_goal():
     """At the time itself it is not yet used up."""
     allowance = Allowance(2.0, SPIN)
-    assert allowance.update(Observation(10.0)) is None
-    assert allowance.update(Observation(12.0)) is None
-    assert allowance.update(Observation(12.05)) == Finished(
+    assert allowance.late(Observation(10.0)) is None
+    assert allowance.late(Observation(12.0)) is None
+    assert allowance.late(Observation(12.05)) == Finished(
         "aborted", 701, "the time allowance of 2 s is used up"
     )
     assert allowance.elapsed_s == pytest.approx(2.05)
@@ -57,7 +57,7 @@ def test_an_allowance_that_is_used_up_ends_the_goal():
 def test_an_allowance_of_nothing_is_no_limit():
     """As in Nav2."""
     allowance = Allowance(0.0, SPIN)
-    assert [allowance.update(Observation(time)) for time in (10.0, 1e6)] == [None, None]
+    assert [allowance.late(Observation(time)) for time in (10.0, 1e6)] == [None, None]
 
 
 def test_durations():

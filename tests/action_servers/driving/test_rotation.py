@@ -7,9 +7,10 @@ from typing import Any
 
 import pytest
 
-from action_servers.core.maneuver import ErrorCode, Finished, Twist2D
+from action_servers.core.maneuver import ErrorCode, Finished
 from action_servers.driving.drive import DriveGuard
 from action_servers.driving.rotation import ARRIVED_WITHIN, Rotation
+from bt_mission.core.geometry import Twist2D
 
 POST_BEHIND_RIGHT = (0.0, -0.205, 0.0, -0.5)
 """A thin wall that the right rear corner meets after a left turn of 49 degrees."""

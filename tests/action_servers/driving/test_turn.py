@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from action_servers.core.maneuver import SUCCEEDED, ErrorCode, Refusal, Twist2D
+from action_servers.core.maneuver import SUCCEEDED, ErrorCode, Refusal
 from action_servers.driving.turn import Turn, plan
+from bt_mission.core.geometry import Twist2D
 
 
 @pytest.mark.parametrize("angle", [1, -2, 5, 90, -90, 179, 180, -180, 181, 360, -720, 1000])

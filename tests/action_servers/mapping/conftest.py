@@ -7,8 +7,9 @@ from typing import Any
 
 import pytest
 
-from action_servers.core.maneuver import Finished, Grid, Maneuver, Observation, Pose2D
+from action_servers.core.maneuver import Finished, Grid, Maneuver, Observation
 from action_servers.mapping.occupancy import OccupancyMapper
+from bt_mission.core.geometry import Pose2D
 
 SCAN_EVERY_S = 0.2
 MAP_EVERY_S = 1.0

@@ -16,10 +16,10 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_srvs.srv import Trigger
 
-from action_servers.mapping.node import MapperNode
+from action_servers.mapping.node import MapperNode, MapperOptions
 from bt_mission.core.robot.model import load_robot
 from bt_mission.virtual_time import VirtualTimeExecutor
-from sim.ros.node import SimNode
+from sim.ros.node import SimNode, SimOptions
 from sim.world.loader import load_world
 from sim.world.occupancy import rasterise
 from sim.world.world import World
@@ -38,15 +38,18 @@ class Bench:
         self.sim = SimNode(
             world,
             robot,
-            seed=3,
-            start_ns=START_NS,
-            lean=True,
-            context=self.context,
-            camera=False,
-            with_map=False,
+            SimOptions(
+                seed=3,
+                start_ns=START_NS,
+                lean=True,
+                context=self.context,
+                camera=False,
+                with_map=False,
+            ),
         )
         self.mapper = MapperNode(
-            robot, lean=True, context=self.context, map_prefix=str(folder / "map")
+            robot,
+            MapperOptions(lean=True, context=self.context, map_prefix=str(folder / "map")),
         )
         self.user = Node("user", context=self.context, enable_rosout=False)
         self.maps: list[tuple[float, OccupancyGrid]] = []

@@ -5,8 +5,9 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from action_servers.core.maneuver import Pose2D, Scan
+from action_servers.core.maneuver import Scan
 from action_servers.mapping.occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyMapper
+from bt_mission.core.geometry import Pose2D
 from bt_mission.core.robot.model import load_robot
 
 LIDAR = load_robot("waffle").lidar

@@ -14,16 +14,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from action_servers.core.maneuver import (
-    ZERO,
-    Finished,
-    Grid,
-    Maneuver,
-    Observation,
-    Pose2D,
-    Scan,
-    Twist2D,
-)
+from action_servers.core.maneuver import ZERO, Finished, Grid, Maneuver, Observation, Scan
+from bt_mission.core.geometry import Pose2D, Twist2D
 from bt_mission.core.robot.model import RobotModel, load_robot
 
 CHARACTER_M = 0.2

@@ -5,10 +5,11 @@ import pytest
 from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import FollowWaypoints, NavigateToPose
 
-from action_servers.core.maneuver import Grid, Observation, Pose2D, Refusal, Scan
+from action_servers.core.maneuver import Grid, Observation, Refusal, Scan
 from action_servers.navigation import navigate, waypoints
 from action_servers.navigation.actions import plan_follow_waypoints, plan_navigate_to_pose
 from action_servers.robot_io.messages import fill
+from bt_mission.core.geometry import Pose2D
 
 GRID = Grid(0.05, -2.0, -2.0, np.zeros((80, 80), dtype=np.int8))
 SCAN = Scan(10.0, 0.0, math.tau / 4, 0.12, 3.5, np.full(4, np.inf, dtype=np.float32))

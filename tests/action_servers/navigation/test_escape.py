@@ -5,9 +5,9 @@ import pytest
 
 from action_servers.core.drive_limits import limits
 from action_servers.core.guard import footprint
-from action_servers.core.maneuver import Pose2D
 from action_servers.navigation.escape import Escape, WayOut, way_out
 from action_servers.navigation.surroundings import Surroundings
+from bt_mission.core.geometry import Pose2D
 
 ROOM = """
     ###########

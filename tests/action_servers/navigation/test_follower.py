@@ -5,10 +5,9 @@ import pytest
 
 from action_servers.core.drive_limits import limits
 from action_servers.core.grid import survey
-from action_servers.core.maneuver import Pose2D, Twist2D
-from action_servers.navigation.cost import cost_model
 from action_servers.navigation.follower import Follower
-from action_servers.navigation.path import Path, path_through, smooth
+from action_servers.navigation.path import Path, cost_model, path_through, smooth
+from bt_mission.core.geometry import Pose2D, Twist2D
 
 EMPTY = """
     ####################

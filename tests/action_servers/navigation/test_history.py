@@ -2,8 +2,8 @@ import math
 
 import pytest
 
-from action_servers.core.maneuver import Pose2D
 from action_servers.navigation.history import PoseHistory
+from bt_mission.core.geometry import Pose2D
 
 
 def test_nothing_is_known_without_a_pose():

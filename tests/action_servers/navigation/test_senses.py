@@ -3,8 +3,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from action_servers.core.maneuver import Finished, Grid, Observation, Pose2D, Scan
-from action_servers.navigation.senses import Senses, missing
+from action_servers.core.maneuver import Finished, Grid, Observation, Scan
+from action_servers.navigation.senses import ProgressChecker, Senses, missing
+from bt_mission.core.geometry import Pose2D
 
 GRID = Grid(0.05, 0.0, 0.0, np.zeros((2, 2), dtype=np.int8))
 SCAN = Scan(10.0, 0.0, 0.1, 0.12, 3.5, np.ones(3, dtype=np.float32))
@@ -78,3 +79,25 @@ def test_before_the_first_scan_was_placed_the_robot_waits():
     assert senses.check(NOW, None, driving=False) is False
     late = dataclasses.replace(NOW, time_s=13.05, odom_stamp_s=13.05)
     assert isinstance(senses.check(late, None, driving=False), Finished)
+
+
+def test_time_counts_from_the_last_move_that_matters():
+    """Trembling by a centimetre is none, 0.06 m is, and so is a turn by 0.3 rad."""
+    progress = ProgressChecker()
+    times = [
+        (10.0, Pose2D(0.0, 0.0, 0.0), 0.0),
+        (11.0, Pose2D(0.01, 0.0, 0.0), 1.0),
+        (12.0, Pose2D(0.06, 0.0, 0.0), 0.0),
+        (13.0, Pose2D(0.06, 0.0, 0.1), 1.0),
+        (14.0, Pose2D(0.06, 0.0, 0.3), 0.0),
+    ]
+    for time_s, pose, standing_s in times:
+        assert progress.standing_s(pose, time_s) == standing_s
+
+
+def test_restarting_counts_from_now():
+    """Waiting on purpose is not being stuck."""
+    progress = ProgressChecker()
+    progress.standing_s(Pose2D(0.0, 0.0, 0.0), 10.0)
+    progress.restart()
+    assert progress.standing_s(Pose2D(0.0, 0.0, 0.0), 15.0) == 0.0

@@ -4,8 +4,8 @@ import math
 import numpy as np
 import pytest
 
-from action_servers.core.maneuver import Pose2D
 from action_servers.navigation.surroundings import Surroundings
+from bt_mission.core.geometry import Pose2D
 
 ROOM = """
     ###############

@@ -22,7 +22,7 @@ from sensor_msgs.msg import LaserScan
 
 from action_servers.core.maneuver import ErrorCode
 from action_servers.robot_io.command_types import COMMAND_TYPES
-from action_servers.server.node import ServersNode
+from action_servers.server.node import ServerOptions, ServersNode
 from bt_mission.core.dds.liveliness import RECORDER
 from bt_mission.core.robot.model import load_robot
 from bt_mission.virtual_time import VirtualTimeExecutor
@@ -82,11 +82,13 @@ class Bench:
         self.sweeps = ActionClient(self.client, CameraSweep, "camera_sweep")
         self.servers = ServersNode(
             load_robot("waffle"),
-            image_folder=images,
-            lean=True,
-            context=self.context,
-            command_type="auto",
-            **options,
+            ServerOptions(
+                image_folder=images,
+                lean=True,
+                context=self.context,
+                command_type="auto",
+                **options,
+            ),
         )
         self.clock = VirtualTimeExecutor(start_ns=START_NS, context=self.context)
         for node in (self.robot.node, self.client, self.servers):

@@ -15,7 +15,7 @@ from nav2_msgs.action import FollowWaypoints, NavigateToPose
 from nav_msgs.msg import OccupancyGrid, Odometry
 from sensor_msgs.msg import Image, LaserScan
 
-from action_servers.core.maneuver import ErrorCode, Pose2D, Twist2D
+from action_servers.core.maneuver import ErrorCode
 from action_servers.robot_io.messages import (
     fill,
     grid_of,
@@ -26,6 +26,7 @@ from action_servers.robot_io.messages import (
     stamp_of,
     transform_of,
 )
+from bt_mission.core.geometry import Pose2D, Twist2D
 
 NOW = Time(sec=12, nanosec=350_000_000)
 

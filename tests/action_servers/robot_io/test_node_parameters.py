@@ -10,10 +10,11 @@ import rclpy
 from rclpy.context import Context
 
 from action_servers.mapping import node as mapper
-from action_servers.robot_io.node_parameters import made_with
+from action_servers.robot_io.node import made_with
 from action_servers.robot_io.parameter_file import read_parameters
-from action_servers.server.node import NODE_NAME, ServersNode
+from action_servers.server.node import NODE_NAME, ServerOptions, ServersNode
 from bt_mission.core.diagnostics import InputError
+from bt_mission.core.files import find, names
 from bt_mission.core.robot.model import load_robot
 
 
@@ -32,13 +33,8 @@ def servers(context: Context, folder: Path, text: str) -> ServersNode:
     path.write_text(f"/**:\n  ros__parameters:\n    {text}\n", encoding="utf-8")
     return made_with(
         read_parameters(path, NODE_NAME),
-        lambda values: ServersNode(
-            load_robot("waffle"),
-            image_folder=folder,
-            lean=True,
-            context=context,
-            parameters=values,
-        ),
+        ServerOptions(image_folder=folder, lean=True, context=context),
+        lambda options: ServersNode(load_robot("waffle"), options),
     )
 
 
@@ -52,9 +48,8 @@ def test_the_mapper_has_a_section_of_its_own(context, tmp_path):
     )
     node = made_with(
         read_parameters(path, mapper.NODE_NAME),
-        lambda values: mapper.MapperNode(
-            load_robot("waffle"), lean=True, context=context, parameters=values
-        ),
+        mapper.MapperOptions(lean=True, context=context),
+        lambda options: mapper.MapperNode(load_robot("waffle"), options),
     )
     assert node.count_subscribers("laser") == 1
     assert node.count_publishers("slam/map") == 1
@@ -96,4 +91,18 @@ def test_each_parameter_says_what_it_is(context, tmp_path, name):
     descriptor = node.describe_parameter(name)
     assert descriptor.description.endswith(".")
     assert descriptor.read_only
+    node.destroy_node()
+
+
+@pytest.mark.parametrize("name", names("parameters"))
+def test_each_shipped_file_suits_its_robot(context, tmp_path, name):
+    """No name is unknown, no value out of range."""
+    file = read_parameters(find("parameters", name), NODE_NAME)
+    assert file.values
+    node = made_with(
+        file,
+        ServerOptions(image_folder=tmp_path, lean=True, context=context, command_type="auto"),
+        lambda options: ServersNode(load_robot(name), options),
+    )
+    assert {key: node.get_parameter(key).value for key in file.values} == file.values
     node.destroy_node()

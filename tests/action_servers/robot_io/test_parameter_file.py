@@ -5,10 +5,7 @@ from __future__ import annotations
 import pytest
 
 from action_servers.robot_io.parameter_file import read_parameters
-from action_servers.robot_io.robot_settings import fault, settings
 from bt_mission.core.diagnostics import InputError
-from bt_mission.core.files import find, names
-from bt_mission.core.robot.model import load_robot
 
 NODE = "bt_mission_servers"
 
@@ -61,16 +58,3 @@ def test_a_name_that_nobody_knows_is_refused(written):
         file.refuse_unknown(["topics.scan", "control_rate"])
     assert "robot.yaml:3:14: error: no such parameter 'topics.scam'" in str(caught.value)
     assert "did you mean 'topics.scan'?" in str(caught.value)
-
-
-@pytest.mark.parametrize("name", names("parameters"))
-def test_each_shipped_file_suits_its_robot(name):
-    """No name is unknown, no value out of range."""
-    robot = load_robot(name)
-    wanted = {setting.name: setting for setting in settings(robot, "auto")}
-    file = read_parameters(find("parameters", name), NODE)
-    assert file.values
-    file.refuse_unknown(wanted)
-    assert [fault(wanted[key], value) for key, value in file.values.items()] == [None] * len(
-        file.values
-    )

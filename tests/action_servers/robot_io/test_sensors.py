@@ -12,11 +12,11 @@ from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import Image, LaserScan
 from tf2_msgs.msg import TFMessage
 
-from action_servers.core.maneuver import Pose2D
 from action_servers.robot_io.messages import image_of, scan_of
 from action_servers.robot_io.sensors import Latest
-from action_servers.server.node import ServersNode
-from bt_mission.core.cdr import reader
+from action_servers.server.node import ServerOptions, ServersNode
+from bt_mission.core.cdr.decoder import decoder_of
+from bt_mission.core.geometry import Pose2D
 
 
 def transform(parent: str, child: str, x: float) -> TransformStamped:
@@ -112,7 +112,7 @@ def test_a_message_is_translated_when_it_is_looked_at():
         translated.append(message)
         return scan_of(message)
 
-    latest = Latest(reader.scan, translate)
+    latest = Latest(decoder_of("sensor_msgs/msg/LaserScan").decode, translate)
     assert latest.value() is None
     for ray in (1.0, 2.0, 3.0):
         latest.take(serialize_message(LaserScan(angle_increment=1.0, ranges=[ray])))
@@ -137,7 +137,8 @@ def test_a_robot_in_a_namespace(fake, tmp_path, waffle):
     context = rclpy.Context()
     rclpy.init(context=context)
     node = ServersNode(
-        waffle, image_folder=tmp_path, lean=True, context=context, namespace="robot_7"
+        waffle,
+        ServerOptions(image_folder=tmp_path, lean=True, context=context, namespace="robot_7"),
     )
     topics = {subscription.topic_name for subscription in node.subscriptions}
     assert topics == {f"/robot_7/{name}" for name in ("scan", "odom", "tf", "map", "motors_on")}

@@ -7,10 +7,11 @@ import rclpy
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 from rclpy.parameter import Parameter
 
-from action_servers.core.tuning import Tuning, ranges
+from action_servers.core.parameters import specs
+from action_servers.core.tuning import Tuning
 from action_servers.mapping.tuning import FrontierTuning
 from action_servers.navigation.tuning import NavigationTuning
-from action_servers.server.node import ServersNode
+from action_servers.server.node import ServerOptions, ServersNode
 
 TUNINGS = (("", Tuning), ("navigation.", NavigationTuning), ("frontiers.", FrontierTuning))
 
@@ -25,7 +26,10 @@ def make_node(waffle, tmp_path):
     def make(**parameters):
         made.append(
             ServersNode(
-                waffle, image_folder=tmp_path, lean=True, context=context, parameters=parameters
+                waffle,
+                ServerOptions(
+                    image_folder=tmp_path, lean=True, context=context, parameters=parameters
+                ),
             )
         )
         return made[-1]
@@ -40,7 +44,7 @@ def test_each_tuning_is_a_parameter_with_description_and_range(make_node):
     """Read when the node is made, and fixed from then on."""
     node = make_node()
     for prefix, tunings in TUNINGS:
-        for name, allowed in ranges(tunings).items():
+        for name, (_, allowed) in specs(tunings).items():
             described, default = node.describe_parameter(prefix + name), getattr(tunings(), name)
             assert described.description == allowed.description
             for declared in described.floating_point_range or described.integer_range:

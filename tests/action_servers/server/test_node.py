@@ -16,7 +16,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from action_servers.core.maneuver import ZERO, ErrorCode
-from action_servers.server.node import ServersNode
+from action_servers.server.node import ServerOptions, ServersNode
 
 
 def test_a_sweep_writes_png_files_into_a_folder_named_after_time_and_goal(bench, goal, tmp_path):
@@ -133,7 +133,7 @@ def test_the_stock_executor_serves_them_too(fake, waffle, tmp_path, robot_node):
     rclpy.init(context=context)
     client_node = Node("client", context=context)
     robot = robot_node(fake(waffle), context, client_node.get_clock().now().nanoseconds)
-    servers = ServersNode(waffle, image_folder=tmp_path, context=context)
+    servers = ServersNode(waffle, ServerOptions(image_folder=tmp_path, context=context))
     robot.create_timer(0.05, lambda: robot.advance_to(robot.get_clock().now().nanoseconds))
     executor = SingleThreadedExecutor(context=context)
     for node in (client_node, robot, servers):

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from nav_msgs.msg import Odometry
 from rclpy.serialization import serialize_message
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
-from sensor_msgs.msg import JointState, LaserScan
+from sensor_msgs.msg import Imu, JointState, LaserScan
 from std_msgs.msg import Empty, String
 from tf2_msgs.msg import TFMessage
 
@@ -106,3 +106,24 @@ def test_a_definition_that_lacks_a_part_is_an_error() -> None:
     """Named."""
     with pytest.raises(DecodingError, match="no definition of a/Gone"):
         Decoder("a/msg/Top", "Gone gone\n").decode(b"\0\1\0\0")
+
+
+def test_a_message_of_known_length_is_left_alone() -> None:
+    """Nothing is even looked at."""
+    taken: list[bytes] = []
+    take = taken.append
+    assert decoder("sensor_msgs/msg/Imu").trimming(take, has_one_shape=False) is take
+    assert len(serialize_message(Imu())) == 4 + 8 + 4 + 1 + 3 + 8 * (4 + 9 + 3 + 9 + 3 + 9)
+
+
+def test_room_for_a_sequence_that_is_empty_is_taken_away() -> None:
+    """ROS reckons with its first element."""
+    message = JointState(name=["left", "right"], position=[1.0, 2.0], velocity=[3.0, 4.0])
+    data = serialize_message(message)
+    for has_one_shape in (True, False):
+        taken: list[bytes] = []
+        joints = decoder("sensor_msgs/msg/JointState")
+        take = joints.trimming(taken.append, has_one_shape=has_one_shape)
+        take(data)
+        take(data)
+        assert taken == [data[:-4], data[:-4]]

@@ -83,7 +83,7 @@ def test_wrong_file_is_told_every_fault_with_its_place(tmp_path):
     assert len(caught.value.faults) == 3
     assert "unknown key 'colour'" in told
     assert "expected more than 0.0, got the number -0.033" in told
-    assert "expected a whole number, got text 'many'" in told
+    assert "expected an integer, got string 'many'" in told
     assert f"{path}:6:1" in told
 
 

@@ -91,7 +91,7 @@ def test_aliases_are_followed():
         ("a: 1\n\x00", (2, 1, "a control character (U+0000); this is no YAML text")),
         ("a: 1\n---\nb: 2", (2, 1, "a second document; a file holds one")),
         ("a: !!int 3", (1, 4, "the tag 'tag:yaml.org,2002:int'; tags are not used here")),
-        ("a: 1\na: 2", (2, 1, "the key 'a' stands twice (first in line 1)")),
+        ("a: 1\na: 2", (2, 1, "duplicate key 'a' (first in line 1)")),
         ("1: 2", (1, 1, "expected a name as key, got 1")),
         ("~: 2", (1, 1, "expected a name as key, got ~")),
         ("? \n: 2", (1, 2, "expected a name as key, got nothing")),

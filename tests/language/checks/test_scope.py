@@ -27,13 +27,13 @@ def test_an_output_is_known_after_its_node():
     assert faults(EXPLORE, "log: $obstacle") == []
     ((line, column, message),) = faults("log: to $obstacle", EXPLORE)
     assert (line, column) == (5, 15)
-    assert message == "'$obstacle' is only written later, in line 6"
+    assert message == "'$obstacle' is used before assignment, in line 6"
 
 
 def test_an_output_is_not_known_in_its_own_node():
     """The result comes after the goal."""
     ((_, _, message),) = faults("turn: {angle: $turned}\n      outputs: {angle_turned: turned}")
-    assert message == "'$turned' is only written later, in line 5"
+    assert message == "'$turned' is used before assignment, in line 5"
 
 
 def test_a_loop_in_a_loop_of_the_same_name_is_refused():
@@ -55,26 +55,26 @@ def test_a_body_that_repeats_reads_what_stands_before():
         "repeat: {count: 2}\n      do:\n        sequence:\n          - log: $gap\n"
         "          - explore_forward: {}\n            outputs: {closest_obstacle: gap}"
     )
-    assert faults(after) == [(8, 18, "'$gap' is only written later, in line 9")]
+    assert faults(after) == [(8, 18, "'$gap' is used before assignment, in line 9")]
 
 
 def test_a_loose_word_is_measured_by_what_stands_there():
     """It is more likely a mistake than a variable."""
     ((line, column, message),) = faults("wait: long")
     assert (line, column) == (5, 13)
-    assert message.startswith("expected seconds, 0 or more, got 'long', which is written by ")
+    assert message.startswith("expected seconds, 0 or more, got 'long', which is an undefined ")
 
 
 @pytest.mark.parametrize(
     ("node", "message"),
     [
         ("wait: n - 3", "expected seconds, 0 or more, got the number -1"),
-        ("wait: word", "expected seconds, 0 or more, got text 'hello'"),
+        ("wait: word", "expected seconds, 0 or more, got string 'hello'"),
         ("wait: n > 1", "expected seconds, 0 or more, got true"),
         ("wait: 1 / (n - 2)", "division by zero"),
-        ("wait: uniform(0, word)", "expected a number, got a text"),
-        ("wait: uniform(0, 1) > 2", "expected a number, got true or false"),
-        ("log: ${word + 1}", "expected a number, got a text"),
+        ("wait: uniform(0, word)", "expected a number, got a string"),
+        ("wait: uniform(0, 1) > 2", "expected a number, got a boolean"),
+        ("log: ${word + 1}", "expected a number, got a string"),
     ],
 )
 def test_what_inputs_decide_is_decided_at_once(node, message):
@@ -123,9 +123,9 @@ def test_services_and_topics_read_and_write_too():
     assert faults(ask % "n", wait % "said", "log: $seen $said") == []
     found = faults(ask % "seen", wait % "what", "log: $seen", inputs="{n: 2, said: 1}")
     assert [(line, message.partition(" (")[0]) for line, _, message in found] == [
-        (5, "'$seen' is only written later, in line 7"),
+        (5, "'$seen' is used before assignment, in line 7"),
         (6, "'said' is an input, and inputs never change; choose another name"),
-        (7, "'$what' is written by nothing"),
+        (7, "'$what' is an undefined variable"),
     ]
     mission = load_text(
         "mission: m\ninputs: {a: 1, b: 2, c: 3}\ntree:\n  sequence:\n"

@@ -2,7 +2,7 @@
 
 import pytest
 
-from bt_mission.language.checks.types import type_faults
+from bt_mission.language.checks.mission import type_faults
 from bt_mission.language.loader import load_text
 from bt_mission.language.message_types import (
     ActionShapes,
@@ -63,23 +63,23 @@ def test_a_goal_that_fits_has_no_faults():
             "no field 'sped' in the goal of a/action/B (its fields: ",
         ),
         ("{speed: fast}", "fast", "expected a number (float32), got 'fast', which is "),
-        ("{speed: 2 * nn}", "nn", "'nn' is written by nothing (known here: n, word, xs)"),
+        ("{speed: 2 * nn}", "nn", "'nn' is an undefined variable (defined: n, word, xs)"),
         (
             "{speed: very fast}",
             "fast",
             "expected a number (float32) or an expression: ",
         ),
         ("{speed: n +}", "}", "expected a number, a name or a '(', got the end"),
-        ("{speed: $word}", "$word", "expected a number (float32), got text 'hi'"),
+        ("{speed: $word}", "$word", "expected a number (float32), got string 'hi'"),
         ("{speed: n > 1}", "n > 1", "expected a number (float32), got true"),
-        ("{count: n / 2}", "n / 2", "expected a whole number (int32), got 1.0"),
-        ("{count: 'uniform(0, 9)'}", "uniform", "expected a whole number, got a number"),
+        ("{count: n / 2}", "n / 2", "expected an integer (int32), got 1.0"),
+        ("{count: 'uniform(0, 9)'}", "uniform", "expected an integer, got a number"),
         ("{count: n ** 40}", "n **", "the number 1099511627776 is outside int32"),
         ("{speed: 1 / (n - 2)}", "/ (n", "division by zero"),
-        ("{label: 5}", "5", "expected a text (string), got the number 5"),
+        ("{label: 5}", "5", "expected a string (string), got the number 5"),
         ("{label: '${n +}'}", "}'", "expected a number, a name or a '(', got the end"),
         ("{label: 'a ${1 / (n - 2)}'}", "/ (n", "division by zero"),
-        ("{label: 'a ${nn}'}", "nn}", "'nn' is written by nothing"),
+        ("{label: 'a ${nn}'}", "nn}", "'nn' is an undefined variable"),
         ("{at: [1, 2]}", "[1", "expected a point [x m, y m, z m], got a list of 2"),
         ("{at: $xs}", "$xs", "expected a point [x m, y m, z m], got a list of 2"),
         ("{at: {z: 1}}", "z:", "no field 'z' in geometry_msgs/Point (its fields: x, y)"),
@@ -112,9 +112,9 @@ def test_conditions_on_the_feedback(condition):
         ("at.z > 2", "at.z", "no field 'z' in geometry_msgs/Point (its fields: x, y)"),
         ("now.x > 2", "now.x", "'now.x': float32 has no fields of its own"),
         ("at > 2", "at", "'at' is a geometry_msgs/Point; name one of its fields: at.x, at.y"),
-        ("now", "now", "expected true or false, got a number"),
-        ("now > word", "> word", "cannot compare a number with a text"),
-        ("all > 2", "> 2", "cannot compare a list with a whole number"),
+        ("now", "now", "expected a boolean, got a number"),
+        ("now > word", "> word", "cannot compare a number with a string"),
+        ("all > 2", "> 2", "cannot compare a list with an integer"),
         (
             "n > 2",
             "n > 2",
@@ -148,7 +148,7 @@ def test_outputs_have_the_types_of_their_fields():
     """What later nodes do with them is checked too."""
     assert faults("outputs: {at.x: x}", after="wait: abs(x)") == []
     ((line, at, message),) = faults("outputs: {word: x}", after="wait: 2 * x")
-    assert (line, at, message) == (7, "x", "expected a number, got a text")
+    assert (line, at, message) == (7, "x", "expected a number, got a string")
 
 
 def test_an_unknown_type_is_told_at_the_type_and_hides_nothing_else():

@@ -61,9 +61,9 @@ def test_only_results_of_finite_numbers_must_be_finite():
 def test_a_mismatch_says_what_was_there():
     """The value itself where it is short, its kind where it is not."""
     assert mismatch(True, "number", 3).message == "expected a number, got true"
-    assert mismatch("x", "number", 3).message == "expected a number, got text 'x'"
-    assert mismatch([1, 2], "bool", 3).message == "expected true or false, got a list of 2"
-    assert mismatch({"a": 1}, "text", 3).message == "expected a text, got a value"
+    assert mismatch("x", "number", 3).message == "expected a number, got string 'x'"
+    assert mismatch([1, 2], "bool", 3).message == "expected a boolean, got a list of 2"
+    assert mismatch({"a": 1}, "text", 3).message == "expected a string, got a value"
 
 
 def test_an_error_prints_with_hint_and_column():

@@ -61,7 +61,7 @@ def test_words_are_told_from_formulas(text, message, offset):
 
 def test_where_no_expression_may_stand():
     """A text is refused as any other value."""
-    with pytest.raises(PydanticCustomError, match="expected seconds above 0, got text '2'"):
+    with pytest.raises(PydanticCustomError, match="expected seconds above 0, got string '2'"):
         LIMIT.parse_constant("2")
     assert LIMIT.parse_constant(2) == 2.0
 

@@ -13,7 +13,7 @@ from bt_mission.recording.replay.timeline import Timeline
 from tests.support.watched import S, tree
 
 
-def film() -> Timeline:
+def timeline() -> Timeline:
     """Ten seconds: the leaf runs at 2 and at 6 s, for two seconds each."""
     changes = [
         messages.Changes((1 + second) * S, "run", number, (messages.NodeStatus(1, status, ""),))
@@ -37,12 +37,12 @@ def film() -> Timeline:
 
 def leaf(player: Player) -> str:
     """The status of the leaf."""
-    return str(player.scene.mission.statuses[1].value)
+    return str(player.mission.statuses[1].value)
 
 
 def test_time_passes_at_the_speed_that_is_asked_for() -> None:
     """Not before somebody plays."""
-    player = Player(film(), speed=2.0)
+    player = Player(timeline(), speed=2.0)
     assert not player.advance(1.0)
     player.play()
     assert player.advance(1.25)
@@ -56,7 +56,7 @@ def test_time_passes_at_the_speed_that_is_asked_for() -> None:
 
 def test_backwards() -> None:
     """To the start, where it stops."""
-    player = Player(film(), at_s=5.0)
+    player = Player(timeline(), at_s=5.0)
     player.reverse()
     player.advance(2.0)
     assert (player.at_s, leaf(player)) == (3.0, "RUNNING")
@@ -67,7 +67,7 @@ def test_backwards() -> None:
 
 def test_the_end_stays() -> None:
     """To play on from there is to begin anew."""
-    player = Player(film(), at_s=9.0)
+    player = Player(timeline(), at_s=9.0)
     player.play()
     player.advance(5.0)
     assert (player.at_s, player.is_playing, player.is_at_end) == (10.0, False, True)
@@ -77,7 +77,7 @@ def test_the_end_stays() -> None:
 
 def test_backwards_from_the_start_is_from_the_end() -> None:
     """As it is the other way round."""
-    player = Player(film())
+    player = Player(timeline())
     player.reverse()
     assert not player.is_playing
     player.play()
@@ -86,7 +86,7 @@ def test_backwards_from_the_start_is_from_the_end() -> None:
 
 def test_a_little_time_is_not_lost() -> None:
     """At the slowest speed, too."""
-    player = Player(film(), speed=SLOWEST)
+    player = Player(timeline(), speed=SLOWEST)
     player.play()
     for _ in range(64_000):
         player.advance(1e-6)
@@ -95,7 +95,7 @@ def test_a_little_time_is_not_lost() -> None:
 
 def test_the_speed_has_bounds() -> None:
     """Both ways."""
-    player = Player(film())
+    player = Player(timeline())
     for _ in range(20):
         player.faster(2)
     assert player.speed == FASTEST
@@ -106,7 +106,7 @@ def test_the_speed_has_bounds() -> None:
 
 def test_steps_go_from_change_to_change() -> None:
     """And stay there."""
-    player = Player(film())
+    player = Player(timeline())
     player.play()
     seen = []
     while player.step(1):
@@ -119,7 +119,7 @@ def test_steps_go_from_change_to_change() -> None:
 
 def test_the_starts_of_a_node() -> None:
     """The next, the one before, and none."""
-    player = Player(film())
+    player = Player(timeline())
     assert player.step_to_start(1, 1)
     assert player.at_s == 2.0
     assert player.step_to_start(1, 1)
@@ -132,7 +132,7 @@ def test_the_starts_of_a_node() -> None:
 
 def test_leaps_end_at_the_ends() -> None:
     """Of so many seconds, and to a time."""
-    player = Player(film())
+    player = Player(timeline())
     player.skip(3.5)
     assert player.at_s == 3.5
     player.skip(-10)

@@ -8,7 +8,7 @@ import pytest
 
 from bt_mission.recording.file import McapFile
 from bt_mission.recording.reading import Channel, RecordingError
-from bt_mission.recording.replay.scene import Projector
+from bt_mission.recording.replay.seeker import TimelineSeeker
 from bt_mission.recording.replay.timeline import read_timeline
 from tests.support.recordings import edited, recording
 
@@ -17,37 +17,37 @@ S = 1_000_000_000
 
 def test_time_begins_with_the_mission() -> None:
     """And ends with the recording."""
-    film = read_timeline(recording())
-    assert film.start_ns in film.times_ns
-    assert 5 < (film.end_ns - film.start_ns) / S < 20
-    assert film.why_cut == ""
-    assert film.times_ns == tuple(sorted(film.times_ns))
-    assert film.trace[0] == '{"trace_version": 1}'
+    timeline = read_timeline(recording())
+    assert timeline.start_ns in timeline.times_ns
+    assert 5 < (timeline.end_ns - timeline.start_ns) / S < 20
+    assert timeline.why_cut == ""
+    assert timeline.times_ns == tuple(sorted(timeline.times_ns))
+    assert timeline.trace[0] == '{"trace_version": 1}'
 
 
 def test_changes_of_the_tree_are_found_in_both_directions() -> None:
     """The next one, and the one before."""
-    film = read_timeline(recording())
-    first, second = film.changes_ns[:2]
-    assert film.change_after(first) == second
-    assert film.change_before(second) == first
-    assert film.change_before(first) is None
-    assert film.change_after(film.changes_ns[-1]) is None
+    timeline = read_timeline(recording())
+    first, second = timeline.changes_ns[:2]
+    assert timeline.change_after(first) == second
+    assert timeline.change_before(second) == first
+    assert timeline.change_before(first) is None
+    assert timeline.change_after(timeline.changes_ns[-1]) is None
 
 
 def test_starts_of_a_node_are_found_in_both_directions() -> None:
     """It has run twice."""
-    film = read_timeline(recording())
-    tree = Projector(film).show(film.end_ns).mission.tree
+    timeline = read_timeline(recording())
+    tree = TimelineSeeker(timeline).seek(timeline.end_ns).tree
     assert tree is not None
     (index,) = (at for at, node in enumerate(tree.nodes) if node.name == "drive")
-    first = film.start_after(tree.run, index, film.start_ns - 1)
+    first = timeline.start_after(tree.run, index, timeline.start_ns - 1)
     assert first is not None
-    second = film.start_after(tree.run, index, first)
+    second = timeline.start_after(tree.run, index, first)
     assert second is not None
-    assert film.start_after(tree.run, index, second) is None
-    assert film.start_before(tree.run, index, second) == first
-    assert film.start_before("another run", index, second) is None
+    assert timeline.start_after(tree.run, index, second) is None
+    assert timeline.start_before(tree.run, index, second) == first
+    assert timeline.start_before("another run", index, second) is None
 
 
 def test_a_file_of_another_recorder_that_begins_later(tmp_path: Path) -> None:
@@ -60,12 +60,12 @@ def test_a_file_of_another_recorder_that_begins_later(tmp_path: Path) -> None:
             return False
         return channel.topic.endswith(("/tree", "/state", "/tf_static")) or time_ns > third_ns
 
-    film = read_timeline(edited(tmp_path / "late.mcap", keep))
-    assert film.trace == ()
-    mission = Projector(film).show(film.end_ns).mission
+    timeline = read_timeline(edited(tmp_path / "late.mcap", keep))
+    assert timeline.trace == ()
+    mission = TimelineSeeker(timeline).seek(timeline.end_ns)
     assert mission.sequence is not None
     # The last change of each node is in the file, so in the end all is known.
-    assert mission.statuses[0] == Projector(whole).show(whole.end_ns).mission.statuses[0]
+    assert mission.statuses[0] == TimelineSeeker(whole).seek(whole.end_ns).statuses[0]
 
 
 def test_a_message_that_is_lost_is_bridged(tmp_path: Path) -> None:
@@ -77,10 +77,10 @@ def test_a_message_that_is_lost_is_bridged(tmp_path: Path) -> None:
         near = abs(time_ns - lost_ns) < S // 20
         return not (near and channel.topic.endswith("/changes"))
 
-    film = read_timeline(edited(tmp_path / "gap.mcap", keep))
-    assert len(film.changes_ns) < len(whole.changes_ns)
-    assert Projector(film).show(film.end_ns).mission.status == "success"
-    assert str(Projector(film).show(film.end_ns).mission.statuses[0]) == "Status.SUCCESS"
+    timeline = read_timeline(edited(tmp_path / "gap.mcap", keep))
+    assert len(timeline.changes_ns) < len(whole.changes_ns)
+    assert TimelineSeeker(timeline).seek(timeline.end_ns).status == "success"
+    assert str(TimelineSeeker(timeline).seek(timeline.end_ns).statuses[0]) == "Status.SUCCESS"
 
 
 def test_a_cut_file_gives_what_is_before_the_cut(tmp_path: Path) -> None:
@@ -88,10 +88,10 @@ def test_a_cut_file_gives_what_is_before_the_cut(tmp_path: Path) -> None:
     data = recording().read_bytes()
     path = tmp_path / "cut.mcap"
     path.write_bytes(data[: len(data) // 2])
-    film = read_timeline(path)
-    assert film.why_cut == "the file was cut, or the recorder killed"
-    assert film.end_ns < read_timeline(recording()).end_ns
-    assert Projector(film).show(film.end_ns).mission.status == "running"
+    timeline = read_timeline(path)
+    assert timeline.why_cut == "the file was cut, or the recorder killed"
+    assert timeline.end_ns < read_timeline(recording()).end_ns
+    assert TimelineSeeker(timeline).seek(timeline.end_ns).status == "running"
 
 
 def test_a_file_without_a_tree_says_what_is_missing(tmp_path: Path) -> None:
@@ -139,6 +139,6 @@ def test_a_recording_without_a_robot(tmp_path: Path) -> None:
     """The tree is shown all the same."""
     path = tmp_path / "tree.mcap"
     edited(path, lambda channel, _: channel.topic.startswith("/bt_mission"))
-    film = read_timeline(path)
-    shown = Projector(film).show(film.end_ns)
-    assert (shown.robot.map, shown.mission.status) == (None, "success")
+    timeline = read_timeline(path)
+    shown = TimelineSeeker(timeline).seek(timeline.end_ns)
+    assert (shown.robot.map, shown.status) == (None, "success")

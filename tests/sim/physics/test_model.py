@@ -4,8 +4,8 @@ import mujoco
 import pytest
 
 from bt_mission.core.robot.model import load_robot
-from sim.physics.model import compile_model
 from sim.physics.names import BASE, MARKS, OBSTACLE_PREFIX, ROBOT, SOLID, WHEELS
+from sim.physics.physics import compile_model
 from sim.physics.spawn import RobotSpawn
 
 

@@ -6,8 +6,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from sim.physics.model import compile_model
 from sim.physics.names import NOWHERE
+from sim.physics.physics import compile_model
 from sim.physics.prop_bodies import bodies_of
 from sim.physics.spawn import RobotSpawn
 from sim.world.shapes import Obstacle

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from sim.physics.grip import LEAST
+from sim.physics.wheels import LEAST
 
 
 @pytest.fixture

@@ -17,7 +17,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import LaserScan
 
 from bt_mission.core.errors import BtMissionError
-from sim.ros.live import main
+from sim.ros.live import FASTEST, SpeedError, check_speed, main
 
 LIVE = """
 import sys
@@ -129,3 +129,10 @@ def test_several_robots_live_under_their_names(beside):
         _, said = process.communicate()
     assert process.returncode == 0
     assert "one (waffle), two (burger) in dqn_stage1, seed 0, speed 5" in said
+
+
+@pytest.mark.parametrize("speed", [0.0, -1.0, float("nan"), 2 * FASTEST])
+def test_a_useless_speed_is_refused(speed):
+    """The message gives both bounds."""
+    with pytest.raises(SpeedError, match=r"expected a speed from 0\.01 to 1000, got"):
+        check_speed(speed)

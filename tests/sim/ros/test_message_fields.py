@@ -6,13 +6,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from bt_mission.core.geometry import Pose2D, Twist2D
 from bt_mission.core.robot.model import load_robot
 from bt_mission.core.robot.parts import CameraModel
 from sim.physics.contacts import Collision
 from sim.robot.frames import FramePose
 from sim.ros import message_fields
 from sim.sensors.imu import Inertial
-from sim.sensors.odometry import Odometry
 
 WAFFLE = load_robot("waffle")
 CAMERA = CameraModel.model_validate(WAFFLE.camera)
@@ -27,13 +27,6 @@ class Message(SimpleNamespace):
         inner = Message()
         setattr(self, name, inner)
         return inner
-
-
-def test_time_is_split_into_seconds_and_nanoseconds():
-    """As in builtin_interfaces/Time."""
-    message = Message()
-    message_fields.time(message, 12_345_678_901)
-    assert (message.sec, message.nanosec) == (12, 345_678_901)
 
 
 def test_header_shares_the_stamp():
@@ -56,32 +49,12 @@ def test_fixed_transform():
 
 def test_odometry_has_pose_and_velocity():
     """Yaw as a turn about z."""
-    reading, message = Odometry(WAFFLE), Message()
-    reading.x, reading.y, reading.yaw = 1.0, 2.0, math.pi / 2
-    reading.linear, reading.angular = 0.2, -0.5
-    message_fields.odometry(message, reading)
+    message = Message()
+    message_fields.odometry(message, Pose2D(1.0, 2.0, math.pi / 2), Twist2D(0.2, -0.5))
     at, twist = message.pose.pose, message.twist.twist
     assert (at.position.x, at.position.y) == (1, 2)
     assert (at.orientation.z, at.orientation.w) == pytest.approx((math.sqrt(0.5),) * 2)
     assert (twist.linear.x, twist.angular.z) == (0.2, -0.5)
-
-
-def test_truth_has_the_same_form():
-    """Pose in the map, velocity of the base."""
-    message = Message()
-    message_fields.truth(message, (3.0, 4.0, 0.0), (0.1, 0.2))
-    at, twist = message.pose.pose, message.twist.twist
-    assert (at.position.x, at.position.y, at.orientation.w) == (3, 4, 1)
-    assert (twist.linear.x, twist.angular.z) == (0.1, 0.2)
-
-
-def test_planar_transform():
-    """A pose on the floor."""
-    message = Message()
-    message_fields.planar_transform(message, 1.0, -1.0, math.pi)
-    at = message.transform
-    assert (at.translation.x, at.translation.y) == (1, -1)
-    assert (at.rotation.z, at.rotation.w) == pytest.approx((1, 0))
 
 
 def test_joints_are_written_in_place():

@@ -7,7 +7,8 @@ import pytest
 
 from bt_mission.core.robot.parts import SensorsModel
 from sim.faults import CameraFaults, FaultError
-from sim.sensors.sensor_faults import PictureDistortion, sector
+from sim.sensors.lidar import sector
+from sim.sensors.noise import PictureDistortion
 from sim.simulation import Simulation
 
 WALL = {"name": "wall", "from": [2, -6], "to": [2, 6], "thickness": 0.2}

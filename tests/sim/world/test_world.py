@@ -96,11 +96,11 @@ def test_a_world_needs_no_more_than_a_name_and_a_size():
             "a wall is written with 'from' and 'to', or",
         ),
         ("radius: 0.15", "radius: -1", "10:40", "expected at least 0.001, got the number -1"),
-        ("x: 1, y: 1,", "x: one, y: 1,", "10:23", "expected a number, got text 'one'"),
+        ("x: 1, y: 1,", "x: one, y: 1,", "10:23", "expected a number, got string 'one'"),
         ("colour: red", "colour: rot", "10:54", "no such colour 'rot'"),
         ("yaw: 90}\nwalls", "yaw: 900}\nwalls", "3:27", "expected at most 360"),
         ("name: room\n", "", "1:1", "'name' is missing"),
-        ("name: room", "name: 7", "1:7", "expected a text, got the number 7"),
+        ("name: room", "name: 7", "1:7", "expected a string, got the number 7"),
         ("zones:", "zonen:", "11:1", "unknown key 'zonen'"),
     ],
 )

@@ -4,26 +4,30 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import fields
 from random import Random
 from typing import Any
 
 from bt_mission.behaviours.runtime import Scope
-from bt_mission.language.checks.scope import walk
-from bt_mission.language.checks.variables import Variables
+from bt_mission.language.checks.scope import Variables, walk
 from bt_mission.language.expressions.expression import Expression, Template, Text
 from bt_mission.language.expressions.syntax import EvaluationScope as Known
 from bt_mission.language.expressions.syntax import FunctionCall, Name, SyntaxNode
 from bt_mission.language.expressions.values import ExpressionError, Type, fits, type_of
 from bt_mission.language.message_types import UnknownField, field_at, value_type
 from bt_mission.language.mission import Mission, Tree
-from bt_mission.language.nodes.steps import ActionStep, ServiceStep, SetStep, Speaker, Step
+from bt_mission.language.nodes.action import GoalNode
+from bt_mission.language.nodes.base import (
+    NodeModel,
+    Written,
+)
+from bt_mission.language.nodes.interfaces import InterfaceNode, ServiceNode
+from bt_mission.language.nodes.leaves import SetNode
 from bt_mission.ros import interface_types
 
 _CLASH = re.compile(
     r"expected (a whole number(?! of at least)|a number|true or false|a text|a list|a mapping)\b"
     r".*, got "
-    r"|cannot compare|compares numbers, got|not true or false"
+    r"|cannot compare|compares numbers, got|not a boolean"
 )
 _ELEMENT = re.compile(r"\.\d+(\.\w+)*: expected ")
 
@@ -37,7 +41,9 @@ def foreseeable(mission: Mission, scope: Scope, text: str) -> str | None:
     return "a failure without a place"
 
 
-def _unseen(tree: Tree, step: Step, variables: Variables, scope: Scope, text: str) -> str | None:
+def _unseen(
+    tree: Tree, step: NodeModel, variables: Variables, scope: Scope, text: str
+) -> str | None:
     found = list(_expressions(step))
     constants = tree.constants
     for one in found:
@@ -65,10 +71,10 @@ def _unseen(tree: Tree, step: Step, variables: Variables, scope: Scope, text: st
     return None
 
 
-def _type(one: Expression, step: Step, variables: Variables) -> Type | None:
+def _type(one: Expression, step: NodeModel, variables: Variables) -> Type | None:
     """Return the type of an expression where no part of it is in doubt."""
     types = dict(variables.types)
-    if isinstance(step, SetStep):
+    if isinstance(step, SetNode):
         for name, value in step.values.items():
             types[name] = variables.type_of(value)
 
@@ -129,10 +135,9 @@ def _inside(value: Any) -> Iterator[Any]:
     match value:
         case Text():
             yield from (value.template, value.expression)
-        case Step():
-            names = (
-                field.name for field in fields(value) if field.name not in ("child", "children")
-            )
+        case Written():
+            below = ("child", "children", "otherwise")
+            names = (name for name in type(value).model_fields if name not in below)
             yield from (getattr(value, name) for name in names)
         case dict():
             yield from value.values()
@@ -140,11 +145,11 @@ def _inside(value: Any) -> Iterator[Any]:
             yield from value
 
 
-def _output_type(step: Speaker, name: str) -> Type | None:
+def _output_type(step: InterfaceNode, name: str) -> Type | None:
     shapes: Any = interface_types.shapes(step.type)
-    if isinstance(step, ActionStep):
+    if isinstance(step, GoalNode):
         shapes = shapes.result
-    elif isinstance(step, ServiceStep):
+    elif isinstance(step, ServiceNode):
         shapes = shapes.response
     try:
         return value_type(field_at(shapes, name))

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from random import Random
 from typing import Any
 
-from bt_mission.language.nodes.written import KINDS
+from bt_mission.language.nodes.registry import KINDS
 from tests.support.fuzz.expressions import HOSTILE, expression
 
 RAW = "@RAW@{}@"

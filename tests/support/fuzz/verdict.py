@@ -60,9 +60,9 @@ class _Watched(Executive):
 
     error: BaseException | None = None
 
-    def _halt(self, verdict: Any, reason: str) -> None:
+    def _end(self, verdict: Any, reason: str) -> None:
         self.error = sys.exception() or self.error
-        super()._halt(verdict, reason)
+        super()._end(verdict, reason)
 
 
 def judge(path: Path) -> Verdict:

@@ -8,7 +8,7 @@ from pathlib import Path
 from random import Random
 from xml.etree import ElementTree as ET
 
-from bt_mission.btcpp.mission_writing import mission_xml
+from bt_mission.btcpp.mission_writer import mission_xml
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.yaml.document import read
 from tests.support.fuzz.expressions import expression

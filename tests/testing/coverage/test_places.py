@@ -12,7 +12,7 @@ ALWAYS = [
     "succeeded",
     "aborted",
     "rejected",
-    "canceled from outside",
+    "canceled by another client",
     "server not available",
     "no answer to the goal",
     "server lost",

@@ -63,7 +63,7 @@ def test_goals_are_ignored(stage: Any, turn: Any) -> None:
     )
     run.until_done()
     assert (run.t, run.status) == (5.05, "failure")
-    assert run.reason.startswith("left behind: /turn goal ")
+    assert run.reason.startswith("orphaned goals: /turn goal ")
     assert run.always(lambda s: abs(s.turn_rate) < 1e-3)
     (left,) = run.close()
     assert left.endswith("of 'turn' (lost)")
@@ -159,7 +159,7 @@ def test_a_result_that_is_lost_for_ever(stage: Any, turn: Any) -> None:
         "unconfirmed: not done within 2 s, but /turn did not confirm the cancel in 1 s",
     )
     run.until_done()
-    assert "left behind: /turn goal" in run.reason
+    assert "orphaned goals: /turn goal" in run.reason
     assert len(run.close()) == 1
     assert run.now.turn_rate == pytest.approx(0, abs=1e-3)
 
@@ -236,7 +236,7 @@ def test_actions_that_are_not_there(stage: Any) -> None:
     with pytest.raises(ScenarioError, match=r"no action '/tern', but: .*; did you mean '/turn'\?"):
         run.do(stage.faults.reject_goals("tern"))
     for make, reason in (
-        (lambda f: f.reject_goals("turn", 0), "reject_goals: expected a whole number from 1 up"),
+        (lambda f: f.reject_goals("turn", 0), "reject_goals: expected an integer from 1 up"),
         (lambda f: f.delay_answers("turn", -1), "expected delay_answers in seconds, 0 or more"),
         (lambda f: f.repeat_answers("turn", "feedback"), "expected a part of goal, cancel, result"),
         (lambda f: f.repeat_answers("turn", times=1), "expected 2 times or more, got 1"),

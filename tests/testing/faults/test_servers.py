@@ -85,7 +85,7 @@ def test_a_server_dies(stage: Any, turn: Any) -> None:
     run.until_done()
     assert run.always(lambda s: s.turn_rate > 0.9, after=0.6, before=1.1)
     assert run.always(lambda s: abs(s.turn_rate) < 0.01, after=1.5)
-    assert run.reason.startswith("left behind: /turn goal")
+    assert run.reason.startswith("orphaned goals: /turn goal")
     assert len(run.close()) == 1
 
 

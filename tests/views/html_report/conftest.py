@@ -9,21 +9,22 @@ from typing import Any
 
 import numpy as np
 import pytest
+from py_trees.common import Status
 
+from bt_mission.events.events import NodeInfo
+from bt_mission.events.messages import NodeStatus
 from bt_mission.recording.model import (
     Picture,
-    RecordedChange,
     RecordedCollision,
     RecordedGoal,
     RecordedGrid,
     RecordedLine,
-    RecordedNode,
     RecordedRun,
     RecordedScan,
     Series,
     Track,
 )
-from bt_mission.recording.spans import spans_of
+from bt_mission.recording.reader import spans_of
 
 S = 1_000_000_000
 PNG = bytes.fromhex(
@@ -41,13 +42,13 @@ def seconds(*values: float) -> Any:
 def a_run() -> Callable[..., RecordedRun]:
     """A run of ten seconds that failed: ``a_run(status="success")`` changes what is named."""
     changes = [
-        RecordedChange(S, 0, "running", ""),
-        RecordedChange(S, 1, "running", ""),
-        RecordedChange(3 * S, 1, "success", "there"),
-        RecordedChange(3 * S, 2, "running", ""),
-        RecordedChange(3 * S, 3, "failure", "1 > 2 does not hold"),
-        RecordedChange(8 * S, 2, "halted", ""),
-        RecordedChange(11 * S, 0, "failure", ""),
+        (S, NodeStatus(0, Status.RUNNING, "")),
+        (S, NodeStatus(1, Status.RUNNING, "")),
+        (3 * S, NodeStatus(1, Status.SUCCESS, "there")),
+        (3 * S, NodeStatus(2, Status.RUNNING, "")),
+        (3 * S, NodeStatus(3, Status.FAILURE, "1 > 2 does not hold")),
+        (8 * S, NodeStatus(2, Status.INVALID, "")),
+        (11 * S, NodeStatus(0, Status.FAILURE, "")),
     ]
     time = np.linspace(0, 10, 201)
     moves = np.clip(time - 1, 0, 4)
@@ -86,13 +87,12 @@ def a_run() -> Callable[..., RecordedRun]:
         why_cut="",
         missing="",
         tree=(
-            RecordedNode("root", "Sequence", "0", 0),
-            RecordedNode("turn", "ActionLeaf", "0.0", 0),
-            RecordedNode("drive", "ActionLeaf", "0.1", 0),
-            RecordedNode("check", "Check", "0.2", 0),
-            RecordedNode("never", "Wait", "0.3", 0),
+            NodeInfo("root", "Sequence", "0", 0),
+            NodeInfo("turn", "ActionLeaf", "0.0", 0),
+            NodeInfo("drive", "ActionLeaf", "0.1", 0),
+            NodeInfo("check", "Check", "0.2", 0),
+            NodeInfo("never", "Wait", "0.3", 0),
         ),
-        changes=tuple(changes),
         spans=spans_of(5, changes, 11 * S),
         truth=track,
         measured=replace(track, y=track.y + 0.02),

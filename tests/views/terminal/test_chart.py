@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from bt_mission.events.messages import FrameTransform, Map, ScanPoints
-from bt_mission.events.robot_state import WatchedRobot
+from bt_mission.events.robot_state import RobotState
 from bt_mission.views.terminal.chart import MapChart
 from bt_mission.views.terminal.marks import ASCII_SIGNS, SIGNS, Marks
 from bt_mission.views.terminal.words import text_of
@@ -24,7 +24,7 @@ def room(width: int = 40, resolution: float = 0.1, yaw: float = 0.0) -> Map:
 
 
 def drawn(
-    robot: WatchedRobot,
+    robot: RobotState,
     targets: tuple[tuple[float, float], ...] = (),
     columns: int = 24,
     rows: int = 12,
@@ -34,9 +34,9 @@ def drawn(
     return [text_of(row) for row in MapChart(marks).draw(robot, targets, columns, rows)]
 
 
-def placed(x: float, y: float, yaw: float) -> WatchedRobot:
+def placed(x: float, y: float, yaw: float) -> RobotState:
     """A robot in the room."""
-    robot = WatchedRobot()
+    robot = RobotState()
     robot.take(room())
     robot.take((FrameTransform("map", "base_link", x, y, yaw),))
     return robot
@@ -103,7 +103,7 @@ def test_what_is_not_known_is_shaded_within_what_is():
     for row in range(5, 35):
         for column in (5, 34) if 12 < row < 28 else range(5, 35):
             cells[row * 40 + column] = 0
-    robot = WatchedRobot()
+    robot = RobotState()
     robot.take(Map(0.1, 40, 40, 0.0, 0.0, 0.0, bytes(cells)))
     rows = drawn(robot)
     assert any("░░░" in row for row in rows)
@@ -113,7 +113,7 @@ def test_what_is_not_known_is_shaded_within_what_is():
 
 def test_a_map_that_is_turned_is_drawn_where_it_lies():
     """A quarter turn about its origin puts the room to the left of it."""
-    robot = WatchedRobot()
+    robot = RobotState()
     robot.take(room(yaw=QUARTER))
     robot.take((FrameTransform("map", "base_link", -2.0, 2.0, 0.0),))
     (row,) = (row for row in drawn(robot) if "→" in row)
@@ -122,16 +122,16 @@ def test_a_map_that_is_turned_is_drawn_where_it_lies():
 
 def test_without_a_map_what_is_seen_is_drawn():
     """The scan, the trail and the robot."""
-    robot = WatchedRobot()
+    robot = RobotState()
     robot.take((FrameTransform("odom", "base_link", 0.0, 0.0, 0.0),))
     assert any("→" in row for row in drawn(robot))
 
 
 def test_of_a_robot_of_which_nothing_is_known_nothing_is_drawn():
     """Nor on a terminal without room; a broken map is none."""
-    assert drawn(WatchedRobot()) == []
+    assert drawn(RobotState()) == []
     assert drawn(placed(1.0, 1.0, 0.0), columns=0) == []
-    robot = WatchedRobot()
+    robot = RobotState()
     robot.take(Map(0.1, 40, 40, 0.0, 0.0, 0.0, b"\0"))
     assert drawn(robot) == []
 

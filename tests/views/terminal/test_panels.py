@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from bt_mission.events.messages import BatteryState, FrameTransform, GoalInfo
-from bt_mission.events.mission_state import WatchedMission
-from bt_mission.events.robot_state import WatchedRobot
+from bt_mission.events.events import GoalChanged
+from bt_mission.events.messages import BatteryState, FrameTransform
+from bt_mission.events.mission_state import MissionState
+from bt_mission.events.robot_state import RobotState
 from bt_mission.views.terminal.marks import ASCII_SIGNS, SIGNS
 from bt_mission.views.terminal.panels import (
     goals_title,
@@ -29,9 +30,9 @@ def executive() -> ScriptedExecutive:
     return executive
 
 
-def known(executive: ScriptedExecutive) -> WatchedMission:
+def known(executive: ScriptedExecutive) -> MissionState:
     """What is known of its mission."""
-    mission = WatchedMission()
+    mission = MissionState()
     for message in executive.take(needs_statuses=False).messages:
         mission.take(message)
     return mission
@@ -50,7 +51,7 @@ def test_the_header_says_how_it_goes(
     executive: ScriptedExecutive, status: str, reason: str, shown: str
 ):
     """A mission that has ended has no pace."""
-    robot = WatchedRobot()
+    robot = RobotState()
     robot.take(BatteryState(87.0, 12.0))
     executive.now_ns += 2 * S
     executive.stand(status, reason)
@@ -59,10 +60,10 @@ def test_the_header_says_how_it_goes(
 
 def test_of_nothing_little_is_said():
     """Before an executive has told anything."""
-    assert text_of(header(WatchedMission(), WatchedRobot(), None, SIGNS)) == "no mission"
-    assert goals_title(WatchedMission()) == "goals"
-    assert node_rows(WatchedMission(), 0, 40, SIGNS) == []
-    assert map_title(WatchedRobot()) == "map"
+    assert text_of(header(MissionState(), RobotState(), None, SIGNS)) == "no mission"
+    assert goals_title(MissionState()) == "goals"
+    assert node_rows(MissionState(), 0, 40, SIGNS) == []
+    assert map_title(RobotState()) == "map"
 
 
 @pytest.mark.parametrize(
@@ -106,9 +107,9 @@ def test_the_words_of_a_node_are_shown_in_full(executive: ScriptedExecutive):
 
 def test_the_map_has_the_places_of_the_goal_that_is_open(executive: ScriptedExecutive):
     """Else of the last one that named any; of none once the mission has ended."""
-    done = GoalInfo("a", "/go", "go", S, S, "succeeded", ((1.0, 1.0),))
-    is_open = GoalInfo("b", "/go", "go", S, S, "active", ((2.0, 2.0),))
-    executive.detail(goals=(done, is_open, GoalInfo("c", "/turn", "turn", S, S, "active")))
+    done = GoalChanged("a", "/go", "go", S, S, "succeeded", ((1.0, 1.0),))
+    is_open = GoalChanged("b", "/go", "go", S, S, "active", ((2.0, 2.0),))
+    executive.detail(goals=(done, is_open, GoalChanged("c", "/turn", "turn", S, S, "active")))
     assert targets(known(executive)) == ((2.0, 2.0),)
     executive.begin("two")
     executive.detail(goals=(done,))
@@ -122,6 +123,6 @@ def test_the_map_has_the_places_of_the_goal_that_is_open(executive: ScriptedExec
 
 def test_a_robot_that_is_not_localised_is_told_with_its_frame():
     """Its pose is not one of the map."""
-    robot = WatchedRobot()
+    robot = RobotState()
     robot.take((FrameTransform("odom", "base_link", 1.0, -2.0, 0.0),))
     assert map_title(robot) == "map: x 1.00  y -2.00 m in odom"

@@ -5,19 +5,19 @@ from __future__ import annotations
 import pytest
 
 from bt_mission.events.log import LogEntry
-from bt_mission.events.mission_state import WatchedMission
+from bt_mission.events.mission_state import MissionState
+from bt_mission.views.terminal.lines import log_line, whole_tree
 from bt_mission.views.terminal.marks import ASCII_SIGNS, SIGNS, clean, marks_for
-from bt_mission.views.terminal.plain_watch import log_line, whole_tree
+from bt_mission.views.terminal.outline import Outline
 from bt_mission.views.terminal.tree_rows import tree_row
 from bt_mission.views.terminal.words import fit, seconds, text_of
-from bt_mission.views.tui.outline import Outline
 from tests.support.watched import S, ScriptedExecutive
 
 
 @pytest.fixture
-def mission() -> WatchedMission:
+def mission() -> MissionState:
     """Half way through driving, with a breakpoint at the turn."""
-    executive, mission = ScriptedExecutive(), WatchedMission()
+    executive, mission = ScriptedExecutive(), MissionState()
     executive.begin()
     executive.change(explore="running", look_around="running")
     executive.change(8.4, look_around="success: canceled by condition: enough", repeat="running")
@@ -30,7 +30,7 @@ def mission() -> WatchedMission:
     return mission
 
 
-def test_a_tree_reads_without_colour(mission: WatchedMission):
+def test_a_tree_reads_without_colour(mission: MissionState):
     """Status, name, time in state, progress, words; a mark for the breakpoint."""
     assert list(whole_tree(mission, SIGNS, 100)) == [
         "explore   11.9 s   running",
@@ -42,7 +42,7 @@ def test_a_tree_reads_without_colour(mission: WatchedMission):
     ]
 
 
-def test_it_reads_without_utf_8(mission: WatchedMission):
+def test_it_reads_without_utf_8(mission: MissionState):
     """Other signs, the same facts."""
     lines = list(whole_tree(mission, ASCII_SIGNS, None))
     assert lines[2] == "   + look around  8.4 s  canceled by condition: enough"
@@ -52,14 +52,14 @@ def test_it_reads_without_utf_8(mission: WatchedMission):
 
 
 @pytest.mark.parametrize("width", [5, 20, 40])
-def test_no_row_is_wider_than_the_terminal(mission: WatchedMission, width: int):
+def test_no_row_is_wider_than_the_terminal(mission: MissionState, width: int):
     """What does not fit is cut, with a sign."""
     lines = list(whole_tree(mission, SIGNS, width))[1:]
     assert max(len(line) for line in lines) <= width
     assert lines[1].endswith("…")
 
 
-def test_bars_give_way_to_figures_and_those_to_percent(mission: WatchedMission):
+def test_bars_give_way_to_figures_and_those_to_percent(mission: MissionState):
     """The less room, the less there is to read; the indent shrinks, too."""
     assert (
         list(whole_tree(mission, SIGNS, 45))[4] == "     ▶ drive  2.5 s  1.21 of 2  travelled 1.…"
@@ -67,7 +67,7 @@ def test_bars_give_way_to_figures_and_those_to_percent(mission: WatchedMission):
     assert list(whole_tree(mission, SIGNS, 20))[4] == "   ▶ drive 60%  tra…"
 
 
-def test_a_folded_node_says_how_much_it_hides(mission: WatchedMission):
+def test_a_folded_node_says_how_much_it_hides(mission: MissionState):
     """In brackets after its name."""
     assert mission.tree is not None
     outline = Outline(mission.tree.nodes)
@@ -75,11 +75,11 @@ def test_a_folded_node_says_how_much_it_hides(mission: WatchedMission):
     assert text_of(tree_row(mission, outline, 2, 80, SIGNS)) == "   ▶ repeat [+2]  3.5 s"
 
 
-def test_a_deep_node_is_not_pushed_out(mission: WatchedMission):
+def test_a_deep_node_is_not_pushed_out(mission: MissionState):
     """The indent ends at a third of the width."""
     executive, deep = ScriptedExecutive("\n".join("  " * i + f"n{i}" for i in range(50))), None
     executive.begin()
-    deep = WatchedMission()
+    deep = MissionState()
     for message in executive.take(needs_statuses=False).messages:
         deep.take(message)
     assert deep.tree is not None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bt_mission.events.messages import GoalInfo
+from bt_mission.events.events import GoalChanged
 from bt_mission.events.source import FoundExecutive
 from bt_mission.views.terminal.marks import ASCII_SIGNS
 from bt_mission.views.tui import app
@@ -96,7 +96,7 @@ def test_nobody_there_is_said_and_looked_for():
     executive.is_there = False
 
     async def play(screen: Screen) -> None:
-        assert screen.rows[0] == " looking  no mission"
+        assert screen.rows[0] == " searching  no mission"
         assert screen.rows[-1] == "no sign of an executive (a test)"
         executive.is_there = True
         executive.begin()
@@ -114,7 +114,7 @@ def test_an_executive_that_vanishes_is_waited_for():
         await screen.look()
         screen.executive.is_there = False
         await screen.look()
-        assert screen.rows[0].startswith(" gone; looking  explore")
+        assert screen.rows[0].startswith(" disconnected; reconnecting  explore")
         assert "drive" in screen.text
         screen.executive.is_there = True
         screen.executive.begin("another run")
@@ -214,8 +214,8 @@ def test_goals_are_listed_with_those_that_are_open_first():
             5.0,
             goals_sent=2,
             goals=(
-                GoalInfo("ab" * 16, "/turn", "turn away", 2 * S, 4 * S, "succeeded"),
-                GoalInfo("cd" * 16, "/explore_forward", "drive", S, S, "active"),
+                GoalChanged("ab" * 16, "/turn", "turn away", 2 * S, 4 * S, "succeeded"),
+                GoalChanged("cd" * 16, "/explore_forward", "drive", S, S, "active"),
             ),
         )
         await screen.look()

@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
+from bt_mission.core.interrupts import InterruptSignals
 from bt_mission.executive.report import Report
-from bt_mission.sessions.session import InterruptSignals
 from bt_mission.views.terminal.marks import SIGNS
 from bt_mission.views.tui.run_app import RunApp
 from tests.support.screens import Screen

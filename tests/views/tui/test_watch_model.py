@@ -6,8 +6,8 @@ import pytest
 
 from bt_mission.events.messages import FrameTransform
 from bt_mission.events.source import ControlRequest, Verb
-from bt_mission.views.tui.viewport import scrolled_to
-from bt_mission.views.tui.watch_model import WatchModel
+from bt_mission.views.terminal.outline import scrolled_to
+from bt_mission.views.tui.watch_model import RealTimeFactor, WatchModel
 from tests.support.watched import S, ScriptedExecutive
 
 
@@ -33,10 +33,18 @@ def test_a_new_mission_begins_with_a_new_tree(executive: ScriptedExecutive, outl
     outlook.take(executive.take(needs_statuses=False), 1.0)
     outlook.move(2)
     outlook.fold()
-    assert (outlook.cursor, len(outlook.robot.trail), len(outlook.outline.rows)) == (2, 1, 3)
+    assert (outlook.cursor, len(outlook.mission.robot.trail), len(outlook.outline.rows)) == (
+        2,
+        1,
+        3,
+    )
     executive.begin("another")
     outlook.take(executive.take(needs_statuses=False), 2.0)
-    assert (outlook.cursor, len(outlook.robot.trail), len(outlook.outline.rows)) == (0, 0, 5)
+    assert (outlook.cursor, len(outlook.mission.robot.trail), len(outlook.outline.rows)) == (
+        0,
+        0,
+        5,
+    )
 
 
 def test_the_pace_is_that_of_the_mission(executive: ScriptedExecutive, outlook: WatchModel):
@@ -107,5 +115,28 @@ def test_only_what_has_come_counts_as_news(executive: ScriptedExecutive, outlook
     assert not outlook.take(executive.take(needs_statuses=False), 0.0)
     executive.say("hello")
     assert outlook.take(executive.take(needs_statuses=False), 0.0)
-    assert outlook.log[-1].text == "hello"
+    assert outlook.mission.log[-1].text == "hello"
     assert outlook.mission.now_ns == S
+
+
+def test_the_factor_is_taken_over_the_last_seconds():
+    """A mission that has become faster is soon shown as such."""
+    pace = RealTimeFactor()
+    assert pace.factor is None
+    for tenth in range(101):
+        pace.note(tenth * S, tenth / 10)
+    assert pace.factor == pytest.approx(10.0)
+    for tenth in range(1, 101):
+        pace.note(100 * S + tenth * 2 * S, 10 + tenth / 10)
+    assert pace.factor == pytest.approx(20.0)
+
+
+def test_time_that_begins_anew_is_no_backwards_pace():
+    """The simulation was started again."""
+    pace = RealTimeFactor()
+    pace.note(50 * S, 0.0)
+    pace.note(51 * S, 1.0)
+    pace.note(1 * S, 2.0)
+    assert pace.factor is None
+    pace.note(2 * S, 3.0)
+    assert pace.factor == pytest.approx(1.0)

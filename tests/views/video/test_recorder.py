@@ -104,7 +104,7 @@ def filmed(stage: Stage, views: Plain) -> tuple[VideoRecorder, Taken]:
     """The mission to its end, and its film."""
     file: Any = Taken()
     with VideoRecorder(stage, views, file, [("start", 0.0, 0.0, 0.2)]) as film:
-        stage.node.log_listeners.append(film.hear)
+        stage.runner.log_listeners.append(film.hear)
         while not stage.is_done:
             stage.step()
         film.finish()

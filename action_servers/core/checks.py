@@ -1,0 +1,63 @@
+"""Checks of goals, and of what is known of the robot: every refusal says what was expected."""
+
+from __future__ import annotations
+
+import math
+
+from action_servers.core.maneuver import ErrorCode, Finished, Observation, Refusal
+from action_servers.core.tuning import TUNING
+
+# A goal field is a float32: 1.82 arrives as 1.8200000525, and must still be within 1.82.
+FLOAT32_ROUNDING = 1e-6
+
+STALE_AFTER_S = TUNING.sensor_timeout
+"""Age in seconds at which a scan or odometry is no longer trusted, unless tuned otherwise."""
+
+
+def outside(name: str, value: float, low: float, high: float, unit: str) -> str | None:
+    """Return why `value` is no number from `low` to `high`, or None when it is one.
+
+    NaN and infinities are always outside. Both limits belong to the range.
+    """
+    low_slack = FLOAT32_ROUNDING * abs(low)
+    high_slack = FLOAT32_ROUNDING * abs(high)
+    if math.isfinite(value) and low - low_slack <= value <= high + high_slack:
+        return None
+    return f"{name} must be from {low:g} to {high:g} {unit}, got {value:g}"
+
+
+def refusal(*faults: str | None, unready: Finished | None = None) -> Refusal | None:
+    """Return why a goal is refused, or None: the first of its faults, else what is not ready."""
+    reasons = (*faults, None if unready is None else unready.reason)
+    return next((Refusal(reason) for reason in reasons if reason is not None), None)
+
+
+def stale(now: Observation, limit_s: float = STALE_AFTER_S) -> Finished | None:
+    """Return how a goal ends that drives without fresh scan and odometry, or None if both are.
+
+    A stamp from the future is as bad as one from the past: both come from clocks that differ.
+    """
+    finished = stale_odometry(now, limit_s)
+    if finished is not None:
+        return finished
+    scan_stamp = None if now.scan is None else now.scan.stamp_s
+    reason = _fault("scan", scan_stamp, now.time_s, limit_s)
+    return None if reason is None else Finished("aborted", ErrorCode.NO_SCAN, reason)
+
+
+def stale_odometry(now: Observation, limit_s: float = STALE_AFTER_S) -> Finished | None:
+    """Return how a goal ends that needs fresh odometry alone, or None if it is."""
+    stamp_s = None if now.odom is None else now.odom_stamp_s
+    reason = _fault("odometry", stamp_s, now.time_s, limit_s)
+    return None if reason is None else Finished("aborted", ErrorCode.NO_ODOMETRY, reason)
+
+
+def _fault(what: str, stamp_s: float | None, time_s: float, limit_s: float) -> str | None:
+    if stamp_s is None:
+        return f"no {what} has arrived yet; is the robot running?"
+    age = time_s - stamp_s
+    if age > limit_s:
+        return f"no {what} for {limit_s:g} s: the last is {age:.2f} s old"
+    if age < -limit_s:
+        return f"the last {what} is stamped {-age:.2f} s in the future; do the clocks agree?"
+    return None

@@ -1,0 +1,64 @@
+"""What a ROS parameter of a node may be, declared once: its default, its limits, what it is for.
+
+Parameters that belong together are the fields of a frozen dataclass, made by `number` and `text`;
+those whose limits depend on the robot are single specs by name. `robot_io.node` declares both.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields
+from typing import Any, TypeAlias
+
+Default: TypeAlias = bool | int | float | str
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterSpec:
+    """One parameter: a text, a switch, or a number from `low` to `high`, both included.
+
+    The type is that of the default. A text is one of `choices`, or any but an empty one where
+    there are none. Unless `is_fixed`, it may be set while the node runs.
+    """
+
+    default: Default
+    description: str
+    low: float = 0.0
+    high: float = 0.0
+    choices: tuple[str, ...] = ()
+    is_fixed: bool = True
+
+    @property
+    def constraint(self) -> str:
+        """The choices in words; empty where there are none."""
+        if len(self.choices) == 2:
+            return " or ".join(self.choices)
+        return f"one of {', '.join(self.choices)}" if self.choices else ""
+
+    def fault_of_text(self, name: str, value: str) -> str | None:
+        """Return why a text does not suit the parameter of that name, or None."""
+        if not value:
+            return f"{name} must be a text, got {value!r}"
+        if self.choices and value not in self.choices:
+            return f"{name} must be {self.constraint}, got '{value}'"
+        return None
+
+
+def number(default: float, low: float, high: float, description: str) -> Any:
+    """Return a field of a dataclass that is a number, or a switch, as a parameter."""
+    spec = ParameterSpec(default, description, low, high)
+    return field(default=default, metadata={"spec": spec})
+
+
+def text(name: str, default: str, description: str, choices: tuple[str, ...] = ()) -> Any:
+    """Return a field of a dataclass that is a text, as the parameter of a name of its own."""
+    spec = ParameterSpec(default, description, choices=choices)
+    return field(default=default, metadata={"spec": spec, "name": name})
+
+
+def specs(declared: Any) -> dict[str, tuple[str, ParameterSpec]]:
+    """Return name and spec of the parameter behind each field of a dataclass that has one."""
+    return {
+        one.name: (one.metadata.get("name", one.name), one.metadata["spec"])
+        for one in fields(declared)
+        if "spec" in one.metadata
+    }

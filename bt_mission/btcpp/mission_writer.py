@@ -1,0 +1,164 @@
+"""From a mission to an XML file that Groot 2 shows."""
+
+from __future__ import annotations
+
+import itertools
+import operator
+import re
+from collections.abc import Mapping
+from functools import reduce
+from pathlib import Path
+from typing import Any
+
+from bt_mission.btcpp.attributes import is_illegal
+from bt_mission.btcpp.document import FORMAT, METADATA
+from bt_mission.btcpp.elements import Tag, xml_text
+from bt_mission.btcpp.leaves import Path as At
+from bt_mission.btcpp.nodes import NodeWriter
+from bt_mission.btcpp.palette import ShapesOf, leaf_models
+from bt_mission.btcpp.ports import LABELS, written_port_value
+from bt_mission.core.diagnostics import Diagnostic, InputError, in_order
+from bt_mission.core.yaml.document import Document
+from bt_mission.language.file import MissionFile, TreeDefinition
+from bt_mission.language.goal_limits import GoalLimitsTable
+from bt_mission.language.loader import draft
+from bt_mission.language.mission import Mission, Tree
+from bt_mission.language.node_reader import Signature
+from bt_mission.language.nodes.leaves import PythonNode
+
+_ID = re.compile(r"[A-Za-z_][\w-]*")
+_RESERVED = ("name", "ID")
+
+
+def mission_xml(document: Document, shapes: ShapesOf | None = None) -> str:
+    """Return a mission file as XML. Raises InputError with everything that XML cannot say.
+
+    `shapes` tells what ROS types hold, so that the ports of every leaf are listed.
+    """
+    found = draft(document)
+    if found.faults or found.mission is None:
+        raise InputError(found.faults)
+    return _Writer(document, found.mission, shapes).text()
+
+
+class _Writer:
+    def __init__(self, document: Document, mission: Mission, shapes: ShapesOf | None) -> None:
+        self._document = document
+        self._mission = mission
+        self._shapes = shapes
+        self._limits = GoalLimitsTable.written(MissionFile.model_validate(document.data))
+        self._used: dict[str, dict[str, None]] = {}
+        self._faults: list[Diagnostic] = []
+        self._signatures = {
+            name: Signature(name, _definition(tree), tree.types, tree.document, tree.path)
+            for name, tree in mission.trees.items()
+        }
+
+    def text(self) -> str:
+        data = self._document.data
+        main = self._id()
+        bodies = [self._tree(self._document, ("tree",), data["tree"], main, data)]
+        models = [self._main_model(main)]
+        for name, tree in self._mission.trees.items():
+            written = _data(tree)
+            path = (*tree.path, "do")
+            bodies.append(self._tree(tree.document, path, written["do"], name, written))
+            models.append(self._model(name, tree, self._signatures[name].definition))
+            self._refuse_files(tree)
+        if self._faults:
+            raise InputError(in_order(self._faults))
+        models = [model for model in models if model.children]
+        models += leaf_models(self._used, self._shapes)
+        palette = [Tag("TreeNodesModel", {}, tuple(models))] if models else []
+        root = {"BTCPP_format": FORMAT, "main_tree_to_execute": main}
+        return xml_text(Tag("root", root, (*bodies, *palette)))
+
+    def _id(self) -> str:
+        """Return the ID of the main tree: the mission's name where it can be one."""
+        own = [name for name in (self._mission.name,) if _ID.fullmatch(name)]
+        others = (f"MainTree{number}" for number in itertools.count(2))
+        candidates = itertools.chain(own, ["MainTree"], others)
+        return next(name for name in candidates if name not in self._mission.trees)
+
+    def _refuse(self, document: Document, path: At, what: str, hint: str) -> None:
+        message = f"{what}: XML has no counterpart"
+        self._faults.append(document.fault(path, message, hint, key=True))
+
+    def _tree(
+        self, document: Document, path: At, node: Any, name: str, written: Mapping[str, Any]
+    ) -> Tag:
+        writer = NodeWriter(document, self._signatures, self._limits, self._used)
+        body = writer.node(node, path)
+        self._faults += writer.faults
+        attributes = {"ID": name}
+        if written.get("description"):
+            attributes["_description"] = written["description"]
+            if is_illegal(written["description"]):
+                what = "a control character"
+                self._refuse(document, (*path[:-1], "description"), what, "leave it out")
+        return Tag("BehaviorTree", attributes, (body,))
+
+    def _main_model(self, main: str) -> Tag:
+        data = self._document.data
+        said = {key: str(data[key]) for key in METADATA if data.get(key) not in (None, "")}
+        if main == data["mission"]:
+            del said["mission"]
+        children = []
+        if said:
+            children = [Tag("MetadataFields", {}, (Tag("Metadata", said),))]
+        types = self._mission.main.types
+        ports = self._inputs(self._document, ("inputs",), data.get("inputs", {}), types)
+        return Tag("SubTree", {"ID": main}, (*ports, *children))
+
+    def _model(self, name: str, tree: Tree, definition: TreeDefinition) -> Tag:
+        document, needs, outputs = tree.document, (*tree.path, "needs"), (*tree.path, "outputs")
+        ports = [
+            self._port("input_port", document, (*needs, key), {"type": LABELS[word]})
+            for key, word in definition.needs.items()
+        ]
+        ports += self._inputs(document, (*tree.path, "inputs"), definition.inputs, tree.types)
+        for key, word in definition.outputs.items():
+            path = (*outputs, key)
+            ports.append(self._port("output_port", document, path, {"type": LABELS[word]}))
+            if key in tree.types:
+                hint = "give the output another name, and 'set' it"
+                self._refuse(document, path, f"'{key}' as an input and an output", hint)
+        return Tag("SubTree", {"ID": name}, tuple(ports))
+
+    def _inputs(
+        self, document: Document, path: At, values: Mapping[str, Any], types: Mapping[str, Any]
+    ) -> list[Tag]:
+        ports = []
+        for name, value in values.items():
+            said = written_port_value(value, types[name])
+            label = {"type": LABELS[types[name]], "default": said or ""}
+            ports.append(self._port("input_port", document, (*path, name), label))
+            if said is None or is_illegal(said):
+                self._refuse(document, (*path, name), "a control character", "leave it out")
+        return ports
+
+    def _port(self, tag: str, document: Document, path: At, label: Mapping[str, str]) -> Tag:
+        """Return the port with the name that ends a path."""
+        name = str(path[-1])
+        if name in _RESERVED or name.startswith("_"):
+            what = f"a port with the name '{name}'"
+            self._refuse(document, path, what, "give the variable another name")
+        return Tag(tag, {"name": name, **label})
+
+    def _refuse_files(self, tree: Tree) -> None:
+        """Refuse files of Python that are looked for beside another file than the XML file."""
+        here, there = (Path(one.file).parent for one in (self._document, tree.document))
+        for step in tree.body.walk():
+            if isinstance(step, PythonNode) and ".py:" in step.target and here != there:
+                hint = "write 'module:Class', or include no file of another folder"
+                path = (*step.path, "python")
+                self._refuse(tree.document, path, "a file beside an included one", hint)
+
+
+def _data(tree: Tree) -> Any:
+    """Return a tree as its file has it."""
+    return reduce(operator.getitem, tree.path, tree.document.data)
+
+
+def _definition(tree: Tree) -> TreeDefinition:
+    return TreeDefinition.model_validate(_data(tree))

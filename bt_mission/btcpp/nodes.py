@@ -1,0 +1,137 @@
+"""The nodes of a tree: read from the elements of an XML file, and written as such."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from bt_mission.btcpp.attributes import LocatedValue, located
+from bt_mission.btcpp.built_in import BUILT_IN, KINDS
+from bt_mission.btcpp.elements import At, Element, Tag, XmlSource, fault_in
+from bt_mission.btcpp.leaves import LEAVES, Path, read_leaf, write_leaf
+from bt_mission.btcpp.node_parts import NodeData, NodeElement
+from bt_mission.btcpp.ports import SUBTREE, TreePorts, read_use, write_use
+from bt_mission.core.diagnostics import MOST_FAULTS, Diagnostic, did_you_mean, quoted
+from bt_mission.core.yaml.document import Document
+from bt_mission.language.action_names import ACTION_NAMES
+from bt_mission.language.goal_limits import DEFAULTS, GoalLimitsTable
+from bt_mission.language.node_reader import NodeReader, Signature
+
+EXPLICIT = ("Action", "Condition", "Control", "Decorator")
+"""Elements that name their node by the attribute ID."""
+
+_HINTS = {
+    "SequenceWithMemory": "a 'Sequence' begins anew after a failure; there is no other",
+    "KeepRunningUntilFailure": "write 'Repeat' with a number of cycles",
+    "SetBlackboard": "write 'Script', such as code=\"x := 1\"",
+    "RunOnce": "write 'Precondition' on a variable that a 'Script' sets",
+    "SubTreePlus": "write 'SubTree'",
+}
+
+
+@dataclass
+class XmlNodeReader:
+    """Reads elements as nodes, and collects the faults of all."""
+
+    source: XmlSource
+    trees: Mapping[str, TreePorts] = field(default_factory=dict)
+    faults: list[Diagnostic] = field(default_factory=list)
+
+    def report(self, at: At, message: str, hint: str | None = None) -> None:
+        """Note a fault."""
+        if len(self.faults) < MOST_FAULTS:
+            fault = fault_in(self.source.file, self.source.lines, at, message, hint)
+            self.faults.append(fault)
+
+    def node(self, element: Element) -> LocatedValue:
+        """Return an element and all below it as a node."""
+        named = self._resolved(element)
+        if named is None:
+            return located({}, element.at)
+        if named.text:
+            self.report(named.text_at, f"a loose text in <{element.tag}>: {quoted(named.text)}")
+        if named.tag in LEAVES:
+            return read_leaf(LEAVES[named.tag], named, self.report)
+        if named.tag == SUBTREE:
+            return read_use(named, self.trees, self.report)
+        if named.tag in BUILT_IN:
+            known, read = BUILT_IN[named.tag]
+            node = NodeElement(named, self.node, self.report)
+            return node.node(read(node), known)
+        hint = _HINTS.get(named.tag) or did_you_mean(named.tag, [*BUILT_IN, SUBTREE, *LEAVES])
+        message = f"the node {quoted(named.tag)} has no counterpart"
+        self.report(named.at, message, hint or "docs/how-to/groot.md lists those that have")
+        for child in named.children:
+            self.node(child)
+        return located({}, element.at)
+
+    def _resolved(self, element: Element) -> Element | None:
+        """Return `<Action ID="turn"/>` as `<turn/>`, and any other element as it is."""
+        if element.tag not in EXPLICIT:
+            return element
+        rest = dict(element.attributes)
+        name = rest.pop("ID", None)
+        if name is None:
+            message = f"<{element.tag}> does not say which: the attribute 'ID' is missing"
+            self.report(element.at, message)
+            return None
+        return Element(
+            name.value, name.value_at, rest, element.children, element.text, element.text_at
+        )
+
+
+@dataclass
+class NodeWriter:
+    """Writes nodes of one document as elements, and collects what cannot be said.
+
+    `limits` are the mission's; `used` gathers the attributes of each kind of leaf.
+    """
+
+    document: Document
+    signatures: Mapping[str, Signature]
+    limits: GoalLimitsTable
+    used: dict[str, dict[str, None]]
+    faults: list[Diagnostic] = field(default_factory=list)
+
+    def refuse(self, path: Path, what: str, instead: str, *, key: bool = False) -> None:
+        """Note what XML cannot say."""
+        if len(self.faults) < MOST_FAULTS:
+            message = f"{what}: XML has no counterpart"
+            self.faults.append(self.document.fault(path, message, instead, key=key))
+
+    def node(self, data: dict[str, Any], path: Path) -> Tag:
+        """Return a node and all below it as an element."""
+        kind = NodeReader(self.document).kind(data, path)
+        assert kind is not None, "the mission was read before"
+        if kind in KINDS:
+            tag = KINDS[kind].write(NodeData(data, path, self))
+        elif kind == "tree":
+            tag = write_use(data, path, self.signatures, self.refuse)
+        elif kind in LEAVES:
+            return self.leaf(kind, data, path)
+        else:
+            hint = "write its nodes one by one, or keep the mission in YAML"
+            self.refuse((*path, kind), f"'{kind}'", hint, key=True)
+            for inner_path, inner in _below(kind, data, path):
+                self.node(inner, inner_path)
+            return Tag("AlwaysSuccess")
+        named = {"name": data["name"]} if data.get("name") else {}
+        return Tag(tag.name, {**named, **tag.attributes}, tag.children)
+
+    def leaf(self, kind: str, data: dict[str, Any], path: Path) -> Tag:
+        """Return a leaf of ours."""
+        if kind in ACTION_NAMES or kind == "action":
+            action = data["action"]["name"] if kind == "action" else ACTION_NAMES[kind].action
+            said = self.limits.of(action).items()
+            data = {**{name: one for name, one in said if one != DEFAULTS.get(name)}, **data}
+        attributes = write_leaf(LEAVES[kind], data, path, self.refuse)
+        self.used.setdefault(kind, {}).update(dict.fromkeys(attributes))
+        return Tag(kind, attributes)
+
+
+def _below(kind: str, data: dict[str, Any], path: Path) -> list[tuple[Path, dict[str, Any]]]:
+    """Return the nodes within one that cannot be said."""
+    if isinstance(data[kind], list):
+        return [((*path, kind, i), one) for i, one in enumerate(data[kind])]
+    return [((*path, "do"), data["do"])] if "do" in data else []

@@ -1,0 +1,51 @@
+"""Types of arguments of the command line: each reads a word, or refuses it with what it expects."""
+
+from __future__ import annotations
+
+import argparse
+import math
+
+
+def seconds(text: str, expected: str = "seconds, 0 or more") -> float:
+    """Read a time, s."""
+    value = _number(text)
+    if not 0 <= value < math.inf:
+        raise argparse.ArgumentTypeError(f"expected {expected}, got '{text}'")
+    return value
+
+
+def speed(text: str) -> float:
+    """Read a speed, in virtual seconds per second of the wall clock."""
+    value = _number(text)
+    if not 0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"expected a number above 0, got '{text}'")
+    return value
+
+
+def count(text: str) -> int:
+    """Read a number of things, 1 or more."""
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"expected an integer from 1, got '{text}'")
+    return int(text)
+
+
+def seed(text: str) -> int:
+    """Read the seed of a mission's random numbers, 0 or more."""
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"expected an integer from 0, got '{text}'")
+    return int(text)
+
+
+def assignment(text: str) -> tuple[str, str]:
+    """Read an input of a mission and its value."""
+    name, equals, value = text.partition("=")
+    if not equals or not name:
+        raise argparse.ArgumentTypeError(f"expected NAME=VALUE, got '{text}'")
+    return name, value
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan

@@ -1,0 +1,180 @@
+"""Commands that run one part of a robot's software alone, as an ordinary ROS node, until Ctrl-C."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from pathlib import Path
+from typing import Any
+
+from bt_mission.cli.view import add_view_option
+from bt_mission.core.dds.discovery import RANGE
+from bt_mission.core.dds.middleware import prepare_middleware
+from bt_mission.core.files import find
+
+
+def add_parser(commands: Any) -> None:
+    """Add ``sim``, ``servers``, ``mapper`` and ``arbiter`` to the command line."""
+    _add_sim(commands)
+    _add_servers(commands)
+    _add_mapper(commands)
+    _add_arbiter(commands)
+
+
+def _add_sim(commands: Any) -> None:
+    parser = commands.add_parser(
+        "sim",
+        help="run the simulated robot alone, as a ROS node",
+        description="Simulates a TurtleBot3 in a world and speaks the robot's own topics "
+        "(cmd_vel, scan, odom, imu, tf, camera, ...) and /clock. Start `bt-mission servers` and "
+        "`bt-mission run FILE --attach` in other terminals.",
+    )
+    parser.add_argument("--world", default="empty_arena", help="a world's name or file")
+    who = parser.add_mutually_exclusive_group()
+    who.add_argument("--robot", default="waffle", help="a robot's name or file")
+    who.add_argument(
+        "--robots",
+        nargs="+",
+        metavar="NAME=ROBOT@X,Y,YAW",
+        help="several robots, each in the namespace of its name (metres, degrees)",
+    )
+    parser.add_argument("--seed", type=int, default=0, help="seed of the sensors' noise")
+    parser.add_argument(
+        "--speed", type=float, default=1.0, help="simulated seconds per second (default 1)"
+    )
+    _add_namespace(parser)
+    parser.add_argument("--no-camera", action="store_true", help="never render images")
+    add_view_option(parser)
+    parser.set_defaults(command=sim)
+
+
+def _add_servers(commands: Any) -> None:
+    parser = commands.add_parser(
+        "servers",
+        help="run the action servers alone, as a ROS node",
+        description="Offers driving, turning, pictures, colours, distances, exploration, and "
+        "Nav2's navigation and recoveries as actions ('bt-mission actions list' names them), and "
+        "the services /stop and /release, for a robot, simulated or real, that it knows by its "
+        "topics alone.",
+    )
+    parser.add_argument("--robot", default="waffle", help="a robot's name or file")
+    _add_namespace(parser)
+    parser.add_argument(
+        "--images", type=Path, default=Path("images"), help="where pictures are written"
+    )
+    _add_wall_clock(parser, ", as with a real robot")
+    parser.add_argument(
+        "--real",
+        action="store_true",
+        help="serve a real robot: this machine's clock, and commands of the type it listens for",
+    )
+    _add_parameters(parser, ", or the name of a shipped one")
+    parser.set_defaults(command=servers)
+
+
+def _add_mapper(commands: Any) -> None:
+    parser = commands.add_parser(
+        "mapper",
+        help="map what the lidar sees, as a ROS node",
+        description="Publishes map and coverage while the robot moves, out of scan, odom and the "
+        "transform from map to odom, which something else has to know. The service save_map "
+        "writes the map as Nav2's map server reads it.",
+    )
+    parser.add_argument("--robot", default="waffle", help="a robot's name or file")
+    _add_namespace(parser)
+    parser.add_argument(
+        "--save-as", default="map", metavar="PREFIX", help="where save_map writes (default: map)"
+    )
+    _add_parameters(parser)
+    _add_wall_clock(parser, ", as with a real robot")
+    parser.set_defaults(command=mapper, real=False)
+
+
+def _add_arbiter(commands: Any) -> None:
+    parser = commands.add_parser(
+        "arbiter",
+        help="let stop, joystick and missions drive one base, in this order",
+        description="Stands between several topics of commands and cmd_vel: cmd_vel_stop over "
+        "cmd_vel_joy over cmd_vel_mission (all TwistStamped). A source that falls silent counts "
+        "no longer, and the base is told to stand while nobody speaks. Have the servers send to "
+        "cmd_vel_mission: a parameter file with topics.cmd_vel.",
+    )
+    _add_namespace(parser)
+    _add_wall_clock(parser)
+    parser.add_argument(
+        "--real",
+        action="store_true",
+        help="drive a real robot: this machine's clock, and the type of command it listens for",
+    )
+    _add_parameters(parser)
+    parser.set_defaults(command=arbiter)
+
+
+def _add_namespace(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--namespace", default="", help="namespace of the robot's topics")
+
+
+def _add_wall_clock(parser: argparse.ArgumentParser, when: str = "") -> None:
+    words = f"keep to this machine's clock instead of /clock{when}"
+    parser.add_argument("--wall-clock", action="store_true", help=words)
+
+
+def _add_parameters(parser: argparse.ArgumentParser, more: str = "") -> None:
+    words = f"values of parameters: a ROS parameter file{more}"
+    parser.add_argument("--params", metavar="FILE", help=words)
+
+
+def sim(options: argparse.Namespace) -> int:
+    """Simulate until interrupted."""
+    prepare_middleware()
+    # Who starts a simulation next to a robot does not mean to drive that robot with it.
+    os.environ.setdefault(RANGE, "LOCALHOST")
+    from sim.ros.live import main
+
+    return main(
+        world=options.world,
+        robot=options.robots or options.robot,
+        seed=options.seed,
+        speed=options.speed,
+        namespace=options.namespace,
+        camera=not options.no_camera,
+        view=options.view,
+    )
+
+
+def servers(options: argparse.Namespace) -> int:
+    """Serve until interrupted."""
+    prepare_middleware()
+    from action_servers.server.node import main
+
+    return main(robot=options.robot, image_folder=options.images, **_driving(options))
+
+
+def mapper(options: argparse.Namespace) -> int:
+    """Map until interrupted."""
+    prepare_middleware()
+    from action_servers.mapping.node import main
+
+    return main(robot=options.robot, map_prefix=options.save_as, **_common(options))
+
+
+def arbiter(options: argparse.Namespace) -> int:
+    """Arbitrate until interrupted."""
+    prepare_middleware()
+    from action_servers.arbiter.node import main
+
+    return main(**_driving(options))
+
+
+def _driving(options: argparse.Namespace) -> dict[str, Any]:
+    """The arguments of nodes that command a base."""
+    return {"command_type": "auto" if options.real else "stamped", **_common(options)}
+
+
+def _common(options: argparse.Namespace) -> dict[str, Any]:
+    """The arguments of every node but the simulated robot's."""
+    return {
+        "namespace": options.namespace,
+        "use_sim_time": not (options.wall_clock or options.real),
+        "parameters": find("parameters", options.params) if options.params else None,
+    }

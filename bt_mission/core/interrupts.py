@@ -1,0 +1,45 @@
+"""SIGINT and SIGTERM as wishes to look at between two steps."""
+
+from __future__ import annotations
+
+import signal
+from types import FrameType
+from typing import Any, Self
+
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
+
+class InterruptSignals:
+    """Note the signals that come while this is entered.
+
+    Args:
+        most: How many are noted; the next one raises KeyboardInterrupt. None notes all.
+    """
+
+    def __init__(self, most: int | None = None) -> None:
+        self.count = 0
+        self.name = ""
+        """The last one, for people."""
+        self.signal = ""
+        """The last one by its own name, such as SIGTERM."""
+        self._most = most
+        self._former: list[tuple[signal.Signals, Any]] = []
+
+    def __enter__(self) -> Self:
+        self._former = [(number, signal.signal(number, self._take)) for number in SIGNALS]
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for number, handler in self._former:
+            signal.signal(number, handler)
+
+    def note(self, name: str) -> None:
+        """Note the wish to end, of whoever made it."""
+        self.count += 1
+        self.name = name
+
+    def _take(self, number: int, _: FrameType | None) -> None:
+        if self.count == self._most:
+            raise KeyboardInterrupt
+        self.signal = signal.Signals(number).name
+        self.note("Ctrl-C" if number == signal.SIGINT else self.signal)

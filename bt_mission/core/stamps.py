@@ -1,0 +1,18 @@
+"""Stamps and durations of ROS messages as numbers: `builtin_interfaces/Time` and `Duration`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+NS = 1_000_000_000
+"""Nanoseconds in a second."""
+
+
+def to_ns(stamp: Any) -> int:
+    """Return a Time or a Duration in ns."""
+    return int(stamp.sec) * NS + int(stamp.nanosec)
+
+
+def set_ns(stamp: Any, time_ns: int) -> None:
+    """Set a Time or a Duration to so many ns."""
+    stamp.sec, stamp.nanosec = divmod(time_ns, NS)

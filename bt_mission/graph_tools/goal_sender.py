@@ -1,0 +1,115 @@
+"""Sends goals of one action and steps until they have ended."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from rcl_interfaces.msg import Log
+from rclpy.qos import QoSProfile
+
+from bt_mission.core.text import escape_control
+from bt_mission.graph_tools.goal_request import GoalRequest
+from bt_mission.graph_tools.graph_query import FEEDBACK
+from bt_mission.graph_tools.interface_description import describe_interface
+from bt_mission.ros.goal_client import RosGoalClient
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
+
+    from bt_mission.graph_tools.goal_events import GoalEvent, GoalResult
+    from bt_mission.graph_tools.graph_session import GraphSession
+
+ROSOUT_DEPTH = 50
+
+
+class GoalSender:
+    """Sends goals of one action.
+
+    Args:
+        session: its node owns the client.
+        action: the action's full name.
+        type_name: of the action.
+        server_s: how long to wait for a server.
+        limit_s: after which a goal is cancelled; None is no limit.
+
+    Raises:
+        BtMissionError: when the type is not installed, or the action has another one.
+    """
+
+    def __init__(
+        self,
+        session: GraphSession,
+        action: str,
+        type_name: str,
+        *,
+        server_s: float,
+        limit_s: float | None = None,
+    ) -> None:
+        self.action = action
+        self.about = describe_interface(type_name)
+        self._server_s = server_s
+        self._limit_s = limit_s
+        self._rosout = RosoutListener(session.node, action)
+        self._client = RosGoalClient(session.node, action, type_name, lambda _: "")
+
+    def prepare(self, fields: Mapping[str, Any]) -> Any:
+        """A goal message with these fields. Raises BtMissionError."""
+        return self._client.prepare(fields)
+
+    def open(self, message: Any, tell: Callable[[GoalEvent], None]) -> GoalRequest:
+        """Make a request that :meth:`GoalRequest.poll` sends and sees to its end."""
+        return GoalRequest(
+            self._client,
+            message,
+            tell,
+            server_s=self._server_s,
+            limit_s=self._limit_s,
+            why_rejected=lambda: self._rosout.last_warning,
+        )
+
+
+class RosoutListener:
+    """Hears why a server rejects a goal: the answer has no words for it, but servers log them.
+
+    Args:
+        node: owns the subscription to ``/rosout``.
+        action: the action's full name.
+    """
+
+    def __init__(self, node: Node, action: str) -> None:
+        self._node = node
+        self._action = action
+        self.last_warning = ""
+        """The newest warning of a server of the action since the subscription was made."""
+        node.create_subscription(Log, "/rosout", self._take, QoSProfile(depth=ROSOUT_DEPTH))
+
+    def _take(self, message: Any) -> None:
+        if message.level < Log.WARN:
+            return
+        servers = {
+            f"{one.node_namespace}/{one.node_name}".strip("/").replace("/", ".")
+            for one in self._node.get_publishers_info_by_topic(self._action + FEEDBACK)
+        }
+        if any(message.name == name or message.name.startswith(f"{name}.") for name in servers):
+            self.last_warning = escape_control(message.msg)
+
+
+def step_to_end(session: GraphSession, goal: GoalRequest) -> GoalResult:
+    """Step until the goal has ended.
+
+    The first Ctrl-C, and a reader of our output that leaves, cancel the goal and wait for its end;
+    a second Ctrl-C leaves at once.
+    """
+    while True:
+        try:
+            if (end := goal.poll(session.now_ns)) is not None:
+                return end
+            if session.interrupts == 1:
+                goal.cancel(f"interrupted by {session.interrupted_by}", session.now_ns)
+            elif session.interrupts > 1:
+                goal.leave(f"left at once after a second {session.interrupted_by}", session.now_ns)
+        except BrokenPipeError:
+            goal.mute()
+            goal.cancel("nobody reads the output any more", session.now_ns)
+        session.step()

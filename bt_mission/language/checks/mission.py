@@ -1,0 +1,151 @@
+"""Everything that can be wrong in the trees of a mission, in one walk over each, and warnings."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from bt_mission.core.diagnostics import Diagnostic
+from bt_mission.core.yaml.document import Document
+from bt_mission.language.checks.reachability import restarted, unreached
+from bt_mission.language.checks.scope import (
+    Variables,
+    names_read,
+    node_faults,
+    reference_faults,
+    walk,
+    written_by,
+)
+from bt_mission.language.checks.types import FindShapes, TypeChecker, python_faults
+from bt_mission.language.expressions.expression import Text
+from bt_mission.language.expressions.values import WORDS, fits
+from bt_mission.language.mission import Mission, Tree
+from bt_mission.language.nodes.base import (
+    Path,
+)
+from bt_mission.language.nodes.interfaces import InterfaceNode
+from bt_mission.language.nodes.leaves import PythonNode
+from bt_mission.language.trees import used
+
+
+def scope_faults(mission: Mission) -> Iterator[Diagnostic]:
+    """Yield the names that are not known where they stand, and clashes of types.
+
+    Of the fields of messages nothing is known here.
+    """
+    for tree in mission.all_trees:
+        variables = None
+        for node, variables in walk(tree, lambda _node, _field: None):
+            yield from node_faults(tree.document, node, variables)
+            if isinstance(node, InterfaceNode):
+                yield from _message_faults(tree.document, node, variables)
+        assert variables is not None, "a tree has a node"
+        yield from _promise_faults(tree, variables)
+
+
+def type_faults(mission: Mission, find: FindShapes | None) -> Iterator[Diagnostic]:
+    """Yield everything in a mission that does not fit the types of ROS and of Python behaviours.
+
+    Modules of behaviours are imported. Without `find` the types of messages are not known.
+    """
+    checker = TypeChecker(find)
+    for tree in mission.all_trees:
+        for node, variables in walk(tree, checker.output_type):
+            yield from node_faults(tree.document, node, variables)
+            if isinstance(node, InterfaceNode):
+                yield from checker.faults(tree.document, node, variables)
+            elif isinstance(node, PythonNode):
+                yield from python_faults(tree, node, variables)
+
+
+def _promise_faults(tree: Tree, variables: Variables) -> Iterator[Diagnostic]:
+    """Yield the outputs of a tree that nothing in it writes, or that have another type.
+
+    `variables` are those behind its last node.
+    """
+    if not tree.outputs:
+        return
+    written = {name for node in tree.body.walk() for name in written_by(node)}
+    types = variables.types
+    for name, wanted in tree.outputs.items():
+        path = (*tree.path, "outputs", name)
+        if name not in written | tree.types.keys():
+            message = f"no node of the tree '{tree.name}' assigns '{name}'"
+            yield tree.document.fault(path, message, key=True)
+        elif not fits(types.get(name), wanted):
+            message = f"'{name}' is written as {WORDS[types[name]]}, not as {WORDS[wanted]}"
+            yield tree.document.fault(path, message, key=True)
+
+
+def _message_faults(
+    document: Document, node: InterfaceNode, variables: Variables
+) -> Iterator[Diagnostic]:
+    """Yield what is wrong with the names in a node, as far as that is seen without its types."""
+    for path, text in _texts(node.sent, (*node.path, *node.sent_path)):
+        readings = (text.template, text.expression)
+        found = next((one for one in readings if not isinstance(one, Exception)), None)
+        if found is None:  # which of the two errors counts, only the field's type can tell
+            continue
+        marked = [name for name in found.references if name.variable]
+        yield from reference_faults(document, path, marked, variables)
+    if node.condition is not None:
+        marked = [name for name in node.condition.references if name.variable]
+        path = (*node.path, *node.condition_path)
+        yield from reference_faults(document, path, marked, variables)
+
+
+def _texts(value: Any, path: Path) -> Iterator[tuple[Path, Text]]:
+    """Yield the texts in a goal, each with its path."""
+    match value:
+        case Text():
+            yield path, value
+        case Mapping():
+            for key, part in value.items():
+                yield from _texts(part, (*path, key))
+        case list() | tuple():
+            for index, part in enumerate(value):
+                yield from _texts(part, (*path, index))
+
+
+def warnings(mission: Mission) -> Iterator[Diagnostic]:
+    """Yield what a mission would better not do, as far as that is seen without ROS.
+
+    Of named trees only those are looked at that the mission uses.
+    """
+    names = used(mission)
+    for tree in mission.all_trees:
+        if tree.is_main or tree.name in names:
+            yield from _tree_warnings(tree)
+    for name, tree in mission.trees.items():
+        if name not in names and tree.document is mission.document:
+            message = f"the tree '{name}' is never used"
+            yield tree.document.fault(tree.path, message, key=True, severity="warning")
+
+
+def _tree_warnings(tree: Tree) -> Iterator[Diagnostic]:
+    document = tree.document
+    read = frozenset(tree.outputs).union(*(names_read(node) for node in tree.body.walk()))
+    head = () if tree.is_main else tree.path
+    for name in tree.types:
+        if name not in read:
+            place = next(one for one in ("inputs", "needs") if _has(document, (*head, one), name))
+            message = f"the input '{name}' is never read"
+            yield document.fault((*head, place, name), message, key=True, severity="warning")
+    yield from unreached(document, tree.body)
+    yield from restarted(document, tree.body)
+    for node in tree.body.walk():
+        endless = node.endless()
+        if endless is not None:
+            message = f"{endless} has no timeout: it may take for ever"
+            hint = "add 'timeout: SECONDS'"
+            yield document.fault(node.path, message, hint, severity="warning")
+        for write in node.writes():
+            if write.variable not in read:
+                message = f"the {write.what} '{write.variable}' is never read"
+                path = (*node.path, *write.path)
+                yield document.fault(path, message, severity="warning")
+
+
+def _has(document: Document, path: Path, name: str) -> bool:
+    place = document.find(path)
+    return name in (place.keys or {})

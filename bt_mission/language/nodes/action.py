@@ -1,0 +1,141 @@
+"""Goals of ROS 2 actions: of any action, and of those with a short name."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Literal, Self
+
+from pydantic import Field, PlainValidator, create_model
+from typing_extensions import override
+
+from bt_mission.language.action_names import ACTION_NAMES, ActionName
+from bt_mission.language.expressions.expression import Expression, Value
+from bt_mission.language.nodes import fields
+from bt_mission.language.nodes.base import (
+    OutputsNode,
+    Path,
+    Reading,
+    Written,
+    shown_fields,
+    shown_limit,
+)
+from bt_mission.language.nodes.fields import (
+    TEXT_SCHEMA,
+    ActionNameField,
+    FeedbackCondition,
+    FixedLimit,
+    Goal,
+    Limit,
+    ResultField,
+    Variable,
+)
+from bt_mission.language.nodes.interfaces import InterfaceNode
+
+
+class GoalNode(InterfaceNode, OutputsNode):
+    """The modifiers of every action. Times are seconds of ROS time."""
+
+    # `timeout` bounds the whole goal, `silence_timeout` the time without feedback. `cancel_when`
+    # is asked on every feedback; the node then ends as `on_cancel` says. `outputs` takes fields
+    # of the result, also of a goal that was cancelled or aborted, provided a result came.
+    kind: ClassVar[str] = "action"
+    interface: ClassVar[Literal["action", "service", "topic"]] = "action"
+    condition_path: ClassVar[Path] = ("cancel_when",)
+
+    timeout: Limit = None
+    cancel_when: FeedbackCondition = None
+    on_cancel: Literal["success", "failure"] = "failure"
+    outputs: dict[ResultField, Variable] = {}
+    server_timeout: FixedLimit | None = None
+    answer_timeout: FixedLimit | None = None
+    silence_timeout: Limit = None
+    cancel_timeout: FixedLimit | None = None
+
+    @override
+    def completed(self, reading: Reading) -> Self:
+        limits = reading.limits_of(self.ros_name).items()
+        return self.model_copy(
+            update={name: value for name, value in limits if getattr(self, name) is None}
+        )
+
+    @property
+    @override
+    def condition(self) -> Expression | None:
+        found: Expression | None = self.cancel_when
+        return found
+
+    @override
+    def endless(self) -> str | None:
+        return self.ros_name if self.timeout is None else None
+
+    @override
+    def details(self) -> list[str]:
+        cancel = self.cancel_when
+        return [
+            *self.called(),
+            *shown_fields(self.sent),
+            *([] if cancel is None else [f"{self.on_cancel} when {cancel.text}"]),
+            *shown_limit(self.timeout),
+            *self.shown_outputs(),
+        ]
+
+
+class ActionSettings(Written):
+    """An action by its ROS name and type, and a goal for it."""
+
+    name: ActionNameField
+    type: Annotated[str, PlainValidator(fields.action_type), TEXT_SCHEMA]
+    values: Goal = Field({}, alias="goal")
+
+
+class ActionNode(GoalNode):
+    """A goal for any action."""
+
+    sent_key: ClassVar[str] = "goal"
+
+    settings: ActionSettings = Field(alias="action")
+
+
+class ShortActionNode(GoalNode):
+    """A goal for an action with a short name, which is the key of the node."""
+
+    short: ClassVar[str]
+    action: ClassVar[ActionName]
+    goal: Goal = {}
+
+    @property
+    @override
+    def ros_name(self) -> str:
+        return self.action.action
+
+    @property
+    @override
+    def type(self) -> str:
+        return self.action.type
+
+    @property
+    @override
+    def type_path(self) -> Path:
+        return (self.short,)
+
+    @property
+    @override
+    def sent(self) -> Mapping[str, Value]:
+        return self.goal
+
+    @property
+    @override
+    def sent_path(self) -> Path:
+        return (self.short,)
+
+
+def _short_node(name: str) -> type[ShortActionNode]:
+    title = "".join(word.capitalize() for word in name.split("_")) + "Node"
+    goal: Any = (Goal, Field(alias=name))
+    node = create_model(title, __base__=ShortActionNode, __doc__=f"A goal of {name}.", goal=goal)
+    node.short, node.action = name, ACTION_NAMES[name]
+    return node
+
+
+SHORT_NODES = {name: _short_node(name) for name in ACTION_NAMES}
+"""The kinds whose values are goals, by their short names."""

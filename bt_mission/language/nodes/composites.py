@@ -1,0 +1,177 @@
+"""The kinds of node with several nodes below them."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, Self
+
+from pydantic import Field
+from typing_extensions import override
+
+from bt_mission.core.diagnostics import did_you_mean, listed, quoted
+from bt_mission.language.nodes.base import (
+    EITHER,
+    SUCCESS,
+    Child,
+    Children,
+    CompositeNode,
+    ConditionalNode,
+    Ends,
+    MaybeChild,
+    NodeModel,
+    Reading,
+)
+from bt_mission.language.nodes.fields import (
+    Condition,
+    Line,
+    Weight,
+)
+
+
+class InTurnNode(CompositeNode):
+    """Children one after another, as long as each ends in a certain way.
+
+    With `memory`, those that have ended so are not asked again.
+    """
+
+    goes_on: ClassVar[Literal["success", "failure"]]
+
+    if TYPE_CHECKING:
+        memory: bool
+
+    @override
+    def ends(self, below: list[Ends]) -> Ends:
+        found: Ends = frozenset()
+        for ends in below:
+            found |= ends - {self.goes_on}
+            if self.goes_on not in ends:
+                return found
+        return found | {self.goes_on}
+
+    @override
+    def details(self) -> list[str]:
+        return [] if self.memory else ["asks all again in every tick"]
+
+
+class SequenceNode(InTurnNode):
+    """Children one after another, until one fails."""
+
+    kind: ClassVar[str] = "sequence"
+    goes_on: ClassVar[Literal["success", "failure"]] = "success"
+
+    children: Children = Field(alias="sequence")
+    memory: bool = True
+
+
+class FallbackNode(InTurnNode):
+    """Children one after another, until one succeeds."""
+
+    kind: ClassVar[str] = "fallback"
+    goes_on: ClassVar[Literal["success", "failure"]] = "failure"
+
+    children: Children = Field(alias="fallback")
+    memory: bool = True
+
+
+class ParallelNode(CompositeNode):
+    """Children all at once."""
+
+    # It succeeds when all children have, when any has, or when those of these names have. It fails
+    # when any has failed, or once it can no longer succeed. The rest is then halted, or finishes.
+    kind: ClassVar[str] = "parallel"
+
+    children: Children = Field(alias="parallel")
+    succeed_when: Literal["all", "any"] | Annotated[list[Line], Field(min_length=1)] = "all"
+    fail_when: Literal["any", "impossible"] = "any"
+    rest: Literal["halt", "finish"] = "halt"
+
+    @property
+    def needed(self) -> list[int] | None:
+        """The indices of the children that must succeed; None where any one is enough."""
+        if self.succeed_when == "any":
+            return None
+        names = [child.name for child in self.children]
+        if self.succeed_when == "all":
+            return list(range(len(names)))
+        return [names.index(name) for name in self.succeed_when]
+
+    @override
+    def completed(self, reading: Reading) -> Self:
+        names = [child.name for child in self.children if child.name]
+        count = Counter(names)
+        wanted = [] if isinstance(self.succeed_when, str) else self.succeed_when
+        for index, name in enumerate(wanted):
+            if count[name] != 1 and not reading.is_full:
+                what = "more than one child" if count[name] else "no child"
+                message = f"{what} is called {quoted(name)} (children with names: "
+                message += f"{listed(names)})"
+                path = (*self.path, "succeed_when", index)
+                reading.fault(path, message, did_you_mean(name, names))
+        return self
+
+    @override
+    def ends(self, below: list[Ends]) -> Ends:
+        return EITHER if any("failure" in one for one in below) else frozenset().union(*below)
+
+    @override
+    def details(self) -> list[str]:
+        wanted = self.succeed_when
+        if isinstance(wanted, str):
+            succeeds = f"succeeds when {wanted} {'do' if wanted == 'all' else 'does'}"
+        else:
+            succeeds = f"succeeds when these do: {', '.join(wanted)}"
+        fails = ["fails when it cannot succeed"] if self.fail_when == "impossible" else []
+        rest = ["the rest finishes"] if self.rest == "finish" else []
+        return [succeeds, *fails, *rest]
+
+
+class ChooseNode(CompositeNode):
+    """One of the children, chosen at random each time."""
+
+    kind: ClassVar[str] = "choose"
+
+    children: Children = Field(alias="choose")
+    weights: list[Weight] = []
+
+    @override
+    def completed(self, reading: Reading) -> Self:
+        count = len(self.children)
+        if self.weights and len(self.weights) != count:
+            message = f"expected {count} weights, one a child, got {len(self.weights)}"
+            reading.fault((*self.path, "weights"), message)
+        return self
+
+    @override
+    def ends(self, below: list[Ends]) -> Ends:
+        return frozenset().union(*below)
+
+    @override
+    def details(self) -> list[str]:
+        weights = ", ".join(f"{one:g}" for one in self.weights)
+        return [f"weights {weights}"] if weights else []
+
+
+class WhenNode(ConditionalNode):
+    """A node if a condition holds, and another one if not."""
+
+    # It succeeds where the condition does not hold and there is no other one.
+    kind: ClassVar[str] = "when"
+    child_keys: ClassVar[tuple[str, ...]] = ("do", "else")
+
+    condition: Condition = Field(alias="when")
+    child: Child = Field(alias="do")
+    otherwise: MaybeChild = Field(None, alias="else")
+
+    @property
+    @override
+    def below(self) -> tuple[NodeModel, ...]:
+        return (self.child,) if self.otherwise is None else (self.child, self.otherwise)
+
+    @override
+    def ends(self, below: list[Ends]) -> Ends:
+        return frozenset().union(*below, SUCCESS if self.otherwise is None else ())
+
+    @override
+    def details(self) -> list[str]:
+        otherwise = [] if self.otherwise is None else ["then the first, else the second"]
+        return [*super().details(), *otherwise]

@@ -1,0 +1,182 @@
+"""The kinds of node that use ROS interfaces, actions apart: services and topics."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+
+from pydantic import Field, PlainValidator
+from typing_extensions import override
+
+from bt_mission.language.expressions.expression import Expression, Value
+from bt_mission.language.nodes import fields
+from bt_mission.language.nodes.base import (
+    NodeModel,
+    OutputsNode,
+    Path,
+    Written,
+    shown_fields,
+    shown_limit,
+)
+from bt_mission.language.nodes.fields import (
+    TEXT_SCHEMA,
+    FixedLimit,
+    Goal,
+    Limit,
+    ResultField,
+    Variable,
+)
+
+
+class InterfaceNode(NodeModel):
+    """A node that uses a ROS interface: an action, a service or a topic.
+
+    What it reads of messages are fields, dotted where they are nested.
+    """
+
+    interface: ClassVar[Literal["action", "service", "topic"]]
+    takes_time: ClassVar[bool] = True
+    sent_key: ClassVar[str] = ""
+    """The key of the fields that it sends in its settings; "" where it sends none."""
+    condition_path: ClassVar[Path] = ()
+    """Where the condition stands below the node."""
+
+    if TYPE_CHECKING:
+        settings: Any
+
+    @property
+    def ros_name(self) -> str:
+        """The name of the action, service or topic, such as "/turn"."""
+        name: str = self.settings.name
+        return name
+
+    @property
+    def type(self) -> str:
+        """The full name of the type."""
+        type_name: str = self.settings.type
+        return type_name
+
+    @property
+    def type_path(self) -> Path:
+        """Where the type stands below the node."""
+        return (self.kind, "type")
+
+    @property
+    def sent(self) -> Mapping[str, Value]:
+        """The fields that it sends, of a goal, a request or a message."""
+        return self.settings.values if self.sent_key else {}
+
+    @property
+    def sent_path(self) -> Path:
+        """Where those stand below the node."""
+        return (self.kind, self.sent_key) if self.sent_key else ()
+
+    @property
+    def condition(self) -> Expression | None:
+        """The condition on messages that it waits for."""
+        return None
+
+    @override
+    def default_label(self) -> str:
+        return self.ros_name.strip("/")
+
+    def called(self) -> list[str]:
+        """Return whom it speaks to as a drawing shows it, unless that is the node's label."""
+        name = self.ros_name
+        return [name if name.startswith("/") else f"/{name}"] if self.name else []
+
+
+class ServiceSettings(Written):
+    """A service by its ROS name and type, and a request for it."""
+
+    name: Annotated[str, PlainValidator(fields.service_name), TEXT_SCHEMA]
+    type: Annotated[str, PlainValidator(fields.service_type), TEXT_SCHEMA]
+    values: Goal = Field({}, alias="request")
+
+
+class ServiceNode(InterfaceNode, OutputsNode):
+    """A call of any service. Times are seconds of ROS time."""
+
+    # `timeout` bounds the time from the call to the answer, `server_timeout` the wait for a
+    # server. `outputs` takes fields of the response.
+    kind: ClassVar[str] = "service"
+    interface: ClassVar[Literal["action", "service", "topic"]] = "service"
+    sent_key: ClassVar[str] = "request"
+
+    settings: ServiceSettings = Field(alias="service")
+    timeout: Limit = 5.0
+    outputs: dict[ResultField, Variable] = {}
+    server_timeout: FixedLimit = 5.0
+
+    @override
+    def details(self) -> list[str]:
+        return [*self.called(), *shown_fields(self.sent), *self.shown_outputs()]
+
+
+class WaitForSettings(Written):
+    """A topic by its ROS name and type, and what a message of it must meet."""
+
+    name: Annotated[str, PlainValidator(fields.topic_name), TEXT_SCHEMA] = Field(alias="topic")
+    type: Annotated[str, PlainValidator(fields.message_type), TEXT_SCHEMA]
+    until: Annotated[Any, PlainValidator(fields.until), TEXT_SCHEMA]
+
+
+class WaitForNode(InterfaceNode, OutputsNode):
+    """A pause until a message meets a condition."""
+
+    # `until` is asked on every message; `outputs` takes fields of the one that met it.
+    kind: ClassVar[str] = "wait_for"
+    interface: ClassVar[Literal["action", "service", "topic"]] = "topic"
+    condition_path: ClassVar[Path] = ("wait_for", "until")
+
+    settings: WaitForSettings = Field(alias="wait_for")
+    timeout: Limit = None
+    outputs: dict[ResultField, Variable] = {}
+
+    @property
+    @override
+    def condition(self) -> Expression:
+        until: Expression = self.settings.until
+        return until
+
+    @override
+    def endless(self) -> str | None:
+        return f"the wait for {self.ros_name}" if self.timeout is None else None
+
+    @override
+    def default_label(self) -> str:
+        return f"wait for {self.ros_name.strip('/')}"
+
+    @override
+    def details(self) -> list[str]:
+        until = f"until {self.condition.text}"
+        return [*self.called(), until, *shown_limit(self.timeout), *self.shown_outputs()]
+
+
+class PublishSettings(Written):
+    """A topic by its ROS name and type, and a message for it."""
+
+    name: Annotated[str, PlainValidator(fields.topic_name), TEXT_SCHEMA] = Field(alias="topic")
+    type: Annotated[str, PlainValidator(fields.message_type), TEXT_SCHEMA]
+    values: Goal = Field({}, alias="message")
+
+
+class PublishNode(InterfaceNode):
+    """A message on any topic. Times are seconds of ROS time."""
+
+    # Once at least `readers` subscriptions are matched; `server_timeout` bounds the wait for them.
+    kind: ClassVar[str] = "publish"
+    interface: ClassVar[Literal["action", "service", "topic"]] = "topic"
+    sent_key: ClassVar[str] = "message"
+
+    settings: PublishSettings = Field(alias="publish")
+    readers: Annotated[int, Field(ge=0, le=1000)] = 1
+    server_timeout: FixedLimit = 5.0
+
+    @override
+    def default_label(self) -> str:
+        return f"publish {self.ros_name.strip('/')}"
+
+    @override
+    def details(self) -> list[str]:
+        return [*self.called(), *shown_fields(self.sent)]

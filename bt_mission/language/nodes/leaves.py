@@ -1,0 +1,123 @@
+"""The kinds of leaf that speak to nobody, and those that are written in Python."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated, ClassVar
+
+from pydantic import Field, PlainValidator
+from typing_extensions import override
+
+from bt_mission.language.expressions.expression import written_text
+from bt_mission.language.nodes import fields
+from bt_mission.language.nodes.base import (
+    EITHER,
+    FAILURE,
+    SUCCESS,
+    ConditionalNode,
+    Ends,
+    NodeModel,
+    OutputsNode,
+    Read,
+    Write,
+    shown_fields,
+)
+from bt_mission.language.nodes.fields import (
+    TEXT_SCHEMA,
+    Computed,
+    Condition,
+    Message,
+    Seconds,
+    Variable,
+)
+
+
+class CheckNode(ConditionalNode):
+    """Success where a condition holds, else failure."""
+
+    kind: ClassVar[str] = "check"
+
+    condition: Condition = Field(alias="check")
+
+    @override
+    def ends(self, _below: list[Ends]) -> Ends:
+        if isinstance(self.condition, bool):
+            return SUCCESS if self.condition else FAILURE
+        return EITHER
+
+
+class SetNode(NodeModel):
+    """New values for variables."""
+
+    # One after another: each value may read those before it.
+    kind: ClassVar[str] = "set"
+    always: ClassVar[Ends] = SUCCESS
+
+    values: Annotated[dict[Variable, Computed], Field(min_length=1)] = Field(alias="set")
+
+    @override
+    def reads(self) -> Iterator[Read]:
+        for read, name in zip(super().reads(), self.values, strict=True):
+            yield read._replace(assigns=name)
+
+    @override
+    def writes(self) -> Iterator[Write]:
+        for name, value in self.values.items():
+            yield Write(("set", name), name, "variable", value=value)
+
+    @override
+    def default_label(self) -> str:
+        return f"set {', '.join(self.values)}"
+
+    @override
+    def details(self) -> list[str]:
+        return [f"{name} = {written_text(value)}" for name, value in self.values.items()]
+
+
+class WaitNode(NodeModel):
+    """Nothing, for some seconds."""
+
+    kind: ClassVar[str] = "wait"
+    always: ClassVar[Ends] = SUCCESS
+    takes_time: ClassVar[bool] = True
+
+    seconds: Seconds = Field(alias="wait")
+
+    @override
+    def details(self) -> list[str]:
+        return [f"{written_text(self.seconds)} s"]
+
+
+class LogNode(NodeModel):
+    """A line in the log."""
+
+    kind: ClassVar[str] = "log"
+    always: ClassVar[Ends] = SUCCESS
+
+    message: Message = Field(alias="log")
+
+    @override
+    def details(self) -> list[str]:
+        return [self.message.text]
+
+
+class PythonNode(OutputsNode):
+    """A behaviour written in Python."""
+
+    # "module:Class", "file.py:Class", or the name of a plug-in. `inputs` become attributes of it
+    # whenever it is entered; `outputs` takes attributes.
+    kind: ClassVar[str] = "python"
+
+    target: Annotated[str, PlainValidator(fields.python_target), TEXT_SCHEMA] = Field(
+        alias="python"
+    )
+    inputs: dict[Variable, Computed] = {}
+    outputs: dict[Variable, Variable] = {}
+
+    @override
+    def default_label(self) -> str:
+        return self.target.rpartition(":")[2]
+
+    @override
+    def details(self) -> list[str]:
+        return [self.target, *shown_fields(self.inputs), *self.shown_outputs()]

@@ -1,0 +1,122 @@
+"""The use of a named tree."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, ClassVar, Self
+
+from pydantic import BeforeValidator, Field, WithJsonSchema
+from typing_extensions import override
+
+from bt_mission.core.diagnostics import describe, did_you_mean, listed, quoted
+from bt_mission.language.expressions.expression import Expression
+from bt_mission.language.expressions.values import WORDS, Type, fits, type_of
+from bt_mission.language.nodes import fields
+from bt_mission.language.nodes.base import (
+    Hidden,
+    OutputsNode,
+    Path,
+    Read,
+    Reading,
+    Write,
+    Written,
+    shown_fields,
+)
+from bt_mission.language.nodes.fields import (
+    Computed,
+    TreeName,
+    Variable,
+)
+
+
+class TreeSettings(Written):
+    """A named tree, and values for its inputs."""
+
+    name: TreeName
+    inputs: dict[Variable, Computed] = {}
+
+
+class TreeNode(OutputsNode):
+    """A tree that has a name."""
+
+    # The body of the tree is not below this node: a tree stands by itself.
+    kind: ClassVar[str] = "tree"
+
+    settings: Annotated[
+        TreeSettings,
+        BeforeValidator(fields.tree_use),
+        WithJsonSchema({"type": ["string", "object"]}),
+    ] = Field(alias="tree")
+    outputs: dict[Variable, Variable] = {}
+    takes: Hidden[Mapping[str, Type | None]] = Field({}, alias="@takes")
+    """The types of the inputs of the tree, by their names; the reader knows them."""
+    gives: Hidden[Mapping[str, Type]] = Field({}, alias="@gives")
+    """The types of its outputs."""
+
+    @property
+    def tree(self) -> str:
+        """The name of the tree."""
+        return self.settings.name
+
+    @property
+    def inputs(self) -> Mapping[str, Any]:
+        """The values for its inputs."""
+        return self.settings.inputs
+
+    @override
+    def completed(self, reading: Reading) -> Self:
+        """Return the node with the types of what the tree takes and gives."""
+        path = (*self.path, "tree")
+        name_path = (*path, "name") if reading.has_keys(path) else path
+        signature = reading.signatures.get(self.tree)
+        if signature is None:
+            known = listed(reading.signatures)
+            message = f"no tree is called {quoted(self.tree)} (trees: {known})"
+            reading.fault(name_path, message, did_you_mean(self.tree, reading.signatures))
+            return self
+        definition = signature.definition
+        self._compare_inputs(signature.types, path, reading)
+        missing = [one for one in definition.needs if one not in self.inputs]
+        if missing:
+            message = f"{self.tree} needs a value for {listed(missing)}"
+            reading.fault(name_path, message, "give it under 'inputs'")
+        gives = definition.outputs
+        for result in self.outputs:
+            if result not in gives and not reading.is_full:
+                message = f"no output {quoted(result)} of {self.tree} (it gives: {listed(gives)})"
+                hint = did_you_mean(result, gives)
+                reading.fault((*self.path, "outputs", result), message, hint, key=True)
+        return self.model_copy(update={"takes": signature.types, "gives": gives})
+
+    def _compare_inputs(
+        self, takes: Mapping[str, Type | None], path: Path, reading: Reading
+    ) -> None:
+        for given, value in self.inputs.items():
+            if reading.is_full:
+                break
+            place = (*path, "inputs", given)
+            if given not in takes:
+                message = f"no input {quoted(given)} in {self.tree} (it takes: {listed(takes)})"
+                reading.fault(place, message, did_you_mean(given, takes), key=True)
+            elif not isinstance(value, Expression):
+                wanted = takes[given]
+                if wanted is not None and not fits(type_of(value), wanted):
+                    reading.fault(place, f"expected {WORDS[wanted]}, got {describe(value)}")
+
+    @override
+    def reads(self) -> Iterator[Read]:
+        for read in super().reads():
+            yield read._replace(wanted=self.takes.get(str(read.path[-1])))
+
+    @override
+    def writes(self) -> Iterator[Write]:
+        for source, variable in self.outputs.items():
+            yield Write(("outputs", source), variable, type=self.gives.get(source))
+
+    @override
+    def default_label(self) -> str:
+        return self.tree
+
+    @override
+    def details(self) -> list[str]:
+        return [*shown_fields(self.inputs), *self.shown_outputs()]

@@ -1,0 +1,340 @@
+"""Runs one mission on a node: time, clients, the tick timer, and topics for tools.
+
+The node and its executor are the caller's. Whoever spins them runs the mission::
+
+    runner = MissionRunner(node, mission)
+    while not runner.is_done:
+        rclpy.spin_once(node, timeout_sec=0.1)
+    print(runner.report())
+"""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Self, TypeVar
+from weakref import WeakValueDictionary
+
+from rclpy.duration import Duration
+from rclpy.exceptions import InvalidHandle
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import LivelinessPolicy, QoSProfile
+from std_msgs.msg import Empty
+
+from bt_mission.behaviours.builder import build_tree
+from bt_mission.behaviours.runtime import NS, Scope
+from bt_mission.core.dds.liveliness import LEASE_S, TOPIC
+from bt_mission.core.errors import BtMissionError, described
+from bt_mission.core.wall_clock import Stopwatch, rest
+from bt_mission.executive.executive import Executive, MissionStatus
+from bt_mission.executive.mission_time import MissionTime
+from bt_mission.executive.report import Report, report_on
+from bt_mission.executive.trace import Trace
+from bt_mission.goals.exchange import ExchangeListener
+from bt_mission.goals.ledger import Ledger
+from bt_mission.ros.control_services import ControlServices
+from bt_mission.ros.goal_client import RosGoalClient
+from bt_mission.ros.graph import END_WAIT_S, WAIT_S
+from bt_mission.ros.mission_details import MissionRun
+from bt_mission.ros.publisher import TopicPublisher
+from bt_mission.ros.service_client import RosServiceClient
+from bt_mission.ros.status_publisher import StatusPublisher
+from bt_mission.ros.subscriber import LatestMessageSubscriber
+from bt_mission.ros.waypoint_markers import WaypointMarkers
+
+if TYPE_CHECKING:
+    from bt_mission.language.mission import Mission
+
+TICK_RATE_HZ = 20.0
+PRESENCE = QoSProfile(
+    depth=1,
+    liveliness=LivelinessPolicy.AUTOMATIC,
+    liveliness_lease_duration=Duration(nanoseconds=round(LEASE_S * 1e9)),
+)
+CANCEL_GRACE_NS = 3_000_000_000
+"""How long a mission waits for goals that it no longer wants (the default cancel limit)."""
+
+_Client = TypeVar("_Client")
+
+_with_controls: WeakValueDictionary[int, MissionRunner] = WeakValueDictionary()
+"""The runner that has the topics and services for tools of a node, by the node's `id`."""
+
+
+@dataclass(frozen=True)
+class RunnerOptions:
+    """How a mission is run.
+
+    Attributes:
+        say: Takes each line that ``log`` nodes say; None is the ROS log.
+        trace: Takes what happens; None makes a new one.
+        goal_seed: The UUIDs of goals are made from it; None draws one, since a server remembers
+            the UUIDs of earlier runs for a while.
+        has_controls: Offer the topics and services for tools, below the name of the node.
+        has_presence: Let servers notice when this process dies. They end its goals then.
+        why_rejected: Returns why an action, by its resolved name, rejected its last goal.
+        on_mission_started: Takes the mission and its executive before the first tick.
+    """
+
+    say: Callable[[str], None] | None = None
+    trace: Trace | None = None
+    goal_seed: str | None = None
+    has_controls: bool = True
+    has_presence: bool = True
+    why_rejected: Callable[[str], str] = lambda _: ""
+    on_mission_started: Callable[[Mission, Executive], None] = lambda *_: None
+
+
+class MissionRunner:
+    """Runs a mission on a node that somebody spins; it is the runtime of the mission's leaves.
+
+    Call it in the thread that spins the node. As a context manager it halts a mission that still
+    runs when the block is left, waits for its goals to end, and closes.
+
+    Args:
+        node: Owns the clients, the timer and the topics; its namespace is that of the robot, and
+            its clock the mission's.
+        mission: What to carry out.
+        options: See :class:`RunnerOptions`.
+
+    Raises:
+        BtMissionError: When the mission cannot be set up, such as an action of an unknown type,
+            or when a mission with topics for tools runs on this node already.
+    """
+
+    def __init__(self, node: Node, mission: Mission, options: RunnerOptions | None = None) -> None:
+        options = options or RunnerOptions()
+        self.node = node
+        self.mission = mission
+        self.log_listeners: list[Callable[[int, str], None]] = []
+        """Told of each line that the mission says, with the ROS time, ns."""
+        self.exchange_listeners: list[ExchangeListener] = []
+        """Told of every request to an action, and of every answer."""
+        self._say = options.say or self._log_line
+        self._why_rejected = options.why_rejected
+        self._time = MissionTime(self._on_clock_jump)
+        self._tick_ns: int | None = None
+        self._wall = Stopwatch()
+        self._wall_s: float | None = None
+        self._clients: dict[tuple[Callable[..., Any], str, str], Any] = {}
+        self._waypoints: WaypointMarkers | None = None
+        self.scope = Scope(dict(mission.inputs), mission.seed)
+        self.trace = options.trace or Trace()
+        self.ledger = Ledger(options.goal_seed or secrets.token_hex(8), CANCEL_GRACE_NS)
+        with ExitStack() as made:
+            made.callback(self._close_clients)
+            if options.has_controls:
+                self._claim_controls(made)
+            if options.has_presence:
+                # Held, never used: servers in other processes see by it that this one is alive.
+                presence = node.create_publisher(Empty, TOPIC, PRESENCE)
+                made.callback(node.destroy_publisher, presence)
+            self.executive = Executive(build_tree(mission, self.scope), self, self.trace)
+            options.on_mission_started(mission, self.executive)
+            if options.has_controls:
+                self.show_waypoints()
+                made.callback(ControlServices(node, lambda: self.executive).close)
+            self.status_publisher = StatusPublisher(node, has_topics=options.has_controls)
+            made.callback(self.status_publisher.close)
+            self.status_publisher.begin(mission.name, self.run)
+            self.executive.after_tick.append(self.status_publisher.publish_if_changed)
+            made.callback(node.destroy_timer, node.create_timer(1 / TICK_RATE_HZ, self.tick))
+            self._exit = made.pop_all()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        try:
+            if not self.executive.is_done:
+                why = "its caller has left"
+                self.halt(why if kind is None else f"{why}: {kind.__name__}")
+                self._see_to_the_end()
+        finally:
+            self.close()
+
+    @property
+    def is_done(self) -> bool:
+        """Has the mission ended, with every goal accounted for?
+
+        A mission whose node is destroyed can only end as failed, which it does here.
+        """
+        if not self.executive.is_done and self._is_node_gone:
+            self.executive.abandon("its node was destroyed")
+        return self.executive.is_done
+
+    @property
+    def status(self) -> MissionStatus:
+        """Where the mission stands."""
+        return self.executive.status
+
+    def report(self) -> Report:
+        """Summarise the run so far; once it is done, the run."""
+        executive = self.executive
+        now_ns = executive.ended_ns or self.now_ns
+        virtual_s = (now_ns - (executive.started_ns or now_ns)) / NS
+        wall_s = self._wall.elapsed_s if self._wall_s is None else self._wall_s
+        return report_on(self.mission, executive, self.trace, virtual_s, wall_s)
+
+    def halt(self, reason: str = "halted by its caller") -> None:
+        """Halt the tree and cancel every goal; later ticks see them to their end."""
+        self.executive.interrupt(reason)
+
+    def close(self) -> None:
+        """Destroy everything that was made on the node; once is enough.
+
+        A mission that runs is interrupted: its goals are cancelled, and not waited for.
+        """
+        self.executive.interrupt("closed by its caller")
+        self.executive.abandon("")
+        self._note_end()
+        if self.node.context.ok() and not self._is_node_gone:
+            self.status_publisher.publish_if_changed()
+        self._exit.close()
+
+    # ---- for leaves and for those who look on --------------------------------------------
+
+    @property
+    def run(self) -> MissionRun:
+        """What publishers and recorders are given."""
+        return MissionRun(
+            self.executive, self.ledger, self.scope, self.log_listeners, lambda: self.now_ns
+        )
+
+    def show_waypoints(self) -> None:
+        """From now on publish the poses that goals name; once is enough."""
+        if self._waypoints is None:
+            self._waypoints = WaypointMarkers(self.node)
+            self.executive.goal_listeners.append(self._waypoints.on_goal)
+
+    @property
+    def now_ns(self) -> int:
+        """ROS time, ns, as the mission lives it: it never goes back, and stands still in a tick."""
+        if self._tick_ns is not None:
+            return self._tick_ns
+        return self._time.at(self._ros_ns)
+
+    def tick(self) -> None:
+        """Tick the executive, all of it at one instant."""
+        self._tick_ns = self._time.advance(self._ros_ns)
+        try:
+            self.executive.tick()
+        finally:
+            self._tick_ns = None
+            self._note_end()
+
+    def goal_client(self, action: str, type_name: str) -> RosGoalClient:
+        """The client of an action; one for each name and type."""
+        full = self.node.resolve_topic_name(action)
+        return self._client(
+            RosGoalClient, full, action, type_name, self._why_rejected, self.exchange_listeners
+        )
+
+    def service_client(self, service: str, type_name: str) -> RosServiceClient:
+        """The client of a service; one for each name and type."""
+        full = self.node.resolve_service_name(service)
+        return self._client(RosServiceClient, full, service, type_name)
+
+    def subscriber(self, topic: str, type_name: str) -> LatestMessageSubscriber:
+        """The messages of a topic; one for each name and type."""
+        full = self.node.resolve_topic_name(topic)
+        return self._client(LatestMessageSubscriber, full, topic, type_name)
+
+    def publisher(self, topic: str, type_name: str) -> TopicPublisher:
+        """The publisher of a topic; one for each name and type."""
+        full = self.node.resolve_topic_name(topic)
+        return self._client(TopicPublisher, full, topic, type_name)
+
+    def log(self, text: str) -> None:
+        """Say a line of the mission's to the people who watch, and to the trace."""
+        self.trace.record(self.now_ns, "log", text=text)
+        self._say(text)
+        for listener in self.log_listeners:
+            listener(self.now_ns, text)
+
+    # ---- inside --------------------------------------------------------------------------
+
+    @property
+    def _ros_ns(self) -> int:
+        return int(self.node.get_clock().now().nanoseconds)
+
+    @property
+    def _is_node_gone(self) -> bool:
+        try:
+            with self.node.handle:
+                return False
+        except InvalidHandle:
+            return True
+
+    def _client(
+        self, kind: Callable[..., _Client], full: str, name: str, type_name: str, *more: Any
+    ) -> _Client:
+        """Return the client of a resolved name and type; it is made when it is first asked for."""
+        key = (kind, full, type_name)
+        if key not in self._clients:
+            self._clients[key] = kind(self.node, name, type_name, *more)
+        client: _Client = self._clients[key]
+        return client
+
+    def _close_clients(self) -> None:
+        while self._clients:
+            self._clients.popitem()[1].close()
+        if self._waypoints is not None:
+            self._waypoints.close()
+
+    def _claim_controls(self, made: ExitStack) -> None:
+        """Take the topics for tools over from an earlier mission on this node that has ended."""
+        before = _with_controls.get(id(self.node))
+        if before is not None and before.node is self.node:
+            if not before.is_done:
+                name = self.node.get_fully_qualified_name()
+                raise BtMissionError(
+                    f"mission '{before.mission.name}' runs on {name} and has its topics for tools: "
+                    "close its runner first, or give this one RunnerOptions(has_controls=False)"
+                )
+            before.close()
+        _with_controls[id(self.node)] = self
+        made.callback(_with_controls.pop, id(self.node), None)
+
+    def _see_to_the_end(self) -> None:
+        """Spin the node until every goal has ended, within a bound of wall time."""
+        executor, watch = self.node.executor, Stopwatch()
+        with ExitStack() as made:
+            if not self.node.context.ok():
+                self.executive.abandon("ROS was shut down")
+            elif executor is None or self.node not in executor.get_nodes():
+                # `rclpy.spin_once` takes the node out of its executor each time.
+                executor = SingleThreadedExecutor(context=self.node.context)
+                made.callback(executor.shutdown)
+                executor.add_node(self.node)
+                made.callback(executor.remove_node, self.node)
+            while executor is not None and not self.is_done:
+                if watch.elapsed_s > END_WAIT_S:
+                    self.executive.abandon(f"not every goal had ended after {END_WAIT_S:g} s")
+                try:
+                    executor.spin_once(timeout_sec=WAIT_S)
+                except ValueError:
+                    rest(WAIT_S)  # another thread spins this executor, and so the node
+                except ExternalShutdownException:
+                    self.executive.abandon("ROS was shut down")
+                except Exception as error:  # noqa: BLE001 - what the caller does on its node
+                    self.executive.abandon(f"a callback failed: {described(error)}")
+                else:
+                    self.tick()  # also where ROS time, and with it the timer, stands still
+
+    def _note_end(self) -> None:
+        if self._wall_s is None and self.executive.is_done:
+            self._wall_s = self._wall.elapsed_s
+
+    def _on_clock_jump(self, jump_s: float) -> None:
+        self.trace.record(self._time.at(self._ros_ns), "clock", jump=jump_s)
+        if jump_s < 0:
+            said = f"was set back by {-jump_s:.2f} s: limits go on with what is left of them"
+        else:
+            said = f"skipped {jump_s:.2f} s: they count as passed"
+        self.node.get_logger().warning(f"the ROS clock {said}")
+
+    def _log_line(self, text: str) -> None:
+        self.node.get_logger().info(text)

@@ -1,0 +1,201 @@
+"""One robot on the stage: its action servers, and the executive of its mission."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from action_servers.mapping.node import MapperNode, MapperOptions
+from action_servers.server.node import ServerOptions, ServersNode
+from bt_mission.executive.trace import Trace
+from bt_mission.language.nodes.action import GoalNode
+from bt_mission.language.nodes.leaves import PythonNode
+from bt_mission.language.trees import all_steps
+from bt_mission.ros.graph import NodeOptions
+from bt_mission.ros.mission_node import MissionNode
+from bt_mission.ros.mission_runner import MissionRunner, RunnerOptions
+from bt_mission.ros.robot_relay import RobotRelay, RobotSnapshot
+
+if TYPE_CHECKING:
+    from rclpy.context import Context
+    from rclpy.node import Node
+
+    from bt_mission.executive.executive import Executive
+    from bt_mission.language.mission import Mission
+    from sim.robot.robot import SimulatedRobot
+
+
+@dataclass(frozen=True)
+class StageOptions:
+    """How a stage is set up.
+
+    Attributes:
+        world: Name or path of the world; None is that of the first mission.
+        seed: Of all sensor noise; None is that of the first mission. Each mission's own seed
+            decides the rest.
+        visible: May other processes of this machine look on, and take part?
+        watched: Offer the topics and services for tools also where nobody else may look on.
+        without: Actions that the servers leave to others, by their relative names.
+        context: The rclpy context of all nodes, which stays; None makes one for the run.
+        props: How many obstacles can appear while it runs.
+        on_mission_started: Takes each mission and its executive before the first tick.
+    """
+
+    world: str | Path | None = None
+    seed: int | None = None
+    visible: bool = False
+    watched: bool = False
+    without: Collection[str] = ()
+    context: Context | None = None
+    props: int = 0
+    on_mission_started: Callable[[Mission, Executive], None] = lambda *_: None
+
+    @property
+    def has_tools(self) -> bool:
+        """Are there topics and services for tools?"""
+        return self.visible or self.watched
+
+
+@dataclass(frozen=True)
+class FleetRobot:
+    """A robot for the stage, with the mission that it carries out.
+
+    Attributes:
+        name: The namespace of all its names. Without one it is alone on the stage, and starts where
+            the world says.
+        mission: It says which model of robot it is for.
+        x: Where it starts on the map, m; y likewise.
+        yaw: Its heading there, degrees.
+    """
+
+    name: str
+    mission: Mission
+    x: float = 0.0
+    y: float = 0.0
+    yaw: float = 0.0
+
+
+class FleetRun:
+    """One robot while the stage runs.
+
+    Args:
+        member: Which robot it is.
+        robot: What moves in the simulation.
+        context: The rclpy context of its nodes.
+        images: The folder of the stage's pictures; a robot with a name has one of its own in it.
+        options: Of the stage.
+    """
+
+    def __init__(
+        self,
+        member: FleetRobot,
+        robot: SimulatedRobot,
+        context: Context,
+        images: Path,
+        options: StageOptions,
+    ) -> None:
+        self.member = member
+        self.robot = robot
+        self.runner: MissionRunner
+        self.node: MissionNode
+        self._context = context
+        self._images = images
+        self._options = options
+        self._server_options = ServerOptions(
+            image_folder=images / member.name,
+            lean=True,
+            context=context,
+            namespace=member.name or None,
+            without=options.without,
+        )
+        # A Python node may ask for actions that only its author knows.
+        steps = all_steps(member.mission)
+        has_python = any(isinstance(step, PythonNode) for step in steps)
+        self._offers_all = options.has_tools or bool(member.name) or has_python
+        self.servers = self._make_servers()
+        self.has_servers = True
+        self.mapper: MapperNode | None = None
+        if member.mission.map == "unknown":
+            self.mapper = MapperNode(robot.robot, MapperOptions(lean=True, context=context))
+
+    def _make_servers(self) -> ServersNode:
+        options = replace(self._server_options, at_first=self._at_first())
+        return ServersNode(self.robot.robot, options)
+
+    def make_executive(self, say: Callable[[str], None] | None) -> None:
+        """Make the node of the mission; `say` takes what its ``log`` nodes say."""
+        name, mission = self.member.name, self.member.mission
+        options = RunnerOptions(
+            say=(lambda text: say(f"{name}: {text}")) if say and name else say,
+            trace=Trace(hide={str(self._images): "<images>"}),
+            goal_seed=str(mission.seed),
+            has_controls=self._options.has_tools,
+            has_presence=False,
+            why_rejected=self._why_rejected,
+            on_mission_started=self._options.on_mission_started,
+        )
+        node = NodeOptions(namespace=name or None, context=self._context, lean=True)
+        self.node = MissionNode(mission, options, node=node)
+        self.runner = self.node.runner
+        if options.has_controls:
+            relay = RobotRelay(self.node, self._snapshot)
+            self.executive.after_tick.append(relay.flush)
+
+    @property
+    def nodes(self) -> tuple[Node, ...]:
+        """Servers and mapper, as far as they are there."""
+        return tuple(node for node in (self.servers, self.mapper) if node is not None)
+
+    @property
+    def executive(self) -> Executive:
+        """Ticks the robot's mission."""
+        return self.runner.executive
+
+    @property
+    def trace(self) -> Trace:
+        """What happened in the robot's mission."""
+        return self.runner.trace
+
+    def offer_all(self) -> None:
+        """Offer also the actions that the mission does not use."""
+        self._offers_all = True
+        if self.has_servers:
+            self.servers.offer_all()
+
+    def replace_servers(self) -> None:
+        """Have action servers that know nothing of earlier goals, after the first were killed."""
+        self.servers = self._make_servers()
+        self.has_servers = True
+
+    def destroy(self) -> None:
+        """Take its servers and its mapper off the graph."""
+        if self.mapper is not None:
+            self.mapper.destroy_node()
+        if self.has_servers:
+            self.servers.destroy_node()
+
+    def _why_rejected(self, action: str) -> str:
+        return self.servers.why_rejected(action)
+
+    def _at_first(self) -> set[str] | None:
+        """The actions to offer for now, by their relative names; None is all."""
+        if self._offers_all:
+            return None
+        steps = all_steps(self.member.mission)
+        return {step.ros_name.strip("/") for step in steps if isinstance(step, GoalNode)}
+
+    def _snapshot(self) -> RobotSnapshot:
+        """What people who look on see of the robot."""
+        robot = self.robot
+        spec, battery = robot.robot.lidar, robot.battery
+        return RobotSnapshot(
+            time_ns=self.runner.now_ns,
+            pose=robot.pose,
+            lidar=(spec.x, spec.y, 0.0),
+            ranges=robot.scan(0),
+            reach=(spec.min_range, spec.max_range),
+            charge=battery.percentage,
+            voltage=battery.voltage,
+        )

@@ -1,0 +1,91 @@
+"""How a fault is declared: a method of :class:`Maker` that gives what begins it."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, Protocol, TypeVar
+
+from bt_mission.core.errors import BtMissionError
+from bt_mission.testing.errors import ScenarioError
+from bt_mission.testing.faults.fault import Begin, Fault
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
+
+    from bt_mission.testing.scripted_server import ScriptedServer
+
+
+class FaultStages(Protocol):
+    """The stages for which faults are made."""
+
+    scripted: dict[str, ScriptedServer]
+
+    def node(self, name: str) -> Node:
+        """Return a node of the test's own."""
+
+
+class Maker:
+    """Makes faults for one stage; the classes that do so have it for their base."""
+
+    def __init__(self, stages: FaultStages) -> None:
+        self._stages = stages
+
+
+M = TypeVar("M", bound=Maker)
+P = ParamSpec("P")
+
+TOLD_WHERE_CHANGED = ("share", "in_order", "size")
+"""Parameters that are left out where they are as by default; so are those that are 0 or off."""
+
+
+def makes_fault(method: Callable[Concatenate[M, P], Begin]) -> Callable[Concatenate[M, P], Fault]:
+    """Declare a fault: a method that checks its arguments, and gives what begins it.
+
+    Its name and arguments become those of the fault; after ``lasting`` seconds it ends by itself.
+    """
+    what, signature = method.__name__, inspect.signature(method)
+
+    @functools.wraps(method)
+    def make(self: M, /, *args: P.args, **kwargs: P.kwargs) -> Fault:
+        begin = method(self, *args, **kwargs)
+        given = signature.bind(self, *args, **kwargs).arguments
+        lasting = given.get("lasting")
+        if lasting is not None and not lasting > 0:
+            raise ScenarioError(f"{what}: expected lasting above 0 s, got {lasting!r}")
+        return Fault(what, _told(signature, given), begin, lasting)
+
+    make.__annotations__["return"] = Fault.__name__
+    return make
+
+
+def _told(signature: inspect.Signature, given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the arguments of a fault by their names, without those that change nothing."""
+    told: dict[str, Any] = {}
+    for name, parameter in signature.parameters.items():
+        value = given.get(name, parameter.default)
+        if name in ("self", "lasting") or value is parameter.empty:
+            continue
+        if parameter.kind is parameter.VAR_KEYWORD:
+            told |= value
+        elif not _changes_nothing(parameter, value):
+            told[name] = value
+    return {name: value for name, value in told.items() if value is not None}
+
+
+def _changes_nothing(parameter: inspect.Parameter, value: Any) -> bool:
+    default = parameter.default
+    if default is None or default is parameter.empty:
+        return False
+    return (not default or parameter.name in TOLD_WHERE_CHANGED) and bool(value == default)
+
+
+@contextmanager
+def mistakes_of_test(what: str) -> Iterator[None]:
+    """Raise what the robot or the world refuses as a ScenarioError."""
+    try:
+        yield
+    except BtMissionError as error:
+        raise ScenarioError(f"{what}: {error}") from error

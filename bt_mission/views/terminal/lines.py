@@ -1,0 +1,131 @@
+"""A mission as plain lines: what happens in it, its tree once, and what its leaves came to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING, TextIO
+
+from py_trees.common import Status
+from rich.cells import cell_len, set_cell_size
+
+from bt_mission.behaviours.leaves import Log
+from bt_mission.events.log import LogEntry
+from bt_mission.events.mission_state import MissionState
+from bt_mission.events.status_marks import glyphs_for
+from bt_mission.executive.executive import Change
+from bt_mission.views.terminal.marks import Marks, clean
+from bt_mission.views.terminal.outline import Outline
+from bt_mission.views.terminal.panels import log_words
+from bt_mission.views.terminal.tree_rows import tree_row
+from bt_mission.views.terminal.words import fit, seconds, text_of
+
+if TYPE_CHECKING:
+    from bt_mission.executive.leaf_statistics import LeafSummary
+
+LONGEST_NAME = 28
+MOST_ROWS = 20
+"""Where there are more leaves, those that ran longest are shown."""
+
+
+class PlainLines:
+    """Writes a line whenever a leaf starts or ends.
+
+    :param stream: where to write.
+    :param start_ns: gives the ROS time of the start; lines show seconds since then.
+    """
+
+    def __init__(self, stream: TextIO, start_ns: Callable[[], int]) -> None:
+        self._stream = stream
+        self._start_ns = start_ns
+        self._glyphs = glyphs_for(stream.encoding)
+
+    def on_change(self, change: Change) -> None:
+        """Show a change of a leaf's status; composites follow from their leaves."""
+        if change.node.children or isinstance(change.node, Log):
+            return  # what a log leaf says is shown as it is said
+        words = "" if change.status is Status.RUNNING else change.message
+        self._line(change.time_ns, f"{self._glyphs[change.status]} {change.node.name}  {words}")
+
+    def say(self, time_ns: int, text: str) -> None:
+        """Show what a mission says."""
+        self._line(time_ns, f"  {text}")
+
+    def _line(self, time_ns: int, text: str) -> None:
+        seconds = (time_ns - self._start_ns()) / 1e9
+        print(f"{seconds:9.2f} s  {text}".rstrip(), file=self._stream, flush=True)
+
+
+# ---- a watched mission ------------------------------------------------------------------------
+
+
+def title(mission: MissionState, marks: Marks) -> str:
+    """Mission, state and time in one line."""
+    tree, state = mission.tree, mission.state
+    name = clean(tree.mission if tree else state.mission if state else "", marks)
+    parts = [name or "no mission yet"]
+    if tree is not None:
+        parts.append(seconds(mission.elapsed_ns))
+    if state is not None:
+        parts.append(state.status + (f": {clean(state.reason, marks)}" if state.reason else ""))
+    return "   ".join(parts)
+
+
+def whole_tree(mission: MissionState, marks: Marks, width: int | None) -> Iterator[str]:
+    """Every node in a line of its own.
+
+    :param width: where lines are cut; None leaves them whole.
+    """
+    yield title(mission, marks)
+    if mission.tree is None:
+        return
+    outline = Outline(mission.tree.nodes)
+    for index in outline.rows:
+        row = tree_row(mission, outline, index, width or 10_000, marks)
+        yield text_of(fit(row, width, marks) if width else row).rstrip()
+
+
+def log_line(entry: LogEntry, start_ns: int, marks: Marks) -> str:
+    """A line of the log, with the time since the start."""
+    time_s = (entry.time_ns - start_ns) / 1e9
+    return f"{time_s:9.2f} s  {text_of(log_words(entry, marks))}".rstrip()
+
+
+# ---- leaves ----------------------------------------------------------------------------------
+
+
+def leaf_table(leaves: Sequence[LeafSummary], width: int, marks: Marks) -> list[str]:
+    """A line for each leaf that took time or did not succeed; none where none did."""
+    telling = [one for one in leaves if one.running_s > 0 or set(one.outcomes) != {"success"}]
+    longest = sorted(telling, key=lambda one: -one.running_s)[:MOST_ROWS]
+    shown = [one for one in telling if one in longest]
+    if not shown:
+        return []
+    has_distance = any(one.distance_m is not None for one in shown)
+    rows = [["leaf", "runs", "time", *(["driven"] if has_distance else []), "outcomes"]]
+    rows += [_row(one, marks, has_distance=has_distance) for one in shown]
+    widths = [max(cell_len(row[at]) for row in rows) for at in range(len(rows[0]) - 1)]
+    lines = []
+    for name, *figures, outcomes in rows:
+        line = f"  {_padded(name, widths[0])}"
+        for figure, room in zip(figures, widths[1:], strict=True):
+            line += f"  {figure:>{room}}"
+        lines.append(text_of(fit([(f"{line}  {outcomes}", "")], width, marks)).rstrip())
+    if len(telling) > len(shown):
+        lines.append(f"  and {len(telling) - len(shown)} leaves that ran for less time")
+    return lines
+
+
+def _row(one: LeafSummary, marks: Marks, *, has_distance: bool) -> list[str]:
+    name = clean(one.name, marks)
+    if cell_len(name) > LONGEST_NAME:
+        name = set_cell_size(name, LONGEST_NAME - 1) + marks.cut
+    row = [name, str(one.runs), f"{one.running_s:.2f} s"]
+    if has_distance:
+        row.append("" if one.distance_m is None else f"{one.distance_m:.2f} m")
+    counts = sorted(one.outcomes.items(), key=lambda pair: -pair[1])
+    only = len(counts) == 1
+    return [*row, ", ".join(what if only else f"{count} {what}" for what, count in counts)]
+
+
+def _padded(text: str, width: int) -> str:
+    return text + " " * (width - cell_len(text))

@@ -1,0 +1,70 @@
+"""Our leaves tick and stop exactly as py_trees' behaviours do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import product
+from typing import Any
+
+import pytest
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from bt_mission.behaviours.leaves import Leaf
+
+STATUSES = (Status.RUNNING, Status.SUCCESS, Status.FAILURE)
+
+
+class Diary:
+    """Answers with the statuses given, and writes down what is called, and its status then."""
+
+    status: Status
+
+    def tell(self, answers: tuple[Status, ...]) -> None:
+        self.answers = list(answers)
+        self.calls: list[Any] = []
+
+    def initialise(self) -> None:
+        self.calls.append(("initialise", self.status))
+
+    def update(self) -> Status:
+        self.calls.append(("update", self.status))
+        return self.answers.pop(0)
+
+    def terminate(self, new_status: Status) -> None:
+        self.calls.append(("terminate", self.status, new_status))
+
+
+class Ours(Diary, Leaf):
+    pass
+
+
+class Theirs(Diary, Behaviour):
+    pass
+
+
+@pytest.mark.parametrize("halted_after", [None, 1, 2, 3])
+def test_the_same_calls_at_the_same_statuses(halted_after: int | None) -> None:
+    """Over every sequence of three answers, with a halt in any place."""
+
+    def calls(kind: Callable[[str], Any], answers: tuple[Status, ...]) -> list[Any]:
+        leaf = kind("leaf")
+        leaf.tell(answers)
+        for number in range(1, 4):
+            assert [*leaf.tick()] == [leaf]
+            leaf.calls.append(leaf.status)
+            if number == halted_after:
+                leaf.stop(Status.INVALID)
+                leaf.calls.append(leaf.status)
+        return list(leaf.calls)
+
+    for answers in product(STATUSES, repeat=3):
+        assert calls(Ours, answers) == calls(Theirs, answers)
+
+
+def test_it_is_ready_to_be_iterated_after_a_stop() -> None:
+    """As py_trees' own, a stopped leaf holds a new iterator."""
+    leaf = Ours("leaf")
+    leaf.tell((Status.SUCCESS,))
+    leaf.stop(Status.INVALID)
+    assert next(leaf.iterator).status is Status.SUCCESS

@@ -1,0 +1,247 @@
+"""What XML cannot say is an error at its place in the YAML file; what it can say, it says so."""
+
+import pytest
+
+from bt_mission.btcpp.document import document_of
+from bt_mission.btcpp.mission_writer import mission_xml
+from bt_mission.core.diagnostics import InputError
+from bt_mission.core.yaml.document import read_text
+from bt_mission.language.loader import draft, load_text
+from bt_mission.sessions.load import load
+from tests.support.missions import meaning
+
+
+def xml_of(text, file="m.yaml"):
+    """Return a mission as XML."""
+    return mission_xml(read_text(text, file))
+
+
+def in_mission(node):
+    """Return a mission with this node, which begins in line 4."""
+    head = "mission: m\ninputs: {x: 2, places: [[1, 2]], words: w}\ntree:\n"
+    return head + "".join(f"  {line}\n" for line in node.splitlines())
+
+
+def body(xml):
+    """Return the elements of the main tree."""
+    inside = xml.partition('<BehaviorTree ID="m">\n')[2].partition("  </BehaviorTree>")[0]
+    return "".join(line.removeprefix("    ") for line in inside.splitlines(keepends=True))
+
+
+def test_a_short_mission_is_xml_that_groot_shows():
+    """The head, the tree, and the models of the trees and leaves in use."""
+    text = (
+        "mission: hop\ndescription: Up & down\nworld: nav_arena\nseed: 4\n"
+        "inputs: {speed: 0.2, rounds: 2, quiet: false, who: Ann, home: [0.5, 0, 'x']}\n"
+        "tree:\n  repeat: {count: $rounds}\n  do: {log: 'hi $who'}\n"
+    )
+    assert xml_of(text) == (
+        '<?xml version="1.0" encoding="UTF-8"?>\n'
+        '<root BTCPP_format="4" main_tree_to_execute="hop">\n'
+        '  <BehaviorTree ID="hop" _description="Up &amp; down">\n'
+        '    <Repeat num_cycles="{rounds}">\n'
+        '      <log message="hi $who"/>\n'
+        "    </Repeat>\n"
+        "  </BehaviorTree>\n"
+        "  <TreeNodesModel>\n"
+        '    <SubTree ID="hop">\n'
+        '      <input_port name="speed" type="double" default="0.2"/>\n'
+        '      <input_port name="rounds" type="int" default="2"/>\n'
+        '      <input_port name="quiet" type="bool" default="false"/>\n'
+        '      <input_port name="who" type="std::string" default="Ann"/>\n'
+        '      <input_port name="home" type="list" default="[0.5, 0, x]"/>\n'
+        "      <MetadataFields>\n"
+        '        <Metadata world="nav_arena" seed="4"/>\n'
+        "      </MetadataFields>\n"
+        "    </SubTree>\n"
+        '    <Action ID="log">\n'
+        '      <input_port name="message"/>\n'
+        "    </Action>\n"
+        "  </TreeNodesModel>\n"
+        "</root>\n"
+    )
+
+
+@pytest.mark.parametrize(
+    ("node", "xml"),
+    [
+        ("wait: 1.5", '<Sleep msec="1500"/>\n'),
+        ("wait: $x", '<wait seconds="{x}"/>\n'),
+        ("wait: $x / 1000", '<Sleep msec="{x}"/>\n'),
+        ("wait: 0.0001", '<wait seconds="0.0001"/>\n'),
+        (
+            "check: x > 1 and not (x == 3)",
+            '<ScriptCondition code="x &gt; 1 &amp;&amp; !(x == 3)"/>\n',
+        ),
+        ("check: $x > 1", '<check condition="$x &gt; 1"/>\n'),
+        ("check: true", "<AlwaysSuccess/>\n"),
+        ("set: {a: 1, b: a * 2}", '<Script code="a := 1; b := a * 2"/>\n'),
+        ("set: {a: $x, b: '1'}", '<set set_a="{x}" set_b="&quot;1&quot;"/>\n'),
+        ("log: '{x}'", '<log message="&quot;{x}&quot;"/>\n'),
+        (
+            "guard: x > 1\ndo: {log: a}",
+            (
+                '<WhileDoElse>\n  <ScriptCondition code="x &gt; 1"/>\n'
+                '  <log message="a"/>\n</WhileDoElse>\n'
+            ),
+        ),
+        ("turn: {angle: x, name: 90}\nname: t", '<turn name="t" angle="x" goal__name="90"/>\n'),
+        ("invert: {log: a}\nname: no", '<Inverter name="no">\n  <log message="a"/>\n</Inverter>\n'),
+        (
+            "when: x > 1\ndo: {log: a}",
+            '<Precondition if="x &gt; 1" else="SUCCESS">\n  <log message="a"/>\n</Precondition>\n',
+        ),
+        (
+            "when: $x > 1\ndo: {log: a}",
+            (
+                '<IfThenElse>\n  <check condition="$x &gt; 1"/>\n  <log message="a"/>\n'
+                "  <AlwaysSuccess/>\n</IfThenElse>\n"
+            ),
+        ),
+        (
+            "navigate_to_pose: {pose: {header: {frame_id: odom}, pose: {position: {x: $x}}}}",
+            '<navigate_to_pose pose__header__frame_id="odom" pose__pose__position__x="{x}"/>\n',
+        ),
+    ],
+)
+def test_a_node_becomes_the_element_that_says_the_same(node, xml):
+    """One of BehaviorTree.CPP where it means exactly that, else a leaf of ours."""
+    assert body(xml_of(in_mission(node))) == xml
+
+
+@pytest.mark.parametrize(
+    ("node", "place", "message", "hint"),
+    [
+        (
+            "for_each: {p: $places}\ndo: {log: a}",
+            (4, 3),
+            "'for_each': XML has no counterpart",
+            "write its nodes one by one, or keep the mission in YAML",
+        ),
+        (
+            "retry: {attempts: 2, pause: 1}\ndo: {log: a}",
+            (4, 24),
+            "a pause between attempts: XML has no counterpart",
+            "leave it out, or put a 'wait' before what is tried",
+        ),
+        (
+            "repeat: {count: x + 1}\ndo: {log: a}",
+            (4, 19),
+            "an expression for how often: XML has no counterpart",
+            "'set' a variable to it first, and give its name",
+        ),
+        (
+            "timeout: $x\ndo: {log: a}",
+            (4, 12),
+            "a limit that is no number of milliseconds: XML has no counterpart",
+            "write a number of seconds with at most three decimals, or '$NAME / 1000'",
+        ),
+        (
+            "parallel: [{log: a, name: b}]\nsucceed_when: [b]",
+            (5, 17),
+            "children that count, by name: XML has no counterpart",
+            "write 'all' or 'any', or put those that count into a parallel of their own",
+        ),
+        (
+            "parallel: [{log: a}]\nsucceed_when: any\nrest: finish",
+            (6, 3),
+            (
+                "'succeed_when: any', 'fail_when: any' and 'rest: finish' together: "
+                "XML has no counterpart"
+            ),
+            "let the rest halt; or with 'rest: finish' write all and any, or any and impossible",
+        ),
+        (
+            "turn: {Angle: 1}",
+            (4, 17),
+            "'Angle': no field of a ROS type has such a name: XML has no counterpart",
+            "see 'bt-mission check'",
+        ),
+        (
+            "navigate_to_pose: {pose: {}}",
+            (4, 28),
+            "an empty message: XML has no counterpart",
+            "leave it out: it means the same",
+        ),
+    ],
+)
+def test_what_xml_cannot_say_is_an_error_at_its_place(node, place, message, hint):
+    """With what to write instead."""
+    with pytest.raises(InputError) as caught:
+        xml_of(in_mission(node))
+    (fault,) = caught.value.faults
+    assert ((fault.line, fault.column), fault.message, fault.hint) == (place, message, hint)
+
+
+def test_all_that_cannot_be_said_is_found_at_once():
+    """Also below what cannot be said."""
+    node = "choose:\n  - retry: {attempts: 2, pause: 1}\n    do: {log: a}\n  - log: b"
+    with pytest.raises(InputError) as caught:
+        xml_of(in_mission(node))
+    assert [fault.line for fault in caught.value.faults] == [4, 5]
+
+
+@pytest.mark.parametrize(
+    ("definition", "message"),
+    [
+        ("{needs: {name: text}, do: {log: $name}}", "a port with the name 'name'"),
+        ("{inputs: {x: 1}, outputs: {x: integer}, do: {log: $x}}", "'x' as an input and an output"),
+        ('{inputs: {x: "\\x01"}, do: {log: $x}}', "a control character"),
+        ('{description: "\\x01", do: {log: a}}', "a control character"),
+    ],
+)
+def test_ports_that_xml_cannot_have_are_errors(definition, message):
+    """The file of the mission is told, whatever tree it is in."""
+    with pytest.raises(InputError) as caught:
+        xml_of(f"mission: m\ntrees:\n  t: {definition}\ntree: {{log: a}}\n")
+    assert [fault.message for fault in caught.value.faults] == [
+        f"{message}: XML has no counterpart"
+    ]
+    assert [fault.line for fault in caught.value.faults] == [3]
+
+
+def test_a_mission_with_faults_is_not_converted():
+    """Its own faults are told, as 'check' tells them."""
+    with pytest.raises(InputError, match="did you mean 'sequence'"):
+        xml_of("mission: m\ntree: {sequense: [{log: a}]}\n")
+
+
+def test_limits_at_the_head_go_to_the_leaves():
+    """The mission means the same, so it is the same once loaded."""
+    text = (
+        "mission: m\nlimits: {timeout: 60}\nservers: {/turn: {answer_timeout: 9, timeout: 30}}\n"
+        "tree:\n  sequence:\n    - turn: {angle: 1}\n    - turn: {angle: 2}\n      timeout: 5\n"
+        "    - move: {secs: 1}\n"
+    )
+    xml = xml_of(text)
+    assert '<turn angle="1" timeout="30.0" answer_timeout="9.0"/>' in xml
+    assert '<move secs="1" timeout="60.0"/>' in xml
+    there = draft(document_of(xml)).mission
+    assert there is not None
+    assert meaning(there) == meaning(load_text(text))
+
+
+def test_included_trees_are_written_into_the_file(tmp_path):
+    """XML files take in no others."""
+    (tmp_path / "lib.yaml").write_text("trees: {say: {needs: {w: text}, do: {log: $w}}}\n")
+    path = tmp_path / "m.yaml"
+    text = "mission: m\ninclude: [lib.yaml]\ntree: {tree: {name: say, inputs: {w: \"'hi'\"}}}\n"
+    path.write_text(text, encoding="utf-8")
+    xml = xml_of(text, str(path))
+    assert '<SubTree ID="say" w="hi"/>' in xml
+    there = draft(document_of(xml)).mission
+    assert there is not None
+    assert meaning(there) == meaning(load(path))
+
+
+@pytest.mark.parametrize(
+    ("name", "main"), [("two words", "MainTree"), ("t", "MainTree2"), ("m-1", "m-1")]
+)
+def test_the_main_tree_has_the_name_of_the_mission_where_it_can(name, main):
+    """Else the name stands in its metadata."""
+    trees = "t: {do: {log: a}}" + (", MainTree: {do: {log: b}}" if name == "t" else "")
+    xml = xml_of(f"mission: {name}\ntrees: {{{trees}}}\ntree: {{log: a}}\n")
+    assert f'main_tree_to_execute="{main}"' in xml
+    there = draft(document_of(xml)).mission
+    assert there is not None
+    assert there.name == name

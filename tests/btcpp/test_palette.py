@@ -1,0 +1,44 @@
+"""Groot 2 learns every leaf of ours, with its ports."""
+
+import re
+
+from bt_mission.btcpp.document import document_of
+from bt_mission.btcpp.leaves import LEAVES
+from bt_mission.btcpp.palette import palette_xml
+from bt_mission.ros.interface_types import shapes
+
+
+def test_the_palette_has_every_leaf_with_its_ports():
+    """Fields of the goal, modifiers, and fields of the result as outputs, with their types."""
+    xml = palette_xml(shapes)
+    assert re.findall(r'<(?:Action|Condition) ID="(\w+)"/?>', xml) == list(LEAVES)
+    (turn,) = re.findall(r'<Action ID="turn">\n(.*?)</Action>', xml, re.DOTALL)
+    assert [line.strip() for line in turn.splitlines() if line.strip()] == [
+        '<input_port name="angle" type="double"/>',
+        '<input_port name="angular_velocity" type="double"/>',
+        '<input_port name="timeout"/>',
+        '<input_port name="cancel_when"/>',
+        '<input_port name="on_cancel"/>',
+        '<input_port name="server_timeout"/>',
+        '<input_port name="answer_timeout"/>',
+        '<input_port name="silence_timeout"/>',
+        '<input_port name="cancel_timeout"/>',
+        '<output_port name="out_angle_turned" type="double"/>',
+        '<output_port name="out_error_code" type="int"/>',
+        '<output_port name="out_error_msg" type="std::string"/>',
+    ]
+
+
+def test_without_ros_the_ports_are_those_that_need_no_types():
+    """The fields of goals are then left out, unless a mission uses them."""
+    xml = palette_xml()
+    assert '<input_port name="angle"' not in xml
+    assert '<input_port name="cancel_when"/>' in xml
+
+
+def test_a_file_with_a_palette_is_a_sound_mission():
+    """Models of leaves say nothing that a mission does not know."""
+    palette = palette_xml(shapes)
+    tree = '<BehaviorTree ID="m"><AlwaysSuccess/></BehaviorTree>'
+    document = document_of(palette.replace("</root>", f"{tree}</root>"))
+    assert document.data == {"mission": "m", "tree": {"check": True}}

@@ -1,0 +1,123 @@
+"""`bt-mission doctor` names what is missing, and goes on after it."""
+
+import io
+
+import pytest
+from rich.console import Console
+
+from bt_mission.cli import doctor
+from bt_mission.cli.doctor import CheckResult, DoctorCheck
+
+
+def _report(*checks):
+    printed = io.StringIO()
+    code = doctor.report_on(Console(file=printed, width=40), checks)
+    return code, printed.getvalue()
+
+
+def _finds(state, found, remedy=""):
+    return lambda: CheckResult(state, found, remedy)
+
+
+def test_all_well_ends_with_0():
+    """One line a check, and a verdict."""
+    code, text = _report(DoctorCheck("Python", _finds("ok", "3.11")))
+    assert (code, text) == (0, "ok      Python: 3.11\nEverything needed is there.\n")
+
+
+def test_something_missing_ends_with_1_and_says_what_to_do():
+    """The remedy stands below the finding, on a line that is not broken by a narrow terminal."""
+    code, text = _report(
+        DoctorCheck(
+            "ROS 2", _finds("missing", "No module named 'rclpy'", "pip install [this] and that")
+        )
+    )
+    assert code == 1
+    assert text == (
+        "missing ROS 2: No module named 'rclpy'\n"
+        "        pip install [this] and that\n"
+        "Missing: ROS 2.\n"
+    )
+
+
+def test_a_warning_is_not_missing():
+    """What is optional never fails the doctor."""
+    code, text = _report(DoctorCheck("EGL", _finds("warning", "absent", "apt install libegl1")))
+    assert code == 0
+    assert text.startswith("warning EGL: absent\n        apt install libegl1\n")
+
+
+def test_what_needs_something_missing_is_skipped():
+    """One cause is reported once, and not again by everything that builds on it."""
+    code, text = _report(
+        DoctorCheck("ROS 2", _finds("missing", "absent")),
+        DoctorCheck("DDS", lambda: pytest.fail("was tried"), needs=("ROS 2",)),
+        DoctorCheck("Python", _finds("ok", "3.12")),
+    )
+    assert code == 1
+    assert "skipped DDS: not tried without ROS 2\nok      Python: 3.12\nMissing: ROS 2.\n" in text
+
+
+@pytest.mark.parametrize("version", [(3, 11), (3, 12), (3, 13)])
+def test_python_is_fine_from_3_11_to_3_13(version):
+    """MuJoCo 4 needs 3.11; there are ROS wheels up to 3.13."""
+    assert doctor.python(version).state == "ok"
+
+
+@pytest.mark.parametrize("version", [(3, 10), (3, 14)])
+def test_another_python_is_missing(version):
+    """The finding names the version that was met and those that work."""
+    finding = doctor.python(version)
+    assert (finding.state, finding.found) == ("missing", f"3.{version[1]}")
+    assert "3.11, 3.12 or 3.13" in finding.remedy
+
+
+def test_without_a_compiler_only_installing_is_in_the_way(tmp_path):
+    """What is installed runs without one."""
+    finding = doctor.compiler({"PATH": str(tmp_path)})
+    assert (finding.state, finding.remedy) == ("warning", "needed to install: apt install g++")
+
+
+def test_packages_that_are_absent_are_named():
+    """Each by the name that pip knows."""
+    finding = doctor.packages(["rich", "no-such-package"])
+    assert (finding.state, finding.found) == ("missing", "not installed: no-such-package")
+
+
+@pytest.mark.process
+def test_a_probe_that_fails_tells_its_reason():
+    """The last line of the traceback is the reason."""
+    assert doctor.probe("nothing") == CheckResult("missing", "KeyError: 'nothing'")
+
+
+@pytest.mark.process
+def test_a_probe_that_hangs_is_given_up():
+    """A limit on the wall clock, since what hangs may be anything."""
+    answer = doctor.probe("talk", "nobody_listens", limit_s=0.5)
+    assert answer == CheckResult("missing", "no answer within 0.5 s")
+
+
+@pytest.mark.process
+def test_a_sourced_ros_of_another_release_is_missing():
+    """Kilted's types have other hashes: nothing would be heard."""
+    finding = doctor.ros({"ROS_DISTRO": "kilted"})
+    assert finding.state == "missing"
+    assert "kilted is sourced" in finding.found
+
+
+@pytest.mark.process
+def test_a_middleware_that_is_absent_is_named(monkeypatch):
+    """Importing rclpy would end the process; the doctor survives it and names the variable."""
+    monkeypatch.setenv("RMW_IMPLEMENTATION", "rmw_of_nobody_cpp")
+    finding = doctor.middleware()
+    assert (finding.state, finding.found) == (
+        "missing",
+        "RMW_IMPLEMENTATION=rmw_of_nobody_cpp does not load",
+    )
+
+
+@pytest.mark.process
+def test_this_machine_has_what_the_tests_need():
+    """The real checks, as a user runs them; rendering may be absent."""
+    code, text = _report(*doctor.CHECKS)
+    assert code == 0, text

@@ -1,0 +1,106 @@
+"""A kind of node is complete: the test names what a new one still lacks, outside of its class."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import ClassVar
+
+import pytest
+from pydantic import Field
+
+from bt_mission.behaviours import leaves
+from bt_mission.behaviours.builder import BEHAVIOURS, build_tree
+from bt_mission.behaviours.runtime import Scope
+from bt_mission.cli.main import main
+from bt_mission.core.diagnostics import InputError
+from bt_mission.language.mission import Mission
+from bt_mission.language.nodes.action import SHORT_NODES
+from bt_mission.language.nodes.base import NodeModel
+from bt_mission.language.nodes.fields import Seconds
+from bt_mission.language.nodes.registry import KINDS
+from bt_mission.sessions.load import load
+from bt_mission.views.drawing.nodes import SIGNS, Family, Sign
+from tests.support.project import ROOT
+
+CORPUS = ROOT / "tests" / "fuzz" / "corpus" / "every_kind.yaml"
+PAGE = ROOT / "docs" / "reference" / "mission-language.md"
+
+BEHAVIOUR = "a behaviour in bt_mission.behaviours.builder.BEHAVIOURS"
+SIGN = "a sign in bt_mission.views.drawing.nodes.SIGNS"
+XML = "an element of XML in bt_mission.btcpp"
+EXAMPLE = "a mission with it in tests/fuzz/corpus/every_kind.yaml"
+PARAGRAPH = "a paragraph with an example in docs/reference/mission-language.md"
+
+
+ONLY_YAML = ("choose", "for_each")
+"""Kinds that XML of BehaviorTree.CPP has nothing for."""
+
+
+def kinds_of(mission: Mission) -> set[str]:
+    """The kinds of all nodes of a mission."""
+    return {node.kind for tree in mission.all_trees for node in tree.body.walk()}
+
+
+def lacking(key: str, corpus: Path, page: str, capsys: pytest.CaptureFixture[str]) -> Iterator[str]:
+    """What a kind of node lacks; XML is tried with the mission that has it."""
+    kind = KINDS[key].kind
+    if kind not in BEHAVIOURS:
+        yield BEHAVIOUR
+    if kind not in SIGNS:
+        yield SIGN
+    if f"{key}:" not in page:
+        yield PARAGRAPH
+    if kind not in kinds_of(load(corpus)):
+        yield EXAMPLE
+        return
+    main(["convert", str(corpus)])
+    if f"'{key}': XML has no counterpart" in capsys.readouterr().err:
+        yield XML
+
+
+@pytest.fixture
+def corpus(tmp_path: Path) -> Path:
+    """The mission with every kind, among the files that it uses."""
+    shutil.copytree(CORPUS.parent / "beside", tmp_path, dirs_exist_ok=True)
+    return Path(shutil.copy(CORPUS, tmp_path))
+
+
+@pytest.mark.parametrize("key", [key for key in KINDS if key not in SHORT_NODES])
+def test_a_kind_lacks_nothing(key: str, corpus: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Its class tells the rest: form, values, variables, ends, label and details."""
+    page = PAGE.read_text(encoding="utf-8")
+    assert list(lacking(key, corpus, page, capsys)) == ([XML] if key in ONLY_YAML else [])
+
+
+class HonkNode(NodeModel):
+    """A noise, for some seconds."""
+
+    kind: ClassVar[str] = "honk"
+
+    seconds: Seconds = Field(alias="honk")
+
+
+def test_what_a_new_kind_lacks_is_named(
+    corpus: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One by one, until it is there; a class in the registry is enough to write and check it."""
+    monkeypatch.setitem(KINDS, "honk", HonkNode)
+    page = PAGE.read_text(encoding="utf-8")
+    assert list(lacking("honk", corpus, page, capsys)) == [BEHAVIOUR, SIGN, PARAGRAPH, EXAMPLE]
+    monkeypatch.setitem(
+        BEHAVIOURS,
+        "honk",
+        lambda node, values, _: leaves.Wait(node.label, values.seconds(node.seconds)),
+    )
+    assert list(lacking("honk", corpus, page, capsys)) == [SIGN, PARAGRAPH, EXAMPLE]
+    monkeypatch.setitem(SIGNS, "honk", Sign("!", "!", "honk", Family.OTHER))
+    page += "\n    honk: 2\n"
+    assert list(lacking("honk", corpus, page, capsys)) == [EXAMPLE]
+    corpus.write_text("mission: m\ntree: {honk: 2}\n", encoding="utf-8")
+    assert list(lacking("honk", corpus, page, capsys)) == [XML]
+    assert build_tree(load(corpus), Scope({}, 0)).name == "honk"
+    corpus.write_text("mission: m\ntree: {honk: -1}\n", encoding="utf-8")
+    with pytest.raises(InputError, match="expected seconds, 0 or more, got the number -1"):
+        load(corpus)

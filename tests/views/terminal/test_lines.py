@@ -1,0 +1,54 @@
+"""What the leaves of a run came to, in columns."""
+
+from __future__ import annotations
+
+from bt_mission.executive.leaf_statistics import LeafSummary
+from bt_mission.views.terminal.lines import MOST_ROWS, leaf_table
+from bt_mission.views.terminal.marks import ASCII_SIGNS, SIGNS
+
+DRIVE = LeafSummary("drive", "0.0", 12, {"canceled by condition": 2, "succeeded": 10}, 85.5, 16.1)
+LOG = LeafSummary("log", "0.1", 3, {"success": 3}, 0.0, 0.0)
+CHECK = LeafSummary("check", "0.2", 1, {"failure": 1}, 0.0, 0.0)
+
+
+def test_columns_stand_below_each_other() -> None:
+    """What took no time and succeeded is left out."""
+    assert leaf_table([DRIVE, LOG, CHECK], 80, SIGNS) == [
+        "  leaf   runs     time   driven  outcomes",
+        "  drive    12  85.50 s  16.10 m  10 succeeded, 2 canceled by condition",
+        "  check     1   0.00 s   0.00 m  failure",
+    ]
+
+
+def test_without_distances_there_is_no_column_for_them() -> None:
+    """As attached to a robot."""
+    wait = LeafSummary("wait", "0", 1, {"success": 1}, 2.0, None)
+    assert leaf_table([wait], 80, SIGNS) == [
+        "  leaf  runs    time  outcomes",
+        "  wait     1  2.00 s  success",
+    ]
+
+
+def test_nothing_to_tell() -> None:
+    """No table."""
+    assert leaf_table([LOG], 80, SIGNS) == []
+
+
+def test_lines_fit_the_terminal() -> None:
+    """Long names are cut, and so are lines; wide characters count twice."""
+    long = LeafSummary("n" * 50, "0", 1, {"succeeded": 1}, 1.0, 1.0)
+    wide = LeafSummary("扉\x1b", "1", 1, {"succeeded": 1}, 1.0, 1.0)
+    lines = leaf_table([long, wide], 40, SIGNS)
+    assert lines[1].startswith(f"  {'n' * 27}…     1")
+    assert lines[1].endswith("…")
+    assert lines[2].startswith("  扉<1b>" + " " * 27 + "1")
+    assert all(line.isascii() for line in leaf_table([long, wide], 40, ASCII_SIGNS))
+
+
+def test_of_many_leaves_those_that_ran_longest_are_shown() -> None:
+    """In the order of their starts; how many there are besides is said."""
+    many = [LeafSummary(f"leaf {n}", str(n), 1, {"success": 1}, n + 1.0, None) for n in range(50)]
+    lines = leaf_table(many, 80, SIGNS)
+    assert len(lines) == MOST_ROWS + 2
+    assert lines[1].split()[:2] == ["leaf", "30"]
+    assert lines[-1] == "  and 30 leaves that ran for less time"

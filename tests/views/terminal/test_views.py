@@ -1,0 +1,80 @@
+"""The live tree fits its terminal, and can be read without colour and without UTF-8."""
+
+from __future__ import annotations
+
+import io
+from typing import Any
+
+import pytest
+from bt_mission_interfaces.action import Turn
+from rich.console import Console
+
+from bt_mission.views.terminal.views import LiveTree
+
+TREE = """\
+  sequence:
+    - {log: hello, name: greet}
+    - turn: {angle: 90}
+      name: turn left
+      timeout: 10
+      cancel_when: current_angle >= 45
+    - {wait: 1, name: rest}
+"""
+
+
+@pytest.fixture
+def picture(play: Any) -> Any:
+    """Play up to some feedback; gives the lines of the picture on a terminal of this size."""
+
+    def draw(current: float, width: int = 80, height: int = 24, encoding: str = "utf-8") -> Any:
+        story = play(TREE)
+        story.tick()
+        story.turn.accept()
+        story.turn.feed(Turn.Feedback(current_angle=current, remaining_angle=90 - current))
+        story.tick()
+        stream = io.TextIOWrapper(io.BytesIO(), encoding=encoding)
+        console = Console(file=stream, width=width, height=height, color_system=None)
+        with console.capture() as capture:
+            console.print(LiveTree(console, story.executive, lambda: "test   0.1 s").render())
+        return capture.get().rstrip("\n").split("\n")
+
+    return draw
+
+
+def test_status_progress_and_feedback_stand_in_one_line(picture: Any) -> None:
+    """What is done, what runs and how far, what is still to come."""
+    assert [line.rstrip() for line in picture(15.0, width=100)] == [
+        "test   0.1 s",
+        "▶ test",
+        "  ✓ greet  hello",
+        "  ▶ turn left  ████░░░░░░░░ 15 of 45  current_angle 15.00, remaining_angle 75.00",
+        "  · rest",
+    ]
+
+
+def test_without_utf_8_it_is_drawn_in_ascii(picture: Any) -> None:
+    """Other signs, the same facts."""
+    lines = picture(45.0, encoding="ascii")
+    assert lines[2].startswith("  + greet")
+    assert "############ 45 of 45" in lines[3]
+    assert lines[4].rstrip() == "  - rest"
+
+
+@pytest.mark.parametrize("width", [20, 40, 80])
+def test_no_line_is_wider_than_the_terminal(picture: Any, width: int) -> None:
+    """What does not fit is cut, not wrapped."""
+    lines = picture(15.0, width=width)
+    assert len(lines) == 5
+    assert max(len(line) for line in lines) <= width
+
+
+def test_on_a_low_terminal_the_running_leaf_stays_in_sight(picture: Any) -> None:
+    """Rows above it give way."""
+    lines = picture(15.0, height=5)
+    assert len(lines) == 3
+    assert any("turn left" in line for line in lines)
+
+
+def test_feedback_that_is_no_number_has_no_bar(picture: Any) -> None:
+    """A NaN must not end what shows it."""
+    assert "of 45" not in picture(float("nan"))[3]
