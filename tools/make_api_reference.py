@@ -23,22 +23,33 @@ PAGE = ROOT / "docs" / "reference" / "api.md"
 MODULES = {
     "bt_mission": "Load, check and run missions.",
     "bt_mission.testing": "Test missions with pytest; docs/reference/testing.md shows how.",
+    "bt_mission.testing.generators.strategies": "Property-based tests with hypothesis.",
     "action_servers": "Write maneuvers and actions of your own.",
 }
 HEAD = """\
 # Python API
 
 Every public name of bt-mission, generated from the docstrings by `tools/make_api_reference.py`.
-Import from these three modules only: what lies deeper may move. Importing them loads neither rclpy
+Import from these modules only: what lies deeper may move. Importing them loads neither rclpy
 nor MuJoCo; a name is loaded when it is first used.
 """
 WIDTH, LONGEST_DEFAULT = 88, 60
+SECTION = re.compile(r"^(Args|Attributes|Returns|Raises):\n((?: {4}.*(?:\n|$))+)", re.MULTILINE)
 REFERENCE = re.compile(r":\w+:`~?(?:[\w.]+\.)?(\w+)`")
+
+
+def _as_list(section: re.Match[str]) -> str:
+    """Return a section of a Google docstring as a Markdown list."""
+    entries = re.sub(r"\n {5,}", " ", section[2])
+    if section[1] == "Returns":
+        return f"**Returns** {entries.strip()}\n"
+    items = re.sub(r"(?m)^ {4}(\*{0,2}\w+): ", r"- `\1`: ", entries)
+    return f"**{section[1]}**\n\n{items}"
 
 
 def text_of(thing: Any) -> str:
     """Return a docstring as Markdown: cross references and double backquotes as code."""
-    text = inspect.cleandoc(thing.__doc__ or "")
+    text = SECTION.sub(_as_list, inspect.cleandoc(thing.__doc__ or ""))
     return REFERENCE.sub(r"`\1`", text).replace("``", "`").replace("::\n", ":\n")
 
 
@@ -90,7 +101,7 @@ def signature_of(name: str, thing: Any) -> str:
 def public_members(thing: type) -> Iterator[tuple[str, Any]]:
     """Yield the public methods and properties that a class defines itself, in their order."""
     for name, member in vars(thing).items():
-        if name.startswith("_"):
+        if name.startswith("_") or "<lambda>" in getattr(member, "__qualname__", ""):
             continue
         if isinstance(member, classmethod | staticmethod):
             yield name, member.__func__

@@ -38,7 +38,8 @@ SOURCES = (
 class Arbiter:
     """Lets the highest source through that has spoken within its timeout.
 
-    :param sources: from the highest rank to the lowest.
+    Args:
+        sources: From the highest rank to the lowest.
     """
 
     def __init__(self, sources: Sequence[CommandSource] = SOURCES) -> None:

@@ -21,8 +21,9 @@ _CHOSEN = {"stamped": STAMPED, "plain": PLAIN}
 class Listeners:
     """The type of command to send, decided once; then everything else is a fault.
 
-    :param topic: full name of the topic, for the messages.
-    :param choice: "auto" takes what the robot listens for; "stamped" and "plain" are settled.
+    Args:
+        topic: Full name of the topic, for the messages.
+        choice: "auto" takes what the robot listens for; "stamped" and "plain" are settled.
     """
 
     def __init__(self, topic: str, choice: Choice = "auto") -> None:

@@ -45,7 +45,8 @@ class ActionLeaf(Leaf):
     def initialise(self) -> None:
         """Open an attempt of its own for this goal.
 
-        :raises MissionFailure: when the goal's values do not fit its type.
+        Raises:
+            MissionFailure: When the goal's values do not fit its type.
         """
         node, values = self._node, self._values
         with values.starting():

@@ -29,9 +29,10 @@ Question = Callable[[], ConditionResult]
 class Parallel(py_trees.composites.Parallel):
     """Ticks all children at once; those that have ended are not ticked again.
 
-    :param needed: the children whose success is success; None means that any one is enough.
-    :param fail_fast: fail when any child has; else only once success is out of reach.
-    :param finish: let the others run to their own end once it is decided, instead of halting them.
+    Args:
+        needed: The children whose success is success; None means that any one is enough.
+        fail_fast: Fail when any child has; else only once success is out of reach.
+        finish: Let the others run to their own end once it is decided, instead of halting them.
     """
 
     def __init__(
@@ -109,8 +110,9 @@ class Parallel(py_trees.composites.Parallel):
 class Pick(Composite):
     """Runs the one child that is picked at entry; succeeds where none is.
 
-    :param pick: gives the index of a child and a text that says why; an index beyond the last
-        child means none.
+    Args:
+        pick: Gives the index of a child and a text that says why; an index beyond the last child
+            means none.
     """
 
     def __init__(
@@ -206,9 +208,10 @@ class Timeout(Decorator):
 class ForEach(Decorator):
     """Runs its child once for each element of a list, in order; fails as soon as the child fails.
 
-    :param elements: gives the list at entry.
-    :param take: called with each element before the child runs for it.
-    :param leave: called when it has ended or was halted.
+    Args:
+        elements: Gives the list at entry.
+        take: Called with each element before the child runs for it.
+        leave: Called when it has ended or was halted.
     """
 
     def __init__(

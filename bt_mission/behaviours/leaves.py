@@ -119,7 +119,8 @@ class Check(Leaf):
 class Set(Leaf):
     """Gives variables new values, and succeeds.
 
-    :param assign: does it, and tells what was set.
+    Args:
+        assign: Does it, and tells what was set.
     """
 
     def __init__(self, name: str, assign: Callable[[], str]) -> None:

@@ -12,7 +12,8 @@ from py_trees.common import Status
 class LeafProgress:
     """How far a running leaf has come towards something that ends it.
 
-    :param label: what is measured: a field of the feedback, or ``s`` for the leaf's time.
+    Args:
+        label: What is measured: a field of the feedback, or ``s`` for the leaf's time.
     """
 
     label: str

@@ -36,7 +36,8 @@ class PublishLeaf(Leaf):
     def initialise(self) -> None:
         """Make the message.
 
-        :raises MissionFailure: when a value does not fit its field.
+        Raises:
+            MissionFailure: When a value does not fit its field.
         """
         with self._values.starting():
             self._message = self._publisher.prepare(self._values.resolve(self._node.sent))

@@ -53,8 +53,9 @@ _NEVER_DRAWN = Random(0)
 class Scope:
     """A mission's variables, and its seeded random generators.
 
-    :param values: inputs, and the outputs written so far.
-    :param seed: the mission's seed; each node draws from a generator of its own.
+    Args:
+        values: Inputs, and the outputs written so far.
+        seed: The mission's seed; each node draws from a generator of its own.
     """
 
     values: dict[str, Any]
@@ -90,7 +91,8 @@ class ServiceClient(Protocol):
     def prepare(self, fields: Mapping[str, Any]) -> Any:
         """A request with these fields.
 
-        :raises BtMissionError: when a value does not fit its field.
+        Raises:
+            BtMissionError: When a value does not fit its field.
         """
 
     def call(self, request: Any, on_answer: Callable[[Any], None]) -> Callable[[], None]:
@@ -123,7 +125,8 @@ class Publisher(Protocol):
     def prepare(self, fields: Mapping[str, Any]) -> Any:
         """A message with these fields.
 
-        :raises BtMissionError: when a value does not fit its field.
+        Raises:
+            BtMissionError: When a value does not fit its field.
         """
 
     def count_readers(self) -> int:
@@ -146,25 +149,29 @@ class Runtime(Protocol):
     def goal_client(self, action: str, type_name: str) -> GoalClient:
         """The client of an action; one for each name and type.
 
-        :raises BtMissionError: for a type that is not installed.
+        Raises:
+            BtMissionError: For a type that is not installed.
         """
 
     def service_client(self, service: str, type_name: str) -> ServiceClient:
         """The client of a service; one for each name and type.
 
-        :raises BtMissionError: for a type that is not installed.
+        Raises:
+            BtMissionError: For a type that is not installed.
         """
 
     def subscriber(self, topic: str, type_name: str) -> LatestMessage:
         """The messages of a topic; one for each name and type.
 
-        :raises BtMissionError: for a type that is not installed.
+        Raises:
+            BtMissionError: For a type that is not installed.
         """
 
     def publisher(self, topic: str, type_name: str) -> Publisher:
         """The publisher of a topic; one for each name and type.
 
-        :raises BtMissionError: for a type that is not installed.
+        Raises:
+            BtMissionError: For a type that is not installed.
         """
 
     def log(self, text: str) -> None:

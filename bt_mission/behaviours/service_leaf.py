@@ -43,7 +43,8 @@ class ServiceLeaf(Leaf):
     def initialise(self) -> None:
         """Begin anew; nothing that was called before is heard any more.
 
-        :raises MissionFailure: when the request's values do not fit its type.
+        Raises:
+            MissionFailure: When the request's values do not fit its type.
         """
         with self._values.starting():
             self._request = self._client.prepare(self._values.resolve(self._node.sent))

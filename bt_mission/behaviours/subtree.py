@@ -18,10 +18,11 @@ class Subtree(Decorator):
     Outputs go to the caller when the tree has ended, with success or failure, if it has written
     them; not when it is halted.
 
-    :param inputs: gives the values that its variables begin with, at each entry.
-    :param inner: the variables of the tree.
-    :param outer: those of its caller.
-    :param outputs: variable of the tree to variable of the caller.
+    Args:
+        inputs: Gives the values that its variables begin with, at each entry.
+        inner: The variables of the tree.
+        outer: Those of its caller.
+        outputs: Variable of the tree to variable of the caller.
     """
 
     def __init__(

@@ -112,7 +112,8 @@ class PortLeaf(PortsMixin, Behaviour):
     def initialise(self) -> None:
         """Read the ports, and forget what was given at the last end.
 
-        :raises MissionFailure: when what they give does not fit.
+        Raises:
+            MissionFailure: When what they give does not fit.
         """
         if not self._read:
             self._scope.values.clear()
@@ -174,9 +175,10 @@ class PortLeaf(PortsMixin, Behaviour):
 def port_leaves(shapes: ShapesOf | None = None, seed: int = 0) -> dict[str, type[PortLeaf]]:
     """Our leaves for py_trees' loader: hand them over as its ``node_registry``.
 
-    :param shapes: tells what ROS types hold, as :func:`bt_mission.ros.interface_types.shapes`
-        does; without it, fields of goals take constants only, and there are no outputs.
-    :param seed: everything random follows from it, and from the order of the leaves in the file.
+    Args:
+        shapes: Tells what ROS types hold, as :func:`bt_mission.ros.interface_types.shapes` does;
+            without it, fields of goals take constants only, and there are no outputs.
+        seed: Everything random follows from it, and from the order of the leaves in the file.
     """
     known = _Known(shapes, itertools.count(seed * 100_003))
     return {

@@ -186,7 +186,8 @@ def _fill_in(session: GraphSession, sender: GoalSender, fields: Mapping[str, Any
 def _refuse_form(options: argparse.Namespace) -> None:
     """Refuse what does not go with a form.
 
-    :raises BtMissionError: with what to do instead.
+    Raises:
+        BtMissionError: With what to do instead.
     """
     if not (sys.stdin.isatty() and sys.stdout.isatty()) or os.environ.get("TERM") == "dumb":
         raise BtMissionError("--form needs a terminal; give the goal as YAML instead")

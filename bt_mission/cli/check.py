@@ -49,7 +49,8 @@ def add_parser(commands: Any) -> None:
 def load_checked(options: argparse.Namespace) -> Any:
     """Load the mission that the options name and check it; warnings go to standard error.
 
-    :raises InputError: with every fault.
+    Raises:
+        InputError: With every fault.
     """
     mission, warnings = examined(options)
     for warning in warnings:
@@ -60,7 +61,8 @@ def load_checked(options: argparse.Namespace) -> Any:
 def examined(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
     """Load the mission that the options name and check it; gives it with all warnings.
 
-    :raises InputError: with every fault, warnings included.
+    Raises:
+        InputError: With every fault, warnings included.
     """
     from bt_mission.core.diagnostics import InputError
     from bt_mission.core.robot.model import load_robot

@@ -69,7 +69,8 @@ def write_output(path: Path, content: bytes) -> None:
 def mission_file(options: argparse.Namespace) -> Path:
     """The file that the options name, by its path or by the name of a shipped mission.
 
-    :raises InputError: for a name that is no mission's.
+    Raises:
+        InputError: For a name that is no mission's.
     """
     path: Path = options.file
     is_name = not path.suffix and len(path.parts) == 1 and not path.exists()

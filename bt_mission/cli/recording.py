@@ -55,7 +55,8 @@ def add_recording_options(parser: argparse.ArgumentParser) -> None:
 def refuse_recording(options: argparse.Namespace) -> None:
     """Refuse options that contradict each other.
 
-    :raises BtMissionError: with what to do instead.
+    Raises:
+        BtMissionError: With what to do instead.
     """
     if options.record_camera and not (options.record or options.report):
         raise BtMissionError("--record-camera: name the file to record to with --record FILE.mcap")
@@ -87,7 +88,8 @@ def _refuse_video(options: argparse.Namespace) -> None:
 def recorder_for(options: argparse.Namespace, session: ObservableSession) -> Iterator[RunFiles]:
     """What keeps the run as the options ask for: in a recording, a page, a film, or not at all.
 
-    :raises BtMissionError: when a file cannot be written.
+    Raises:
+        BtMissionError: When a file cannot be written.
     """
     with ExitStack() as stack:
         film = stack.enter_context(_film_of(options.video, session))

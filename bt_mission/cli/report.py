@@ -41,7 +41,8 @@ def report(options: argparse.Namespace) -> int:
 def write_page(recording: Path, output: Path) -> None:
     """Make a page of a recording.
 
-    :raises BtMissionError: for a file that holds no run, and one that cannot be written.
+    Raises:
+        BtMissionError: For a file that holds no run, and one that cannot be written.
     """
     from bt_mission.core.errors import BtMissionError
     from bt_mission.recording.reader import read_run

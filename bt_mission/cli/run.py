@@ -207,7 +207,8 @@ def leaving_at_once() -> Iterator[None]:
 def refuse_contradictions(options: argparse.Namespace) -> None:
     """Refuse options that would be ignored.
 
-    :raises BtMissionError: with what to do instead.
+    Raises:
+        BtMissionError: With what to do instead.
     """
     if options.tui and (options.json or options.plain):
         raise BtMissionError("--tui: a full screen leaves no room for --json or --plain")

@@ -58,7 +58,8 @@ def tree(options: argparse.Namespace) -> int:
 def _format(options: argparse.Namespace) -> str:
     """The format that is wanted.
 
-    :raises BtMissionError: when the output's suffix tells of none.
+    Raises:
+        BtMissionError: When the output's suffix tells of none.
     """
     if options.format:
         return str(options.format)

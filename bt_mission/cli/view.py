@@ -25,7 +25,8 @@ def add_view_option(parser: argparse.ArgumentParser) -> None:
 def refuse_view(options: argparse.Namespace) -> None:
     """Refuse to show what is not here, before anything moves.
 
-    :raises BtMissionError: with what to do instead.
+    Raises:
+        BtMissionError: With what to do instead.
     """
     if not options.view:
         return
@@ -45,7 +46,8 @@ def window_on(session: ObservableSession, *, wanted: bool) -> Iterator[None]:
 
     Who closes it ends nothing but the looking on.
 
-    :raises BtMissionError: where there is no display.
+    Raises:
+        BtMissionError: Where there is no display.
     """
     from bt_mission.sessions.stage import Stage
 

@@ -17,9 +17,10 @@ NODE = "bt_mission"
 class AttachmentNews:
     """What came of a look round.
 
-    :param text: for the user; empty where there is nothing to say.
-    :param is_new: has an executive just been found?
-    :param is_choice: are there several, of which the user has to choose one?
+    Args:
+        text: For the user; empty where there is nothing to say.
+        is_new: Has an executive just been found?
+        is_choice: Are there several, of which the user has to choose one?
     """
 
     text: str = ""
@@ -30,7 +31,8 @@ class AttachmentNews:
 class Attachment:
     """Holds on to one executive of a graph.
 
-    :param wanted: its name; None takes the only one.
+    Args:
+        wanted: Its name; None takes the only one.
     """
 
     def __init__(self, graph: Graph, wanted: str | None) -> None:
@@ -78,8 +80,9 @@ def wanted_name(text: str | None) -> str | None:
 def choose(found: Sequence[FoundExecutive], wanted: str | None) -> FoundExecutive | None:
     """The executive that is meant; None where it is not there.
 
-    :raises BtMissionError: where there are several and none is named, or its messages are of
-        another version.
+    Raises:
+        BtMissionError: Where there are several and none is named, or its messages are of another
+            version.
     """
     if wanted is not None:
         found = [one for one in found if one.name == wanted]

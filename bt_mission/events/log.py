@@ -25,8 +25,9 @@ LOG_KIND = "Log"
 class LogEntry:
     """A line of the log: a leaf that starts or ends, or something that is said.
 
-    :param status: that of the leaf; None for what is said.
-    :param name: of the leaf, or what the mission's state is.
+    Args:
+        status: That of the leaf; None for what is said.
+        name: Of the leaf, or what the mission's state is.
     """
 
     time_ns: int

@@ -41,9 +41,10 @@ class ControlResponse:
 class FoundExecutive:
     """An executive of the graph.
 
-    :param name: of its node, such as ``/robot1/bt_mission``.
-    :param fault: why it cannot be watched, or has to be with care; empty where nothing is wrong.
-    :param is_foreign: its messages are of another version: they cannot be read.
+    Args:
+        name: Of its node, such as ``/robot1/bt_mission``.
+        fault: Why it cannot be watched, or has to be with care; empty where nothing is wrong.
+        is_foreign: Its messages are of another version: they cannot be read.
     """
 
     name: str
@@ -77,7 +78,8 @@ class ExecutiveSource(Protocol):
     def take(self, *, needs_statuses: bool) -> Heard:
         """What has come since the last time, without waiting.
 
-        :param needs_statuses: ask for all statuses, unless that was done a moment ago.
+        Args:
+            needs_statuses: Ask for all statuses, unless that was done a moment ago.
         """
 
     def send(self, command: ControlRequest) -> None:

@@ -20,7 +20,8 @@ from bt_mission.core.errors import BtMissionError
 class Breakpoints:
     """The nodes of a tree before which a tick stops.
 
-    :param paths: every node of the tree with its place, such as ``0.1.0``.
+    Args:
+        paths: Every node of the tree with its place, such as ``0.1.0``.
     """
 
     def __init__(self, paths: Mapping[Behaviour, str]) -> None:
@@ -39,7 +40,8 @@ class Breakpoints:
     def add(self, name: str) -> int:
         """Stop before each node of this name or path; gives how many there are.
 
-        :raises BtMissionError: when there is none.
+        Raises:
+            BtMissionError: When there is none.
         """
         found = [node for node, path in self._paths.items() if name in (node.name, path)]
         if not found:
@@ -53,7 +55,8 @@ class Breakpoints:
     def remove(self, name: str) -> None:
         """No longer stop before these.
 
-        :raises BtMissionError: when no breakpoint was set by this name.
+        Raises:
+            BtMissionError: When no breakpoint was set by this name.
         """
         if name not in self._set:
             raise BtMissionError(f"no breakpoint is set at '{name}'")

@@ -182,8 +182,9 @@ class Executive:
     def pause(self, reason: str, *, keep_goals: bool = False) -> None:
         """Tick the tree no more until resumed. ROS time, and with it every limit, goes on.
 
-        :param keep_goals: let goals run on, while no limit and no condition is looked at; else
-            they are cancelled, and their leaves start anew after the pause.
+        Args:
+            keep_goals: Let goals run on, while no limit and no condition is looked at; else they
+                are cancelled, and their leaves start anew after the pause.
         """
         if self.status is not MissionStatus.RUNNING:
             return

@@ -19,12 +19,13 @@ NS = 1_000_000_000
 class LeafSummary:
     """What a leaf came to.
 
-    :param path: its place in the tree.
-    :param runs: how often it has run.
-    :param outcomes: how often each way in which it ended; of a goal as its leaf saw it (the closed
-        list of the mission language), of other leaves success, failure or halted.
-    :param running_s: virtual time for which it ran, s.
-    :param distance_m: what the robot drove meanwhile, m; None where that is not known.
+    Args:
+        path: Its place in the tree.
+        runs: How often it has run.
+        outcomes: How often each way in which it ended; of a goal as its leaf saw it (the closed
+            list of the mission language), of other leaves success, failure or halted.
+        running_s: Virtual time for which it ran, s.
+        distance_m: What the robot drove meanwhile, m; None where that is not known.
     """
 
     name: str
@@ -45,7 +46,8 @@ class _Sum:
 class LeafStatistics:
     """Counts from now on.
 
-    :param distance_m: gives what the robot has driven so far, m; None where that is not known.
+    Args:
+        distance_m: Gives what the robot has driven so far, m; None where that is not known.
     """
 
     def __init__(self, distance_m: Callable[[], float | None]) -> None:

@@ -17,7 +17,8 @@ LEAP_NS = 5_000_000_000
 class MissionTime:
     """Mission time, from readings of ROS time.
 
-    :param on_jump: told of each jump of the clock, in seconds; below zero it was set back.
+    Args:
+        on_jump: Told of each jump of the clock, in seconds; below zero it was set back.
     """
 
     def __init__(self, on_jump: Callable[[float], None]) -> None:

@@ -25,10 +25,11 @@ RENAMED = {"goal handed over": "goal released", "goal given up": "goal abandoned
 class StoredTrace:
     """What happened in a run.
 
-    :param events: in order, as `docs/reference/trace.md` describes them.
-    :param sha256: the hash over its lines; the one that the run's report tells, if it is whole.
-    :param version: of the format.
-    :param is_cut: its last line is torn, as when the process was killed; it is left out.
+    Args:
+        events: In order, as `docs/reference/trace.md` describes them.
+        sha256: The hash over its lines; the one that the run's report tells, if it is whole.
+        version: Of the format.
+        is_cut: Its last line is torn, as when the process was killed; it is left out.
     """
 
     file: str
@@ -55,8 +56,9 @@ class StoredTrace:
 def read_trace(path: Path) -> StoredTrace:
     """Read a trace.
 
-    :raises TraceError: for a file that cannot be read, is no trace, or has another version, with
-        the line.
+    Raises:
+        TraceError: For a file that cannot be read, is no trace, or has another version, with the
+            line.
     """
     try:
         raw = path.read_bytes()
@@ -72,7 +74,8 @@ def read_trace(path: Path) -> StoredTrace:
 def trace_of(file: str, lines: Iterable[str]) -> StoredTrace:
     """A trace of lines that a file of another kind holds, such as a recording.
 
-    :raises TraceError: as :func:`read_trace`.
+    Raises:
+        TraceError: As :func:`read_trace`.
     """
     return _stored(file, [line.encode() for line in lines], is_cut=False)
 

@@ -27,9 +27,10 @@ _ENCODER = json.JSONEncoder(sort_keys=True)  # json.dumps makes a new one for ea
 class Trace:
     """Hashes events as they happen, keeps the newest, and tells listeners.
 
-    :param keep: how many of the newest events to keep.
-    :param hide: texts that differ from machine to machine, such as a folder's path, each with
-        what is written in their place.
+    Args:
+        keep: How many of the newest events to keep.
+        hide: Texts that differ from machine to machine, such as a folder's path, each with what is
+            written in their place.
     """
 
     def __init__(self, keep: int = KEPT_EVENTS, hide: Mapping[str, str] | None = None) -> None:
@@ -52,7 +53,8 @@ class Trace:
     def written_to(self, path: Path) -> Iterator[None]:
         """Write every line to a file: the newest so far, and those to come.
 
-        :raises BtMissionError: when the file cannot be written.
+        Raises:
+            BtMissionError: When the file cannot be written.
         """
         try:
             file = path.open("w", encoding="utf-8")

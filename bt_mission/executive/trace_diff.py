@@ -21,13 +21,14 @@ LEADING_UP = 4
 class Difference:
     """Where two traces part.
 
-    :param number: how many events are the same before it.
-    :param time_s: when it is, s since the start.
-    :param before: what led up to it, a line each.
-    :param first: what happened in the first trace; None where that has ended.
-    :param second: what happened in the second.
-    :param fields: how the two events differ, where they are of one kind; a line for each field.
-    :param setting: how the runs were set up differently: by mission, world, robot or seed.
+    Args:
+        number: How many events are the same before it.
+        time_s: When it is, s since the start.
+        before: What led up to it, a line each.
+        first: What happened in the first trace; None where that has ended.
+        second: What happened in the second.
+        fields: How the two events differ, where they are of one kind; a line for each field.
+        setting: How the runs were set up differently: by mission, world, robot or seed.
     """
 
     number: int

@@ -11,11 +11,12 @@ from typing import Any
 class Exchange:
     """A request to one of the three services of an action, or the answer to it.
 
-    :param action: resolved name of the action; ``type_name`` is its type.
-    :param service: ``send_goal``, ``cancel_goal`` or ``get_result``.
-    :param goal_id: the goal that it is about.
-    :param request: as it was sent.
-    :param answer: as it came; None when this tells of the request.
+    Args:
+        action: Resolved name of the action; ``type_name`` is its type.
+        service: ``send_goal``, ``cancel_goal`` or ``get_result``.
+        goal_id: The goal that it is about.
+        request: As it was sent.
+        answer: As it came; None when this tells of the request.
     """
 
     action: str

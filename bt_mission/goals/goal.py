@@ -103,7 +103,8 @@ class GoalClient(Protocol):
     def prepare(self, fields: Mapping[str, Any]) -> Any:
         """A goal request with these fields.
 
-        :raises BtMissionError: when they do not fit the action's type.
+        Raises:
+            BtMissionError: When they do not fit the action's type.
         """
 
     def send(self, goal: Goal, request: Any) -> None:
@@ -123,11 +124,12 @@ class GoalClient(Protocol):
 class Goal:
     """The record of one goal, from the request to the confirmed end.
 
-    :param id: the goal's UUID, 16 bytes.
-    :param courier: carries its requests.
-    :param owner: who sent it, for people.
-    :param grace_ns: how long it may take to end once nobody wants it, until it is left behind.
-    :param request: what was sent, in the courier's form.
+    Args:
+        id: The goal's UUID, 16 bytes.
+        courier: Carries its requests.
+        owner: Who sent it, for people.
+        grace_ns: How long it may take to end once nobody wants it, until it is left behind.
+        request: What was sent, in the courier's form.
     """
 
     id: bytes

@@ -29,9 +29,10 @@ class Outcome(StrEnum):
 class AttemptResult:
     """An outcome with what goes with it.
 
-    :param outcome: which of the closed list.
-    :param reason: one line for people, naming the server, the limit or the condition.
-    :param result: the result's fields, where the server sent one (also when canceled or aborted).
+    Args:
+        outcome: Which of the closed list.
+        reason: One line for people, naming the server, the limit or the condition.
+        result: The result's fields, where the server sent one (also when canceled or aborted).
     """
 
     outcome: Outcome

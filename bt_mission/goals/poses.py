@@ -24,7 +24,8 @@ class NamedPose:
 def poses_of(request: Any) -> list[NamedPose]:
     """The stamped poses among a goal's fields, in their order; a list of them counts, too.
 
-    :param request: a goal message of any type.
+    Args:
+        request: A goal message of any type.
     """
     return list(_found(request))[:MOST]
 

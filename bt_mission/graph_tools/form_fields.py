@@ -18,8 +18,9 @@ LARGEST_SHOWN = 2**16
 class FormField:
     """One line of a form.
 
-    :param field: what it fills in: a number, a text, a truth, a list, or a message that can be
-        written as one value, such as a pose.
+    Args:
+        field: What it fills in: a number, a text, a truth, a list, or a message that can be written
+            as one value, such as a pose.
     """
 
     field: InterfaceField

@@ -35,7 +35,8 @@ Kind = Literal["action", "topic", "service"]
 class GraphEntry:
     """One name in the graph.
 
-    :param offers: nodes that serve or publish it; :param uses: nodes that call or hear it.
+    Args:
+        offers: Nodes that serve or publish it; :param uses: nodes that call or hear it.
     """
 
     name: str
@@ -47,7 +48,8 @@ class GraphEntry:
 def query_graph(session: GraphSession, seconds: float = LOOK_S) -> None:
     """Return when the graph is known: nothing new for a second, or the time is over.
 
-    :raises KeyboardInterrupt: when Ctrl-C came.
+    Raises:
+        KeyboardInterrupt: When Ctrl-C came.
     """
     seen: Any = None
     still_since_ns = session.now_ns
@@ -108,10 +110,13 @@ def is_hidden(name: str) -> bool:
 def type_of(session: GraphSession, kind: Kind, name: str, seconds: float = LOOK_S) -> str:
     """Find the type of a name in the graph, waiting for it for some seconds.
 
-    :param name: resolved.
-    :raises NotThereError: when it does not come up.
-    :raises BtMissionError: when it has several types.
-    :raises KeyboardInterrupt: when Ctrl-C came.
+    Args:
+        name: Resolved.
+
+    Raises:
+        NotThereError: When it does not come up.
+        BtMissionError: When it has several types.
+        KeyboardInterrupt: When Ctrl-C came.
     """
     look_up = _LOOK_UP[kind]
     if not wait(session, seconds, lambda: bool(dict(look_up(session.node)).get(name))):
@@ -125,7 +130,8 @@ def type_of(session: GraphSession, kind: Kind, name: str, seconds: float = LOOK_
 def resolved(node: Node, kind: Kind, name: str) -> str:
     """The full name, with the namespace where it has no leading slash.
 
-    :raises BtMissionError: when it is no name of ROS.
+    Raises:
+        BtMissionError: When it is no name of ROS.
     """
     try:
         full = expand_topic_name(name, node.get_name(), node.get_namespace())

@@ -21,9 +21,10 @@ SERVICE_PARTS = ("request", "response")
 class InterfaceField:
     """One field of a message, nested ones after the one that holds them.
 
-    :param name: dotted.
-    :param unit: empty where none is known.
-    :param default: a plain value.
+    Args:
+        name: Dotted.
+        unit: Empty where none is known.
+        default: A plain value.
     """
 
     name: str
@@ -47,8 +48,9 @@ class InterfaceField:
 class InterfacePart:
     """One message of an interface: goal, result, feedback, request, response, or the message.
 
-    :param cls: its Python class.
-    :param section: what the author says of it.
+    Args:
+        cls: Its Python class.
+        section: What the author says of it.
     """
 
     name: str

@@ -18,7 +18,8 @@ class ProgressBounds:
     ``remaining_angle``); the goal's field of the same words (``current_image``, ``image_count``)
     and unit; what it was at most, for what is left. Else there is none.
 
-    :param goal: the goal's numbers by dotted name; :param units: of goal and feedback.
+    Args:
+        goal: The goal's numbers by dotted name; :param units: of goal and feedback.
     """
 
     def __init__(

@@ -31,7 +31,8 @@ _NOT_NUMBERS = {math.inf: "Infinity", -math.inf: "-Infinity"}
 class Cut:
     """Stands for what a list or a text has beyond what is shown.
 
-    :param left: how many items or characters are not shown.
+    Args:
+        left: How many items or characters are not shown.
     """
 
     def __init__(self, left: int) -> None:
@@ -43,7 +44,8 @@ def plain(value: Any, most: int | None = None) -> Any:
 
     A float32 becomes the shortest decimal that is the same float32: 0.1, not 0.10000000149.
 
-    :param most: items of a list that are kept; a :class:`Cut` stands for the rest.
+    Args:
+        most: Items of a list that are kept; a :class:`Cut` stands for the rest.
     """
     if hasattr(value, "get_fields_and_field_types"):
         types = value.get_fields_and_field_types()
@@ -165,8 +167,11 @@ def _finite(value: Any) -> Any:
 def read_fields(text: str, shape: MessageShape, what: str) -> Mapping[str, Any]:
     """Read the fields of a message; an empty text leaves every field at its default.
 
-    :param what: names the text in faults, such as ``goal``.
-    :raises InputError: with every fault, each with its line and column in the text.
+    Args:
+        what: Names the text in faults, such as ``goal``.
+
+    Raises:
+        InputError: With every fault, each with its line and column in the text.
     """
     if not text.strip():
         return {}

@@ -32,9 +32,12 @@ class PythonError(BtMissionError):
 def find_class(target: str, file: str) -> type[Behaviour]:
     """The class that a mission in ``file`` names.
 
-    :param target: ``module:Class``, ``file.py:Class`` (a file in the mission's folder or below), or
-        the name of an entry point of the group ``bt_mission.leaves``.
-    :raises PythonError: when it is not there, is no behaviour, or its module cannot be imported.
+    Args:
+        target: ``module:Class``, ``file.py:Class`` (a file in the mission's folder or below), or
+            the name of an entry point of the group ``bt_mission.leaves``.
+
+    Raises:
+        PythonError: When it is not there, is no behaviour, or its module cannot be imported.
     """
     where, _, name = target.partition(":")
     if not name:

@@ -151,7 +151,8 @@ class DetailsRecorder:
 class PictureFolder:
     """A folder into which a run saves pictures, in folders of its own.
 
-    :param folder: may come into being later; None is no folder.
+    Args:
+        folder: May come into being later; None is no folder.
     """
 
     def __init__(self, folder: Path | None) -> None:

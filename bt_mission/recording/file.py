@@ -26,10 +26,13 @@ class McapFile:
     Once the disk is full, or a write fails for another reason, nothing more is written, and
     :attr:`fault` says why; what was written before can be read.
 
-    :param path: is overwritten.
-    :param library: who writes, for the header.
-    :param stream: write here instead of opening ``path``.
-    :raises BtMissionError: when the file cannot be opened.
+    Args:
+        path: Is overwritten.
+        library: Who writes, for the header.
+        stream: Write here instead of opening ``path``.
+
+    Raises:
+        BtMissionError: When the file cannot be opened.
     """
 
     def __init__(self, path: Path, library: str, stream: BinaryIO | None = None) -> None:

@@ -30,8 +30,9 @@ OpenChannel = Callable[[str, str], Callable[[bytes], None]]
 class GoalEvents:
     """Turns exchanges of action clients into messages of channels.
 
-    :param open_channel: makes the channel of a topic when it is first needed.
-    :param now: the time of an event.
+    Args:
+        open_channel: Makes the channel of a topic when it is first needed.
+        now: The time of an event.
     """
 
     def __init__(self, open_channel: OpenChannel, now: Callable[[], Time]) -> None:

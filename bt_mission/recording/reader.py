@@ -30,7 +30,8 @@ _POSE_LINE = b'"event": "pose"'
 def read_run(path: Path) -> RecordedRun:
     """Read a recording; one that was cut gives what stands in it.
 
-    :raises RecordingError: for a file that is none, or holds no run of a mission.
+    Raises:
+        RecordingError: For a file that is none, or holds no run of a mission.
     """
     file = RecordedFile(path)
     run = _RunReader(file)
@@ -149,7 +150,8 @@ class _RunReader:
     def run(self) -> RecordedRun:
         """All of it.
 
-        :raises RecordingError: where there is no mission in it.
+        Raises:
+            RecordingError: Where there is no mission in it.
         """
         file = self._file
         facts = file.notes.get("bt_mission", {})

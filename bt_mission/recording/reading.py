@@ -63,7 +63,8 @@ Message = tuple[Channel, int, bytes]
 def is_recording(path: Path) -> bool:
     """Is it a recording, or a trace?
 
-    :raises RecordingError: for a file that cannot be read, or begins as neither.
+    Raises:
+        RecordingError: For a file that cannot be read, or begins as neither.
     """
     try:
         with path.open("rb") as stream:
@@ -82,7 +83,8 @@ def is_recording(path: Path) -> bool:
 class RecordedFile:
     """What stands in an MCAP file. Read :meth:`messages` to the end; the rest is known then.
 
-    :raises RecordingError: for a file that is none, or that cannot be opened.
+    Raises:
+        RecordingError: For a file that is none, or that cannot be opened.
     """
 
     def __init__(self, path: Path) -> None:
@@ -103,7 +105,8 @@ class RecordedFile:
     def messages(self) -> Iterator[Message]:
         """All messages in the order of the file.
 
-        :raises RecordingError: for a file that is none, or that cannot be opened.
+        Raises:
+            RecordingError: For a file that is none, or that cannot be opened.
         """
         try:
             with self.path.open("rb") as stream:

@@ -29,8 +29,9 @@ MIDDLE = FloorPose(0.0, 0.0, 0.0)
 class RobotLife:
     """Takes in the messages of one robot, in the order of time.
 
-    :param namespace: of the robot; other topics are no concern of it.
-    :param hull: front, rear and half width, m; None where it is not known.
+    Args:
+        namespace: Of the robot; other topics are no concern of it.
+        hull: Front, rear and half width, m; None where it is not known.
     """
 
     def __init__(self, namespace: str, hull: Hull | None) -> None:

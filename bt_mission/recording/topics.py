@@ -56,11 +56,12 @@ class _Subscribed:
 class GraphTopics:
     """Takes the messages of every topic that somebody publishes.
 
-    :param node: owns the subscriptions. Where an executor serves it, messages come through it;
-        :meth:`poll` takes them otherwise.
-    :param opening: decides what becomes of a topic.
-    :param skip: topics to leave alone.
-    :param inside: gives the nodes whose publishers are tapped.
+    Args:
+        node: Owns the subscriptions. Where an executor serves it, messages come through it;
+            :meth:`poll` takes them otherwise.
+        opening: Decides what becomes of a topic.
+        skip: Topics to leave alone.
+        inside: Gives the nodes whose publishers are tapped.
     """
 
     def __init__(
@@ -96,7 +97,8 @@ class GraphTopics:
     def poll(self, busy: Container[str] | None = None) -> None:
         """Hand on what has come by subscriptions, topic by topic.
 
-        :param busy: of the topics of actions, look only at those of these actions.
+        Args:
+            busy: Of the topics of actions, look only at those of these actions.
         """
         for one in self._subscribed:
             if busy is not None and one.action and one.action not in busy:
@@ -235,7 +237,8 @@ class Tapped(Publisher):
 def tap(publisher: Publisher, take: Take, *, counts: bool) -> None:
     """Have ``take`` see what a publisher sends.
 
-    :param counts: be taken for a subscription, so that what is only sent to somebody is sent.
+    Args:
+        counts: Be taken for a subscription, so that what is only sent to somebody is sent.
     """
     # Nodes hold on to their publishers, so another object in its place will not do.
     publisher.__class__ = Tapped

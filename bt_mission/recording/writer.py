@@ -72,11 +72,14 @@ class RunRecorder:
 
     Use it as a context manager around the steps of the session, before the first one.
 
-    :param session: what to record.
-    :param path: file to write; overwritten.
-    :param options: what to record besides everything that is always recorded.
-    :param file: write into this one instead.
-    :raises BtMissionError: when the file cannot be opened.
+    Args:
+        session: What to record.
+        path: File to write; overwritten.
+        options: What to record besides everything that is always recorded.
+        file: Write into this one instead.
+
+    Raises:
+        BtMissionError: When the file cannot be opened.
     """
 
     def __init__(

@@ -23,8 +23,9 @@ class ControlServices:
     Breakpoints that are set while no mission runs are for those to come; they last until they are
     removed.
 
-    :param node: owns the services; their names begin with its own.
-    :param current: gives the mission that runs, or None.
+    Args:
+        node: Owns the services; their names begin with its own.
+        current: Gives the mission that runs, or None.
     """
 
     def __init__(self, node: Node, current: Callable[[], Executive | None]) -> None:

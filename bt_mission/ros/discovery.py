@@ -89,7 +89,8 @@ class ExecutiveDirectory:
     def serve(self, wait_s: float = 0.0) -> None:
         """Receive what has come, for at most :data:`SERVE_S`.
 
-        :param wait_s: how long to wait for something to come.
+        Args:
+            wait_s: How long to wait for something to come.
         """
         since = Stopwatch()
         try:

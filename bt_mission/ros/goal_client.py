@@ -35,12 +35,15 @@ class _Client(ActionClient):
 class RosGoalClient:
     """Carries goals of one action to its server and brings back what it says.
 
-    :param node: owns the action client.
-    :param name: the action's name; resolved against the node's namespace.
-    :param type_name: such as ``bt_mission_interfaces/action/Turn``.
-    :param why_rejected: asked with the resolved name; empty where nobody knows.
-    :param listeners: told of what passes between client and server.
-    :raises BtMissionError: when the type is not installed, or the action has another one.
+    Args:
+        node: Owns the action client.
+        name: The action's name; resolved against the node's namespace.
+        type_name: Such as ``bt_mission_interfaces/action/Turn``.
+        why_rejected: Asked with the resolved name; empty where nobody knows.
+        listeners: Told of what passes between client and server.
+
+    Raises:
+        BtMissionError: When the type is not installed, or the action has another one.
     """
 
     def __init__(
@@ -71,7 +74,8 @@ class RosGoalClient:
     def prepare(self, fields: Mapping[str, Any]) -> Any:
         """A goal message with these fields.
 
-        :raises BtMissionError: when a value does not fit its field.
+        Raises:
+            BtMissionError: When a value does not fit its field.
         """
         return fill(self._type.Goal(), fields)
 

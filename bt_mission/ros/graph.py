@@ -153,8 +153,9 @@ class GraphConnection:
         An exception in a callback ends it as failed; so does a clock that has gone. Its end is
         bounded by wall time, also where ROS time stands still.
 
-        :param executive: of the mission that runs; without one an exception is the caller's.
-        :param node: whose clock is the mission's.
+        Args:
+            executive: Of the mission that runs; without one an exception is the caller's.
+            node: Whose clock is the mission's.
         """
         try:
             self.executor.spin_once(timeout_sec=WAIT_S)

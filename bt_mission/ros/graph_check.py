@@ -66,7 +66,8 @@ class NameFinding:
 def find_missing(mission: Mission, namespace: str | None = None) -> list[NameFinding]:
     """Join the graph and look for all that a mission uses, for some seconds at most.
 
-    :param namespace: of the robot; names without a leading slash lie in it.
+    Args:
+        namespace: Of the robot; names without a leading slash lie in it.
     """
     with GraphConnection(wall_clock=True) as graph:
         node = graph.host_quiet("bt_mission_check", namespace)

@@ -25,8 +25,11 @@ def open_journal(
 ) -> JournalFile:
     """Write a journal from now on; close it after the mission's end.
 
-    :param resume: go on with the mission that stands there.
-    :raises BtMissionError: when the file cannot be used for this mission.
+    Args:
+        resume: Go on with the mission that stands there.
+
+    Raises:
+        BtMissionError: When the file cannot be used for this mission.
     """
     head = head_of(mission, runner.node.get_namespace())
     if resume and not path.exists():

@@ -69,9 +69,10 @@ TRIGGERS = {Verb.RESUME: "resume", Verb.STEP: "step", Verb.STOP: "stop"}
 class MissionClient:
     """One executive and its robot, as a node hears them.
 
-    :param node: owns the subscriptions; somebody serves it.
-    :param name: of the executive, such as ``/robot1/bt_mission``.
-    :param with_robot: hear its robot, too.
+    Args:
+        node: Owns the subscriptions; somebody serves it.
+        name: Of the executive, such as ``/robot1/bt_mission``.
+        with_robot: Hear its robot, too.
     """
 
     def __init__(self, node: Node, name: str, *, with_robot: bool = True) -> None:

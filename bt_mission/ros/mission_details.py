@@ -72,8 +72,9 @@ class MissionRun:
 class MissionDetailsBuilder:
     """Describes one mission, for one who listens, from now on until it is closed.
 
-    :param run: names the run.
-    :param indices: the nodes of the tree, each with its number.
+    Args:
+        run: Names the run.
+        indices: The nodes of the tree, each with its number.
     """
 
     def __init__(self, run: str, mission: MissionRun, indices: dict[Behaviour, int]) -> None:
@@ -97,7 +98,8 @@ class MissionDetailsBuilder:
     def describe(self, *, complete: bool) -> MissionDetails:
         """Say what the mission is doing.
 
-        :param complete: with all goals and variables, not only those that have changed.
+        Args:
+            complete: With all goals and variables, not only those that have changed.
         """
         running = [self._progress(node, progress_of(node)) for node in self._some_running()]
         return self._described(running, complete=complete)

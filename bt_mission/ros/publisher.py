@@ -18,10 +18,13 @@ DEPTH = 10
 class TopicPublisher:
     """Publishes on one topic, reliable and volatile.
 
-    :param node: owns the publisher.
-    :param name: the topic's name; resolved against the node's namespace.
-    :param type_name: such as ``std_msgs/msg/Bool``.
-    :raises BtMissionError: when the type is not installed, or the topic has another one.
+    Args:
+        node: Owns the publisher.
+        name: The topic's name; resolved against the node's namespace.
+        type_name: Such as ``std_msgs/msg/Bool``.
+
+    Raises:
+        BtMissionError: When the type is not installed, or the topic has another one.
     """
 
     def __init__(self, node: Node, name: str, type_name: str) -> None:
@@ -38,7 +41,8 @@ class TopicPublisher:
     def prepare(self, fields: Mapping[str, Any]) -> Any:
         """A message with these fields.
 
-        :raises BtMissionError: when a value does not fit its field.
+        Raises:
+            BtMissionError: When a value does not fit its field.
         """
         return fill(self._type(), fields)
 

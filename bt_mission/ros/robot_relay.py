@@ -37,12 +37,13 @@ Pose = tuple[float, float, float]
 class RobotSnapshot:
     """What is told of a robot.
 
-    :param time_ns: ROS time.
-    :param pose: on the map: m, m, rad.
-    :param lidar: on the robot, m, m, rad.
-    :param ranges: a full turn of rays from the robot's x axis on, m.
-    :param reach: what the lidar can measure, m: least and most.
-    :param charge: of its battery, 0 to 100; None without one.
+    Args:
+        time_ns: ROS time.
+        pose: On the map: m, m, rad.
+        lidar: On the robot, m, m, rad.
+        ranges: A full turn of rays from the robot's x axis on, m.
+        reach: What the lidar can measure, m: least and most.
+        charge: Of its battery, 0 to 100; None without one.
     """
 
     time_ns: int
@@ -57,8 +58,9 @@ class RobotSnapshot:
 class RobotRelay:
     """Publishes ``~/tf``, ``~/scan`` and ``~/battery_state``.
 
-    :param node: that of the executive.
-    :param look: called when somebody listens and it is time.
+    Args:
+        node: That of the executive.
+        look: Called when somebody listens and it is time.
     """
 
     def __init__(self, node: Node, look: Callable[[], RobotSnapshot]) -> None:

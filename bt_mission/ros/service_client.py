@@ -16,10 +16,13 @@ if TYPE_CHECKING:
 class RosServiceClient:
     """Carries requests to the server of one service, and answers back.
 
-    :param node: owns the client.
-    :param name: the service's name; resolved against the node's namespace.
-    :param type_name: such as ``std_srvs/srv/Trigger``.
-    :raises BtMissionError: when the type is not installed, or the service has another one.
+    Args:
+        node: Owns the client.
+        name: The service's name; resolved against the node's namespace.
+        type_name: Such as ``std_srvs/srv/Trigger``.
+
+    Raises:
+        BtMissionError: When the type is not installed, or the service has another one.
     """
 
     def __init__(self, node: Node, name: str, type_name: str) -> None:
@@ -42,7 +45,8 @@ class RosServiceClient:
     def prepare(self, fields: Mapping[str, Any]) -> Any:
         """A request with these fields.
 
-        :raises BtMissionError: when a value does not fit its field.
+        Raises:
+            BtMissionError: When a value does not fit its field.
         """
         return fill(self._type.Request(), fields)
 

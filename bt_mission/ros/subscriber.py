@@ -48,10 +48,13 @@ class LatestMessageSubscriber:
     A second subscription is made where a latched publisher is in the graph; not otherwise,
     because the publishers of other topics would warn of it. Then a message comes twice.
 
-    :param node: owns the subscriptions.
-    :param topic: the topic's name; resolved against the node's namespace.
-    :param type_name: such as ``std_msgs/msg/Bool``.
-    :raises BtMissionError: when the type is not installed, or the topic has another one.
+    Args:
+        node: Owns the subscriptions.
+        topic: The topic's name; resolved against the node's namespace.
+        type_name: Such as ``std_msgs/msg/Bool``.
+
+    Raises:
+        BtMissionError: When the type is not installed, or the topic has another one.
     """
 
     def __init__(self, node: Node, topic: str, type_name: str) -> None:

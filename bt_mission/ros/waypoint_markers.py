@@ -26,7 +26,8 @@ _LENGTH, _TEXT = 0.25, 0.15
 class WaypointMarkers:
     """Publishes ``waypoints`` whenever a goal names a pose that none has named before.
 
-    :param node: that of the executive; what is latched tells of all poses so far.
+    Args:
+        node: That of the executive; what is latched tells of all poses so far.
     """
 
     def __init__(self, node: Node) -> None:

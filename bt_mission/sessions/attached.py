@@ -23,13 +23,16 @@ if TYPE_CHECKING:
 class AttachedSession:
     """Runs one mission against action servers in other processes.
 
-    :param mission: what to carry out.
-    :param namespace: of the robot whose servers to use.
-    :param wall_clock: keep to this machine's clock, without looking for ``/clock``.
-    :param journal: file in which to write down where the mission stands.
-    :param resume: go on with the mission of that journal.
-    :param say: where ``log`` nodes speak to; None is the ROS log.
-    :raises BtMissionError: when the mission cannot be set up, or the journal not be used.
+    Args:
+        mission: What to carry out.
+        namespace: Of the robot whose servers to use.
+        wall_clock: Keep to this machine's clock, without looking for ``/clock``.
+        journal: File in which to write down where the mission stands.
+        resume: Go on with the mission of that journal.
+        say: Where ``log`` nodes speak to; None is the ROS log.
+
+    Raises:
+        BtMissionError: When the mission cannot be set up, or the journal not be used.
     """
 
     image_folder: Path | None = None

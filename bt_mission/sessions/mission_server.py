@@ -295,8 +295,9 @@ class MissionServer(Node):
 def load_goal(goal: Any) -> Mission:
     """The mission that a goal of ``execute_mission`` names or brings, checked.
 
-    :raises InputError: with every fault.
-    :raises BtMissionError: for a goal that says neither or both, or has no valid seed.
+    Raises:
+        InputError: With every fault.
+        BtMissionError: For a goal that says neither or both, or has no valid seed.
     """
     if bool(goal.path) == bool(goal.text):
         raise BtMissionError("a goal gives a path or a text: one of them, not both")

@@ -135,7 +135,8 @@ def driving(
     The first Ctrl-C or SIGTERM halts the tree and waits until every goal has ended; the second
     leaves at once, and the report's reason names the goals left behind.
 
-    :raises BtMissionError: when ``trace_file`` cannot be written.
+    Raises:
+        BtMissionError: When ``trace_file`` cannot be written.
     """
     wall = Stopwatch()
     with ExitStack() as stack:

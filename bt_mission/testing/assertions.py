@@ -23,9 +23,10 @@ READ = 6
 class Verdict:
     """Whether a claim holds; false in a condition where it does not.
 
-    :param line: what was found, in one line.
-    :param t: when it was decided, s since the start; None where that is the end of the run.
-    :param details: all values that the condition read, and the tree, at that moment.
+    Args:
+        line: What was found, in one line.
+        t: When it was decided, s since the start; None where that is the end of the run.
+        details: All values that the condition read, and the tree, at that moment.
     """
 
     holds: bool
@@ -43,7 +44,8 @@ class Verdict:
 def holds(condition: Condition, moment: Moment) -> bool:
     """Look at a condition.
 
-    :raises ScenarioError: when it raises, with the time.
+    Raises:
+        ScenarioError: When it raises, with the time.
     """
     try:
         return bool(condition(moment))
@@ -76,9 +78,10 @@ class Assertions(ABC):
     ) -> Verdict:
         """The condition held at every control step.
 
-        :param after: look only from this time on, s since the start.
-        :param before: look only up to this time.
-        :param until: look only at the steps before this holds for the first time.
+        Args:
+            after: Look only from this time on, s since the start.
+            before: Look only up to this time.
+            until: Look only at the steps before this holds for the first time.
         """
         looked = 0
         for moment in self._between(after, before):
@@ -105,7 +108,8 @@ class Assertions(ABC):
     ) -> Verdict:
         """The condition held at some control step.
 
-        :param within: at most so many seconds after ``after``.
+        Args:
+            within: At most so many seconds after ``after``.
         """
         before = None if within is None else after + within
         last = None

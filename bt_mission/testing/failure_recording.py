@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 class FailureRecording:
     """Records a run from now on. Whatever goes wrong with that is no concern of its test.
 
-    :param path: where the recording is until somebody wants it.
+    Args:
+        path: Where the recording is until somebody wants it.
     """
 
     def __init__(self, stage: Stage, path: Path) -> None:
@@ -45,7 +46,8 @@ class FailureRecording:
     def leave(self, path: Path) -> bool:
         """Copy what is there by now; gives whether there is anything.
 
-        :raises OSError: where that cannot be written.
+        Raises:
+            OSError: Where that cannot be written.
         """
         if self._recorder is None or not self._path.exists():
             return False

@@ -35,9 +35,10 @@ ENDS = (Status.SUCCESS, Status.FAILURE)
 class GoalLife:
     """One goal, as far as it got.
 
-    :param action: resolved name of the action.
-    :param owner: name of the leaf.
-    :param events: each with its time, s since the start, and the goal's phase after it.
+    Args:
+        action: Resolved name of the action.
+        owner: Name of the leaf.
+        events: Each with its time, s since the start, and the goal's phase after it.
     """
 
     id: str
@@ -66,16 +67,17 @@ class GoalLife:
 class Record:
     """A control step.
 
-    :param time_ns: virtual time.
-    :param pose: true pose of the base in the map.
-    :param odometry: pose of the base as odometry reckons it, from where the robot started.
-    :param velocity: true velocity of the base, m/s ahead and rad/s to the left.
-    :param commanded: the velocity that the base asks of its wheels.
-    :param variables: of the mission.
-    :param changes: how many changes of status there were until then.
-    :param goal_events: how many events of goals.
-    :param said: how many lines of the mission's log.
-    :param state: of the simulation, for what is worked out later.
+    Args:
+        time_ns: Virtual time.
+        pose: True pose of the base in the map.
+        odometry: Pose of the base as odometry reckons it, from where the robot started.
+        velocity: True velocity of the base, m/s ahead and rad/s to the left.
+        commanded: The velocity that the base asks of its wheels.
+        variables: Of the mission.
+        changes: How many changes of status there were until then.
+        goal_events: How many events of goals.
+        said: How many lines of the mission's log.
+        state: Of the simulation, for what is worked out later.
     """
 
     time_ns: int
@@ -95,7 +97,8 @@ class Record:
 class Recorded:
     """Messages of a topic with the virtual times at which they came.
 
-    :param name: resolved name of the topic.
+    Args:
+        name: Resolved name of the topic.
     """
 
     def __init__(self, name: str, start_ns: int) -> None:

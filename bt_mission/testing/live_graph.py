@@ -24,8 +24,9 @@ class LiveGraph:
     What is started here is killed at the end of the test, and what it said is shown when the test
     fails. Times are those of the wall: use the fixture ``stage`` where it will do.
 
-    :param folder: for output and missions.
-    :param domain_id: of DDS.
+    Args:
+        folder: For output and missions.
+        domain_id: Of DDS.
     """
 
     def __init__(self, folder: Path, domain_id: int) -> None:
@@ -41,7 +42,8 @@ class LiveGraph:
     def start_program(self, name: str, *arguments: str) -> Process:
         """Start any program in this graph.
 
-        :param name: for people; a number is put behind it where it is taken.
+        Args:
+            name: For people; a number is put behind it where it is taken.
         """
         same = sum(one.name.split(" ")[0] == name for one in self.processes)
         full = f"{name} {same + 1}" if same else name
@@ -54,9 +56,10 @@ class LiveGraph:
     ) -> tuple[Process, Process]:
         """Start a robot in a world, and its action servers; gives both when they are ready.
 
-        :param world: a world's name or file.
-        :param robot: a robot's name or file.
-        :param sim: more options of ``bt-mission sim``, such as ``"--speed", "5"``.
+        Args:
+            world: A world's name or file.
+            robot: A robot's name or file.
+            sim: More options of ``bt-mission sim``, such as ``"--speed", "5"``.
         """
         simulator = self.start("sim", "--world", str(world), "--robot", str(robot), *sim)
         servers = self.start("servers", "--robot", str(robot))
@@ -66,9 +69,9 @@ class LiveGraph:
     def run(self, mission: str | Path, *options: str) -> Process:
         """Start a mission on the robots that are there.
 
-        :param mission: a file, the name of a shipped mission, or a mission as text (of several
-            lines).
-        :param options: more options of ``bt-mission run --attach``.
+        Args:
+            mission: A file, the name of a shipped mission, or a mission as text (of several lines).
+            options: More options of ``bt-mission run --attach``.
         """
         text = str(mission)
         if "\n" in text:
@@ -90,8 +93,11 @@ def own_domain(folder: Path | None = None) -> Iterator[int]:
 
     It is claimed by a lock on a file, which the system takes back however a process ends.
 
-    :param folder: where the locks are; None is that for temporary files.
-    :raises ScenarioError: when all are taken.
+    Args:
+        folder: Where the locks are; None is that for temporary files.
+
+    Raises:
+        ScenarioError: When all are taken.
     """
     parent = folder or Path(tempfile.gettempdir())
     first = os.getpid() % len(DOMAINS)

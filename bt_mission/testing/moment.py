@@ -171,7 +171,8 @@ class Moment:
     def leaf(self, name: str) -> NodeView:
         """The node of this name, or at this path (``0.1``).
 
-        :raises ScenarioError: when there is none, or several; their paths stand in it.
+        Raises:
+            ScenarioError: When there is none, or several; their paths stand in it.
         """
         return NodeView(self._run, self._run.find(name), self._record.changes)
 
@@ -216,7 +217,8 @@ class Moment:
     def topic(self, name: str) -> Any:
         """The newest message of a recorded topic; None before the first.
 
-        :raises ScenarioError: when the topic is not recorded.
+        Raises:
+            ScenarioError: When the topic is not recorded.
         """
         return self._run.topic(name).at(self._record.time_ns)
 

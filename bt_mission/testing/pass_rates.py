@@ -24,7 +24,8 @@ def wilson(passed: int, total: int, z: float = Z_95) -> tuple[float, float]:
     law of succession, and statistical inference", Journal of the American Statistical Association
     22 (1927), 209-212.
 
-    :param total: at least 1.
+    Args:
+        total: At least 1.
     """
     rate = passed / total
     spread = z * z / total
@@ -38,9 +39,10 @@ def wilson(passed: int, total: int, z: float = Z_95) -> tuple[float, float]:
 class Failure:
     """A seed that failed.
 
-    :param repeat: what to type to run it again.
-    :param line: why, in one line.
-    :param text: the report of the test; none where it has been shown as an error.
+    Args:
+        repeat: What to type to run it again.
+        line: Why, in one line.
+        text: The report of the test; none where it has been shown as an error.
     """
 
     seed: int
@@ -152,7 +154,8 @@ class PassRates:
     def failing(self, before: dict[str, list[int]]) -> dict[str, list[int]]:
         """The seeds that are to run first next time: those that failed and have not passed since.
 
-        :param before: those of the time before, by the test's node id.
+        Args:
+            before: Those of the time before, by the test's node id.
         """
         passed: dict[str, set[int]] = {}
         failed: dict[str, set[int]] = {}

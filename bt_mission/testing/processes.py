@@ -59,8 +59,9 @@ def read_until(process: subprocess.Popen[str], words: str) -> str:
 class Process:
     """A process whose output goes to a file, so that it never waits for a reader.
 
-    :param name: for people.
-    :param file: takes what it says, on standard output and standard error.
+    Args:
+        name: For people.
+        file: Takes what it says, on standard output and standard error.
     """
 
     def __init__(
@@ -96,8 +97,11 @@ class Process:
     def until(self, words: str, *, within: float = 60.0) -> str:
         """Wait until it says something that it has not been waited for before; gives its output.
 
-        :param within: seconds, on the wall.
-        :raises ScenarioError: when it does not, with its output.
+        Args:
+            within: Seconds, on the wall.
+
+        Raises:
+            ScenarioError: When it does not, with its output.
         """
         for _ in range(max(round(within / LOOK_S), 1)):
             ended = self._ended_within(LOOK_S)
@@ -113,8 +117,11 @@ class Process:
     def wait(self, *, within: float = 60.0) -> int:
         """Wait for its end; gives its exit code.
 
-        :param within: seconds, on the wall.
-        :raises ScenarioError: when it does not end, with its output.
+        Args:
+            within: Seconds, on the wall.
+
+        Raises:
+            ScenarioError: When it does not end, with its output.
         """
         if not self._ended_within(within):
             raise self._failed(f"has not ended within {within:g} s")

@@ -78,7 +78,8 @@ class Results:
     def leave(self, folder: Path, runs: list[Run]) -> list[Path]:
         """Write down what happened; gives what can be replayed, a file for each run.
 
-        :raises OSError: where that cannot be written.
+        Raises:
+            OSError: Where that cannot be written.
         """
         folder.mkdir(parents=True, exist_ok=True)
         (self._parent / ".gitignore").write_text("*\n", encoding="utf-8")
@@ -125,7 +126,8 @@ class Results:
 def what_to_record(config: pytest.Config) -> str:
     """One of :data:`RECORD`.
 
-    :raises pytest.UsageError: where the ini option is none of them.
+    Raises:
+        pytest.UsageError: Where the ini option is none of them.
     """
     chosen = config.getoption("mission_record") or config.getini("mission_record")
     if chosen not in RECORD:

@@ -43,9 +43,10 @@ class Run(Assertions):
 
     Times are virtual, in seconds since the start. The run can be asked about after it is closed.
 
-    :param mission: what to carry out, with its world, robot and seed.
-    :param folder: for pictures.
-    :param options: for :class:`bt_mission.sessions.stage_robot.StageOptions`.
+    Args:
+        mission: What to carry out, with its world, robot and seed.
+        folder: For pictures.
+        options: For :class:`bt_mission.sessions.stage_robot.StageOptions`.
     """
 
     def __init__(self, mission: Mission, folder: Path, **options: Any) -> None:
@@ -71,7 +72,8 @@ class Run(Assertions):
     def step(self) -> Moment:
         """Go on to the next control step; gives it.
 
-        :raises ScenarioError: when the mission has ended.
+        Raises:
+            ScenarioError: When the mission has ended.
         """
         executive = self.stage.executive
         while executive.cycles == self._beats:
@@ -98,7 +100,8 @@ class Run(Assertions):
     def until(self, condition: Condition, *, within: float = 60.0) -> Moment:
         """Go on until a condition holds; gives that control step.
 
-        :raises NeverHeldError: when it has not after ``within`` seconds, or at the mission's end.
+        Raises:
+            NeverHeldError: When it has not after ``within`` seconds, or at the mission's end.
         """
         end = self.t + within
         while self.t < end - 1e-9:
@@ -112,7 +115,8 @@ class Run(Assertions):
     def until_done(self, *, within: float = LIMIT_S) -> Report:
         """Go on to the mission's end; gives its report.
 
-        :raises NeverHeldError: when it has not ended after ``within`` seconds.
+        Raises:
+            NeverHeldError: When it has not ended after ``within`` seconds.
         """
         end = self.t + within
         while not self.is_done:
@@ -131,7 +135,8 @@ class Run(Assertions):
     def at(self, time: float, *actions: Action) -> None:
         """Carry actions out at a time: after the measurements of that instant, before all else.
 
-        :raises ScenarioError: when that time is past.
+        Raises:
+            ScenarioError: When that time is past.
         """
         if time < self.t - 1e-9:
             raise ScenarioError(f"{time:g} s is past: the run is at {self.t:g} s")
@@ -154,7 +159,8 @@ class Run(Assertions):
     def now(self) -> Moment:
         """The newest control step.
 
-        :raises ScenarioError: before the first.
+        Raises:
+            ScenarioError: Before the first.
         """
         if not self._moments:
             raise ScenarioError("there is no control step yet: move the run on, by run.step()")
@@ -222,7 +228,8 @@ class Run(Assertions):
     def find(self, name: str) -> Behaviour:
         """The node of this name, or at this path.
 
-        :raises ScenarioError: when there is none, or several.
+        Raises:
+            ScenarioError: When there is none, or several.
         """
         history = self.history
         found = [n for n in history.nodes if name in (n.name, history.paths[n])]
@@ -236,7 +243,8 @@ class Run(Assertions):
     def record(self, *topics: str) -> None:
         """Write down the messages of topics from now on; names and types are those of the graph.
 
-        :raises ScenarioError: for a topic that nobody publishes; those that are stand in it.
+        Raises:
+            ScenarioError: For a topic that nobody publishes; those that are stand in it.
         """
         if self._observer is None:
             self._observer = self.stage.make_node("observer")
@@ -259,7 +267,8 @@ class Run(Assertions):
     def topic(self, name: str) -> Recorded:
         """The messages of a topic that is recorded.
 
-        :raises ScenarioError: when it is not.
+        Raises:
+            ScenarioError: When it is not.
         """
         full = name if name.startswith("/") else f"/{name}"
         if full not in self._topics:

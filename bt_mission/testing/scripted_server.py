@@ -29,9 +29,10 @@ DEPTH = 1024
 class ScriptedGoal:
     """One goal at a :class:`ScriptedServer`; its methods are the server's moves.
 
-    :param request: the goal message.
-    :param id: its UUID, 16 bytes.
-    :param cancels: how often somebody asked to cancel it, once it was accepted.
+    Args:
+        request: The goal message.
+        id: Its UUID, 16 bytes.
+        cancels: How often somebody asked to cancel it, once it was accepted.
     """
 
     server: ScriptedServer
@@ -63,8 +64,9 @@ class ScriptedGoal:
     def answer_cancel(self, return_code: int = 0, *, taken: bool = True) -> None:
         """Answer every cancel request so far.
 
-        :param return_code: of ``action_msgs/srv/CancelGoal``.
-        :param taken: is the goal among those that are canceling?
+        Args:
+            return_code: Of ``action_msgs/srv/CancelGoal``.
+            taken: Is the goal among those that are canceling?
         """
         waiting, self._cancel_answers = self._cancel_answers, []
         for one in waiting:
@@ -91,12 +93,13 @@ class ScriptedGoal:
 class ScriptedServer:
     """Offers an action; every answer is a move of the test's, or a habit.
 
-    :param node: owns the services and topics.
-    :param type_name: such as ``bt_mission_interfaces/action/Turn``.
-    :param name: of the action.
-    :param accepts: answer every goal at once: True accepts, False rejects, None waits for a move.
-    :param cancels: answer every cancel request at once: True takes it and ends the goal as
-        canceled, False refuses it, None waits for a move.
+    Args:
+        node: Owns the services and topics.
+        type_name: Such as ``bt_mission_interfaces/action/Turn``.
+        name: Of the action.
+        accepts: Answer every goal at once: True accepts, False rejects, None waits for a move.
+        cancels: Answer every cancel request at once: True takes it and ends the goal as canceled,
+            False refuses it, None waits for a move.
     """
 
     def __init__(

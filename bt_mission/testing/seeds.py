@@ -26,8 +26,9 @@ class MarkerError(Exception):
 class ScenarioMark:
     """What a marker asks for.
 
-    :param seeds: one test for each.
-    :param at_least: the share of seeds that has to pass; None is all.
+    Args:
+        seeds: One test for each.
+        at_least: The share of seeds that has to pass; None is all.
     """
 
     seeds: tuple[int, ...]
@@ -38,9 +39,10 @@ class ScenarioMark:
 class SeededTest:
     """One test of a scenario.
 
-    :param seed: of this one.
-    :param test: node id of the test without its seed.
-    :param function: node id of the test without any parameter.
+    Args:
+        seed: Of this one.
+        test: Node id of the test without its seed.
+        function: Node id of the test without any parameter.
     """
 
     seed: int
@@ -52,7 +54,8 @@ class SeededTest:
 def read_marker(mark: pytest.Mark) -> ScenarioMark:
     """What the marker of a test asks for.
 
-    :raises MarkerError: when it is not as in :data:`USAGE`.
+    Raises:
+        MarkerError: When it is not as in :data:`USAGE`.
     """
     if mark.args:
         raise MarkerError(f"seeds are given by name: {USAGE}")
@@ -120,7 +123,8 @@ def asked_for(arguments: Iterable[str], function: str) -> list[int]:
 def parametrize(metafunc: pytest.Metafunc) -> None:
     """Make one test for each seed: those first that failed last time, or are asked for by name.
 
-    :raises pytest.Collector.CollectError: for a marker that cannot be understood.
+    Raises:
+        pytest.Collector.CollectError: For a marker that cannot be understood.
     """
     definition, config = metafunc.definition, metafunc.config
     mark = definition.get_closest_marker(MARKER)

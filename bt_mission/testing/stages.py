@@ -39,10 +39,11 @@ class Stages:
 
     Nobody outside this process hears them. What a test leaves behind ends with it.
 
-    :param folder: for worlds, pictures, and what failed runs leave.
-    :param seed: of every run that is given none of its own; None is the mission's.
-    :param records: record every run, in the folder.
-    :param on_mission_started: takes each mission and its executive before the first step.
+    Args:
+        folder: For worlds, pictures, and what failed runs leave.
+        seed: Of every run that is given none of its own; None is the mission's.
+        records: Record every run, in the folder.
+        on_mission_started: Takes each mission and its executive before the first step.
     """
 
     def __init__(
@@ -81,17 +82,19 @@ class Stages:
     ) -> Run:
         """Put a mission on the stage, ready for its first step.
 
-        :param mission: a file, the name of a shipped mission, or a mission as text (of several
-            lines).
-        :param world: a file, the name of a shipped world, or a world as text; instead of the
-            mission's.
-        :param robot: instead of the mission's.
-        :param seed: of everything random; instead of the test's (``@pytest.mark.scenario``), and
-            of the mission's.
-        :param inputs: values of the mission's inputs.
-        :param options: for :class:`bt_mission.sessions.stage_robot.StageOptions`.
-        :raises InputError: with every fault of the mission, world or robot.
-        :raises ScenarioError: while another run is on the stage.
+        Args:
+            mission: A file, the name of a shipped mission, or a mission as text (of several lines).
+            world: A file, the name of a shipped world, or a world as text; instead of the
+                mission's.
+            robot: Instead of the mission's.
+            seed: Of everything random; instead of the test's (``@pytest.mark.scenario``), and of
+                the mission's.
+            inputs: Values of the mission's inputs.
+            options: For :class:`bt_mission.sessions.stage_robot.StageOptions`.
+
+        Raises:
+            InputError: With every fault of the mission, world or robot.
+            ScenarioError: While another run is on the stage.
         """
         self._clear()
         changes: dict[str, Any] = {
@@ -118,7 +121,8 @@ class Stages:
     def mission(self, mission: str | Path | Mission, **changes: Any) -> Mission:
         """A mission that is sound.
 
-        :raises InputError: with all its faults.
+        Raises:
+            InputError: With all its faults.
         """
         if isinstance(mission, Mission):
             seed = changes.pop("seed", None)
@@ -151,10 +155,13 @@ class Stages:
     ) -> ScriptedServer:
         """An action server that the test plays, in place of ours of that name.
 
-        :param name: of the action; a short name of the mission language will do.
-        :param type_name: such as ``bt_mission_interfaces/action/Turn``; known for short names.
-        :param habits: of :class:`ScriptedServer`.
-        :raises ScenarioError: when the type is not known, and while a run is on the stage.
+        Args:
+            name: Of the action; a short name of the mission language will do.
+            type_name: Such as ``bt_mission_interfaces/action/Turn``; known for short names.
+            habits: Of :class:`ScriptedServer`.
+
+        Raises:
+            ScenarioError: When the type is not known, and while a run is on the stage.
         """
         self._clear()
         if type_name is None:

@@ -43,7 +43,8 @@ class Tasks:
     def begin(self, rest: PendingCallback, entity: Any, node: Callable[[Any], Node | None]) -> None:
         """Run a callback's coroutine as far as it goes now, and the rest of it in turns.
 
-        :param node: tells whose the entity is.
+        Args:
+            node: Tells whose the entity is.
         """
         if rest is None:
             return

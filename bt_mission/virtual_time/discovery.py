@@ -36,7 +36,8 @@ class DiscoveryError(BtMissionError):
 def wait_for_matching(nodes: Sequence[Node]) -> None:
     """Return when all endpoints of ``nodes`` that belong together are matched.
 
-    :raises DiscoveryError: when some are not after about five seconds.
+    Raises:
+        DiscoveryError: When some are not after about five seconds.
     """
     if next(unmatched(nodes), None) is None:
         return

@@ -40,9 +40,12 @@ TELLING_AGAIN = (Subscription, Service, Client, ActionServer, ActionClient)
 class Entities:
     """A snapshot of the entities of some nodes, with a wait set that is kept between waits.
 
-    :param nodes: in the order in which they are to be served.
-    :param context: the rclpy context of the nodes.
-    :raises BtMissionError: for a timer that is not on a ROS clock.
+    Args:
+        nodes: In the order in which they are to be served.
+        context: The rclpy context of the nodes.
+
+    Raises:
+        BtMissionError: For a timer that is not on a ROS clock.
     """
 
     def __init__(self, nodes: Sequence[Node], context: Context) -> None:
@@ -149,8 +152,9 @@ class Entities:
     def ready(self, owed: Sequence[Any], *, any_held: bool) -> list[Any]:
         """The entities that have something to serve now, in the order of their creation.
 
-        :param owed: what was ready earlier, was not served, and does not tell again.
-        :param any_held: may a callback group be held by a callback that awaits something?
+        Args:
+            owed: What was ready earlier, was not served, and does not tell again.
+            any_held: May a callback group be held by a callback that awaits something?
         """
         wait_set = self._wait_set
         wait_set.clear_entities()

@@ -63,9 +63,10 @@ class SteppedWorld(Protocol):
 class VirtualTimeExecutor(Spinning):
     """Serves nodes on one virtual clock.
 
-    :param start_ns: the first instant, ns; above zero, since ROS takes zero for "not set".
-    :param world: what moves with time besides the timers; may be set later.
-    :param context: the rclpy context of the nodes.
+    Args:
+        start_ns: The first instant, ns; above zero, since ROS takes zero for "not set".
+        world: What moves with time besides the timers; may be set later.
+        context: The rclpy context of the nodes.
     """
 
     def __init__(
@@ -147,7 +148,8 @@ class VirtualTimeExecutor(Spinning):
     def call_at(self, time_ns: int, function: Callable[[], Any]) -> None:
         """Call a function at an instant: after the world has moved there, before any callback.
 
-        :raises ValueError: when that instant is past.
+        Raises:
+            ValueError: When that instant is past.
         """
         if time_ns < self._now_ns:
             raise ValueError(f"{time_ns} ns is past: it is {self._now_ns} ns")
@@ -167,7 +169,8 @@ class VirtualTimeExecutor(Spinning):
     def next_due_ns(self) -> int:
         """The next instant at which a timer, the world or a delayed delivery is due, ns.
 
-        :raises NothingDueError: when there is neither.
+        Raises:
+            NothingDueError: When there is neither.
         """
         self._refresh()
         wait_ns = self._entities.ns_until_next_timer(
@@ -188,8 +191,9 @@ class VirtualTimeExecutor(Spinning):
     def step(self) -> int:
         """Jump to the next due instant and serve it; gives that instant, ns.
 
-        :raises TimeStuckError: when callbacks do not end, or time does not move.
-        :raises NestedStepError: in a callback.
+        Raises:
+            TimeStuckError: When callbacks do not end, or time does not move.
+            NestedStepError: In a callback.
         """
         if self._is_serving:
             raise NestedStepError
@@ -210,7 +214,8 @@ class VirtualTimeExecutor(Spinning):
     def run_until_quiet(self) -> None:
         """Serve callbacks at the present instant until none is ready.
 
-        :raises TimeStuckError: when they do not end.
+        Raises:
+            TimeStuckError: When they do not end.
         """
         limit = self.callbacks_served + CALLBACKS_PER_INSTANT
         was_serving, self._is_serving = self._is_serving, True

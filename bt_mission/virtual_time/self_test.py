@@ -32,7 +32,8 @@ def self_test() -> None:
 
     What has been proved once is not proved again in the same process.
 
-    :raises NotLockstepError: when one is late or lost.
+    Raises:
+        NotLockstepError: When one is late or lost.
     """
     context = Context()
     rclpy.init(context=context)

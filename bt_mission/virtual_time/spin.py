@@ -35,7 +35,8 @@ class Spinning(Executor):
     def spin_once(self, timeout_sec: float | None = None) -> None:  # noqa: ARG002 - rclpy's form
         """Serve what is ready, then one step.
 
-        :raises ExternalShutdownException: when the context has been shut down.
+        Raises:
+            ExternalShutdownException: When the context has been shut down.
         """
         self.spin_once_until_future_complete(Future())
 

@@ -36,10 +36,11 @@ class Side(StrEnum):
 class Passing:
     """Something on its way to a receiver.
 
-    :param name: resolved name of the topic or service.
-    :param message: the receiver's own copy, which may be changed.
-    :param receiver: fully qualified name of the node that gets it.
-    :param time_ns: virtual time, ns.
+    Args:
+        name: Resolved name of the topic or service.
+        message: The receiver's own copy, which may be changed.
+        receiver: Fully qualified name of the node that gets it.
+        time_ns: Virtual time, ns.
     """
 
     name: str
@@ -108,7 +109,8 @@ class Taps:
     def add(self, name: str, side: Side, tap: Tap) -> Callable[[], None]:
         """Have ``tap`` see what passes; gives a function that takes it away again.
 
-        :param name: fully resolved, such as ``/scan`` or ``/turn/_action/send_goal``.
+        Args:
+            name: Fully resolved, such as ``/scan`` or ``/turn/_action/send_goal``.
         """
         taps = self._taps[name, side]
         taps.append(tap)
@@ -160,8 +162,9 @@ class Taps:
     ) -> bool:
         """Pass something through its taps; False when it has none, and nothing was done.
 
-        :param deliver: hands a message to the receiver.
-        :param answer: sends a response in the receiver's place.
+        Args:
+            deliver: Hands a message to the receiver.
+            answer: Sends a response in the receiver's place.
         """
         taps = self._taps.get((passing.name, passing.side))
         if not taps:

@@ -41,9 +41,10 @@ Mask = npt.NDArray[np.bool_]
 class OverviewPatch:
     """Something that moves, with what is around it: its place in the picture, and its pixels.
 
-    :param left: and `top`: pixels from the picture's edges.
-    :param thing: where in the patch it is.
-    :param shade: where its shadow falls.
+    Args:
+        left: And `top`: pixels from the picture's edges.
+        thing: Where in the patch it is.
+        shade: Where its shadow falls.
     """
 
     left: int

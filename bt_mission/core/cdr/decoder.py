@@ -69,8 +69,9 @@ class DecodedMessage(dict[str, Any]):
 class Decoder:
     """Reads messages of one type.
 
-    :param type_name: such as ``nav_msgs/msg/Odometry``.
-    :param definition: its text and those of what it is made of (``ros2msg``).
+    Args:
+        type_name: Such as ``nav_msgs/msg/Odometry``.
+        definition: Its text and those of what it is made of (``ros2msg``).
     """
 
     def __init__(self, type_name: str, definition: str) -> None:
@@ -96,7 +97,8 @@ class Decoder:
     def decode(self, data: bytes) -> DecodedMessage:
         """Give the values of a message by the names of its fields.
 
-        :raises DecodingError: when the definition does not fit it.
+        Raises:
+            DecodingError: When the definition does not fit it.
         """
         return self._read(data)[0]
 

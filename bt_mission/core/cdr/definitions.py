@@ -68,7 +68,8 @@ def share_folders() -> list[Path]:
 class Definitions:
     """Finds definitions in some folders of interface packages.
 
-    :param folders: hold one folder a package, each with ``msg``, ``srv`` and ``action``.
+    Args:
+        folders: Hold one folder a package, each with ``msg``, ``srv`` and ``action``.
     """
 
     def __init__(self, folders: Sequence[Path]) -> None:
@@ -81,7 +82,8 @@ class Definitions:
         Also of what services and actions are made of: ``nav2_msgs/action/Spin_FeedbackMessage``,
         ``nav2_msgs/action/Spin_SendGoal_Event``, ``std_srvs/srv/Trigger_Request``.
 
-        :raises NoDefinitionError: when a file that is needed is not there.
+        Raises:
+            NoDefinitionError: When a file that is needed is not there.
         """
         outer = _short(type_name)
         parts = [self._text(outer).rstrip("\n")]

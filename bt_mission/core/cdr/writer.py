@@ -39,14 +39,17 @@ class _Field:
 class MessageTemplate:
     """One message, of which some numbers and the stamps change.
 
-    :param message: as it is to be sent, but for the numbers.
-    :param stamp: the Time that stands wherever the message has a stamp.
-    :param parts: which numbers: the message, or messages within it, each with the dotted names of
-        fields that are floats or lists of floats.
-    :param serialize: gives the bytes of a message.
-    :param unused: so many bytes at the end are none of the message: where it ends with an empty
-        list of doubles, rclpy counts the room that would align their first.
-    :raises ValueError: for a field that does not turn up in the bytes exactly once.
+    Args:
+        message: As it is to be sent, but for the numbers.
+        stamp: The Time that stands wherever the message has a stamp.
+        parts: Which numbers: the message, or messages within it, each with the dotted names of
+            fields that are floats or lists of floats.
+        serialize: Gives the bytes of a message.
+        unused: So many bytes at the end are none of the message: where it ends with an empty list
+            of doubles, rclpy counts the room that would align their first.
+
+    Raises:
+        ValueError: For a field that does not turn up in the bytes exactly once.
     """
 
     def __init__(

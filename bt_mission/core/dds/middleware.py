@@ -23,7 +23,8 @@ def prepare_middleware() -> None:
 
     The file says which, and why. Settings of the user's own stay.
 
-    :raises BtMissionError: when it cannot be loaded, or the domain id is none.
+    Raises:
+        BtMissionError: When it cannot be loaded, or the domain id is none.
     """
     refuse_absent_middleware()
     if not any(os.environ.get(name) for name in PROFILES):
@@ -33,7 +34,8 @@ def prepare_middleware() -> None:
 def refuse_absent_middleware() -> None:
     """Look for the ROS middleware that the environment names; without it rclpy ends the process.
 
-    :raises BtMissionError: when it cannot be loaded, or the domain id is none.
+    Raises:
+        BtMissionError: When it cannot be loaded, or the domain id is none.
     """
     domain = os.environ.get("ROS_DOMAIN_ID", "0") or "0"
     if not domain.isdecimal() or int(domain) > LAST_DOMAIN:

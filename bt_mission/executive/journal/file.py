@@ -26,9 +26,12 @@ BOUND = 4 * 2**20
 class JournalFile:
     """A journal that is open for appending; nobody else can open it meanwhile.
 
-    :param path: of the file; it is made if it is not there.
-    :param bound: bytes, see :data:`BOUND`.
-    :raises BtMissionError: when it cannot be opened, or somebody else has it open.
+    Args:
+        path: Of the file; it is made if it is not there.
+        bound: Bytes, see :data:`BOUND`.
+
+    Raises:
+        BtMissionError: When it cannot be opened, or somebody else has it open.
     """
 
     def __init__(self, path: Path, bound: int = BOUND) -> None:
@@ -46,7 +49,8 @@ class JournalFile:
     def read(self) -> list[dict[str, Any]]:
         """Every record, from the first; what is appended later follows them.
 
-        :raises BtMissionError: when the file is no journal, or a record is torn.
+        Raises:
+            BtMissionError: When the file is no journal, or a record is torn.
         """
         try:
             data = self._pread()
@@ -68,7 +72,8 @@ class JournalFile:
     def append(self, record: dict[str, Any]) -> None:
         """Add a record.
 
-        :raises BtMissionError: when it cannot be written.
+        Raises:
+            BtMissionError: When it cannot be written.
         """
         line, self._crc = _line(record, self._crc)
         self._size += len(line)
@@ -77,7 +82,8 @@ class JournalFile:
     def rewrite(self, records: Sequence[dict[str, Any]]) -> None:
         """Put these records in the place of all.
 
-        :raises BtMissionError: when they cannot be written.
+        Raises:
+            BtMissionError: When they cannot be written.
         """
         new = self.path.with_name(self.path.name + ".new")
         crc, lines = 0, []

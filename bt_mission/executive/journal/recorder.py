@@ -24,11 +24,12 @@ HEARTBEAT_NS = NS
 class JournalRecorder:
     """Follows an executive. A goal stands in the journal before it is sent.
 
-    :param file: where to write.
-    :param story: what stands there already, if only its head.
-    :param executive: whom to follow; a journal that cannot be written ends its mission.
-    :param runtime: its clock and variables.
-    :param pack: a message as JSON, None for what is no message.
+    Args:
+        file: Where to write.
+        story: What stands there already, if only its head.
+        executive: Whom to follow; a journal that cannot be written ends its mission.
+        runtime: Its clock and variables.
+        pack: A message as JSON, None for what is no message.
     """
 
     def __init__(

@@ -27,9 +27,10 @@ class Recovery:
     Each goal is asked after and cancelled. One that had succeeded meanwhile counts for the leaf
     that had sent it; where it was cut short, or its server knows it no more, the leaf starts anew.
 
-    :param story: of the journal.
-    :param runtime: clock, ledger, variables and clients of the mission that goes on.
-    :param unpack: a message from its JSON.
+    Args:
+        story: Of the journal.
+        runtime: Clock, ledger, variables and clients of the mission that goes on.
+        unpack: A message from its JSON.
     """
 
     def __init__(self, story: JournalState, runtime: Runtime, unpack: Unpack) -> None:
@@ -43,7 +44,8 @@ class Recovery:
     def is_done(self) -> bool:
         """Is it known what became of every goal? Called at each tick until it is.
 
-        :raises BtMissionError: when that cannot be found out.
+        Raises:
+            BtMissionError: When that cannot be found out.
         """
         now_ns = self._runtime.now_ns
         if self._since_ns is None:
@@ -75,7 +77,8 @@ class Recovery:
     def finish(self, paths: Mapping[Behaviour, str]) -> None:
         """Put every node, every variable and every random generator where it stood.
 
-        :raises BtMissionError: for a variable that the journal could not keep.
+        Raises:
+            BtMissionError: For a variable that the journal could not keep.
         """
         story = self._story
         scopes = {"": self._runtime.scope}

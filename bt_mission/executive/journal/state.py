@@ -20,14 +20,14 @@ Record = dict[str, Any]
 class JournalState:
     """Nodes, variables, random generators and goals, as JSON.
 
-    :param head: the first record: whose journal this is.
-    :param nodes: path to status, what the node remembers, and the ROS time of that, ns.
-    :param values: path of the tree with variables of its own (the root's is ``0``), to its
-        variables.
-    :param generators: name to state.
-    :param goals: UUID to the record of a goal whose end is not confirmed.
-    :param time_ns: ROS time of the newest record.
-    :param end: how the mission ended, where it has.
+    Args:
+        head: The first record: whose journal this is.
+        nodes: Path to status, what the node remembers, and the ROS time of that, ns.
+        values: Path of the tree with variables of its own (the root's is ``0``), to its variables.
+        generators: Name to state.
+        goals: UUID to the record of a goal whose end is not confirmed.
+        time_ns: ROS time of the newest record.
+        end: How the mission ended, where it has.
     """
 
     head: Record
@@ -87,8 +87,11 @@ def head_of(mission: Mission, namespace: str) -> Record:
 def told(records: list[Record], head: Mapping[str, Any], path: object) -> JournalState:
     """The story of these records, for a mission that goes on with it.
 
-    :param head: of the mission that is to go on.
-    :raises BtMissionError: when it is another mission's, or has come to its end.
+    Args:
+        head: Of the mission that is to go on.
+
+    Raises:
+        BtMissionError: When it is another mission's, or has come to its end.
     """
     story = JournalState(records[0])
     for record in records[1:]:

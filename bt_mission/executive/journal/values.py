@@ -29,7 +29,8 @@ def encode(value: Any, pack: Pack) -> Any:
 def decode(name: str, data: Any, unpack: Unpack) -> Any:
     """The value of the variable ``name``.
 
-    :raises BtMissionError: for one that could not be written.
+    Raises:
+        BtMissionError: For one that could not be written.
     """
     if isinstance(data, list):
         return [decode(name, part, unpack) for part in data]

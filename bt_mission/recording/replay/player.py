@@ -13,8 +13,9 @@ SLOWEST, FASTEST = 1 / 64, 1024.0
 class Player:
     """A place in a timeline, and how it moves.
 
-    :param speed: seconds of the timeline for each of the wall.
-    :param at_s: where to begin, s since the start of the mission.
+    Args:
+        speed: Seconds of the timeline for each of the wall.
+        at_s: Where to begin, s since the start of the mission.
     """
 
     def __init__(self, timeline: Timeline, *, speed: float = 1.0, at_s: float = 0.0) -> None:

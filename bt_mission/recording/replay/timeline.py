@@ -59,10 +59,11 @@ Frame = messages.Told | messages.Robot | LazyMessage
 class Timeline:
     """All of a recording, in the order of time.
 
-    :param start_ns: ROS time at which the first mission in it began, ns; end_ns: of its end.
-    :param frames: what was told, and ``times_ns`` when.
-    :param trace: the lines of the run's trace; none where another recorder has made the file.
-    :param why_cut: why the file ends before its end; empty where it does not.
+    Args:
+        start_ns: ROS time at which the first mission in it began, ns; end_ns: of its end.
+        frames: What was told, and ``times_ns`` when.
+        trace: The lines of the run's trace; none where another recorder has made the file.
+        why_cut: Why the file ends before its end; empty where it does not.
     """
 
     path: Path
@@ -106,7 +107,8 @@ def _before(times: Sequence[int], time_ns: int) -> int | None:
 def read_timeline(path: Path) -> Timeline:
     """Read a recording; one that was cut gives what stands in it.
 
-    :raises RecordingError: for a file that is none, or has no tree of a mission in it.
+    Raises:
+        RecordingError: For a file that is none, or has no tree of a mission in it.
     """
     file = RecordedFile(path)
     timeline = _TimelineReader(file)
@@ -203,7 +205,8 @@ class _TimelineReader:
     def timeline(self) -> Timeline:
         """All of it.
 
-        :raises RecordingError: where there is no tree of a mission in it.
+        Raises:
+            RecordingError: Where there is no tree of a mission in it.
         """
         if not self._trees:
             raise RecordingError(f"{self._file.path}: {self._why_no_timeline()}")

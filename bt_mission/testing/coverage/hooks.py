@@ -42,7 +42,8 @@ WRITERS: dict[str, Callable[[Tally], str]] = {
 class CoverageHooks:
     """Hooks of one session.
 
-    :raises pytest.UsageError: for a report of an unknown kind.
+    Raises:
+        pytest.UsageError: For a report of an unknown kind.
     """
 
     def __init__(self, config: pytest.Config) -> None:

@@ -51,9 +51,10 @@ CHOOSING = (FallbackNode, ParallelNode, ChooseNode)
 class CoveragePlace:
     """A node of a mission, where it stands in its file.
 
-    :param tree: the named tree that it belongs to; None is the mission's own.
-    :param outcomes: what can come of it.
-    :param branches: the ways that it can choose.
+    Args:
+        tree: The named tree that it belongs to; None is the mission's own.
+        outcomes: What can come of it.
+        branches: The ways that it can choose.
     """
 
     document: Document
@@ -205,8 +206,9 @@ def _ends_of_trees(mission: Mission) -> dict[str, Ends]:
 class Built:
     """A node of a tree, with the step that it was made of.
 
-    :param above: the node whose child it is.
-    :param number: the how manieth child, from 0.
+    Args:
+        above: The node whose child it is.
+        number: The how manieth child, from 0.
     """
 
     node: Behaviour

@@ -30,7 +30,8 @@ def table(tally: Tally) -> Iterator[str]:
 def trees(tally: Tally, *, brief: bool = False) -> Iterator[str]:
     """Of each file, the nodes of which something was not reached, below those that lead there.
 
-    :param brief: tell of a node with many outcomes what was seen, instead of all that was not.
+    Args:
+        brief: Tell of a node with many outcomes what was seen, instead of all that was not.
     """
     for one in tally.in_order():
         lines = list(_tree(one, brief=brief))

@@ -20,10 +20,11 @@ Key = tuple[int, int, str]
 class Spot:
     """A node of a mission, where it stands.
 
-    :param tree: the named tree that it belongs to; empty is the mission's own.
-    :param runs: in how many runs it was reached.
-    :param outcomes: what can come of it, and in how many runs it did.
-    :param branches: the ways that it can choose, and in how many runs it did.
+    Args:
+        tree: The named tree that it belongs to; empty is the mission's own.
+        runs: In how many runs it was reached.
+        outcomes: What can come of it, and in how many runs it did.
+        branches: The ways that it can choose, and in how many runs it did.
     """
 
     line: int
@@ -93,9 +94,10 @@ class Score:
 class Covered:
     """One file of missions.
 
-    :param label: what the file is called.
-    :param missions: names of the missions that used it.
-    :param source: its lines.
+    Args:
+        label: What the file is called.
+        missions: Names of the missions that used it.
+        source: Its lines.
     """
 
     label: str

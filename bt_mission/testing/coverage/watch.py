@@ -37,7 +37,8 @@ Mark = Callable[[Built, str, str], None]
 class CoverageWatch:
     """Follows the ticks of one mission.
 
-    :param mark: told of everything that is reached, when it is reached first.
+    Args:
+        mark: Told of everything that is reached, when it is reached first.
     """
 
     def __init__(self, mission: Mission, executive: Executive, mark: Mark) -> None:

@@ -20,8 +20,9 @@ class ClockFaults(Maker):
 
         It goes on from there; where the fault ends, it jumps back to where it would be.
 
-        :param by: seconds; below zero, back. What would be before zero is zero.
-        :param node: whose clock.
+        Args:
+            by: Seconds; below zero, back. What would be before zero is zero.
+            node: Whose clock.
         """
         if by == 0:
             raise ScenarioError("jump_clock: expected seconds other than 0")
@@ -40,7 +41,8 @@ class ClockFaults(Maker):
     def stop_clock(self, *, node: str = EXECUTIVE, lasting: float | None = None) -> Begin:
         """Have a node's clock stand still, as when a simulator is paused; then it goes on.
 
-        :param node: whose clock.
+        Args:
+            node: Whose clock.
         """
 
         def begin(fault: FaultInstance) -> None:

@@ -21,9 +21,12 @@ STAMP_S = 10
 def changed_by(how: str | Callable[[Any], Any], field: str | None) -> Callable[[Any], Any]:
     """What changes a message, or gives another in its place.
 
-    :param how: one of :data:`READY_MADE`, or a function of the test's own.
-    :param field: dotted name of the one field that is concerned.
-    :raises ScenarioError: for a name that is none.
+    Args:
+        how: One of :data:`READY_MADE`, or a function of the test's own.
+        field: Dotted name of the one field that is concerned.
+
+    Raises:
+        ScenarioError: For a name that is none.
     """
     if isinstance(how, str):
         if how not in READY_MADE:
@@ -59,7 +62,8 @@ def changed_by(how: str | Callable[[Any], Any], field: str | None) -> Callable[[
 def restamp(message: Any, like: Any) -> None:
     """Give a message the stamps of another of its type.
 
-    :raises ScenarioError: when it has none.
+    Raises:
+        ScenarioError: When it has none.
     """
     stamps = [(one.header, other.header) for one, other in _stamped(message, like)]
     if not stamps:

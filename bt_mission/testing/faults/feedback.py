@@ -47,7 +47,8 @@ class FeedbackFaults(Maker):
 
         The other is the goal before, or where there was none, one that nobody has sent.
 
-        :param instead: of the goal's own; else before each of its own.
+        Args:
+            instead: Of the goal's own; else before each of its own.
         """
         corrupt = changed_by("nan", None)
 
@@ -74,9 +75,10 @@ class FeedbackFaults(Maker):
     ) -> Begin:
         """Send feedback that is wrong.
 
-        :param how: "nan", "inf", "zeros" or "empty"; or a function that changes the feedback, or
-            gives another.
-        :param field: only this field, by its dotted name.
+        Args:
+            how: "nan", "inf", "zeros" or "empty"; or a function that changes the feedback, or gives
+                another.
+            field: Only this field, by its dotted name.
         """
         change = changed_by(how, field)
 

@@ -80,8 +80,9 @@ class GoalFaults(Maker):
     ) -> Begin:
         """Hold the answer to a goal back until the client no longer wants the goal.
 
-        :param after: seconds from there to the answer.
-        :param at_most: so many seconds, where the client goes on wanting it.
+        Args:
+            after: Seconds from there to the answer.
+            at_most: So many seconds, where the client goes on wanting it.
         """
         after_ns = nanoseconds("after", after)
         most_ns = None if at_most is None else nanoseconds("at_most", at_most)
@@ -125,8 +126,9 @@ class GoalFaults(Maker):
     ) -> Begin:
         """Answer more than once.
 
-        :param part: of the action: ``goal``, ``cancel`` or ``result``.
-        :param after: seconds from each answer to the next.
+        Args:
+            part: Of the action: ``goal``, ``cancel`` or ``result``.
+            after: Seconds from each answer to the next.
         """
         if part not in PARTS:
             raise ScenarioError(
@@ -157,7 +159,8 @@ class GoalFaults(Maker):
     ) -> Begin:
         """Refuse requests to cancel; the server does not hear of them.
 
-        :param times: so often; None is always.
+        Args:
+            times: So often; None is always.
         """
         refusal = Answer(CancelGoal.Response(return_code=CancelGoal.Response.ERROR_REJECTED))
         tap = for_first("refuse_cancels", times, lambda *_: (refusal,))
@@ -169,7 +172,8 @@ class GoalFaults(Maker):
     ) -> Begin:
         """Lose requests to cancel: the server goes on, and does not answer.
 
-        :param times: so many; None is all.
+        Args:
+            times: So many; None is all.
         """
         tap = for_first("ignore_cancels", times, lost)
         return tap_parts(action, tap, ("cancel", Side.REQUEST))
@@ -178,7 +182,8 @@ class GoalFaults(Maker):
     def slow_server(self, action: str, by: float, *, lasting: float | None = None) -> Begin:
         """Have everything take so many seconds that an action server gets or sends.
 
-        :param by: seconds, for each request, answer and feedback.
+        Args:
+            by: Seconds, for each request, answer and feedback.
         """
         sides = [(part, side) for part in PARTS for side in (Side.REQUEST, Side.RESPONSE)]
         return tap_parts(action, later("slow_server", by), *sides, ("feedback", Side.MESSAGE))

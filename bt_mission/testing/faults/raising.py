@@ -31,10 +31,11 @@ class CodeFaults(Maker):
     ) -> Begin:
         """Raise an exception in a leaf of the tree.
 
-        :param leaf: its name or path.
-        :param error: RuntimeError where it is None.
-        :param method: ``initialise``, ``update`` or ``terminate``.
-        :param on: at which call from now on.
+        Args:
+            leaf: Its name or path.
+            error: RuntimeError where it is None.
+            method: ``initialise``, ``update`` or ``terminate``.
+            on: At which call from now on.
         """
         if method not in METHODS:
             raise ScenarioError(
@@ -71,10 +72,11 @@ class CodeFaults(Maker):
     ) -> Begin:
         """Raise an exception in a callback of a node, which ends the mission on the stage.
 
-        :param node: its name.
-        :param name: of a topic that it hears, or of a service that it offers.
-        :param error: RuntimeError where it is None.
-        :param on: at which call from now on.
+        Args:
+            node: Its name.
+            name: Of a topic that it hears, or of a service that it offers.
+            error: RuntimeError where it is None.
+            on: At which call from now on.
         """
         raised = error or RuntimeError("made by a fault")
 

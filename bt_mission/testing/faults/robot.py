@@ -40,9 +40,10 @@ class RobotFaults(Maker):
     ) -> Begin:
         """Lose rays, as where there is nothing.
 
-        :param sectors: each from a bearing counter-clockwise to another, deg, left positive:
-            (-20, 20) lies ahead, (160, -160) behind.
-        :param share: of all rays, others in each scan.
+        Args:
+            sectors: Each from a bearing counter-clockwise to another, deg, left positive: (-20, 20)
+                lies ahead, (160, -160) behind.
+            share: Of all rays, others in each scan.
         """
         changes: dict[str, Any] = {}
         if sectors:
@@ -127,8 +128,9 @@ class RobotFaults(Maker):
     def slip_wheel(self, wheel: Side, grip: float = 0.05, *, lasting: float | None = None) -> Begin:
         """Let a wheel slip.
 
-        :param wheel: left, right or both.
-        :param grip: its coefficient of friction, 0 to 1.
+        Args:
+            wheel: Left, right or both.
+            grip: Its coefficient of friction, 0 to 1.
         """
         return _broken("wheels", **{f"{side}_grip": grip for side in _sides("slip_wheel", wheel)})
 
@@ -167,9 +169,10 @@ class RobotFaults(Maker):
     ) -> Begin:
         """Push the base at its centre of mass; it stands against 6 N.
 
-        :param ahead: N; ``left``, too.
-        :param seconds: for so long.
-        :param torque: N m, turns it to the left.
+        Args:
+            ahead: N; ``left``, too.
+            seconds: For so long.
+            torque: N m, turns it to the left.
         """
         return _at_once(lambda robot: robot.push((ahead, left), seconds, torque=torque))
 

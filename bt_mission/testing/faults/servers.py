@@ -32,9 +32,10 @@ class ServerFaults(Maker):
 
         A server of ours does so at its next control step, and stops the robot first.
 
-        :param code: the result's ``error_code``.
-        :param message: the result's ``error_msg``.
-        :param when: looks at feedback, and tells whether it is time; None is at once.
+        Args:
+            code: The result's ``error_code``.
+            message: The result's ``error_msg``.
+            when: Looks at feedback, and tells whether it is time; None is at once.
         """
 
         def begin(fault: FaultInstance) -> None:
@@ -100,9 +101,10 @@ class ServerFaults(Maker):
     ) -> Begin:
         """Raise an exception in a server of ours, where it carries a goal out.
 
-        :param error: RuntimeError where it is None.
-        :param method: ``step``, ``feedback`` or ``result``.
-        :param on: at which call from now on.
+        Args:
+            error: RuntimeError where it is None.
+            method: ``step``, ``feedback`` or ``result``.
+            on: At which call from now on.
         """
         if method not in ("step", "feedback", "result"):
             raise ScenarioError(
@@ -139,8 +141,9 @@ class ServerFaults(Maker):
     ) -> Begin:
         """Answer in a service's place; it does nothing.
 
-        :param fields: of the response, such as ``success=False, message="worn out"``; the others
-            are empty.
+        Args:
+            fields: Of the response, such as ``success=False, message="worn out"``; the others are
+                empty.
         """
 
         def begin(fault: FaultInstance) -> None:

@@ -44,8 +44,9 @@ class TopicFaults(Maker):
     ) -> Begin:
         """Lose messages.
 
-        :param share: of the messages, drawn from the mission's seed.
-        :param every: lose each so-manieth message instead, beginning with the first.
+        Args:
+            share: Of the messages, drawn from the mission's seed.
+            every: Lose each so-manieth message instead, beginning with the first.
         """
         check_share("drop", share)
         if every is None:
@@ -74,9 +75,10 @@ class TopicFaults(Maker):
 
         What is under way at the end still comes.
 
-        :param by: so many seconds.
-        :param jitter: and up to so many more, drawn from the mission's seed for each message.
-        :param in_order: no message overtakes another; else the jitter lets them.
+        Args:
+            by: So many seconds.
+            jitter: And up to so many more, drawn from the mission's seed for each message.
+            in_order: No message overtakes another; else the jitter lets them.
         """
         by_ns, jitter_ns = nanoseconds("delay", by), nanoseconds("jitter", jitter)
 
@@ -117,9 +119,10 @@ class TopicFaults(Maker):
     ) -> Begin:
         """Deliver messages more than once.
 
-        :param times: how often.
-        :param after: seconds from each to the next.
-        :param share: of the messages, drawn from the mission's seed.
+        Args:
+            times: How often.
+            after: Seconds from each to the next.
+            share: Of the messages, drawn from the mission's seed.
         """
         check_share("duplicate", share)
         return _at(topic, receiver, for_share(share, repeated("duplicate", times, after)))
@@ -135,8 +138,9 @@ class TopicFaults(Maker):
     ) -> Begin:
         """Deliver one message again and again: the first that comes, instead of all after it.
 
-        :param fresh_stamps: with the stamps of those that they replace, as of a sensor that
-            hangs while its driver goes on.
+        Args:
+            fresh_stamps: With the stamps of those that they replace, as of a sensor that hangs
+                while its driver goes on.
         """
 
         def freeze(fault: FaultInstance, passing: Passing) -> Fates:
@@ -160,10 +164,11 @@ class TopicFaults(Maker):
     ) -> Begin:
         """Deliver wrong messages.
 
-        :param how: "nan", "inf", "zeros", "empty", "wrong frame", "old stamp" (10 s) or
-            "future stamp" (10 s); or a function that changes a message, or gives another.
-        :param field: only this field, by its dotted name (``pose.pose.position``).
-        :param share: of the messages, drawn from the mission's seed.
+        Args:
+            how: "nan", "inf", "zeros", "empty", "wrong frame", "old stamp" (10 s) or "future stamp"
+                (10 s); or a function that changes a message, or gives another.
+            field: Only this field, by its dotted name (``pose.pose.position``).
+            share: Of the messages, drawn from the mission's seed.
         """
         check_share("corrupt", share)
         change = changed_by(how, field)

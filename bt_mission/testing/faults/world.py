@@ -39,9 +39,10 @@ class WorldFaults(Maker):
     ) -> Begin:
         """Have a box appear; it vanishes when the fault ends.
 
-        :param yaw: deg, from the robot's heading, or ``at`` a place, from the map's x.
-        :param size: length, width and height, m.
-        :param name: in collisions, and for ``move_box``; a number is added where it is taken.
+        Args:
+            yaw: Deg, from the robot's heading, or ``at`` a place, from the map's x.
+            size: Length, width and height, m.
+            name: In collisions, and for ``move_box``; a number is added where it is taken.
         """
         shape = {"size": size, "yaw_deg": yaw, "even_into_the_robot": even_into_the_robot}
         return _spawn("spawn_box", (ahead, left, at), shape, name)
@@ -75,8 +76,9 @@ class WorldFaults(Maker):
     ) -> Begin:
         """Have an obstacle go somewhere, straight, whatever stands in its way.
 
-        :param box: what made it appear, or its name.
-        :param speed: m/s, at most 2.
+        Args:
+            box: What made it appear, or its name.
+            speed: M/s, at most 2.
         """
 
         def begin(fault: FaultInstance) -> None:

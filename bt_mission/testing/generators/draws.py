@@ -19,7 +19,8 @@ class Draws(Protocol):
 class SeededDraws:
     """Draws from a generator of its own.
 
-    :param seed: the same draws follow from the same seed.
+    Args:
+        seed: The same draws follow from the same seed.
     """
 
     def __init__(self, seed: int | str) -> None:

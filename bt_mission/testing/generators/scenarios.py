@@ -30,8 +30,9 @@ CORRUPTIONS = ("nan", "zeros", "empty", "old stamp", "wrong frame")
 class PlannedFault:
     """One of ``stage.faults``, to begin at a time.
 
-    :param time: s since the start.
-    :param name: of the method that makes it.
+    Args:
+        time: S since the start.
+        name: Of the method that makes it.
     """
 
     time: float

@@ -27,6 +27,8 @@ from bt_mission.testing.generators.scenarios import (
 )
 from bt_mission.testing.generators.worlds import drawn_world
 
+__all__ = ["fault_schedules", "missions", "scenarios", "worlds"]
+
 
 class Drawn:
     """Draws by hypothesis."""

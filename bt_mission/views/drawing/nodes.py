@@ -63,8 +63,9 @@ SIGNS: dict[str, Sign] = {
 class DrawnNode:
     """One node of a drawing.
 
-    :param name: as the tree calls it when it runs.
-    :param details: what it does, in order of importance.
+    Args:
+        name: As the tree calls it when it runs.
+        details: What it does, in order of importance.
     """
 
     kind: str

@@ -39,9 +39,10 @@ def arranged(
 ) -> dict[str, PanePlace]:
     """The place of each pane that is shown.
 
-    :param panel: which one is shown where there is room for one.
-    :param is_large: does it take the place of the tree, and of all others?
-    :param has_time: is there a line of time above the last one?
+    Args:
+        panel: Which one is shown where there is room for one.
+        is_large: Does it take the place of the tree, and of all others?
+        has_time: Is there a line of time above the last one?
     """
     places = {"head": PanePlace(0, 0, width, 1)}
     top = 1

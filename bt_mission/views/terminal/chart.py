@@ -33,9 +33,10 @@ FREE, UNKNOWN, WALL = 0, 1, 2
 class ChartWindow:
     """The part of the world that a chart shows.
 
-    :param left: m, of its left edge; top: of its upper edge.
-    :param pixel: m, the side of a pixel.
-    :param width: pixels, as many as columns; height: pixels, twice as many as rows.
+    Args:
+        left: M, of its left edge; top: of its upper edge.
+        pixel: M, the side of a pixel.
+        width: Pixels, as many as columns; height: pixels, twice as many as rows.
     """
 
     left: float
@@ -70,7 +71,8 @@ class MapChart:
     ) -> list[list[Span]]:
         """Rows of spans, as many as asked for; empty ones where nothing is known of the robot.
 
-        :param targets: places where the robot is sent, in order, m.
+        Args:
+            targets: Places where the robot is sent, in order, m.
         """
         scan = robot.scan_points()
         frame = fitting(robot, scan, targets, columns, rows)

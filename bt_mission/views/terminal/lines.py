@@ -30,8 +30,9 @@ MOST_ROWS = 20
 class PlainLines:
     """Writes a line whenever a leaf starts or ends.
 
-    :param stream: where to write.
-    :param start_ns: gives the ROS time of the start; lines show seconds since then.
+    Args:
+        stream: Where to write.
+        start_ns: Gives the ROS time of the start; lines show seconds since then.
     """
 
     def __init__(self, stream: TextIO, start_ns: Callable[[], int]) -> None:
@@ -73,7 +74,8 @@ def title(mission: MissionState, marks: Marks) -> str:
 def whole_tree(mission: MissionState, marks: Marks, width: int | None) -> Iterator[str]:
     """Every node in a line of its own.
 
-    :param width: where lines are cut; None leaves them whole.
+    Args:
+        width: Where lines are cut; None leaves them whole.
     """
     yield title(mission, marks)
     if mission.tree is None:

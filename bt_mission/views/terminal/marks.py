@@ -18,8 +18,9 @@ PLACES = "123456789abcdefghijklmnopqrstuvwxyz"
 class Marks:
     """Signs that an output can show.
 
-    :param arrows: of the robot, from east on and anticlockwise; four or eight.
-    :param wall: of the upper half of a cell, the lower, and the whole.
+    Args:
+        arrows: Of the robot, from east on and anticlockwise; four or eight.
+        wall: Of the upper half of a cell, the lower, and the whole.
     """
 
     status: Mapping[Status, str]

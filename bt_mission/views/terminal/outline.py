@@ -14,7 +14,8 @@ from bt_mission.events.events import NodeInfo
 class Outline:
     """The rows of a tree, each an index of a node.
 
-    :param nodes: depth first, the root first.
+    Args:
+        nodes: Depth first, the root first.
     """
 
     def __init__(self, nodes: Sequence[NodeInfo]) -> None:
@@ -86,7 +87,8 @@ class Outline:
     def find(self, matches: Callable[[int], bool], start: int, *, step: int = 1) -> int | None:
         """The next node that matches, from the one after ``start`` on and round; None without.
 
-        :param step: 1 looks downwards, -1 upwards.
+        Args:
+            step: 1 looks downwards, -1 upwards.
         """
         count = len(self._nodes)
         for offset in range(1, count + 1):
@@ -111,9 +113,10 @@ def scrolled_to(row: int, above: Sequence[int], top: int, height: int, count: in
     What need not move does not: while the row and all that fits above it are in view, the rest
     stays where it is.
 
-    :param above: rows that belong to it, the farthest first, such as its ancestors'.
-    :param top: the first row in view until now.
-    :param height: rows in view; count: of the whole list.
+    Args:
+        above: Rows that belong to it, the farthest first, such as its ancestors'.
+        top: The first row in view until now.
+        height: Rows in view; count: of the whole list.
     """
     if height <= 0:
         return 0

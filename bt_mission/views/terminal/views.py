@@ -129,9 +129,10 @@ def _title(session: Session) -> str:
 class LiveTree:
     """Draws the tree of a running mission, at most ten times a second.
 
-    :param console: a terminal.
-    :param executive: whose tree to draw.
-    :param header: gives the line above the tree.
+    Args:
+        console: A terminal.
+        executive: Whose tree to draw.
+        header: Gives the line above the tree.
     """
 
     def __init__(self, console: Console, executive: Executive, header: Callable[[], str]) -> None:

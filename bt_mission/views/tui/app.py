@@ -25,11 +25,12 @@ CHECK_S = 1.0
 class WatchApp(ViewApp):
     """Shows an executive of a graph, and passes on what the user wants of it.
 
-    :param graph: where executives are found.
-    :param marks: the terminal's signs.
-    :param name: of the executive to watch; None takes the only one, or asks.
-    :param wait_s: wall time after which it leaves when nobody was there to watch; None keeps
-        looking. The return code is then 1.
+    Args:
+        graph: Where executives are found.
+        marks: The terminal's signs.
+        name: Of the executive to watch; None takes the only one, or asks.
+        wait_s: Wall time after which it leaves when nobody was there to watch; None keeps looking.
+            The return code is then 1.
     """
 
     keys = KEYS

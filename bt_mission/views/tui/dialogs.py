@@ -49,8 +49,9 @@ def help_rows(keys: Sequence[Key], leave: str) -> list[list[Span]]:
 class Help(Dialog[None]):
     """All keys; any of them closes it, apart from those that scroll.
 
-    :param keys: of the view.
-    :param leave: what the key for leaving does.
+    Args:
+        keys: Of the view.
+        leave: What the key for leaving does.
     """
 
     def __init__(self, marks: Marks, keys: Sequence[Key], leave: str) -> None:
@@ -82,8 +83,9 @@ class Help(Dialog[None]):
 class Chooser(Dialog[str | None]):
     """The executives of the graph; gives the name of the chosen one.
 
-    :param find: looks for them.
-    :param where: what is looked through.
+    Args:
+        find: Looks for them.
+        where: What is looked through.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [

@@ -9,10 +9,11 @@ from dataclasses import dataclass
 class Key:
     """A key, or several that do the same.
 
-    :param keys: as Textual names them, with commas between.
-    :param action: the method of the application, without ``action_``.
-    :param shown: how people call them.
-    :param help: what they do; empty for those that the help leaves out.
+    Args:
+        keys: As Textual names them, with commas between.
+        action: The method of the application, without ``action_``.
+        shown: How people call them.
+        help: What they do; empty for those that the help leaves out.
     """
 
     keys: str

@@ -35,7 +35,8 @@ BARE = ("head", "path", "time", "foot")
 class MainScreen(Screen[None]):
     """The tree, and panels around it or below it.
 
-    :param has_time: is there a line of time, as of a recording?
+    Args:
+        has_time: Is there a line of time, as of a recording?
     """
 
     DEFAULT_CSS = """
@@ -93,7 +94,8 @@ class MainScreen(Screen[None]):
     def show(self, outlook: WatchModel, foot: list[Span], before: Sequence[Span] = ()) -> None:
         """Show what is known now.
 
-        :param before: what stands before the mission's name.
+        Args:
+            before: What stands before the mission's name.
         """
         mission, marks = outlook.mission, self._marks
         width = self.size.width

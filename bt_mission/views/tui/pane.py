@@ -48,8 +48,9 @@ STYLES: Mapping[str, Style] = {
 class Pane(Widget):
     """Shows rows that it is given; only those that have changed are drawn again.
 
-    :param marks: the terminal's signs.
-    :param has_rule: has it a title?
+    Args:
+        marks: The terminal's signs.
+        has_rule: Has it a title?
     """
 
     DEFAULT_CSS = "Pane { background: ansi_default; color: ansi_default; }"
@@ -68,7 +69,8 @@ class Pane(Widget):
     def show(self, rows: list[list[Span]], title: str = "", right: str = "") -> None:
         """Show these rows.
 
-        :param right: what stands at the right of the title.
+        Args:
+            right: What stands at the right of the title.
         """
         lines = list(rows)
         if self._has_rule:

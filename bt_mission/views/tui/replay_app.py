@@ -21,7 +21,8 @@ LEAST_BAR = 10
 class ReplayApp(ViewApp):
     """Plays a recording. At its end the picture stays until somebody leaves.
 
-    :param player: where in which recording to begin, and how fast.
+    Args:
+        player: Where in which recording to begin, and how fast.
     """
 
     keys = REPLAY_KEYS

@@ -19,10 +19,11 @@ SHORTEST_REST_S = 0.001
 class RunApp(WatchApp):
     """Drives a session, and shows it. When it has ended, the picture stays until somebody leaves.
 
-    :param graph: has the one executive.
-    :param name: its name.
-    :param steps: the session on its way.
-    :param interrupts: what the user's wish to leave goes to, as Ctrl-C does without a picture.
+    Args:
+        graph: Has the one executive.
+        name: Its name.
+        steps: The session on its way.
+        interrupts: What the user's wish to leave goes to, as Ctrl-C does without a picture.
     """
 
     leaving = "end the mission; twice at once, or leave when it has ended"

@@ -40,9 +40,10 @@ def settle_memory() -> None:
 class Prompt:
     """A line that the user types.
 
-    :param hint: stands there while nothing is typed.
-    :param take: called with the text at the end; ``follow`` with each text on the way there.
-    :param give_up: called when the user goes back.
+    Args:
+        hint: Stands there while nothing is typed.
+        take: Called with the text at the end; ``follow`` with each text on the way there.
+        give_up: Called when the user goes back.
     """
 
     hint: str
@@ -54,7 +55,8 @@ class Prompt:
 class ViewApp(App[None]):
     """Shows a mission. What it shows, and which keys there are besides, is for those below.
 
-    :param marks: the terminal's signs.
+    Args:
+        marks: The terminal's signs.
     """
 
     ENABLE_COMMAND_PALETTE = False

@@ -56,7 +56,8 @@ class WatchModel:
     def take(self, heard: Heard, wall_s: float) -> bool:
         """Take in what has come; gives whether anything has.
 
-        :param wall_s: wall time at which it came, s.
+        Args:
+            wall_s: Wall time at which it came, s.
         """
         for message in heard.messages:
             self._note_pace(message, wall_s)
@@ -160,8 +161,9 @@ class WatchModel:
     def search(self, text: str, start: int, *, step: int = 1) -> bool:
         """Select the next node with a text in its name, class or words; gives whether there is one.
 
-        :param start: index from which to look on.
-        :param step: 1 looks downwards, -1 upwards.
+        Args:
+            start: Index from which to look on.
+            step: 1 looks downwards, -1 upwards.
         """
         self.sought = text
         wanted, tree = text.casefold(), self.mission.tree

@@ -33,8 +33,9 @@ _STEP_PX = 1.5
 class Ground:
     """A picture that is drawn on as the robot goes; it never grows.
 
-    :param still: the world from above; is copied.
-    :param pixel: gives where points of the map lie in it: numbers, or arrays of them.
+    Args:
+        still: The world from above; is copied.
+        pixel: Gives where points of the map lie in it: numbers, or arrays of them.
     """
 
     def __init__(self, still: Picture, pixel: Callable[[Any, Any], tuple[Any, Any]]) -> None:

@@ -26,7 +26,8 @@ _BT709, _BT601 = 1, 6
 def load_encoder() -> Any:
     """Return the module ``av``.
 
-    :raises BtMissionError: where it is not installed.
+    Raises:
+        BtMissionError: Where it is not installed.
     """
     try:
         import av  # noqa: PLC0415 - an extra, of 35 MB
@@ -44,9 +45,12 @@ class Mp4File:
     closed, it is an ordinary file. Once a write fails nothing more is written, and :attr:`fault`
     says why.
 
-    :param path: is overwritten.
-    :param fps: frames a second.
-    :raises BtMissionError: where there is no encoder, or the file cannot be opened.
+    Args:
+        path: Is overwritten.
+        fps: Frames a second.
+
+    Raises:
+        BtMissionError: Where there is no encoder, or the file cannot be opened.
     """
 
     def __init__(self, path: Path, width: int, height: int, fps: int) -> None:

@@ -39,12 +39,13 @@ class PanelLeaf:
 class Captions:
     """What is said at one instant.
 
-    :param seconds: virtual time since the start.
-    :param state: a word for where the mission stands; the last ones are outcomes.
-    :param leaves: those that run.
-    :param said: what the mission said last.
-    :param reason: why it ended so.
-    :param facts: what it came to so far, in a line.
+    Args:
+        seconds: Virtual time since the start.
+        state: A word for where the mission stands; the last ones are outcomes.
+        leaves: Those that run.
+        said: What the mission said last.
+        reason: Why it ended so.
+        facts: What it came to so far, in a line.
     """
 
     mission: str

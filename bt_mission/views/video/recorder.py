@@ -81,10 +81,11 @@ class VideoRecorder:
     Use it as a context manager around the steps of the session, before the first one. It looks on
     after each tick, and changes nothing: a fault ends the film, and the mission goes on.
 
-    :param session: a mission on the stage.
-    :param views: where the pictures come from; closed with the film.
-    :param file: where the frames go, :data:`WIDTH` x :data:`HEIGHT`, :data:`FPS`.
-    :param zones: named places of the world.
+    Args:
+        session: A mission on the stage.
+        views: Where the pictures come from; closed with the film.
+        file: Where the frames go, :data:`WIDTH` x :data:`HEIGHT`, :data:`FPS`.
+        zones: Named places of the world.
     """
 
     def __init__(
