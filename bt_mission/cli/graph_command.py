@@ -97,8 +97,8 @@ def list_entries(options: argparse.Namespace) -> int:
     if options.json:
         lines = [as_json([listing.entry_object(kind, one) for one in found])]
     else:
-        lines = listing.columns(listing.entry_row(kind, one) for one in found)
-    if not lines:
+        lines = listing.columns(listing.entry_rows(kind, found)) if found else []
+    if not found:
         print(f"no {kind}s in the graph (looked for {options.wait:g} s)", file=sys.stderr)
     for line in lines:
         print(line)

@@ -28,14 +28,17 @@ def columns(rows: Iterable[Sequence[str]], gap: str = "  ") -> list[str]:
     ]
 
 
-def entry_row(kind: Kind, entry: GraphEntry) -> Sequence[str]:
-    """Name and type; who serves an action; how many publish and hear a topic."""
-    row = [entry.name, listed(entry.types)]
-    if kind == "action":
-        row.append(listed(entry.offers or [NOBODY]))
-    elif kind == "topic":
-        row.append(f"{len(entry.offers)} > {len(entry.uses)}")
-    return row
+def entry_rows(kind: Kind, entries: Iterable[GraphEntry]) -> Iterator[Sequence[str]]:
+    """Name and type; the servers of actions; how many publish and subscribe to topics, under titles."""
+    if kind == "topic":
+        yield "topic", "type", "publishers", "subscribers"
+    for entry in entries:
+        row = [entry.name, listed(entry.types)]
+        if kind == "action":
+            row.append(listed(entry.offers or [NOBODY]))
+        elif kind == "topic":
+            row += [str(len(entry.offers)), str(len(entry.uses))]
+        yield row
 
 
 def entry_object(kind: Kind, entry: GraphEntry) -> dict[str, object]:
