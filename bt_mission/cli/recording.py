@@ -99,7 +99,8 @@ def recorder_for(options: argparse.Namespace, session: ObservableSession) -> Ite
         if path is None:
             yield RunFiles(None, None, None, film)
             return
-        from bt_mission.recording.writer import RecordingOptions, RunRecorder
+        from bt_mission.recording.options import RecordingOptions
+        from bt_mission.recording.writer import RunRecorder
 
         wanted = RecordingOptions(camera=options.record_camera or "none")
         recorder = stack.enter_context(RunRecorder(session, path, wanted))

@@ -111,7 +111,7 @@ def run(options: argparse.Namespace) -> int:
 def _run(options: argparse.Namespace) -> int:
     from bt_mission.cli.check import load_checked
     from bt_mission.cli.watch import is_drawable
-    from bt_mission.executive.executive import MissionStatus
+    from bt_mission.executive.status import MissionStatus
 
     prepare_middleware()
     refuse_contradictions(options)

@@ -13,8 +13,6 @@ starts.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
-from enum import StrEnum
 from typing import TYPE_CHECKING
 
 from py_trees.behaviour import Behaviour
@@ -24,6 +22,7 @@ from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.behaviours.runtime import Runtime
 from bt_mission.core.errors import BtMissionError, described
 from bt_mission.executive.breakpoints import Breakpoints
+from bt_mission.executive.status import Change, MissionStatus
 from bt_mission.executive.trace import Trace
 from bt_mission.goals.goal import Goal
 
@@ -31,28 +30,7 @@ if TYPE_CHECKING:
     from bt_mission.executive.journal.recovery import Recovery
 
 
-class MissionStatus(StrEnum):
-    """Where a mission stands; the last three are final."""
-
-    RUNNING = "running"
-    ENDING = "ending"
-    SUCCESS = "success"
-    FAILURE = "failure"
-    INTERRUPTED = "interrupted"
-
-
 FINAL = (MissionStatus.SUCCESS, MissionStatus.FAILURE, MissionStatus.INTERRUPTED)
-
-
-@dataclass(frozen=True)
-class Change:
-    """A node of the tree changed its status."""
-
-    time_ns: int
-    node: Behaviour
-    path: str
-    status: Status
-    message: str
 
 
 class Executive:

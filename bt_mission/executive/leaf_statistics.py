@@ -10,7 +10,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from bt_mission.behaviours.action_leaf import ActionLeaf
-from bt_mission.executive.executive import Change
+from bt_mission.executive.status import Change
 
 NS = 1_000_000_000
 

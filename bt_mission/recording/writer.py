@@ -5,10 +5,9 @@ from __future__ import annotations
 import json
 import struct
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from builtin_interfaces.msg import Time
 from rcl_interfaces.msg import Log
@@ -32,6 +31,7 @@ from bt_mission.recording.contents import (
 )
 from bt_mission.recording.file import McapFile
 from bt_mission.recording.goals import GoalEvents
+from bt_mission.recording.options import RecordingOptions
 from bt_mission.recording.topics import GraphTopics
 
 if TYPE_CHECKING:
@@ -50,21 +50,6 @@ STATUS_TYPES = {
     "state": "bt_mission_interfaces/msg/MissionState",
     "changes": "bt_mission_interfaces/msg/StatusChanges",
 }
-
-
-Camera = Literal["none", "compressed", "raw"]
-
-
-@dataclass(frozen=True)
-class RecordingOptions:
-    """What to record besides everything that is always recorded.
-
-    Args:
-        camera: Pictures: none, each as a JPEG, or as they are. A simulated camera draws only while
-            somebody wants its pictures, so with them a run takes far longer.
-    """
-
-    camera: Camera = "none"
 
 
 class RunRecorder:

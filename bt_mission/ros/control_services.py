@@ -9,7 +9,7 @@ from bt_mission_interfaces.srv import PauseMission, SetBreakpoint
 from std_srvs.srv import Trigger
 
 from bt_mission.core.errors import BtMissionError
-from bt_mission.executive.executive import MissionStatus
+from bt_mission.executive.status import MissionStatus
 
 if TYPE_CHECKING:
     from rclpy.node import Node

@@ -15,7 +15,8 @@ from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
 from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.executive.executive import Executive, MissionStatus
+from bt_mission.executive.executive import Executive
+from bt_mission.executive.status import MissionStatus
 
 CLOCK_TOPIC = "/clock"
 WAIT_S = 0.1

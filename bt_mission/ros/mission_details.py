@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 
     from bt_mission.behaviours.progress import LeafProgress
     from bt_mission.behaviours.runtime import Scope
-    from bt_mission.executive.executive import Change, Executive
+    from bt_mission.executive.executive import Executive
+    from bt_mission.executive.status import Change
     from bt_mission.goals.goal import Goal
     from bt_mission.goals.ledger import Ledger
 

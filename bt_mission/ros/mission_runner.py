@@ -29,9 +29,10 @@ from bt_mission.behaviours.runtime import NS, Scope
 from bt_mission.core.dds.liveliness import LEASE_S, TOPIC
 from bt_mission.core.errors import BtMissionError, described
 from bt_mission.core.wall_clock import Stopwatch, rest
-from bt_mission.executive.executive import Executive, MissionStatus
+from bt_mission.executive.executive import Executive
 from bt_mission.executive.mission_time import MissionTime
 from bt_mission.executive.report import Report, report_on
+from bt_mission.executive.status import MissionStatus
 from bt_mission.executive.trace import Trace
 from bt_mission.goals.exchange import ExchangeListener
 from bt_mission.goals.ledger import Ledger

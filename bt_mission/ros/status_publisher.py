@@ -32,7 +32,8 @@ if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
     from rclpy.node import Node
 
-    from bt_mission.executive.executive import Change, Executive
+    from bt_mission.executive.executive import Executive
+    from bt_mission.executive.status import Change
     from bt_mission.ros.mission_details import MissionRun
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)

@@ -21,7 +21,7 @@ from bt_mission.behaviours.runtime import NS
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import find
-from bt_mission.executive.executive import MissionStatus
+from bt_mission.executive.status import MissionStatus
 from bt_mission.ros.control_services import ControlServices
 from bt_mission.ros.graph import NodeOptions
 from bt_mission.ros.mission_node import MissionNode

@@ -11,9 +11,10 @@ from typing import Protocol, Self
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.interrupts import InterruptSignals
 from bt_mission.core.wall_clock import Pacer, Stopwatch, rest
-from bt_mission.executive.executive import Change, Executive
+from bt_mission.executive.executive import Executive
 from bt_mission.executive.leaf_statistics import LeafStatistics
 from bt_mission.executive.report import Report, report_on
+from bt_mission.executive.status import Change
 from bt_mission.executive.trace import Trace
 from bt_mission.language.mission import Mission
 

@@ -21,7 +21,7 @@ from rclpy.node import Node
 from bt_mission.core.dds.discovery import isolate
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.robot.model import load_robot
-from bt_mission.executive.executive import MissionStatus
+from bt_mission.executive.status import MissionStatus
 from bt_mission.ros.graph import ProcessNode
 from bt_mission.sessions.stage_robot import FleetRobot, FleetRun, StageOptions
 from bt_mission.virtual_time import VirtualTimeExecutor, self_test

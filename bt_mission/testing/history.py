@@ -22,7 +22,7 @@ from bt_mission.events.trace_lines import line_of
 from bt_mission.goals.goal import Goal, Phase
 
 if TYPE_CHECKING:
-    from bt_mission.executive.executive import Change
+    from bt_mission.executive.status import Change
     from bt_mission.sessions.stage import Stage
 
 Pose = tuple[float, float, float]

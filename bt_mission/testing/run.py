@@ -125,8 +125,6 @@ class Run(Assertions):
             self.step()
         return self.report
 
-    # ---- acting --------------------------------------------------------------------------
-
     def do(self, *actions: Action) -> None:
         """Carry actions out now."""
         for action in actions:

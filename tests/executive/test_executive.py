@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from py_trees.common import Status
 
-from bt_mission.executive.executive import Change
+from bt_mission.executive.status import Change
 
 TURN = "  turn: {angle: 90}\n  timeout: 9"
 TWO_TURNS = """\

@@ -12,8 +12,8 @@ from py_trees.common import Status
 from py_trees.composites import Sequence
 
 from bt_mission.cli import main
-from bt_mission.executive.executive import Change
 from bt_mission.executive.leaf_statistics import LeafStatistics, LeafSummary
+from bt_mission.executive.status import Change
 
 S = 1_000_000_000
 

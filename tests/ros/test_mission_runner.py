@@ -102,7 +102,7 @@ def test_closing_leaves_the_node_as_it_was(ros: Any, node: Node) -> None:
     runner.close()
     assert counts(node) == {**before, "timers": before["timers"] + 1}
     assert runner.is_done
-    assert runner.report().reason.startswith("closed by its caller; orphaned goal: /turn goal ")
+    assert runner.report().reason.startswith("closed by its caller; orphaned goals: /turn goal ")
     ros.run(0.1)
     assert server.goal.cancels == 1
     runner.close()
@@ -205,5 +205,5 @@ def test_a_node_that_is_destroyed_ends_its_mission(ros: Any, node: Node) -> None
     ros.drop(node)
     assert runner.is_done
     assert str(runner.status) == "failure"
-    assert runner.report().reason.startswith("its node was destroyed; orphaned goal: /turn goal ")
+    assert runner.report().reason.startswith("its node was destroyed; orphaned goals: /turn goal ")
     runner.close()

@@ -7,7 +7,7 @@ import signal
 from pathlib import Path
 from typing import Any
 
-from bt_mission.executive.executive import Change
+from bt_mission.executive.status import Change
 from bt_mission.sessions.session import drive
 from bt_mission.views.terminal.views import Quiet
 

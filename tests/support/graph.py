@@ -9,7 +9,8 @@ import rclpy
 from rclpy.context import Context
 from rclpy.node import Node
 
-from bt_mission.executive.executive import Change, Executive
+from bt_mission.executive.executive import Executive
+from bt_mission.executive.status import Change
 from bt_mission.language.loader import load_text
 from bt_mission.ros.graph import NodeOptions, destroy_actions
 from bt_mission.ros.mission_node import MissionNode

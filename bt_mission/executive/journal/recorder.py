@@ -11,10 +11,11 @@ from bt_mission.behaviours.runtime import NS, Runtime, Scope
 from bt_mission.behaviours.snapshot import save
 from bt_mission.behaviours.subtree import Subtree
 from bt_mission.core.errors import BtMissionError
-from bt_mission.executive.executive import Change, Executive
+from bt_mission.executive.executive import Executive
 from bt_mission.executive.journal.file import JournalFile
 from bt_mission.executive.journal.state import JournalState, Record
 from bt_mission.executive.journal.values import Pack, encode, pack_generator
+from bt_mission.executive.status import Change
 from bt_mission.goals.goal import Goal
 
 HEARTBEAT_NS = NS

@@ -9,7 +9,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from bt_mission.behaviours.action_leaf import ActionLeaf
-from bt_mission.executive.executive import MissionStatus
+from bt_mission.executive.status import MissionStatus
 from bt_mission.language.nodes.composites import WhenNode
 from bt_mission.language.nodes.decorators import ForEachNode, GuardNode, TimeoutNode
 from bt_mission.language.nodes.leaves import CheckNode
@@ -25,7 +25,8 @@ from bt_mission.testing.coverage.places import (
 )
 
 if TYPE_CHECKING:
-    from bt_mission.executive.executive import Change, Executive
+    from bt_mission.executive.executive import Executive
+    from bt_mission.executive.status import Change
     from bt_mission.language.mission import Mission
 
 REACHED, OUTCOME, BRANCH = "reached", "outcome", "branch"

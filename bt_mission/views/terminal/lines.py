@@ -12,7 +12,7 @@ from bt_mission.behaviours.leaves import Log
 from bt_mission.events.log import LogEntry
 from bt_mission.events.mission_state import MissionState
 from bt_mission.events.status_marks import glyphs_for
-from bt_mission.executive.executive import Change
+from bt_mission.executive.status import Change
 from bt_mission.views.terminal.marks import Marks, clean
 from bt_mission.views.terminal.outline import Outline
 from bt_mission.views.terminal.panels import log_words

@@ -17,7 +17,8 @@ from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.behaviours.progress import LeafProgress, progress_of
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events.status_marks import STYLES
-from bt_mission.executive.executive import Change, Executive
+from bt_mission.executive.executive import Executive
+from bt_mission.executive.status import Change
 from bt_mission.sessions.session import Session, View
 from bt_mission.views.terminal.lines import PlainLines
 from bt_mission.views.terminal.marks import marks_for

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from bt_mission.behaviours.progress import progress_of
 from bt_mission.core.errors import described
-from bt_mission.executive.executive import MissionStatus
+from bt_mission.executive.status import MissionStatus
 from bt_mission.goals.goal import Goal
 from bt_mission.goals.poses import poses_of
 from bt_mission.sessions.session import Session
