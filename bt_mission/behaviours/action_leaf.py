@@ -65,13 +65,13 @@ class ActionLeaf(Leaf):
 
     def _bounds(self) -> Limits:
         node, values = self._node, self._values
-        given = (node.server_timeout, node.answer_timeout, node.cancel_timeout)
+        given = (node.server_timeout, node.acceptance_timeout, node.cancel_timeout)
         server, answer, cancel = (limit for limit in given if limit is not None)
         return Limits(
             server=server,
             answer=answer,
             goal=values.limit(node.timeout),
-            silence=values.limit(node.silence_timeout),
+            silence=values.limit(node.feedback_timeout),
             cancel=cancel,
             condition=None
             if node.cancel_when is None

@@ -29,7 +29,7 @@ def columns(rows: Iterable[Sequence[str]], gap: str = "  ") -> list[str]:
 
 
 def entry_rows(kind: Kind, entries: Iterable[GraphEntry]) -> Iterator[Sequence[str]]:
-    """Name and type; the servers of actions; how many publish and subscribe to topics, under titles."""
+    """Name and type; the servers of actions; how many publish and subscribe to topics."""
     if kind == "topic":
         yield "topic", "type", "publishers", "subscribers"
     for entry in entries:

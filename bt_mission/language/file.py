@@ -27,9 +27,9 @@ class GoalLimits(Written):
     """Limits of goals, for a mission or for one server. Times are seconds of ROS time."""
 
     timeout: FixedLimit | None = None
-    silence_timeout: FixedLimit | None = None
+    feedback_timeout: FixedLimit | None = None
     server_timeout: FixedLimit | None = None
-    answer_timeout: FixedLimit | None = None
+    acceptance_timeout: FixedLimit | None = None
     cancel_timeout: FixedLimit | None = None
 
 

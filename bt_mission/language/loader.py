@@ -14,7 +14,7 @@ from bt_mission.core.yaml.document import read_text as read_yaml
 from bt_mission.language.checks.mission import scope_faults, warnings
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.file import MissionFile
-from bt_mission.language.goal_limits import GoalLimitsTable, server_faults
+from bt_mission.language.goal_limits import GoalLimitsTable, rename_limits, server_faults
 from bt_mission.language.inputs import overridden
 from bt_mission.language.mission import Mission
 from bt_mission.language.node_reader import NodeReader
@@ -51,6 +51,7 @@ def draft(
     robot: str | None = None,
 ) -> Draft:
     """Return what can be read of a mission, with its faults instead of an exception."""
+    rename_limits(document)
     reader = NodeReader(document)
     written = reader.written(MissionFile, (), document.data)
     if written is None and isinstance(document.data, dict):

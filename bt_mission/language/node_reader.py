@@ -25,7 +25,7 @@ from bt_mission.core.yaml.models import model_faults
 from bt_mission.language.action_names import BROKEN
 from bt_mission.language.expressions.values import Type
 from bt_mission.language.file import TreeDefinition
-from bt_mission.language.goal_limits import GoalLimitsTable
+from bt_mission.language.goal_limits import RENAMED_LIMITS, GoalLimitsTable
 from bt_mission.language.nodes.base import Key, NodeModel, NodePlace, Written
 from bt_mission.language.nodes.composites import SequenceNode
 from bt_mission.language.nodes.registry import KINDS
@@ -107,6 +107,8 @@ class NodeReader:
         """Return a node of a known kind."""
         model = KINDS[kind]
         known = model.keys
+        if "acceptance_timeout" in known:
+            self.document.rename_keys(path, data, RENAMED_LIMITS)
         modifiers = [name for name in known if name != kind]
         for key in data:
             if key not in known and not self.is_full:

@@ -209,12 +209,13 @@ def test_a_mission_with_faults_is_not_converted():
 def test_limits_at_the_head_go_to_the_leaves():
     """The mission means the same, so it is the same once loaded."""
     text = (
-        "mission: m\nlimits: {timeout: 60}\nservers: {/turn: {answer_timeout: 9, timeout: 30}}\n"
+        "mission: m\nlimits: {timeout: 60}\n"
+        "servers: {/turn: {acceptance_timeout: 9, timeout: 30}}\n"
         "tree:\n  sequence:\n    - turn: {angle: 1}\n    - turn: {angle: 2}\n      timeout: 5\n"
         "    - move: {secs: 1}\n"
     )
     xml = xml_of(text)
-    assert '<turn angle="1" timeout="30.0" answer_timeout="9.0"/>' in xml
+    assert '<turn angle="1" timeout="30.0" acceptance_timeout="9.0"/>' in xml
     assert '<move secs="1" timeout="60.0"/>' in xml
     there = draft(document_of(xml)).mission
     assert there is not None

@@ -122,7 +122,7 @@ GOAL = {
     "on_cancel": st.sampled_from(["success", "failure"]),
     "outputs": OUTPUTS,
     "server_timeout": st.integers(1, 9),
-    "silence_timeout": LIMITS,
+    "feedback_timeout": LIMITS,
     "name": LINES,
 }
 LEAVES = st.one_of(

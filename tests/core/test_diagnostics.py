@@ -93,7 +93,7 @@ def test_long_lists_of_names_are_cut():
         (True, "true"),
         (3, "the number 3"),
         (0.5, "the number 0.5"),
-        ("fast", "text 'fast'"),
+        ("fast", "string 'fast'"),
         ([], "an empty list"),
         ([1, 2], "a list of 2"),
         ({}, "an empty mapping"),

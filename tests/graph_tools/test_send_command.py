@@ -172,7 +172,7 @@ def test_without_a_server_it_says_what_it_looked_for(ros: Any, type_in: Any) -> 
     ("arguments", "words"),
     [
         (["/turn", "angel: 90"], ["goal:1:1: error: no field 'angel'", "did you mean 'angle'?"]),
-        (["/turn", "angle: fast"], ["goal:1:8: error: expected a number (float32), got text"]),
+        (["/turn", "angle: fast"], ["goal:1:8: error: expected a number (float32), got string"]),
         (["/turn", "{angle: 9"], ["goal:1:1: error: this mapping is opened with '{' and never"]),
         (["/turn", "90"], ["goal:1:1: error: expected fields of the goal of bt_mission_interf"]),
         (["/turn", "--type", "a/action/B"], ["the action type a/action/B is not installed"]),

@@ -11,10 +11,10 @@ from bt_mission.sessions.load import load
 
 HEAD = """\
 mission: m
-limits: {timeout: 60, answer_timeout: 7}
+limits: {timeout: 60, acceptance_timeout: 7}
 servers:
   turn: {timeout: 30, cancel_timeout: 9}
-  /backup: {silence_timeout: 4}
+  /backup: {feedback_timeout: 4}
 tree:
   sequence:
 """
@@ -26,9 +26,9 @@ def limits(text: str) -> list[tuple[object, ...]]:
     return [
         (
             step.timeout,
-            step.silence_timeout,
+            step.feedback_timeout,
             step.server_timeout,
-            step.answer_timeout,
+            step.acceptance_timeout,
             step.cancel_timeout,
         )
         for step in mission.tree.walk()
@@ -41,7 +41,7 @@ def test_the_nearest_word_counts():
     assert limits(
         "    - turn: {angle: 9}\n      timeout: 3\n"
         "    - action: {name: /turn, type: bt_mission_interfaces/action/Turn}\n"
-        "    - back_up: {speed: 0.1}\n      answer_timeout: 1\n"
+        "    - back_up: {speed: 0.1}\n      acceptance_timeout: 1\n"
         "    - move: {secs: 2}\n"
     ) == [
         (3, None, 5.0, 7.0, 9.0),

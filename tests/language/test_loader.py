@@ -94,17 +94,17 @@ def test_an_action_by_its_short_name():
     assert (found.kind, found.name, found.line, found.column) == ("action", "around", 4, 3)
     assert (found.ros_name, found.type) == ("turn", "bt_mission_interfaces/action/Turn")
     assert found.sent == {"angle": Text("$legs * 30")}
-    assert (found.timeout, found.silence_timeout) == (30, 1)
+    assert (found.timeout, found.feedback_timeout) == (30, 1)
     assert (found.cancel_when, found.on_cancel) == (Expression("current_angle > 9"), "success")
     assert found.outputs == {"angle_turned": "turned"}
-    assert (found.server_timeout, found.answer_timeout, found.cancel_timeout) == (5.0, 2.0, 3.0)
+    assert (found.server_timeout, found.acceptance_timeout, found.cancel_timeout) == (5.0, 2.0, 3.0)
 
 
 def test_limits_of_an_action_have_defaults():
     """5 s for the server, 2 s for its answer, 3 s for a cancel; the rest is open."""
     found = tree("turn: {angle: 90}")
-    assert (found.server_timeout, found.answer_timeout, found.cancel_timeout) == (5.0, 2.0, 3.0)
-    assert (found.timeout, found.silence_timeout, found.cancel_when) == (None, None, None)
+    assert (found.server_timeout, found.acceptance_timeout, found.cancel_timeout) == (5.0, 2.0, 3.0)
+    assert (found.timeout, found.feedback_timeout, found.cancel_when) == (None, None, None)
     assert (found.on_cancel, found.outputs) == ("failure", {})
     assert tree("turn: {angle: 90}\nserver_timeout: 60").server_timeout == 60.0
 

@@ -133,7 +133,7 @@ def test_each_leaf_has_its_own_time_for_an_answer(ros: Any) -> None:
     node = ros.mission(
         "mission: m\ntree:\n  parallel:\n    - turn: {angle: 9}\n      timeout: 60\n"
         "    - action: {name: slow, type: bt_mission_interfaces/action/Turn}\n"
-        "      answer_timeout: 4.5\n      timeout: 60\n  fail_when: impossible\n"
+        "      acceptance_timeout: 4.5\n      timeout: 60\n  fail_when: impossible\n"
         "  succeed_when: any\n"
     )
     ends: dict[str, float] = {}

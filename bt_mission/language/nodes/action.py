@@ -35,7 +35,7 @@ from bt_mission.language.nodes.interfaces import InterfaceNode
 class GoalNode(InterfaceNode, OutputsNode):
     """The modifiers of every action. Times are seconds of ROS time."""
 
-    # `timeout` bounds the whole goal, `silence_timeout` the time without feedback. `cancel_when`
+    # `timeout` bounds the whole goal, `feedback_timeout` the time without feedback. `cancel_when`
     # is asked on every feedback; the node then ends as `on_cancel` says. `outputs` takes fields
     # of the result, also of a goal that was cancelled or aborted, provided a result came.
     kind: ClassVar[str] = "action"
@@ -47,8 +47,8 @@ class GoalNode(InterfaceNode, OutputsNode):
     on_cancel: Literal["success", "failure"] = "failure"
     outputs: dict[ResultField, Variable] = {}
     server_timeout: FixedLimit | None = None
-    answer_timeout: FixedLimit | None = None
-    silence_timeout: Limit = None
+    acceptance_timeout: FixedLimit | None = None
+    feedback_timeout: Limit = None
     cancel_timeout: FixedLimit | None = None
 
     @override

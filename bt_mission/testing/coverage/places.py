@@ -126,10 +126,10 @@ def _of_goal(step: GoalNode, *, can_halt: bool) -> Iterator[Outcome]:
     limits = {
         Outcome.CANCELED_BY_CONDITION: step.cancel_when is not None,
         Outcome.CANCELED_BY_TIMEOUT: step.timeout is not None,
-        Outcome.SILENT: step.silence_timeout is not None,
+        Outcome.SILENT: step.feedback_timeout is not None,
         Outcome.CANCELED_BY_HALT: can_halt,
     }
-    asks = limits[Outcome.CANCELED_BY_CONDITION] or step.timeout or step.silence_timeout
+    asks = limits[Outcome.CANCELED_BY_CONDITION] or step.timeout or step.feedback_timeout
     limits |= dict.fromkeys((Outcome.CANCEL_REFUSED, Outcome.UNCONFIRMED), bool(asks))
     return (one for one in Outcome if one in ALWAYS_POSSIBLE or limits.get(one))
 

@@ -107,7 +107,7 @@ def test_names_read_are_those_of_every_part():
     mission = load_text(
         "mission: m\ninputs: {a: 1, b: 2, c: 3, d: 4, e: 5}\ntree:\n"
         "  retry: {attempts: $e, pause: 0.0}\n  do:\n    turn: {angle: $a}\n    timeout: $b\n"
-        "    silence_timeout: $c\n    cancel_when: x > $d"
+        "    feedback_timeout: $c\n    cancel_when: x > $d"
     )
     read = frozenset().union(*(names_read(step) for step in mission.tree.walk()))
     assert read == {"a", "b", "c", "d", "e", "x"}

@@ -31,7 +31,7 @@ def there(tree: str, head: str = "") -> dict[str, CoveragePlace]:
         ("", []),
         ("timeout: 5", ["canceled by timeout", *CANCELS]),
         ("cancel_when: remaining_angle < 5", ["canceled by condition", *CANCELS]),
-        ("silence_timeout: 2", ["feedback silent for too long", *CANCELS]),
+        ("feedback_timeout: 2", ["feedback silent for too long", *CANCELS]),
     ],
 )
 def test_a_leaf_has_the_outcomes_that_its_limits_allow(modifiers, more):

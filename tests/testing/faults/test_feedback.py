@@ -27,7 +27,7 @@ def outcome(run: Any) -> tuple[float, str]:
 )
 def test_feedback_that_does_not_come(stage: Any, turn: Any, make: Any) -> None:
     """Is silence, which a limit ends; feedback of another goal is none. The robot is stopped."""
-    run = turn(timeout=5, silence_timeout=0.5)
+    run = turn(timeout=5, feedback_timeout=0.5)
     run.at(0.6, make(stage.faults))
     assert outcome(run) == (
         1.1,

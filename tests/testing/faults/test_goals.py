@@ -71,7 +71,7 @@ def test_goals_are_ignored(stage: Any, turn: Any) -> None:
 
 def test_an_answer_that_is_lost_leaves_no_robot_turning(stage: Any, turn: Any) -> None:
     """The goal is cancelled by its id all the same; that the server cancels it says that it is."""
-    run = turn(timeout=5, answer_timeout=1)
+    run = turn(timeout=5, acceptance_timeout=1)
     run.do(stage.faults.drop_answers("turn"))
     assert ends(run) == (
         1.05,
@@ -89,7 +89,7 @@ def test_a_late_answer(stage: Any, turn: Any) -> None:
     run = turn(timeout=5)
     run.do(stage.faults.delay_answers("turn", 1.0, 1))
     assert ends(run) == (1.95, "success")
-    run = turn(timeout=5, answer_timeout=0.5)
+    run = turn(timeout=5, acceptance_timeout=0.5)
     run.do(stage.faults.delay_answers("turn", 1.0))
     assert ends(run)[0] == 0.55
     run.until_done()
@@ -209,7 +209,7 @@ def test_a_slow_server(stage: Any, turn: Any) -> None:
 
 def test_a_server_too_slow_for_its_limits(stage: Any, turn: Any) -> None:
     """The cancel comes after the goal, and ends it."""
-    run = turn(timeout=5, answer_timeout=0.5)
+    run = turn(timeout=5, acceptance_timeout=0.5)
     run.do(stage.faults.slow_server("turn", 0.4))
     assert ends(run)[1].startswith("no answer to the goal")
     run.until_done()
