@@ -49,18 +49,18 @@ TABLE = """
 sent       accepted         active     result
 sent       rejected         ended
 sent       unwanted         recalled   cancel
-sent       given up         lost
+sent       abandoned        lost
 recalled   accepted         canceling  result cancel
 recalled   rejected         ended
 recalled   unwanted         recalled   cancel
-recalled   given up         lost
+recalled   abandoned        lost
 active     unwanted         canceling  cancel
 active     result           ended
-active     given up         lost
+active     abandoned        lost
 canceling  cancel refused   active
 canceling  unwanted         canceling  cancel
 canceling  result           ended
-canceling  given up         lost
+canceling  abandoned        lost
 lost       accepted         canceling  result cancel
 lost       rejected         ended
 lost       result           ended

@@ -43,7 +43,7 @@ def test_paused_goals_are_cancelled_and_start_anew(ros: Any) -> None:
     ros.run(10.0)
     assert (len(turn.goals), turn.goal.cancels) == (1, 1)
     assert (node.executive.state, node.ledger.open_goals) == ("paused", ())
-    assert trigger(ros, "resume") == (True, "goes on")
+    assert trigger(ros, "resume") == (True, "resumed")
     ros.until(lambda: len(turn.goals) == 2)
     turn.goal.succeed()
     ros.until(lambda: node.executive.is_done)
@@ -74,7 +74,7 @@ def test_steps_are_single_ticks(ros: Any) -> None:
     ros.call(PauseMission, "/bt_mission/pause")
     ticks = node.executive.ticks
     for _ in range(3):
-        assert trigger(ros, "step") == (True, "one tick")
+        assert trigger(ros, "step") == (True, "stepped one tick")
         ros.run(1.0)
     assert node.executive.ticks == ticks + 3
 

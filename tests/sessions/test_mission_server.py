@@ -100,7 +100,7 @@ def test_a_mission_that_fails_says_where(ros: Any, send: Any) -> None:
     [
         (
             {"text": "mission: m\ntree:\n  trun: {}\n"},
-            "<text>:3:3: error: no kind of node is called",
+            "<text>:3:3: error: unknown node type",
         ),
         ({"path": "no_such_mission"}, "no such mission"),
         ({}, "one of them, not both"),

@@ -78,7 +78,7 @@ def test_a_second_ctrl_c_leaves_at_once_and_names_the_goals(stage: Any) -> None:
 
     report = drive(run.stage, Twice(40))
     assert report.goals_left_behind == 1
-    assert "left at once after a second Ctrl-C; orphaned goal: /explore_forward" in report.reason
+    assert "left at once after a second Ctrl-C; orphaned goals: /explore_forward" in report.reason
     assert len(run.close()) == 1
 
 

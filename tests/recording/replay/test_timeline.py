@@ -22,7 +22,7 @@ def test_time_begins_with_the_mission() -> None:
     assert 5 < (timeline.end_ns - timeline.start_ns) / S < 20
     assert timeline.why_cut == ""
     assert timeline.times_ns == tuple(sorted(timeline.times_ns))
-    assert timeline.trace[0] == '{"trace_version": 1}'
+    assert timeline.trace[0] == '{"trace_version": 2}'
 
 
 def test_changes_of_the_tree_are_found_in_both_directions() -> None:

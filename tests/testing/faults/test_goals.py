@@ -80,7 +80,7 @@ def test_an_answer_that_is_lost_leaves_no_robot_turning(stage: Any, turn: Any) -
     assert run.now.turn_rate == pytest.approx(1.0, abs=0.01)
     run.until_done()
     assert (run.succeeded, run.t) == (True, 2.05)
-    assert lives(run) == ["sent at 0.05 s, handed over at 1.05 s, ended at 1.10 s): canceled"]
+    assert lives(run) == ["sent at 0.05 s, released at 1.05 s, ended at 1.10 s): canceled"]
     assert run.always(lambda s: abs(s.turn_rate) < 0.01, after=1.5)
 
 
@@ -93,7 +93,7 @@ def test_a_late_answer(stage: Any, turn: Any) -> None:
     run.do(stage.faults.delay_answers("turn", 1.0))
     assert ends(run)[0] == 0.55
     run.until_done()
-    assert lives(run) == ["sent at 0.05 s, handed over at 0.55 s, ended at 0.60 s): canceled"]
+    assert lives(run) == ["sent at 0.05 s, released at 0.55 s, ended at 0.60 s): canceled"]
 
 
 def test_an_answer_after_the_halt(stage: Any) -> None:
@@ -107,7 +107,7 @@ def test_an_answer_after_the_halt(stage: Any) -> None:
     run.do(heard_at(answers))
     run.until_done()
     assert answers == [0.85]
-    assert lives(run) == ["sent at 0.05 s, handed over at 0.55 s, ended at 0.60 s): canceled"]
+    assert lives(run) == ["sent at 0.05 s, released at 0.55 s, ended at 0.60 s): canceled"]
     assert run.always(lambda s: abs(s.turn_rate) < 0.01, after=1.0)
 
 
@@ -173,7 +173,7 @@ def test_cancels_are_refused(stage: Any, turn: Any) -> None:
         "cancel refused: not done within 0.5 s, but /turn refused to cancel",
     )
     run.until_done()
-    assert lives(run) == ["sent at 0.05 s, handed over at 0.65 s, ended at 0.70 s): canceled"]
+    assert lives(run) == ["sent at 0.05 s, released at 0.65 s, ended at 0.70 s): canceled"]
 
 
 def test_all_cancels_are_refused(stage: Any, turn: Any) -> None:
@@ -181,7 +181,7 @@ def test_all_cancels_are_refused(stage: Any, turn: Any) -> None:
     run = turn(timeout=0.5)
     run.do(stage.faults.refuse_cancels("turn"))
     run.until_done()
-    assert lives(run) == ["sent at 0.05 s, handed over at 0.65 s, ended at 1.95 s): succeeded"]
+    assert lives(run) == ["sent at 0.05 s, released at 0.65 s, ended at 1.95 s): succeeded"]
 
 
 def test_cancels_are_lost(stage: Any, turn: Any) -> None:
@@ -193,7 +193,7 @@ def test_cancels_are_lost(stage: Any, turn: Any) -> None:
         "unconfirmed: not done within 0.5 s, but /turn did not confirm the cancel in 0.5 s",
     )
     run.until_done()
-    assert lives(run) == ["sent at 0.05 s, handed over at 1.10 s, ended at 1.15 s): canceled"]
+    assert lives(run) == ["sent at 0.05 s, released at 1.10 s, ended at 1.15 s): canceled"]
 
 
 def test_a_slow_server(stage: Any, turn: Any) -> None:

@@ -95,7 +95,7 @@ def test_a_server_that_returns_knows_nothing(stage: Any, turn: Any) -> None:
     run.at(1.0, stage.faults.kill_server("turn", lasting=0.5))
     run.until_done()
     assert run.succeeded
-    assert str(run.goals[0]).endswith("handed over at 1.10 s, ended at 2.15 s): unknown")
+    assert str(run.goals[0]).endswith("released at 1.10 s, ended at 2.15 s): unknown")
 
 
 def test_a_server_that_returns_before_it_is_missed(stage: Any, turn: Any) -> None:
