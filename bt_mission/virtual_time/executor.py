@@ -13,7 +13,7 @@ every node it serves and repeats one step:
 Nodes, and the entities of a node, are served in the order of their creation, so the same inputs
 give the same sequence of callbacks in every process. Step 4 ends with the truth only if a
 message is in the reader's queue before ``publish`` returns. That holds for rmw_fastrtps_cpp
-within one process, and :func:`bt_mission.lockstep.self_test` proves it on the machine at hand.
+within one process, and :func:`bt_mission.virtual_time.self_test` proves it on the machine at hand.
 
 The executor runs on the caller's thread and starts none. Coroutine callbacks and tasks are
 resumed after every round of callbacks, as under rclpy's own executors.
