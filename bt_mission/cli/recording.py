@@ -45,6 +45,12 @@ def add_recording_options(parser: argparse.ArgumentParser) -> None:
         "camera then draws all the time, which takes long",
     )
     parser.add_argument(
+        "--record-raw-actions",
+        action="store_true",
+        help="with --record: name the types of goals and feedback as ROS does "
+        "(Turn_SendGoal_Event), which mcap-ros2-support and rosbags refuse",
+    )
+    parser.add_argument(
         "--video",
         type=Path,
         metavar="FILE.mp4",
@@ -60,6 +66,10 @@ def refuse_recording(options: argparse.Namespace) -> None:
     """
     if options.record_camera and not (options.record or options.report):
         raise BtMissionError("--record-camera: name the file to record to with --record FILE.mcap")
+    if options.record_raw_actions and not options.record:
+        raise BtMissionError(
+            "--record-raw-actions: name the file to record to with --record FILE.mcap"
+        )
     if options.report is not None and not options.report.parent.is_dir():
         raise BtMissionError(f"{options.report}: there is no folder {options.report.parent}")
     _refuse_video(options)
@@ -102,7 +112,9 @@ def recorder_for(options: argparse.Namespace, session: ObservableSession) -> Ite
         from bt_mission.recording.options import RecordingOptions
         from bt_mission.recording.writer import RunRecorder
 
-        wanted = RecordingOptions(camera=options.record_camera or "none")
+        wanted = RecordingOptions(
+            camera=options.record_camera or "none", raw_actions=options.record_raw_actions
+        )
         recorder = stack.enter_context(RunRecorder(session, path, wanted))
         yield RunFiles(recorder, options.record, options.report, film)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import platform
 from collections.abc import Iterator
 from functools import cache
@@ -59,7 +60,15 @@ def files_of(mission: Mission) -> Iterator[tuple[str, str]]:
         document = tree.document
         if document.file not in seen:
             seen.add(document.file)
-            yield document.file, "\n".join(document.lines).rstrip("\n") + "\n"
+            yield (
+                portable_name(mission, document.file),
+                "\n".join(document.lines).rstrip("\n") + "\n",
+            )
+
+
+def portable_name(mission: Mission, file: str) -> str:
+    """Name a file of a mission without the folders of this machine: from the mission's folder."""
+    return os.path.relpath(file, Path(mission.file).parent) if Path(file).is_absolute() else file
 
 
 def log_line(line: str) -> tuple[int, str] | None:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from bt_mission.core.cdr.decoder import DecodedMessage
+from bt_mission.core.cdr.definitions import action_of
 from bt_mission.recording.model import RecordedGoal
 from bt_mission.recording.reading import Channel
 
@@ -60,7 +61,7 @@ class GoalLives:
     ) -> None:
         for request in message.request:
             goal = self._goal(request.goal_id, action)
-            goal.type_name = type_name.removesuffix("_SendGoal_Event")
+            goal.type_name = action_of(type_name)
             goal.values = request.goal
             if goal.sent_ns is None:
                 goal.sent_ns = time_ns

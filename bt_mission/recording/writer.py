@@ -16,7 +16,12 @@ from rclpy.parameter import Parameter
 from rclpy.serialization import serialize_message
 
 from bt_mission.core.cdr.decoder import Decoder, Take
-from bt_mission.core.cdr.definitions import Definitions, NoDefinitionError, share_folders
+from bt_mission.core.cdr.definitions import (
+    Definitions,
+    NoDefinitionError,
+    share_folders,
+    with_plain_names,
+)
 from bt_mission.core.dds.liveliness import RECORDER
 from bt_mission.core.dds.liveliness import TOPIC as PRESENCE
 from bt_mission.core.errors import described
@@ -27,6 +32,7 @@ from bt_mission.recording.contents import (
     compressed,
     files_of,
     log_line,
+    portable_name,
     versions,
 )
 from bt_mission.recording.file import McapFile
@@ -206,7 +212,7 @@ class RunRecorder:
         self._start_ns = session.now_ns
         facts = {
             "mission": session.mission.name,
-            "file": session.mission.file,
+            "file": portable_name(session.mission, session.mission.file),
             "seed": str(session.mission.seed),
             "robot": session.mission.robot,
             "node": node.get_fully_qualified_name(),
@@ -284,9 +290,10 @@ class RunRecorder:
         except NoDefinitionError as error:
             self._topics.faults[topic] = str(error)
             return 0
-        return self.file.channel(
-            topic, type_name, definition, {"offered_qos_profiles": offered_qos}
-        )
+        if not self._options.raw_actions:
+            type_name, definition = with_plain_names(type_name, definition)
+        metadata = {"offered_qos_profiles": offered_qos}
+        return self.file.channel(topic, type_name, definition, metadata)
 
     def _open_own(self, topic: str, type_name: str) -> Take:
         """The same for messages that are serialized here."""

@@ -11,10 +11,16 @@ from typing import Any
 
 import pytest
 from mcap.reader import make_reader
+from mcap_ros2.decoder import DecoderFactory
+from rosbags.convert.converter import convert
+from rosbags.rosbag2 import Reader
+from rosbags.typesys import Stores, get_typestore
 
+from bt_mission import load, read_recording
 from bt_mission.core.cdr.definitions import Definitions, NoDefinitionError
 from bt_mission.core.files import names
 from bt_mission.language.loader import load_text
+from bt_mission.recording.contents import files_of
 from bt_mission.recording.file import McapFile
 from bt_mission.sessions.stage import Stage
 from tests.recording.test_file import FullDisk
@@ -41,6 +47,72 @@ def test_others_read_every_message_of_each_mission(record: Callable[..., Any], n
     times = [one.time_ns for one in heard]
     assert times == sorted(times)
     assert times[0] == S
+
+
+def test_mcap_ros2_support_reads_every_message(record: Callable[..., Any]) -> None:
+    """As it is: goals, results, cancels and feedback among them."""
+    run = record("explore")
+    with run.path.open("rb") as stream:
+        heard = [
+            (one.schema.name, one.channel.topic)
+            for one in make_reader(
+                stream, decoder_factories=[DecoderFactory()]
+            ).iter_decoded_messages()
+        ]
+    assert len(heard) == run.recorder.file.messages
+    assert {
+        ("bt_mission_interfaces/msg/TurnFeedbackMessage", "/turn/_action/feedback"),
+        ("bt_mission_interfaces/msg/TurnSendGoalEvent", "/turn/_action/send_goal/_service_event"),
+        ("bt_mission_interfaces/msg/TurnGetResultEvent", "/turn/_action/get_result/_service_event"),
+    } < set(heard)
+
+
+def test_rosbags_converts_a_recording(record: Callable[..., Any], tmp_path: Path) -> None:
+    """To the other storage of rosbag2, message by message."""
+    run = record()
+    typestore = get_typestore(Stores.EMPTY)
+    convert(
+        [run.path],
+        tmp_path / "bag",
+        dst_storage="sqlite3",
+        dst_version=9,
+        compress=None,
+        compress_mode="file",
+        default_typestore=typestore,
+        typestore=None,
+        exclude_topics=[],
+        include_topics=[],
+        exclude_msgtypes=[],
+        include_msgtypes=[],
+    )
+    with Reader(tmp_path / "bag") as bag:
+        assert bag.message_count == run.recorder.file.messages
+
+
+def test_raw_actions_keep_the_names_of_ros(record: Callable[..., Any]) -> None:
+    """And the file tells the same of its goals."""
+    goals = []
+    for raw_actions in (False, True):
+        path = record(raw_actions=raw_actions).path
+        with path.open("rb") as stream:
+            summary = make_reader(stream).get_summary()
+        assert summary is not None
+        schemas = {one.name for one in summary.schemas.values()}
+        assert ("bt_mission_interfaces/action/Turn_SendGoal_Event" in schemas) is raw_actions
+        lives = read_recording(path).goals
+        goals.append([(one.type_name, one.values["angle"], one.status) for one in lives])
+    assert goals[0] == goals[1]
+    assert goals[0][0][0] == "bt_mission_interfaces/action/Turn"
+
+
+def test_attachments_are_named_from_the_folder_of_the_mission(tmp_path: Path) -> None:
+    """Not by the folders of this machine, however the mission was named."""
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "m.yaml").write_text("mission: m\ninclude: [parts/w.yaml]\ntree:\n  tree: w\n")
+    (tmp_path / "parts" / "w.yaml").write_text("trees:\n  w:\n    do: {wait: 0.1}\n")
+    mission = load(tmp_path / "m.yaml")
+    assert Path(mission.file).is_absolute()
+    assert [name for name, _ in files_of(mission)] == ["m.yaml", "parts/w.yaml"]
 
 
 def test_the_run_is_the_same_with_and_without(record: Callable[..., Any], tmp_path: Path) -> None:

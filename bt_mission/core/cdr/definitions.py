@@ -29,6 +29,7 @@ _FIELD = re.compile(
     r"^\s*(?P<type>[A-Za-z][\w/]*)(?:<=\d+)?(?P<array>\[(?P<most><=)?(?P<size>\d*)\])?"
     r"\s+(?P<name>[A-Za-z]\w*)\s*(?P<constant>=)?"
 )
+_MADE_TYPE = re.compile(r"\b([a-z]\w*/)([A-Z][A-Za-z0-9]*(?:_[A-Z][A-Za-z0-9]*)+)\b")
 _DIVIDER = re.compile(r"^---\s*$", re.MULTILINE)
 _GOAL_ID = "unique_identifier_msgs/UUID goal_id\n"
 
@@ -134,6 +135,29 @@ class Definitions:
             if path.is_file():
                 return path.read_text(encoding="utf-8")
         return None
+
+
+def with_plain_names(type_name: str, definition: str) -> tuple[str, str]:
+    """Name a type, and those that it is made of, as every reader of definitions takes it.
+
+    What rosidl makes of services and actions has names with ``_`` in ``srv`` and ``action``.
+    Parsers of message definitions take ``[A-Z][A-Za-z0-9]*`` in ``msg`` alone, so
+    ``nav2_msgs/action/Spin_FeedbackMessage`` becomes ``nav2_msgs/msg/SpinFeedbackMessage``. The
+    messages stay the same, byte for byte.
+    """
+    package, _, name = type_name.partition("/")
+    if "_" not in name:
+        return type_name, definition
+    plain = name.rpartition("/")[2].replace("_", "")
+    text = _MADE_TYPE.sub(lambda match: match[1] + match[2].replace("_", ""), definition)
+    return f"{package}/msg/{plain}", text
+
+
+def action_of(type_name: str) -> str:
+    """Return the action whose goals an event of ``send_goal`` is about, however it is named."""
+    if type_name.endswith("_SendGoal_Event"):
+        return type_name.removesuffix("_SendGoal_Event")
+    return type_name.removesuffix("SendGoalEvent").replace("/msg/", "/action/")
 
 
 def parse(type_name: str, definition: str) -> dict[str, list[Field]]:
