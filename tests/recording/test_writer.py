@@ -53,11 +53,11 @@ def test_mcap_ros2_support_reads_every_message(record: Callable[..., Any]) -> No
     """As it is: goals, results, cancels and feedback among them."""
     run = record("explore")
     with run.path.open("rb") as stream:
+        reader = make_reader(stream, decoder_factories=[DecoderFactory()])
         heard = [
-            (one.schema.name, one.channel.topic)
-            for one in make_reader(
-                stream, decoder_factories=[DecoderFactory()]
-            ).iter_decoded_messages()
+            (schema.name, channel.topic)
+            for schema, channel, _, _ in reader.iter_decoded_messages()
+            if schema is not None
         ]
     assert len(heard) == run.recorder.file.messages
     assert {
