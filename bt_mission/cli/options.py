@@ -53,6 +53,22 @@ def add_plain_option(parser: Any) -> None:
     )
 
 
+def add_force_option(parser: argparse.ArgumentParser) -> None:
+    """Add the leave to overwrite files."""
+    parser.add_argument("--force", action="store_true", help="overwrite files that exist")
+
+
+def refuse_existing(options: argparse.Namespace, *paths: Path | None) -> None:
+    """Refuse to overwrite files, unless ``--force`` is given; devices are no files.
+
+    Raises:
+        BtMissionError: When one of them exists.
+    """
+    for path in paths:
+        if path is not None and path.is_file() and not options.force:
+            raise BtMissionError(f"{path} exists; give another name, or --force to overwrite it")
+
+
 def write_output(path: Path, content: bytes) -> None:
     """Write a file that the options name, and say so.
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
+from bt_mission.cli.options import add_force_option, refuse_existing
 from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
@@ -56,6 +57,7 @@ def add_recording_options(parser: argparse.ArgumentParser) -> None:
         metavar="FILE.mp4",
         help="film the simulated run: from above, and by the camera (docs/how-to/recording.md)",
     )
+    add_force_option(parser)
 
 
 def refuse_recording(options: argparse.Namespace) -> None:
@@ -73,6 +75,7 @@ def refuse_recording(options: argparse.Namespace) -> None:
     if options.report is not None and not options.report.parent.is_dir():
         raise BtMissionError(f"{options.report}: there is no folder {options.report.parent}")
     _refuse_video(options)
+    refuse_existing(options, options.record, options.report, options.video)
 
 
 def _refuse_video(options: argparse.Namespace) -> None:

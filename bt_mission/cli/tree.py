@@ -8,7 +8,14 @@ from pathlib import Path
 from typing import Any
 
 from bt_mission.cli.exits import SUCCESS
-from bt_mission.cli.options import add_mission_file, add_set_option, mission_file, write_output
+from bt_mission.cli.options import (
+    add_force_option,
+    add_mission_file,
+    add_set_option,
+    mission_file,
+    refuse_existing,
+    write_output,
+)
 from bt_mission.core.errors import BtMissionError
 
 FORMATS = ("text", "dot", "svg", "png")
@@ -37,6 +44,7 @@ def add_parser(commands: Any) -> None:
         "--format", choices=FORMATS, help="default: the suffix of the output file, else text"
     )
     parser.add_argument("-o", "--output", type=Path, help="write to this file")
+    add_force_option(parser)
     parser.set_defaults(command=tree)
 
 
@@ -46,6 +54,7 @@ def tree(options: argparse.Namespace) -> int:
     from bt_mission.views.drawing.nodes import drawn, heading
 
     form = _format(options)
+    refuse_existing(options, options.output)
     mission = load(mission_file(options), set=dict(options.set))
     root, title = drawn(mission), heading(mission)
     if options.output is None and form == "text":
