@@ -114,7 +114,7 @@ def _watch(drawn: Scenario, stages: Stages, outcome: Outcome) -> None:
             for topic, _ in run.stage.node.get_topic_names_and_types()
             if topic.endswith("/_action/status")
         ]
-        run.record(*statuses)
+        run.record(*statuses, "collisions")
         run.until_done()
     except NeverHeldError:
         outcome.findings.append("hang")
@@ -128,10 +128,11 @@ def _watch(drawn: Scenario, stages: Stages, outcome: Outcome) -> None:
     outcome.virtual_s = round(run.t, 2)
     outcome.status = run.status
     outcome.reason = outcome.reason or run.reason
-    struck = run.events("collision")
+    struck = [message.obstacle for message in run.topic("collisions")]
     outcome.collisions = len(struck)
-    if struck and not DECEIVING & set(outcome.faults):
-        outcome.findings.append(f"collision: {json.dumps(struck[0])}")
+    moving = {one.name for one in run.stage.sim.simulation.world.moving}
+    if not DECEIVING & set(outcome.faults):
+        outcome.findings += [f"collision: {name}" for name in struck if name not in moving]
     if run.is_done and "kill_server" not in outcome.faults:  # a dead server's last word is no news
         going = [
             bytes(one.goal_info.goal_id.uuid).hex()
