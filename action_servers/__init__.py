@@ -19,11 +19,11 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from action_servers.core.action import Action
     from action_servers.core.checks import outside, refusal, stale
     from action_servers.core.maneuver import (
         SUCCEEDED,
         ZERO,
+        Action,
         ErrorCode,
         Finished,
         Grid,
@@ -65,10 +65,9 @@ __all__ = [
 ]
 
 _HOMES = {
-    "action_servers.core.action": ("Action",),
     "action_servers.core.checks": ("outside", "refusal", "stale"),
     "action_servers.core.maneuver": (
-        *("SUCCEEDED", "ZERO", "ErrorCode", "Finished", "Grid", "Image"),
+        *("SUCCEEDED", "ZERO", "Action", "ErrorCode", "Finished", "Grid", "Image"),
         *("Maneuver", "Observation", "Refusal", "Scan"),
     ),
     "action_servers.core.tuning": ("Tuning",),

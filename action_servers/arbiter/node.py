@@ -15,7 +15,7 @@ from action_servers.core.maneuver import ZERO
 from action_servers.core.parameters import ParameterSpec
 from action_servers.robot_io.base import CommandPublisher, CommandWiring
 from action_servers.robot_io.command_types import Choice
-from action_servers.robot_io.node import NodeOptions, RobotNode, run
+from action_servers.robot_io.node import RobotNode, RobotNodeOptions, run
 from bt_mission.core.geometry import Twist2D
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ SHORTEST_S, LONGEST_S = 0.1, 5.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ArbiterOptions(NodeOptions):
+class ArbiterOptions(RobotNodeOptions):
     """How the arbiter is made. `command_type`: of `cmd_vel`; "auto" is what the robot takes."""
 
     command_type: Choice = "stamped"

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import io
 import math
 from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
 from typing import Protocol
+
+from PIL import Image as Picture
 
 from action_servers.camera.camera import CameraSwitch, Snapshot
 from action_servers.core.checks import outside, refusal, stale
@@ -28,6 +33,58 @@ MAX_ANGLE_DEG = 180.0
 """The limit of the Sheffield course's camera sweep for Jazzy, whose missions run here too."""
 
 
+# The lowest level that compresses at all: seven times faster than Pillow's default for files a
+# fifth larger, and a picture is written between two control steps.
+COMPRESS_LEVEL = 1
+
+
+class ImageFolder:
+    """The folder of one goal, `root`/`name`; `name` may be set until it is opened.
+
+    Where that name is taken, a number is added: the pictures of an earlier goal are never touched.
+    """
+
+    def __init__(self, root: Path, name: str = "images") -> None:
+        self.name = name
+        self._root = root
+        self._path: Path | None = None
+
+    @property
+    def folder(self) -> str:
+        """Full path of the folder; empty until it is opened."""
+        return str(self._path or "")
+
+    def open(self) -> None:
+        """Make the folder, and those above it. Raises OSError."""
+        root = self._root.expanduser().resolve()
+        root.mkdir(parents=True, exist_ok=True)
+        path, number = root / self.name, 1
+        while True:
+            try:
+                path.mkdir()
+            except FileExistsError:
+                number += 1
+                path = root / f"{self.name}_{number}"
+            else:
+                self._path = path
+                return
+
+    def save(self, number: int, image: Image) -> str:
+        """Write `image_NN.png` and return its full path; no part of it is left on OSError."""
+        if self._path is None:
+            raise FileNotFoundError("the folder has not been opened")
+        encoded = io.BytesIO()
+        Picture.fromarray(image.rgb).save(encoded, "PNG", compress_level=COMPRESS_LEVEL)
+        path = self._path / f"image_{number:02d}.png"
+        try:
+            path.write_bytes(encoded.getbuffer())
+        except OSError:
+            with suppress(OSError):
+                path.unlink(missing_ok=True)
+            raise
+        return str(path)
+
+
 class CameraSweepGoal(Protocol):
     """The goal fields of `bt_mission_interfaces/action/CameraSweep`."""
 
@@ -37,29 +94,12 @@ class CameraSweepGoal(Protocol):
     """Number of pictures, one at the end of each equal part of the angle."""
 
 
-class ImageStore(Protocol):
-    """Where the pictures of one goal go. Each method may raise OSError."""
-
-    name: str
-    """Name of the folder; may be set until it is opened."""
-
-    @property
-    def folder(self) -> str:
-        """Path of the folder; empty until it is opened."""
-
-    def open(self) -> None:
-        """Make the folder."""
-
-    def save(self, number: int, image: Image) -> str:
-        """Write picture `number` (1, 2, ...) and return its path."""
-
-
 def plan(
     goal: CameraSweepGoal,
     now: Observation,
     robot: RobotModel,
     camera: CameraSwitch,
-    store: ImageStore,
+    store: ImageFolder,
     tuning: Tuning = TUNING,
 ) -> CameraSweep | Refusal:
     """Check a goal against the robot and what it sees."""
@@ -96,7 +136,7 @@ class CameraSweep:
         count: int,
         robot: RobotModel,
         camera: CameraSwitch,
-        store: ImageStore,
+        store: ImageFolder,
         tuning: Tuning = TUNING,
     ) -> None:
         self._angle = angle

@@ -8,19 +8,11 @@ from typing import Protocol
 
 from action_servers.core.checks import outside, refusal, stale
 from action_servers.core.clearance import ObstaclePoint, ahead, nearest_in_front, obstacle_points
-from action_servers.core.drive_limits import speed_to_stop_in
 from action_servers.core.maneuver import SUCCEEDED, Finished, Observation, Refusal, Scan, Value
 from action_servers.core.tuning import TUNING, Tuning
-from action_servers.driving.drive import DriveGuard
+from action_servers.driving.drive import ARRIVED_WITHIN, SLOWEST, DriveGuard
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
-
-SLOWEST = 0.01
-"""m/s: the lowest speed that is accepted, and the one at which the last millimetres are driven."""
-
-ARRIVED_WITHIN = 0.003
-"""Metres before the stopping distance at which the robot has arrived."""
-
 
 GONE_BEYOND = 0.05
 """Metres beyond the stopping distance at which an obstacle that was there has left."""
@@ -70,8 +62,6 @@ class ExploreForward:
         self._speed = speed
         self._stopping_distance = stopping_distance
         self._robot = robot
-        # Half of what the base can do, so that it follows the slowing down with ease.
-        self._deceleration = 0.5 * robot.max_linear_acceleration
         self._side_margin = tuning.side_margin
         self._drive = DriveGuard(robot, tuning)
         self._arrived = False
@@ -96,10 +86,7 @@ class ExploreForward:
             if remaining <= GONE_BEYOND:
                 return SUCCEEDED
             self._arrived = False  # what it stopped for has left
-        within_braking = speed_to_stop_in(
-            remaining, deceleration=self._deceleration, delay_s=self._drive.delay_s(now)
-        )
-        speed = min(self._speed, max(SLOWEST, within_braking))
+        speed = self._drive.speed_ahead(now, remaining, self._speed)
         return self._drive.command(now, Twist2D(speed, 0.0))
 
     def feedback(self) -> Mapping[str, Value] | None:

@@ -9,8 +9,7 @@ from action_servers.core.checks import outside, refusal, stale
 from action_servers.core.maneuver import SUCCEEDED, ErrorCode, Finished, Observation, Refusal, Value
 from action_servers.core.ticker import Ticker
 from action_servers.core.tuning import TUNING, Tuning
-from action_servers.driving.drive import DriveGuard
-from action_servers.driving.path import Way
+from action_servers.driving.drive import DriveGuard, Way
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
 

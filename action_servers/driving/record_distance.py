@@ -15,9 +15,9 @@ from action_servers.core.maneuver import (
     Refusal,
     Value,
 )
-from action_servers.core.odometer import Odometer
 from action_servers.core.ticker import Ticker
 from action_servers.core.tuning import TUNING, Tuning
+from action_servers.driving.drive import Odometer
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
 

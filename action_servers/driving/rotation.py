@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 from action_servers.core.clearance import obstacle_points
-from action_servers.core.drive_limits import speed_to_stop_in
 from action_servers.core.guard import footprint, free_angle
 from action_servers.core.maneuver import ErrorCode, Finished, Observation, Scan
 from action_servers.core.tuning import TUNING, Tuning
@@ -15,9 +14,6 @@ from bt_mission.core.robot.model import RobotModel
 
 ARRIVED_WITHIN = math.radians(0.3)
 """Distance to the target at which the robot is told to stop."""
-
-SLOWEST = 0.05
-"""rad/s at which the last fraction of a degree is turned."""
 
 
 class Rotation:
@@ -31,8 +27,6 @@ class Rotation:
         self._drive = drive
         self._robot = robot
         self._margin = math.radians(tuning.turn_margin)
-        # Half of what the base can do, so that it follows the slowing down with ease.
-        self._deceleration = 0.5 * robot.max_angular_acceleration
         self._footprint = footprint(robot)
         self._seen: tuple[Scan | None, float] = (None, 0.0)
         self._end_of_room = math.inf
@@ -58,12 +52,7 @@ class Rotation:
                 f"{self._robot.turning_radius:.3f} m that the robot sweeps; "
                 f"{math.degrees(abs(remaining)):.0f} deg were left",
             )
-        within_braking = speed_to_stop_in(
-            min(abs(remaining), room),
-            deceleration=self._deceleration,
-            delay_s=self._drive.delay_s(now),
-        )
-        rate = min(speed, max(SLOWEST, within_braking))
+        rate = self._drive.rate_towards(now, min(abs(remaining), room), speed)
         return self._drive.command(now, Twist2D(0.0, math.copysign(rate, remaining)))
 
     def _look(self, now: Observation, direction: float) -> None:

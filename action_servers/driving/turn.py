@@ -1,4 +1,4 @@
-"""Turn on the spot by an angle."""
+"""Turn on the spot by an angle; and the same as Nav2's Spin."""
 
 from __future__ import annotations
 
@@ -9,13 +9,11 @@ from typing import Protocol
 from action_servers.core.checks import outside, refusal, stale
 from action_servers.core.maneuver import SUCCEEDED, Finished, Observation, Refusal, Value
 from action_servers.core.tuning import TUNING, Tuning
-from action_servers.driving.drive import DriveGuard
+from action_servers.driving.drive import SLOWEST_TURN, DriveGuard
+from action_servers.driving.recoveries import SPIN, Allowance, Duration, negative, seconds_of
 from action_servers.driving.rotation import Rotation
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
-
-SLOWEST = 0.05
-"""rad/s: the lowest speed that is accepted."""
 
 DEFAULT_SPEED = 1.0
 """rad/s, taken for 0: the upper end of what Nav2's spin behaviour turns at (0.4 to 1.0)."""
@@ -42,7 +40,9 @@ def plan(
     speed = goal.angular_velocity
     refused = refusal(
         outside("angle", goal.angle, -tuning.turn_limit, tuning.turn_limit, "deg"),
-        None if speed == 0.0 else outside("angular_velocity", speed, SLOWEST, fastest, "rad/s"),
+        None
+        if speed == 0.0
+        else outside("angular_velocity", speed, SLOWEST_TURN, fastest, "rad/s"),
         unready=stale(now, tuning.sensor_timeout),
     )
     return refused or Turn(
@@ -106,3 +106,59 @@ class Turn:
     def result(self) -> Mapping[str, Value]:
         """Return the angle turned, degrees."""
         return {"angle_turned": math.degrees(self._drive.yaw)}
+
+
+class SpinGoal(Protocol):
+    """The goal fields of `nav2_msgs/action/Spin`."""
+
+    target_yaw: float
+    """How far to turn, rad, left positive, not wrapped."""
+    time_allowance: Duration
+    """When to give up; 0 for never."""
+
+
+def plan_spin(
+    goal: SpinGoal, now: Observation, robot: RobotModel, tuning: Tuning = TUNING
+) -> Spin | Refusal:
+    """Check a goal against what the robot sees."""
+    limit = math.radians(tuning.turn_limit)
+    allowance = seconds_of(goal.time_allowance)
+    refused = refusal(
+        outside("target_yaw", goal.target_yaw, -limit, limit, "rad"),
+        negative("time_allowance", allowance),
+        unready=stale(now, tuning.sensor_timeout),
+    )
+    return refused or Spin(goal.target_yaw, allowance, robot, tuning)
+
+
+class Spin:
+    """A :class:`Turn` with Nav2's fields and codes."""
+
+    needs_base = True
+
+    def __init__(
+        self, angle: float, allowance_s: float, robot: RobotModel, tuning: Tuning = TUNING
+    ) -> None:
+        speed = min(tuning.spin_velocity, robot.max_angular_velocity)
+        self._turn = Turn(angle, speed, robot, tuning)
+        self._allowance = Allowance(allowance_s, SPIN)
+        self._told: float | None = None
+
+    def step(self, now: Observation) -> Twist2D | Finished:
+        """Turn on, or end."""
+        late = self._allowance.late(now)
+        answer = self._turn.step(now)
+        if isinstance(answer, Finished):
+            return SPIN.of(answer)
+        return late or answer
+
+    def feedback(self) -> Mapping[str, Value] | None:
+        """Return the angle turned, when it has changed."""
+        if self._turn.yaw == self._told:
+            return None
+        self._told = self._turn.yaw
+        return {"angular_distance_traveled": self._turn.yaw}
+
+    def result(self) -> Mapping[str, Value]:
+        """Return the time used."""
+        return {"total_elapsed_time": self._allowance.elapsed_s}

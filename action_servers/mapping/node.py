@@ -18,8 +18,8 @@ from action_servers.mapping.coverage import Measure, VisitedArea
 from action_servers.mapping.files import MapFileError, save
 from action_servers.mapping.occupancy import FREE, OccupancyMapper
 from action_servers.mapping.tuning import MapperTuning
-from action_servers.navigation.history import PoseHistory
-from action_servers.robot_io.node import NodeOptions, RobotNode, run
+from action_servers.navigation.senses import PoseHistory
+from action_servers.robot_io.node import RobotNode, RobotNodeOptions, run
 from action_servers.robot_io.sensors import LATCHED, SensorSubscriptions, SensorWiring
 from bt_mission.core.robot.model import RobotModel, load_robot
 
@@ -28,7 +28,7 @@ MAP_PREFIX = "map_prefix"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class MapperOptions(NodeOptions):
+class MapperOptions(RobotNodeOptions):
     """How the mapper is made. `map_prefix`: where `save_map` writes, .pgm and .yaml appended."""
 
     map_prefix: str = "map"

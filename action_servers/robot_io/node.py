@@ -28,14 +28,14 @@ if TYPE_CHECKING:
 
 D = TypeVar("D", bound=Any)
 N = TypeVar("N", bound="RobotNode")
-Options = TypeVar("Options", bound="NodeOptions")
+Options = TypeVar("Options", bound="RobotNodeOptions")
 
 LOOK_S = 0.1
 """How often at least a signal is looked for, s."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class NodeOptions:
+class RobotNodeOptions:
     """How a node joins the graph.
 
     Args:
@@ -57,7 +57,7 @@ class NodeOptions:
 class RobotNode(Node):
     """A node made with our options, whose parameters are declared by their specs."""
 
-    def __init__(self, name: str, options: NodeOptions) -> None:
+    def __init__(self, name: str, options: RobotNodeOptions) -> None:
         super().__init__(
             name,
             context=options.context,

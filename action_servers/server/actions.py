@@ -23,19 +23,17 @@ from nav2_msgs.action import BackUp, DriveOnHeading, FollowWaypoints, NavigateTo
 
 from action_servers.camera import camera_sweep, find_colour, take_pictures
 from action_servers.camera.camera import CameraSwitch
-from action_servers.camera.storage import ImageFolder
-from action_servers.core.action import Action
+from action_servers.camera.camera_sweep import ImageFolder
 from action_servers.core.grid import Floats
-from action_servers.core.maneuver import Maneuver, Observation, Refusal
+from action_servers.core.maneuver import Action, Maneuver, Observation, Refusal
 from action_servers.core.tuning import Tuning
 from action_servers.driving import (
     explore_forward,
     move,
     record_distance,
-    spin,
+    recoveries,
     straight,
     turn,
-    wait,
 )
 from action_servers.mapping import explore
 from action_servers.mapping.tuning import FrontierTuning
@@ -143,13 +141,10 @@ def _watching(kit: ServerContext) -> tuple[Action, ...]:
 def _recoveries(kit: ServerContext) -> tuple[Action, ...]:
     common: dict[str, Any] = {"robot": kit.robot, "tuning": kit.tuning}
 
-    def plan_wait(goal: Any, _now: Observation) -> Maneuver | Refusal:
-        return wait.plan(goal)
-
     on_heading = partial(straight.plan_drive_on_heading, **common)
     return (
-        Action("spin", Spin, partial(spin.plan, **common)),
+        Action("spin", Spin, partial(turn.plan_spin, **common)),
         Action("backup", BackUp, partial(straight.plan_back_up, **common)),
         Action("drive_on_heading", DriveOnHeading, on_heading),
-        Action("wait", Wait, plan_wait),
+        Action("wait", Wait, lambda goal, _: recoveries.plan_wait(goal)),
     )

@@ -13,7 +13,7 @@ from rclpy.qos import LivelinessPolicy, QoSProfile
 from std_msgs.msg import Bool, Empty
 from std_srvs.srv import Trigger
 
-from action_servers.core.interlock import Interlock
+from action_servers.core.pilot import Interlock
 from action_servers.robot_io.messages import MAP_FRAME
 from action_servers.robot_io.sensors import LATCHED
 from bt_mission.core.dds.liveliness import LEASE_S, TOPIC
