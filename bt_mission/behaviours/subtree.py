@@ -36,25 +36,16 @@ class Subtree(Decorator):
     ) -> None:
         super().__init__(name, child)
         self._inputs = inputs
-        self._inner = inner
+        self.inner = inner
+        """The variables of the tree below."""
         self._outer = outer
         self._outputs = outputs
-
-    @property
-    def inner(self) -> Scope:
-        """The variables of the tree below."""
-        return self._inner
-
-    @property
-    def variables(self) -> Mapping[str, Any]:
-        """Those of the tree, as they are now."""
-        return self._inner.values
 
     def initialise(self) -> None:
         """Forget the last time, and take the inputs."""
         values = dict(self._inputs())
-        self._inner.values.clear()
-        self._inner.values.update(values)
+        self.inner.values.clear()
+        self.inner.values.update(values)
 
     def update(self) -> Status:
         """End as the tree does."""
@@ -64,6 +55,6 @@ class Subtree(Decorator):
     def terminate(self, new_status: Status) -> None:
         """Hand the outputs out."""
         if new_status is not Status.INVALID:
-            values = self._inner.values
+            values = self.inner.values
             found = {ours: values[name] for name, ours in self._outputs.items() if name in values}
             self._outer.values.update(found)

@@ -14,7 +14,7 @@ from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Point, PoseStamped
 from py_trees.common import Status
 
-from bt_mission.behaviours.progress import progress_of
+from bt_mission.behaviours.leaves import progress_of
 from bt_mission.behaviours.runtime import NS
 from bt_mission.behaviours.subtree import Subtree
 from bt_mission.goals.goal import GoalStatus, Phase
@@ -22,7 +22,7 @@ from bt_mission.goals.goal import GoalStatus, Phase
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
 
-    from bt_mission.behaviours.progress import LeafProgress
+    from bt_mission.behaviours.leaves import LeafProgress
     from bt_mission.behaviours.runtime import Scope
     from bt_mission.executive.executive import Executive
     from bt_mission.executive.status import Change
@@ -196,7 +196,7 @@ class MissionDetailsBuilder:
     def _variables(self, mission: MissionRun, *, complete: bool) -> Iterator[Variable]:
         values = dict(mission.scope.values)
         for subtree in self._subtrees:
-            values |= {f"{subtree.name}.{name}": one for name, one in subtree.variables.items()}
+            values |= {f"{subtree.name}.{name}": one for name, one in subtree.inner.values.items()}
         for name, value in values.items():
             text = as_json(value)
             if complete or self._values.get(name) != text:
