@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from geometry_msgs.msg import TwistStamped
+from rclpy.executors import Executor
 from rclpy.subscription import Subscription
 
 from action_servers.arbiter.arbiter import SOURCES, Arbiter, CommandSource
@@ -17,9 +18,6 @@ from action_servers.robot_io.base import CommandPublisher, CommandWiring
 from action_servers.robot_io.command_types import Choice
 from action_servers.robot_io.node import RobotNode, RobotNodeOptions, run
 from bt_mission.core.geometry import Twist2D
-
-if TYPE_CHECKING:
-    from rclpy.executors import Executor
 
 NODE_NAME = "bt_mission_arbiter"
 CHECK_HZ = 50.0

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from rclpy.executors import Executor
 from std_msgs.msg import Float64
 
 from action_servers.core.maneuver import Action, Maneuver
@@ -28,9 +28,6 @@ from action_servers.server.parameters import (
 )
 from action_servers.server.topics import PlanTopic, Switches, watch_executives
 from bt_mission.core.robot.model import RobotModel, load_robot
-
-if TYPE_CHECKING:
-    from rclpy.executors import Executor
 
 NODE_NAME = "bt_mission_servers"
 

@@ -3,25 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 from rclpy.duration import Duration
 from rclpy.event_handler import SubscriptionEventCallbacks
+from rclpy.node import Node
 from rclpy.qos import LivelinessPolicy, QoSProfile
 from std_msgs.msg import Bool, Empty
 from std_srvs.srv import Trigger
 
+from action_servers.core.grid import Floats
 from action_servers.core.pilot import Interlock
 from action_servers.robot_io.messages import MAP_FRAME
 from action_servers.robot_io.sensors import LATCHED
 from bt_mission.core.dds.liveliness import LEASE_S, TOPIC
-
-if TYPE_CHECKING:
-    from rclpy.node import Node
-
-    from action_servers.core.grid import Floats
 
 PRESENCE = QoSProfile(
     depth=1,

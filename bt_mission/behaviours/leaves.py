@@ -11,7 +11,8 @@ from py_trees.common import Status
 
 from bt_mission.behaviours.control import Question
 from bt_mission.behaviours.evaluator import Evaluator
-from bt_mission.behaviours.runtime import NS, Runtime, placed
+from bt_mission.behaviours.runtime import Runtime, placed
+from bt_mission.core.stamps import NS
 from bt_mission.language.nodes.interfaces import InterfaceNode
 
 RUNNING = Status.RUNNING

@@ -13,9 +13,6 @@ from bt_mission.goals.goal import GoalClient
 from bt_mission.goals.ledger import Ledger
 from bt_mission.language.expressions.expression import draws
 
-NS = 1_000_000_000
-"""Nanoseconds in a second."""
-
 
 class MissionFailure(BtMissionError):  # noqa: N818 - it is the mission that fails, not our code
     """A fault of the mission itself that shows only while it runs; it ends the mission."""
@@ -81,7 +78,7 @@ class Scope:
 
 
 class ServiceClient(Protocol):
-    """The client of a service: :class:`bt_mission.ros.service_client.RosServiceClient`, for one."""
+    """The client of a service: :class:`bt_mission.ros.clients.RosServiceClient`, for one."""
 
     name: str
 
@@ -118,7 +115,7 @@ class LatestMessage(Protocol):
 
 
 class Publisher(Protocol):
-    """Messages for a topic: :class:`bt_mission.ros.publisher.TopicPublisher`, for one."""
+    """Messages for a topic: :class:`bt_mission.ros.clients.TopicPublisher`, for one."""
 
     name: str
 

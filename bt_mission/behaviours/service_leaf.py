@@ -9,7 +9,8 @@ from py_trees.common import Status
 
 from bt_mission.behaviours.evaluator import Evaluator
 from bt_mission.behaviours.leaves import ClientLeaf
-from bt_mission.behaviours.runtime import NS, ServiceClient
+from bt_mission.behaviours.runtime import ServiceClient
+from bt_mission.core.stamps import NS
 from bt_mission.language.nodes.fields import LIMIT
 from bt_mission.language.nodes.interfaces import ServiceNode
 

@@ -9,12 +9,8 @@ from py_trees.common import Status
 
 from bt_mission.behaviours.evaluator import Evaluator, MessageFields, values_read
 from bt_mission.behaviours.leaves import ClientLeaf
-from bt_mission.behaviours.runtime import (
-    NS,
-    LatestMessage,
-    MissionFailure,
-    Publisher,
-)
+from bt_mission.behaviours.runtime import LatestMessage, MissionFailure, Publisher
+from bt_mission.core.stamps import NS
 from bt_mission.language.nodes.interfaces import PublishNode, WaitForNode
 
 

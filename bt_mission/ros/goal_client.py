@@ -2,22 +2,43 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 from action_msgs.srv import CancelGoal
 from rclpy.action import ActionClient, get_action_names_and_types
 from rclpy.action.client import ClientGoalHandle
+from rclpy.node import Node
+from rclpy.task import Future
 from unique_identifier_msgs.msg import UUID
 
-from bt_mission.goals.exchange import Exchange, ExchangeListener
 from bt_mission.goals.goal import Event, Goal, GoalStatus, Phase
 from bt_mission.ros.interface_types import action_type, check_type, fill
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
 
-    from rclpy.node import Node
-    from rclpy.task import Future
+@dataclass(frozen=True)
+class Exchange:
+    """A request to one of the three services of an action, or the answer to it.
+
+    Args:
+        action: Resolved name of the action; ``type_name`` is its type.
+        service: ``send_goal``, ``cancel_goal`` or ``get_result``.
+        goal_id: The goal that it is about.
+        request: As it was sent.
+        answer: As it came; None when this tells of the request.
+    """
+
+    action: str
+    type_name: str
+    service: str
+    goal_id: bytes
+    request: Any
+    answer: Any = None
+
+
+ExchangeListener = Callable[[Exchange], None]
+"""Told of each request when it is sent, and once more when it is answered."""
 
 
 class _Client(ActionClient):

@@ -5,11 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+from rclpy.context import Context
+from rclpy.node import Node
 
 from action_servers.mapping.node import MapperNode, MapperOptions
 from action_servers.server.node import ServerOptions, ServersNode
+from bt_mission.executive.executive import Executive
 from bt_mission.executive.trace import Trace
+from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.action import GoalNode
 from bt_mission.language.nodes.leaves import PythonNode
 from bt_mission.language.trees import all_steps
@@ -17,14 +21,7 @@ from bt_mission.ros.graph import NodeOptions
 from bt_mission.ros.mission_node import MissionNode
 from bt_mission.ros.mission_runner import MissionRunner, RunnerOptions
 from bt_mission.ros.robot_relay import RobotRelay, RobotSnapshot
-
-if TYPE_CHECKING:
-    from rclpy.context import Context
-    from rclpy.node import Node
-
-    from bt_mission.executive.executive import Executive
-    from bt_mission.language.mission import Mission
-    from sim.robot.robot import SimulatedRobot
+from sim.robot.robot import SimulatedRobot
 
 
 @dataclass(frozen=True)

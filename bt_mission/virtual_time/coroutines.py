@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections import deque
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import Any
 from weakref import WeakSet
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
+from rclpy.node import Node
+from rclpy.task import Task
 
-    from rclpy.node import Node
-    from rclpy.task import Task
-
-    from bt_mission.virtual_time.pending import PendingCallback
+from bt_mission.virtual_time.taps import PendingCallback
 
 
 class Tasks:

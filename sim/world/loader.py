@@ -8,17 +8,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.files import find
+from bt_mission.core.robot.model import RobotModel
 from bt_mission.core.yaml.document import read
 from bt_mission.core.yaml.models import validate
+from sim.world.shapes import Obstacle
 from sim.world.world import World
-
-if TYPE_CHECKING:
-    from bt_mission.core.robot.model import RobotModel
-    from sim.world.shapes import Obstacle
 
 
 def load_world(name_or_path: str | Path, near: str | Path | None = None) -> World:
