@@ -23,6 +23,7 @@ from action_servers.core.maneuver import (
     Refusal,
     Value,
 )
+from action_servers.core.ticker import News
 from action_servers.core.tuning import TUNING, Tuning
 from action_servers.driving.drive import DriveGuard
 from action_servers.driving.rotation import ARRIVED_WITHIN, Rotation
@@ -150,7 +151,7 @@ class CameraSweep:
         self._camera_works = False
         self._opened = False
         self._paths: list[str] = []
-        self._told: tuple[int, float] | None = None
+        self._news = News()
 
     def step(self, now: Observation) -> Twist2D | Finished:
         """Take the picture that is due, and turn on."""
@@ -167,11 +168,8 @@ class CameraSweep:
 
     def feedback(self) -> Mapping[str, Value] | None:
         """Return pictures taken and angle turned, when either has changed."""
-        telling = (len(self._paths), self._drive.yaw)
-        if telling == self._told:
-            return None
-        self._told = telling
-        return {"current_image": telling[0], "current_angle": math.degrees(telling[1])}
+        angle = math.degrees(self._drive.yaw)
+        return self._news.of({"current_image": len(self._paths), "current_angle": angle})
 
     def result(self) -> Mapping[str, Value]:
         """Return the folder (empty when none was made) and the path of every picture taken."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Literal, TypeAlias
 
 from action_servers.core.maneuver import ZERO, ErrorCode, Finished, Maneuver, Observation, Value
@@ -34,21 +34,17 @@ class ManeuverOutcome:
     """What the maneuver raised, if it did."""
 
 
+@dataclass(slots=True, eq=False)
 class ManeuverRun:
     """One maneuver in the pilot's care; `on_end` is called exactly once."""
 
-    __slots__ = ("maneuver", "needs_base", "on_end", "on_feedback")
+    maneuver: Maneuver
+    on_feedback: Callable[[Fields], None]
+    on_end: Callable[[ManeuverOutcome], None]
+    needs_base: bool = field(init=False)
 
-    def __init__(
-        self,
-        maneuver: Maneuver,
-        on_feedback: Callable[[Fields], None],
-        on_end: Callable[[ManeuverOutcome], None],
-    ) -> None:
-        self.maneuver = maneuver
-        self.needs_base = maneuver.needs_base
-        self.on_feedback = on_feedback
-        self.on_end = on_end
+    def __post_init__(self) -> None:
+        self.needs_base = self.maneuver.needs_base
 
 
 class Pilot:

@@ -13,7 +13,7 @@ from action_servers.core.parameters import number
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tuning:
-    """All of them, with their defaults. Times in s of ROS time, lengths in m, angles in deg."""
+    """Of the servers themselves, with their defaults. Times in s of ROS time, lengths in m, angles in deg."""
 
     sensor_timeout: float = number(
         1.0,
@@ -102,3 +102,126 @@ class Tuning:
 
 TUNING = Tuning()
 """The defaults."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NavigationTuning:
+    """Of navigation: the servers' parameters `navigation.*`. Angles in rad."""
+
+    blind_after: float = number(
+        0.5,
+        0.1,
+        10.0,
+        "Age of a scan or pose at which the robot stops, s: five scans of a Waffle, ten poses.",
+    )
+    give_up_after: float = number(
+        3.0, 0.2, 60.0, "Age of a scan or pose at which the goal is given up, s."
+    )
+    wait: float = number(
+        1.0,
+        0.1,
+        60.0,
+        "How long the robot waits for what is in its way to leave, before it plans around it, s.",
+    )
+    recover_after: float = number(
+        5.0,
+        0.5,
+        600.0,
+        "How long it gets nowhere before it forgets what it saw, looks again and plans afresh, s.",
+    )
+    patience: float = number(
+        10.0,
+        1.0,
+        3600.0,
+        "How long it gets nowhere before it gives up, s (that of Nav2's progress checker).",
+    )
+    obstacle_memory: float = number(
+        60.0,
+        1.0,
+        3600.0,
+        "How long an obstacle that the map does not have is remembered out of sight, s.",
+    )
+    margin: float = number(
+        0.01,
+        0.0,
+        0.5,
+        "Kept on top of the robot's turning circle, for what a follower strays from its path, m.",
+    )
+    comfort: float = number(
+        0.25, 0.0, 2.0, "Clearance beyond the necessary from which more is of no use, m."
+    )
+    goal_distance: float = number(
+        0.10,
+        0.0,
+        1.0,
+        "How far beside the goal a path may end when the robot does not fit at the goal itself, m.",
+    )
+    start_reach: float = number(
+        0.50,
+        0.1,
+        2.0,
+        "How far from the robot a path may begin when it stands closer than it should, m.",
+    )
+    arrival_distance: float = number(
+        0.01, 0.001, 0.2, "The drive ends this far before the end of the path, m."
+    )
+    arrival_angle: float = number(
+        0.02, 0.005, 3.2, "The last turn ends this close to the goal's yaw, rad."
+    )
+    stop_on_failure: bool = number(
+        True,
+        0,
+        1,
+        "Whether follow_waypoints ends at the first pose that is not reached (Nav2's default), or "
+        "goes on and tells at the end which were missed.",
+    )
+
+
+NAVIGATION = NavigationTuning()
+"""The defaults."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FrontierTuning:
+    """Of explore_frontiers: the servers' parameters `frontiers.*`."""
+
+    min_length: float = number(
+        0.4,
+        0.05,
+        100.0,
+        "Length of the shortest frontier worth a visit where a goal says 0, m: a Waffle passes "
+        "where 0.5 m is free, and a cell on either side is the seam of the wall.",
+    )
+    map_wait: float = number(
+        5.0,
+        0.5,
+        600.0,
+        "How long it waits for a map, and for the robot's place on it, before it gives up, s.",
+    )
+    settle: float = number(
+        2.5,
+        0.5,
+        60.0,
+        "How long it stands and looks before it believes what the map says of frontiers, s: the "
+        "map comes once a second, and a cell is free when two scans say so.",
+    )
+
+
+FRONTIERS = FrontierTuning()
+"""The defaults."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MapperTuning:
+    """Of the mapper: its own parameters."""
+
+    update_period: float = number(
+        0.2,
+        0.05,
+        2.0,
+        "How often a scan is added, s: every scan of an LDS-01, every other one of a Waffle in "
+        "simulation.",
+    )
+    updates_per_map: int = number(
+        5, 1, 100, "Updates from one map to the next; with the default period, one a second."
+    )

@@ -9,6 +9,7 @@ from typing import Protocol
 from action_servers.core.checks import outside, refusal, stale
 from action_servers.core.clearance import ObstaclePoint, ahead, nearest_in_front, obstacle_points
 from action_servers.core.maneuver import SUCCEEDED, Finished, Observation, Refusal, Scan, Value
+from action_servers.core.ticker import News
 from action_servers.core.tuning import TUNING, Tuning
 from action_servers.driving.drive import ARRIVED_WITHIN, SLOWEST, DriveGuard
 from bt_mission.core.geometry import Twist2D
@@ -69,7 +70,7 @@ class ExploreForward:
         self._ahead: ObstaclePoint | None = None
         self._aside: ObstaclePoint | None = None
         self._distance_at_scan = 0.0
-        self._told: tuple[float, float] | None = None
+        self._news = News()
 
     def step(self, now: Observation) -> Twist2D | Finished:
         """Drive on, slow down, or end."""
@@ -91,11 +92,8 @@ class ExploreForward:
 
     def feedback(self) -> Mapping[str, Value] | None:
         """Return distance driven and gap ahead, when either has changed."""
-        telling = (self._drive.distance, self._gap())
-        if telling == self._told:
-            return None
-        self._told = telling
-        return {"current_distance_travelled": telling[0], "closest_obstacle": telling[1]}
+        done = self._drive.distance
+        return self._news.of({"current_distance_travelled": done, "closest_obstacle": self._gap()})
 
     def result(self) -> Mapping[str, Value]:
         """Return distance driven, gap ahead (inf when nothing is seen there) and its bearing."""

@@ -22,7 +22,7 @@ from action_servers.core.maneuver import (
     Refusal,
     Value,
 )
-from action_servers.core.ticker import ROUNDING_S, Ticker
+from action_servers.core.ticker import ROUNDING_S, News, Ticker
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.stamps import NS, to_ns
 
@@ -132,7 +132,7 @@ class WaitManeuver:
     def __init__(self, seconds: float) -> None:
         self._seconds = seconds
         self._ticker = Ticker()
-        self._told: float | None = None
+        self._news = News()
 
     def step(self, now: Observation) -> Twist2D | Finished:
         """Wait on, or end."""
@@ -141,11 +141,7 @@ class WaitManeuver:
 
     def feedback(self) -> Mapping[str, Value] | None:
         """Return the time that is left, when it has changed."""
-        left = max(0.0, self._seconds - self._ticker.elapsed_s)
-        if left == self._told:
-            return None
-        self._told = left
-        return {"time_left": left}
+        return self._news.of({"time_left": max(0.0, self._seconds - self._ticker.elapsed_s)})
 
     def result(self) -> Mapping[str, Value]:
         """Return the time that has passed."""

@@ -8,6 +8,7 @@ from typing import Protocol
 
 from action_servers.core.checks import outside, refusal, stale
 from action_servers.core.maneuver import SUCCEEDED, ErrorCode, Finished, Observation, Refusal, Value
+from action_servers.core.ticker import News
 from action_servers.core.tuning import TUNING, Tuning
 from action_servers.driving.drive import ARRIVED_WITHIN, SLOWEST, DriveGuard, Way
 from action_servers.driving.recoveries import (
@@ -116,7 +117,7 @@ class Straight:
         self._drive = DriveGuard(robot, tuning)
         self._way = Way(robot, tuning)
         self._allowance = Allowance(allowance_s, codes)
-        self._told: float | None = None
+        self._news = News()
 
     def step(self, now: Observation) -> Twist2D | Finished:
         """Drive on, slow down, or end."""
@@ -128,10 +129,7 @@ class Straight:
 
     def feedback(self) -> Mapping[str, Value] | None:
         """Return the distance driven, when it has changed."""
-        if self._drive.distance == self._told:
-            return None
-        self._told = self._drive.distance
-        return {"distance_traveled": self._drive.distance}
+        return self._news.of({"distance_traveled": self._drive.distance})
 
     def result(self) -> Mapping[str, Value]:
         """Return the time used."""

@@ -8,6 +8,7 @@ from typing import Protocol
 
 from action_servers.core.checks import outside, refusal, stale
 from action_servers.core.maneuver import SUCCEEDED, Finished, Observation, Refusal, Value
+from action_servers.core.ticker import News
 from action_servers.core.tuning import TUNING, Tuning
 from action_servers.driving.drive import SLOWEST_TURN, DriveGuard
 from action_servers.driving.recoveries import SPIN, Allowance, Duration, negative, seconds_of
@@ -67,7 +68,7 @@ class Turn:
         self._rotation = Rotation(self._drive, robot, tuning)
         self._tolerance = math.radians(tuning.turn_tolerance)
         self._resting = False
-        self._told: float | None = None
+        self._news = News()
 
     @property
     def yaw(self) -> float:
@@ -94,14 +95,10 @@ class Turn:
 
     def feedback(self) -> Mapping[str, Value] | None:
         """Return the angle turned and the one that remains, when they have changed."""
-        turned = self._drive.yaw
-        if turned == self._told:
-            return None
-        self._told = turned
-        return {
-            "current_angle": math.degrees(turned),
-            "remaining_angle": math.degrees(self._angle - turned),
-        }
+        turned, remaining = self._drive.yaw, self._angle - self._drive.yaw
+        return self._news.of(
+            {"current_angle": math.degrees(turned), "remaining_angle": math.degrees(remaining)}
+        )
 
     def result(self) -> Mapping[str, Value]:
         """Return the angle turned, degrees."""
@@ -142,7 +139,7 @@ class Spin:
         speed = min(tuning.spin_velocity, robot.max_angular_velocity)
         self._turn = Turn(angle, speed, robot, tuning)
         self._allowance = Allowance(allowance_s, SPIN)
-        self._told: float | None = None
+        self._news = News()
 
     def step(self, now: Observation) -> Twist2D | Finished:
         """Turn on, or end."""
@@ -154,10 +151,7 @@ class Spin:
 
     def feedback(self) -> Mapping[str, Value] | None:
         """Return the angle turned, when it has changed."""
-        if self._turn.yaw == self._told:
-            return None
-        self._told = self._turn.yaw
-        return {"angular_distance_traveled": self._turn.yaw}
+        return self._news.of({"angular_distance_traveled": self._turn.yaw})
 
     def result(self) -> Mapping[str, Value]:
         """Return the time used."""

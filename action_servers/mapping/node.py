@@ -14,10 +14,10 @@ from std_srvs.srv import Trigger
 
 from action_servers.core.maneuver import Grid, Scan
 from action_servers.core.parameters import ParameterSpec
+from action_servers.core.tuning import MapperTuning
 from action_servers.mapping.coverage import Measure, VisitedArea
 from action_servers.mapping.files import MapFileError, save
 from action_servers.mapping.occupancy import FREE, OccupancyMapper
-from action_servers.mapping.tuning import MapperTuning
 from action_servers.navigation.senses import PoseHistory
 from action_servers.robot_io.node import RobotNode, RobotNodeOptions, run
 from action_servers.robot_io.sensors import LATCHED, SensorSubscriptions, SensorWiring

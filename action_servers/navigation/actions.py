@@ -14,10 +14,10 @@ from nav2_msgs.action import NavigateToPose as NavigateToPoseAction
 
 from action_servers.core.checks import stale
 from action_servers.core.maneuver import Observation, Refusal
+from action_servers.core.tuning import NAVIGATION, NavigationTuning
 from action_servers.navigation.navigate import NavigateToPose
 from action_servers.navigation.senses import missing
 from action_servers.navigation.surroundings import Surroundings
-from action_servers.navigation.tuning import NAVIGATION, NavigationTuning
 from action_servers.navigation.waypoints import FollowWaypoints
 from bt_mission.core.geometry import Pose2D, composed, relative, yaw_of
 from bt_mission.core.robot.model import RobotModel

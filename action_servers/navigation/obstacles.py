@@ -9,7 +9,7 @@ import numpy as np
 from action_servers.core.clearance import into_frame
 from action_servers.core.grid import Bools, Floats, Survey
 from action_servers.core.maneuver import Scan
-from action_servers.navigation.tuning import NAVIGATION
+from action_servers.core.tuning import NAVIGATION
 from bt_mission.core.geometry import Pose2D
 
 _MARK_RANGE_M = 3.0

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections import deque
 
 from action_servers.core.maneuver import Finished, Observation
+from action_servers.core.tuning import NAVIGATION, NavigationTuning
 from action_servers.navigation.codes import Code
-from action_servers.navigation.tuning import NAVIGATION, NavigationTuning
 from bt_mission.core.geometry import Pose2D, between, distance, wrap
 
 _MOVED_M = 0.05

@@ -26,7 +26,7 @@ from action_servers.camera.camera import CameraSwitch
 from action_servers.camera.camera_sweep import ImageFolder
 from action_servers.core.grid import Floats
 from action_servers.core.maneuver import Action, Maneuver, Observation, Refusal
-from action_servers.core.tuning import Tuning
+from action_servers.core.tuning import FrontierTuning, NavigationTuning, Tuning
 from action_servers.driving import (
     explore_forward,
     move,
@@ -36,9 +36,7 @@ from action_servers.driving import (
     turn,
 )
 from action_servers.mapping import explore
-from action_servers.mapping.tuning import FrontierTuning
 from action_servers.navigation.actions import plan_follow_waypoints, plan_navigate_to_pose
-from action_servers.navigation.tuning import NavigationTuning
 from action_servers.robot_io.sensors import SensorSubscriptions
 from bt_mission.core.robot.model import RobotModel
 

@@ -11,9 +11,7 @@ from std_msgs.msg import Float64
 
 from action_servers.core.maneuver import Action, Maneuver
 from action_servers.core.pilot import Interlock, Pilot
-from action_servers.core.tuning import TUNING
-from action_servers.mapping.tuning import FRONTIERS
-from action_servers.navigation.tuning import NAVIGATION
+from action_servers.core.tuning import FRONTIERS, NAVIGATION, TUNING
 from action_servers.robot_io.adapter import ActionAdapter, Before
 from action_servers.robot_io.base import CommandPublisher, CommandWiring
 from action_servers.robot_io.command_types import Choice

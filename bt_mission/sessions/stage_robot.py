@@ -136,6 +136,7 @@ class FleetRun:
         node = NodeOptions(namespace=name or None, context=self._context, lean=True)
         self.node = MissionNode(mission, options, node=node)
         self.runner = self.node.runner
+        self.executive, self.trace = self.runner.executive, self.runner.trace
         if options.has_controls:
             relay = RobotRelay(self.node, self._snapshot)
             self.executive.after_tick.append(relay.flush)
@@ -144,16 +145,6 @@ class FleetRun:
     def nodes(self) -> tuple[Node, ...]:
         """Servers and mapper, as far as they are there."""
         return tuple(node for node in (self.servers, self.mapper) if node is not None)
-
-    @property
-    def executive(self) -> Executive:
-        """Ticks the robot's mission."""
-        return self.runner.executive
-
-    @property
-    def trace(self) -> Trace:
-        """What happened in the robot's mission."""
-        return self.runner.trace
 
     def offer_all(self) -> None:
         """Offer also the actions that the mission does not use."""

@@ -8,9 +8,7 @@ from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValu
 from rclpy.parameter import Parameter
 
 from action_servers.core.parameters import specs
-from action_servers.core.tuning import Tuning
-from action_servers.mapping.tuning import FrontierTuning
-from action_servers.navigation.tuning import NavigationTuning
+from action_servers.core.tuning import FrontierTuning, NavigationTuning, Tuning
 from action_servers.server.node import ServerOptions, ServersNode
 
 TUNINGS = (("", Tuning), ("navigation.", NavigationTuning), ("frontiers.", FrontierTuning))
