@@ -13,7 +13,7 @@ from action_servers.core.parameters import number
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tuning:
-    """Of the servers themselves, with their defaults. Times in s of ROS time, lengths in m, angles in deg."""
+    """Of all maneuvers. Times in s of ROS time, lengths in m, angles in deg."""
 
     sensor_timeout: float = number(
         1.0,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from rclpy.node import Node
@@ -14,36 +14,54 @@ from bt_mission.ros.interface_types import check_type, fill, message_type, servi
 DEPTH = 10
 
 
-class TopicPublisher:
-    """Publishes on one topic, reliable and volatile.
+class RosClient:
+    """Speaks to one name in the graph, with messages of one type.
 
     Args:
-        node: Owns the publisher.
-        name: The topic's name; resolved against the node's namespace.
+        node: Owns the client.
+        name: Resolved in full.
         type_name: Such as ``std_msgs/msg/Bool``.
+        make: Makes a message to send.
+        known: Names in the graph, each with its types.
 
     Raises:
-        BtMissionError: When the type is not installed, or the topic has another one.
+        BtMissionError: When the graph has that name with another type.
     """
 
-    def __init__(self, node: Node, name: str, type_name: str) -> None:
+    def __init__(
+        self,
+        node: Node,
+        name: str,
+        type_name: str,
+        make: Callable[[], Any],
+        known: Iterable[tuple[str, list[str]]],
+    ) -> None:
         self._node = node
-        self._type = message_type(type_name)
-        self.name = node.resolve_topic_name(name)
-        check_type(self.name, type_name, dict(node.get_topic_names_and_types()).get(self.name, ()))
-        self._publisher = node.create_publisher(self._type, name, DEPTH)
-
-    def close(self) -> None:
-        """Destroy the publisher."""
-        self._node.destroy_publisher(self._publisher)
+        self.name = name
+        self.type_name = type_name
+        self._make = make
+        check_type(name, type_name, dict(known).get(name, ()))
 
     def prepare(self, fields: Mapping[str, Any]) -> Any:
-        """A message with these fields.
+        """A message, request or goal with these fields.
 
         Raises:
             BtMissionError: When a value does not fit its field.
         """
-        return fill(self._type(), fields)
+        return fill(self._make(), fields)
+
+
+class TopicPublisher(RosClient):
+    """Publishes on one topic, reliable and volatile. Raises also for a type that is not there."""
+
+    def __init__(self, node: Node, name: str, type_name: str) -> None:
+        kind, full = message_type(type_name), node.resolve_topic_name(name)
+        super().__init__(node, full, type_name, kind, node.get_topic_names_and_types())
+        self._publisher = node.create_publisher(kind, name, DEPTH)
+
+    def close(self) -> None:
+        """Destroy the publisher."""
+        self._node.destroy_publisher(self._publisher)
 
     def count_readers(self) -> int:
         """How many subscriptions are matched; that of a recorder does not count."""
@@ -59,26 +77,13 @@ class TopicPublisher:
         self._publisher.publish(message)
 
 
-class RosServiceClient:
-    """Carries requests to the server of one service, and answers back.
-
-    Args:
-        node: Owns the client.
-        name: The service's name; resolved against the node's namespace.
-        type_name: Such as ``std_srvs/srv/Trigger``.
-
-    Raises:
-        BtMissionError: When the type is not installed, or the service has another one.
-    """
+class RosServiceClient(RosClient):
+    """Calls one service. Raises also for a type that is not there."""
 
     def __init__(self, node: Node, name: str, type_name: str) -> None:
-        self._type = service_type(type_name)
-        self.name = node.resolve_service_name(name)
-        check_type(
-            self.name, type_name, dict(node.get_service_names_and_types()).get(self.name, ())
-        )
-        self._node = node
-        self._client = node.create_client(self._type, name)
+        kind, full = service_type(type_name), node.resolve_service_name(name)
+        super().__init__(node, full, type_name, kind.Request, node.get_service_names_and_types())
+        self._client = node.create_client(kind, name)
 
     def close(self) -> None:
         """Destroy the client."""
@@ -87,14 +92,6 @@ class RosServiceClient:
     def is_ready(self) -> bool:
         """Is a server in the graph, and matched?"""
         return bool(self._client.service_is_ready())
-
-    def prepare(self, fields: Mapping[str, Any]) -> Any:
-        """A request with these fields.
-
-        Raises:
-            BtMissionError: When a value does not fit its field.
-        """
-        return fill(self._type.Request(), fields)
 
     def call(self, request: Any, on_answer: Callable[[Any], None]) -> Callable[[], None]:
         """Send a request; gives a function that forgets it, after which no answer is heard."""
