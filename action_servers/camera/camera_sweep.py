@@ -26,7 +26,7 @@ from action_servers.core.maneuver import (
 from action_servers.core.ticker import News
 from action_servers.core.tuning import TUNING, Tuning
 from action_servers.driving.drive import DriveGuard
-from action_servers.driving.rotation import ARRIVED_WITHIN, Rotation
+from action_servers.driving.turn import ARRIVED_WITHIN, Rotation
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
 

@@ -20,10 +20,9 @@ from action_servers.core.maneuver import (
 from action_servers.core.ticker import News
 from action_servers.core.tuning import FRONTIERS, NAVIGATION, FrontierTuning, NavigationTuning
 from action_servers.mapping.frontiers import Frontier, Target, choose, frontiers
-from action_servers.navigation.codes import Code
 from action_servers.navigation.navigate import NavigateToPose
 from action_servers.navigation.planner import Point
-from action_servers.navigation.senses import missing
+from action_servers.navigation.senses import Code, missing
 from action_servers.navigation.surroundings import Surroundings
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel

@@ -8,11 +8,10 @@ from collections.abc import Mapping
 from action_servers.core.drive_limits import Ramp, limits
 from action_servers.core.guard import footprint, held_back
 from action_servers.core.maneuver import SUCCEEDED, ZERO, Finished, Observation, Value
-from action_servers.navigation.codes import Code
 from action_servers.navigation.escape import Escape, way_out
 from action_servers.navigation.follower import Follower
 from action_servers.navigation.planner import NoPath, at, plan, road_map
-from action_servers.navigation.senses import ProgressChecker, Senses
+from action_servers.navigation.senses import Code, ProgressChecker, Senses
 from action_servers.navigation.surroundings import Surroundings
 from bt_mission.core.geometry import Pose2D, Twist2D, distance
 from bt_mission.core.robot.model import RobotModel

@@ -1,16 +1,39 @@
-"""Whether the robot still sees, knows where it is, and gets anywhere."""
+"""Whether the robot still sees, knows where it is, and gets anywhere; and codes that say so."""
 
 from __future__ import annotations
 
 from collections import deque
+from enum import IntEnum
 
 from action_servers.core.maneuver import Finished, Observation
 from action_servers.core.tuning import NAVIGATION, NavigationTuning
-from action_servers.navigation.codes import Code
 from bt_mission.core.geometry import Pose2D, between, distance, wrap
 
 _MOVED_M = 0.05
 _TURNED_RAD = 0.2
+
+
+class Code(IntEnum):
+    """`error_code` of the results of NavigateToPose and FollowWaypoints.
+
+    The controller's codes are those of `nav2_msgs/action/FollowPath`, the planner's those of
+    `ComputePathToPose`, the last two those of `FollowWaypoints`.
+    """
+
+    NONE = 0
+
+    TF_ERROR_WHILE_DRIVING = 102
+    FAILED_TO_MAKE_PROGRESS = 105
+    CONTROLLER_TIMED_OUT = 107
+
+    TF_ERROR_WHILE_PLANNING = 202
+    START_OUTSIDE_MAP = 203
+    GOAL_OUTSIDE_MAP = 204
+    START_OCCUPIED = 205
+    GOAL_OCCUPIED = 206
+    NO_VALID_PATH = 208
+
+    WAYPOINTS_UNKNOWN = 600
 
 
 def missing(now: Observation) -> str | None:

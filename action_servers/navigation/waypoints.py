@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from action_servers.core.maneuver import SUCCEEDED, ZERO, Finished, Observation, Value
 from action_servers.core.ticker import News
 from action_servers.core.tuning import NAVIGATION, NavigationTuning
-from action_servers.navigation.codes import Code
 from action_servers.navigation.navigate import NavigateToPose
+from action_servers.navigation.senses import Code
 from action_servers.navigation.surroundings import Surroundings
 from bt_mission.core.geometry import Pose2D, Twist2D
 from bt_mission.core.robot.model import RobotModel

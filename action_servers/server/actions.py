@@ -61,12 +61,20 @@ class ServerContext:
 
 def actions(kit: ServerContext) -> tuple[Action, ...]:
     """Return every action that the servers offer."""
-    return (*_driving(kit), *_watching(kit), *_recoveries(kit))
-
-
-def _driving(kit: ServerContext) -> tuple[Action, ...]:
     common: dict[str, Any] = {"robot": kit.robot, "tuning": kit.tuning}
+    return (
+        *_driving(kit, common),
+        *_watching(kit, common),
+        Action("spin", Spin, partial(turn.plan_spin, **common)),
+        Action("backup", BackUp, partial(straight.plan_back_up, **common)),
+        Action(
+            "drive_on_heading", DriveOnHeading, partial(straight.plan_drive_on_heading, **common)
+        ),
+        Action("wait", Wait, lambda goal, _: recoveries.plan_wait(goal)),
+    )
 
+
+def _driving(kit: ServerContext, common: dict[str, Any]) -> tuple[Action, ...]:
     def plan_turn(goal: Any, now: Observation) -> Maneuver | Refusal:
         return turn.plan(goal, now, default_speed=kit.turn_velocity(), **common)
 
@@ -93,9 +101,7 @@ def _driving(kit: ServerContext) -> tuple[Action, ...]:
     )
 
 
-def _watching(kit: ServerContext) -> tuple[Action, ...]:
-    common: dict[str, Any] = {"robot": kit.robot, "tuning": kit.tuning}
-
+def _watching(kit: ServerContext, common: dict[str, Any]) -> tuple[Action, ...]:
     def with_camera(plan: Callable[[CameraSwitch], Maneuver | Refusal]) -> Maneuver | Refusal:
         planned = plan(kit.sensors.camera.user())
         if isinstance(planned, Refusal) or kit.sensors.camera.is_sent:
@@ -133,16 +139,4 @@ def _watching(kit: ServerContext) -> tuple[Action, ...]:
         Action("take_pictures", TakePictures, plan_pictures, during=looking),
         Action("find_colour", FindColour, plan_colour, during=looking),
         Action("record_distance", RecordDistance, record),
-    )
-
-
-def _recoveries(kit: ServerContext) -> tuple[Action, ...]:
-    common: dict[str, Any] = {"robot": kit.robot, "tuning": kit.tuning}
-
-    on_heading = partial(straight.plan_drive_on_heading, **common)
-    return (
-        Action("spin", Spin, partial(turn.plan_spin, **common)),
-        Action("backup", BackUp, partial(straight.plan_back_up, **common)),
-        Action("drive_on_heading", DriveOnHeading, on_heading),
-        Action("wait", Wait, lambda goal, _: recoveries.plan_wait(goal)),
     )

@@ -12,10 +12,10 @@ from py_trees.decorators import FailureIsSuccess, Inverter, SuccessIsFailure
 
 from bt_mission.behaviours import control, decorators, leaves
 from bt_mission.behaviours.action_leaf import ActionLeaf
+from bt_mission.behaviours.decorators import Subtree
 from bt_mission.behaviours.evaluator import BuildContext, Evaluator
 from bt_mission.behaviours.runtime import MissionFailure, Scope, placed
 from bt_mission.behaviours.service_leaf import ServiceLeaf
-from bt_mission.behaviours.subtree import Subtree
 from bt_mission.behaviours.topic_leaves import PublishLeaf, WaitFor
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.decorators import ForceNode

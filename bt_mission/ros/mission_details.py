@@ -15,9 +15,9 @@ from geometry_msgs.msg import Point, PoseStamped
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from bt_mission.behaviours.decorators import Subtree
 from bt_mission.behaviours.leaves import LeafProgress, progress_of
 from bt_mission.behaviours.runtime import Scope
-from bt_mission.behaviours.subtree import Subtree
 from bt_mission.core.stamps import set_ns
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.status import Change

@@ -9,9 +9,9 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from bt_mission.behaviours.action_leaf import ActionLeaf
+from bt_mission.behaviours.decorators import Subtree
 from bt_mission.behaviours.runtime import Runtime
 from bt_mission.behaviours.snapshot import load
-from bt_mission.behaviours.subtree import Subtree
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.stamps import NS
 from bt_mission.executive.journal.state import JournalState
