@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Protocol
@@ -17,11 +16,11 @@ from action_servers.core.maneuver import (
     SUCCEEDED,
     ZERO,
     ErrorCode,
+    Fields,
     Finished,
     Image,
     Observation,
     Refusal,
-    Value,
 )
 from action_servers.core.ticker import News
 from action_servers.core.tuning import TUNING, Tuning
@@ -166,12 +165,12 @@ class CameraSweep:
             return self._drive.rest(now) or ZERO
         return self._rotation.towards(now, self._angle, self._speed) or ZERO
 
-    def feedback(self) -> Mapping[str, Value] | None:
+    def feedback(self) -> Fields | None:
         """Return pictures taken and angle turned, when either has changed."""
         angle = math.degrees(self._drive.yaw)
         return self._news.of({"current_image": len(self._paths), "current_angle": angle})
 
-    def result(self) -> Mapping[str, Value]:
+    def result(self) -> Fields:
         """Return the folder (empty when none was made) and the path of every picture taken."""
         return {"image_path": self.store.folder, "image_paths": tuple(self._paths)}
 

@@ -127,9 +127,8 @@ class Refusal:
 # A field of a feedback or result message. A Pose2D fills a Pose, or a PoseStamped in the map
 # frame; a number of seconds fills a Duration or a Time; bytes fill a sequence of uint8; a mapping
 # fills a nested message.
-Value: TypeAlias = Union[
-    bool, int, float, str, bytes, Pose2D, Twist2D, "Mapping[str, Value]", "Sequence[Value]"
-]
+Value: TypeAlias = Union[bool, int, float, str, bytes, Pose2D, Twist2D, "Fields", "Sequence[Value]"]
+Fields: TypeAlias = Mapping[str, Value]
 
 
 class Maneuver(Protocol):

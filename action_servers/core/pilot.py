@@ -8,15 +8,20 @@ zero velocity is commanded before anybody hears of the end.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Literal, TypeAlias
+from typing import Literal
 
-from action_servers.core.maneuver import ZERO, ErrorCode, Finished, Maneuver, Observation, Value
+from action_servers.core.maneuver import (
+    ZERO,
+    ErrorCode,
+    Fields,
+    Finished,
+    Maneuver,
+    Observation,
+)
 from action_servers.core.tuning import TUNING
 from bt_mission.core.geometry import Twist2D
-
-Fields: TypeAlias = Mapping[str, Value]
 
 REFUSED_WHILE_DRIVING = "another goal drives the robot; it is not replaced (on_new_goal: refuse)"
 

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 
-from action_servers.core.maneuver import Value
+from action_servers.core.maneuver import Fields
 
 ROUNDING_S = 1e-6
 
@@ -48,9 +47,9 @@ class News:
 
     def __init__(self, again_s: float = math.inf) -> None:
         self._again_s = again_s
-        self._told: tuple[Mapping[str, Value], float] | None = None
+        self._told: tuple[Fields, float] | None = None
 
-    def of(self, fields: Mapping[str, Value], time_s: float = 0.0) -> Mapping[str, Value] | None:
+    def of(self, fields: Fields, time_s: float = 0.0) -> Fields | None:
         """Return the fields when they are to be told now, else None."""
         if self._told is not None:
             told, told_s = self._told

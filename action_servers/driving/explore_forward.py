@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Protocol
 
 from action_servers.core.checks import outside, refusal, stale
 from action_servers.core.clearance import ObstaclePoint, ahead, nearest_in_front, obstacle_points
-from action_servers.core.maneuver import SUCCEEDED, Finished, Observation, Refusal, Scan, Value
+from action_servers.core.maneuver import (
+    SUCCEEDED,
+    Fields,
+    Finished,
+    Observation,
+    Refusal,
+    Scan,
+)
 from action_servers.core.ticker import News
 from action_servers.core.tuning import TUNING, Tuning
 from action_servers.driving.drive import ARRIVED_WITHIN, SLOWEST, DriveGuard
@@ -90,12 +96,12 @@ class ExploreForward:
         speed = self._drive.speed_ahead(now, remaining, self._speed)
         return self._drive.command(now, Twist2D(speed, 0.0))
 
-    def feedback(self) -> Mapping[str, Value] | None:
+    def feedback(self) -> Fields | None:
         """Return distance driven and gap ahead, when either has changed."""
         done = self._drive.distance
         return self._news.of({"current_distance_travelled": done, "closest_obstacle": self._gap()})
 
-    def result(self) -> Mapping[str, Value]:
+    def result(self) -> Fields:
         """Return distance driven, gap ahead (inf when nothing is seen there) and its bearing."""
         return {
             "total_distance_travelled": self._drive.distance,

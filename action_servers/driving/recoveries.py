@@ -8,7 +8,6 @@ rejected, which a client of Nav2 understands, too.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -17,10 +16,10 @@ from action_servers.core.maneuver import (
     SUCCEEDED,
     ZERO,
     ErrorCode,
+    Fields,
     Finished,
     Observation,
     Refusal,
-    Value,
 )
 from action_servers.core.ticker import ROUNDING_S, News, Ticker
 from bt_mission.core.geometry import Twist2D
@@ -102,11 +101,11 @@ class Useless:
         """End."""
         return self._end
 
-    def feedback(self) -> Mapping[str, Value] | None:
+    def feedback(self) -> Fields | None:
         """Return nothing: nothing was done."""
         return None
 
-    def result(self) -> Mapping[str, Value]:
+    def result(self) -> Fields:
         """Return that no time was used."""
         return {"total_elapsed_time": 0.0}
 
@@ -139,10 +138,10 @@ class WaitManeuver:
         self._ticker.update(now.time_s)
         return SUCCEEDED if self._ticker.has_reached(self._seconds) else ZERO
 
-    def feedback(self) -> Mapping[str, Value] | None:
+    def feedback(self) -> Fields | None:
         """Return the time that is left, when it has changed."""
         return self._news.of({"time_left": max(0.0, self._seconds - self._ticker.elapsed_s)})
 
-    def result(self) -> Mapping[str, Value]:
+    def result(self) -> Fields:
         """Return the time that has passed."""
         return {"total_elapsed_time": self._ticker.elapsed_s}

@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Protocol
 
 from action_servers.core.checks import outside, refusal, stale
-from action_servers.core.maneuver import SUCCEEDED, ErrorCode, Finished, Observation, Refusal, Value
+from action_servers.core.maneuver import (
+    SUCCEEDED,
+    ErrorCode,
+    Fields,
+    Finished,
+    Observation,
+    Refusal,
+)
 from action_servers.core.ticker import News
 from action_servers.core.tuning import TUNING, Tuning
 from action_servers.driving.drive import ARRIVED_WITHIN, SLOWEST, DriveGuard, Way
@@ -127,11 +133,11 @@ class Straight:
             return self._codes.of(answer)
         return late or answer
 
-    def feedback(self) -> Mapping[str, Value] | None:
+    def feedback(self) -> Fields | None:
         """Return the distance driven, when it has changed."""
         return self._news.of({"distance_traveled": self._drive.distance})
 
-    def result(self) -> Mapping[str, Value]:
+    def result(self) -> Fields:
         """Return the time used."""
         return {"total_elapsed_time": self._allowance.elapsed_s}
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Protocol
 
 from action_servers.core.checks import outside, refusal, stale
@@ -12,11 +11,11 @@ from action_servers.core.guard import footprint, free_angle
 from action_servers.core.maneuver import (
     SUCCEEDED,
     ErrorCode,
+    Fields,
     Finished,
     Observation,
     Refusal,
     Scan,
-    Value,
 )
 from action_servers.core.ticker import News
 from action_servers.core.tuning import TUNING, Tuning
@@ -161,14 +160,14 @@ class Turn:
         self._resting = True
         return self._drive.rest(now) or SUCCEEDED
 
-    def feedback(self) -> Mapping[str, Value] | None:
+    def feedback(self) -> Fields | None:
         """Return the angle turned and the one that remains, when they have changed."""
         turned, remaining = self._drive.yaw, self._angle - self._drive.yaw
         return self._news.of(
             {"current_angle": math.degrees(turned), "remaining_angle": math.degrees(remaining)}
         )
 
-    def result(self) -> Mapping[str, Value]:
+    def result(self) -> Fields:
         """Return the angle turned, degrees."""
         return {"angle_turned": math.degrees(self._drive.yaw)}
 
@@ -217,10 +216,10 @@ class Spin:
             return SPIN.of(answer)
         return late or answer
 
-    def feedback(self) -> Mapping[str, Value] | None:
+    def feedback(self) -> Fields | None:
         """Return the angle turned, when it has changed."""
         return self._news.of({"angular_distance_traveled": self._turn.yaw})
 
-    def result(self) -> Mapping[str, Value]:
+    def result(self) -> Fields:
         """Return the time used."""
         return {"total_elapsed_time": self._allowance.elapsed_s}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Protocol
 
 from action_servers.core.checks import outside, refusal
@@ -11,6 +10,7 @@ from action_servers.core.maneuver import (
     SUCCEEDED,
     ZERO,
     ErrorCode,
+    Fields,
     Finished,
     Grid,
     Observation,
@@ -143,12 +143,12 @@ class ExploreFrontiers:
         self._twist = ZERO if isinstance(answer, Finished) else answer
         return answer
 
-    def feedback(self) -> Mapping[str, Value] | None:
+    def feedback(self) -> Fields | None:
         """Return frontiers left and area known: when they change, and once a second."""
         telling: dict[str, Value] = {"frontiers_left": len(self._left), "area_mapped": self._area}
         return self._news.of(telling, self._time_s)
 
-    def result(self) -> Mapping[str, Value]:
+    def result(self) -> Fields:
         """Return the number of frontiers that were driven to until gone, and the area known."""
         return {"frontiers_visited": self._visited, "area_mapped": self._area}
 

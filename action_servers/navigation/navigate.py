@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 
 from action_servers.core.drive_limits import Ramp, limits
 from action_servers.core.guard import footprint, held_back
-from action_servers.core.maneuver import SUCCEEDED, ZERO, Finished, Observation, Value
+from action_servers.core.maneuver import SUCCEEDED, ZERO, Fields, Finished, Observation
 from action_servers.navigation.escape import Escape, way_out
 from action_servers.navigation.follower import Follower
 from action_servers.navigation.planner import NoPath, at, plan, road_map
@@ -77,7 +76,7 @@ class NavigateToPose:
         ended = self._mind_the_time(now.map_pose) or self._find_path(now.map_pose)
         return ended or self._drive(now.map_pose)
 
-    def feedback(self) -> Mapping[str, Value] | None:
+    def feedback(self) -> Fields | None:
         """Return the fields of Nav2's feedback: metres, seconds, poses in the map frame."""
         if self._pose is None:
             return None
@@ -91,7 +90,7 @@ class NavigateToPose:
             "distance_remaining": left,
         }
 
-    def result(self) -> Mapping[str, Value]:
+    def result(self) -> Fields:
         """Return nothing: Nav2's result has no fields of its own."""
         return {}
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
-from action_servers.core.maneuver import SUCCEEDED, ZERO, Finished, Observation, Value
+from action_servers.core.maneuver import SUCCEEDED, ZERO, Fields, Finished, Observation, Value
 from action_servers.core.ticker import News
 from action_servers.core.tuning import NAVIGATION, NavigationTuning
 from action_servers.navigation.navigate import NavigateToPose
@@ -43,7 +43,7 @@ class FollowWaypoints:
         self._index = first
         self._stop_on_failure = tuning.stop_on_failure
         self._leg: NavigateToPose | None = None
-        self._missed: list[Mapping[str, Value]] = []
+        self._missed: list[Fields] = []
         self._time_s: float | None = None
         self._news = News(again_s=_SIGN_OF_LIFE_S)
 
@@ -70,13 +70,13 @@ class FollowWaypoints:
                 return Finished("aborted", Code.WAYPOINTS_UNKNOWN, reason)
         return SUCCEEDED if self._last_leg() else ZERO
 
-    def feedback(self) -> Mapping[str, Value] | None:
+    def feedback(self) -> Fields | None:
         """Return the index of the pose driven to: when it changes, and once a second."""
         if not self._poses or self._time_s is None:
             return None
         return self._news.of({"current_waypoint": self._index}, self._time_s)
 
-    def result(self) -> Mapping[str, Value]:
+    def result(self) -> Fields:
         """Return the poses that were not reached, each with the code that says why."""
         return {"missed_waypoints": list(self._missed)}
 

@@ -7,7 +7,7 @@ acceptance, so that a cancel finds it however early it comes. Execution only wai
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from typing import Any, Literal, TypeAlias
 
@@ -17,8 +17,15 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.task import Future
 
-from action_servers.core.maneuver import Action, Finished, Maneuver, Observation, Refusal, Value
-from action_servers.core.pilot import Fields, ManeuverOutcome, ManeuverRun, Pilot, raised
+from action_servers.core.maneuver import (
+    Action,
+    Fields,
+    Finished,
+    Maneuver,
+    Observation,
+    Refusal,
+)
+from action_servers.core.pilot import ManeuverOutcome, ManeuverRun, Pilot, raised
 from action_servers.robot_io.messages import fill
 from action_servers.robot_io.sensors import SensorSubscriptions
 from bt_mission.core.geometry import Twist2D
@@ -37,7 +44,7 @@ word, and a client waits for an answer that never comes."""
 
 Method: TypeAlias = Literal["step", "feedback", "result"]
 
-Before: TypeAlias = Callable[[Method, "Mapping[str, Value]"], "tuple[int, str] | None"]
+Before: TypeAlias = Callable[[Method, Fields], "tuple[int, str] | None"]
 """Called before a method of a maneuver, with the newest feedback; whatever it raises, the maneuver
 raises. Before a step, a code and a reason end the goal as aborted."""
 
@@ -48,7 +55,7 @@ class HookedManeuver:
     def __init__(self, maneuver: Maneuver, before: Sequence[Before]) -> None:
         self._maneuver = maneuver
         self._before = before
-        self._feedback: Mapping[str, Value] = {}
+        self._feedback: Fields = {}
 
     @property
     def needs_base(self) -> bool:
@@ -59,7 +66,7 @@ class HookedManeuver:
         """As the maneuver, or the end of the goal."""
         return self._ask("step") or self._maneuver.step(now)
 
-    def feedback(self) -> Mapping[str, Value] | None:
+    def feedback(self) -> Fields | None:
         """As the maneuver."""
         self._ask("feedback")
         fields = self._maneuver.feedback()
@@ -67,7 +74,7 @@ class HookedManeuver:
             self._feedback = fields
         return fields
 
-    def result(self) -> Mapping[str, Value]:
+    def result(self) -> Fields:
         """As the maneuver."""
         self._ask("result")
         return self._maneuver.result()

@@ -134,7 +134,10 @@ class Publisher(Protocol):
 
 
 class Runtime(Protocol):
-    """Handed to every node's ``setup`` as ``runtime``."""
+    """Handed to every node's ``setup`` as ``runtime``.
+
+    What makes a client raises BtMissionError for a type that is not installed.
+    """
 
     ledger: Ledger
     scope: Scope
@@ -144,32 +147,16 @@ class Runtime(Protocol):
         """ROS time, ns; the same throughout a tick."""
 
     def goal_client(self, action: str, type_name: str) -> GoalClient:
-        """The client of an action; one for each name and type.
-
-        Raises:
-            BtMissionError: For a type that is not installed.
-        """
+        """The client of an action; one for each name and type."""
 
     def service_client(self, service: str, type_name: str) -> ServiceClient:
-        """The client of a service; one for each name and type.
-
-        Raises:
-            BtMissionError: For a type that is not installed.
-        """
+        """The client of a service; one for each name and type."""
 
     def subscriber(self, topic: str, type_name: str) -> LatestMessage:
-        """The messages of a topic; one for each name and type.
-
-        Raises:
-            BtMissionError: For a type that is not installed.
-        """
+        """The messages of a topic; one for each name and type."""
 
     def publisher(self, topic: str, type_name: str) -> Publisher:
-        """The publisher of a topic; one for each name and type.
-
-        Raises:
-            BtMissionError: For a type that is not installed.
-        """
+        """The publisher of a topic; one for each name and type."""
 
     def log(self, text: str) -> None:
         """Say something to the people who watch the mission."""
