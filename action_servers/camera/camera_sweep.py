@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import math
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Protocol
 
@@ -183,7 +184,8 @@ class CameraSweep:
             self._ask(now)
             taken = self._snapshot.take(now)
             if isinstance(taken, Finished):
-                return self._without_image(taken)
+                done = f"{len(self._paths)} of {self._count} taken"
+                return replace(taken, reason=f"{taken.reason}, {done}")
             if taken is None:
                 return None
             if self._camera_works:
@@ -208,7 +210,3 @@ class CameraSweep:
         """Return whether the robot has turned to where picture `number` is taken."""
         angle = self._angle * min(number, self._count) / self._count
         return self._drive.yaw >= angle - ARRIVED_WITHIN
-
-    def _without_image(self, end: Finished) -> Finished:
-        done = f"{len(self._paths)} of {self._count} taken"
-        return Finished(end.status, end.error_code, f"{end.reason}, {done}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from dataclasses import replace
 from typing import Protocol
 
 from PIL import Image as Picture
@@ -60,10 +61,8 @@ class TakePictures:
         self._ticker.update(now.time_s)
         taken = self._snapshot.take(now)
         if isinstance(taken, Finished):
-            number = len(self._pictures)
-            return Finished(
-                taken.status, taken.error_code, f"{taken.reason}, {number} of {self._count} taken"
-            )
+            done = f"{len(self._pictures)} of {self._count} taken"
+            return replace(taken, reason=f"{taken.reason}, {done}")
         if taken is not None:
             self._pictures.append(compressed(taken, self._quality))
         if len(self._pictures) == self._count:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import array
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -116,12 +116,7 @@ class MapperNode(RobotNode):
         measure = self._coverage.measure(self._grid)
         if self._told != (measure.area, measure.zones_visited):
             self._told = (measure.area, measure.zones_visited)
-            message = CoverageMessage(
-                area=measure.area,
-                fraction=measure.fraction,
-                zones_visited=measure.zones_visited,
-                zones=measure.zones,
-            )
+            message = CoverageMessage(**asdict(measure))
             self._stamp(message.header)
             self._coverage_out.publish(message)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from geometry_msgs.msg import PoseStamped
@@ -36,17 +37,12 @@ class Switches:
     def __init__(self, node: Node, interlock: Interlock) -> None:
         self._log: Any = node.get_logger()
         self._interlock = interlock
-        node.create_service(Trigger, "stop", self._stop)
-        node.create_service(Trigger, "release", self._release)
+        node.create_service(Trigger, "stop", partial(self._serve, interlock.stop))
+        node.create_service(Trigger, "release", partial(self._serve, interlock.release))
         node.create_subscription(Bool, "motors_on", self._hear_of_motors, LATCHED)
 
-    def _stop(self, _request: Any, response: Any) -> Any:
-        return self._answered(response, self._interlock.stop())
-
-    def _release(self, _request: Any, response: Any) -> Any:
-        return self._answered(response, self._interlock.release())
-
-    def _answered(self, response: Any, done: str) -> Any:
+    def _serve(self, act: Callable[[], str], _request: Any, response: Any) -> Any:
+        done = act()
         self._log.info(done)
         response.success, response.message = True, done
         return response
