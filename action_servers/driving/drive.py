@@ -1,4 +1,4 @@
-"""What every driving maneuver watches: its sensors, its odometry, and a base that obeys."""
+"""What every driving maneuver watches: sensors, odometry, its way, and a base that obeys."""
 
 from __future__ import annotations
 

@@ -27,7 +27,6 @@ from bt_mission.core.robot.model import RobotModel
 DEFAULT_SPEED = 1.0
 """rad/s, taken for 0: the upper end of what Nav2's spin behaviour turns at (0.4 to 1.0)."""
 
-
 ARRIVED_WITHIN = math.radians(0.3)
 """Distance to the target at which the robot is told to stop."""
 
