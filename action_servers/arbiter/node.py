@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from geometry_msgs.msg import TwistStamped
+from rclpy.executors import Executor
 from rclpy.subscription import Subscription
 
 from action_servers.arbiter.arbiter import SOURCES, Arbiter, CommandSource
@@ -15,11 +16,8 @@ from action_servers.core.maneuver import ZERO
 from action_servers.core.parameters import ParameterSpec
 from action_servers.robot_io.base import CommandPublisher, CommandWiring
 from action_servers.robot_io.command_types import Choice
-from action_servers.robot_io.node import NodeOptions, RobotNode, run
+from action_servers.robot_io.node import RobotNode, RobotNodeOptions, run
 from bt_mission.core.geometry import Twist2D
-
-if TYPE_CHECKING:
-    from rclpy.executors import Executor
 
 NODE_NAME = "bt_mission_arbiter"
 CHECK_HZ = 50.0
@@ -32,7 +30,7 @@ SHORTEST_S, LONGEST_S = 0.1, 5.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ArbiterOptions(NodeOptions):
+class ArbiterOptions(RobotNodeOptions):
     """How the arbiter is made. `command_type`: of `cmd_vel`; "auto" is what the robot takes."""
 
     command_type: Choice = "stamped"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Protocol
 
 from action_servers.camera.camera import CameraSwitch
@@ -13,11 +12,11 @@ from action_servers.core.maneuver import (
     SUCCEEDED,
     ZERO,
     ErrorCode,
+    Fields,
     Finished,
     Image,
     Observation,
     Refusal,
-    Value,
 )
 from action_servers.core.tuning import TUNING, Tuning
 from bt_mission.core.diagnostics import did_you_mean, listed
@@ -92,14 +91,14 @@ class FindColour:
         found = self._patch is not None and self._patch.share >= self._share
         return SUCCEEDED if found else ZERO
 
-    def feedback(self) -> Mapping[str, Value] | None:
+    def feedback(self) -> Fields | None:
         """Return what the newest picture shows."""
         if self._image is self._told:
             return None
         self._told = self._image
         return self.result()
 
-    def result(self) -> Mapping[str, Value]:
+    def result(self) -> Fields:
         """Return bearing and share of the largest patch in the newest picture; NaN and 0 if none.
 
         The bearing is that of a camera without distortion that looks straight ahead.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Mapping
+from dataclasses import replace
 from typing import Protocol
 
 from PIL import Image as Picture
@@ -13,11 +13,11 @@ from action_servers.core.checks import outside, refusal
 from action_servers.core.maneuver import (
     SUCCEEDED,
     ZERO,
+    Fields,
     Finished,
     Image,
     Observation,
     Refusal,
-    Value,
 )
 from action_servers.core.ticker import Ticker
 from action_servers.core.tuning import TUNING, Tuning
@@ -53,7 +53,7 @@ class TakePictures:
         self.camera = camera
         self._snapshot = Snapshot(camera, tuning.image_timeout)
         self._ticker = Ticker()
-        self._pictures: list[Mapping[str, Value]] = []
+        self._pictures: list[Fields] = []
         self._told = 0
 
     def step(self, now: Observation) -> Twist2D | Finished:
@@ -61,10 +61,8 @@ class TakePictures:
         self._ticker.update(now.time_s)
         taken = self._snapshot.take(now)
         if isinstance(taken, Finished):
-            number = len(self._pictures)
-            return Finished(
-                taken.status, taken.error_code, f"{taken.reason}, {number} of {self._count} taken"
-            )
+            done = f"{len(self._pictures)} of {self._count} taken"
+            return replace(taken, reason=f"{taken.reason}, {done}")
         if taken is not None:
             self._pictures.append(compressed(taken, self._quality))
         if len(self._pictures) == self._count:
@@ -73,19 +71,19 @@ class TakePictures:
             self._snapshot.ask(now)
         return ZERO
 
-    def feedback(self) -> Mapping[str, Value] | None:
+    def feedback(self) -> Fields | None:
         """Return the picture that was just taken."""
         if len(self._pictures) == self._told:
             return None
         self._told = len(self._pictures)
         return {"last_image": self._pictures[-1]}
 
-    def result(self) -> Mapping[str, Value]:
+    def result(self) -> Fields:
         """Return the pictures taken."""
         return {"all_pictures": tuple(self._pictures)}
 
 
-def compressed(image: Image, quality: int) -> Mapping[str, Value]:
+def compressed(image: Image, quality: int) -> Fields:
     """Return the fields of a `sensor_msgs/CompressedImage`: a JPEG of 1 to 95 of `quality`."""
     encoded = io.BytesIO()
     Picture.fromarray(image.rgb).save(encoded, "JPEG", quality=quality)

@@ -10,10 +10,11 @@ those of ``base_footprint``, the point on the floor below the middle of the axle
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Literal, Protocol, TypeAlias, Union
+from typing import Any, Literal, Protocol, TypeAlias, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -126,9 +127,8 @@ class Refusal:
 # A field of a feedback or result message. A Pose2D fills a Pose, or a PoseStamped in the map
 # frame; a number of seconds fills a Duration or a Time; bytes fill a sequence of uint8; a mapping
 # fills a nested message.
-Value: TypeAlias = Union[
-    bool, int, float, str, bytes, Pose2D, Twist2D, "Mapping[str, Value]", "Sequence[Value]"
-]
+Value: TypeAlias = Union[bool, int, float, str, bytes, Pose2D, Twist2D, "Fields", "Sequence[Value]"]
+Fields: TypeAlias = Mapping[str, Value]
 
 
 class Maneuver(Protocol):
@@ -149,3 +149,29 @@ class Maneuver(Protocol):
 
         Valid at any time: also before the first step, and when canceled or replaced.
         """
+
+
+def _nothing(_maneuver: Maneuver, _goal_id: str) -> AbstractContextManager[None]:
+    return nullcontext()
+
+
+@dataclass(frozen=True, slots=True)
+class Action:
+    """An action that the servers offer.
+
+    Args:
+        name: Its name, relative to the namespace of the servers.
+        type: Its generated type. Where a result has `error_code` and `error_msg`, they tell how
+            the goal ended.
+        plan: Checks a goal message against what is known of the robot; returns the maneuver that
+            carries it out, or why it is refused.
+        needs_map: Whether its observations hold the map, and the robot's pose on it.
+        during: Entered when a goal is accepted, with its maneuver and its id (32 hexadecimal
+            digits), and left at its end.
+    """
+
+    name: str
+    type: Any
+    plan: Callable[[Any, Observation], Maneuver | Refusal]
+    needs_map: bool = False
+    during: Callable[[Any, str], AbstractContextManager[None]] = _nothing

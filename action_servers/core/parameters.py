@@ -43,9 +43,9 @@ class ParameterSpec:
         return None
 
 
-def number(default: float, low: float, high: float, description: str) -> Any:
+def number(default: float, limits: tuple[float, float], description: str) -> Any:
     """Return a field of a dataclass that is a number, or a switch, as a parameter."""
-    spec = ParameterSpec(default, description, low, high)
+    spec = ParameterSpec(default, description, *limits)
     return field(default=default, metadata={"spec": spec})
 
 

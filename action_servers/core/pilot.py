@@ -8,15 +8,20 @@ zero velocity is commanded before anybody hears of the end.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
-from typing import Literal, TypeAlias
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Literal
 
-from action_servers.core.maneuver import ZERO, ErrorCode, Finished, Maneuver, Observation, Value
+from action_servers.core.maneuver import (
+    ZERO,
+    ErrorCode,
+    Fields,
+    Finished,
+    Maneuver,
+    Observation,
+)
 from action_servers.core.tuning import TUNING
 from bt_mission.core.geometry import Twist2D
-
-Fields: TypeAlias = Mapping[str, Value]
 
 REFUSED_WHILE_DRIVING = "another goal drives the robot; it is not replaced (on_new_goal: refuse)"
 
@@ -34,21 +39,17 @@ class ManeuverOutcome:
     """What the maneuver raised, if it did."""
 
 
+@dataclass(slots=True, eq=False)
 class ManeuverRun:
     """One maneuver in the pilot's care; `on_end` is called exactly once."""
 
-    __slots__ = ("maneuver", "needs_base", "on_end", "on_feedback")
+    maneuver: Maneuver
+    on_feedback: Callable[[Fields], None]
+    on_end: Callable[[ManeuverOutcome], None]
+    needs_base: bool = field(init=False)
 
-    def __init__(
-        self,
-        maneuver: Maneuver,
-        on_feedback: Callable[[Fields], None],
-        on_end: Callable[[ManeuverOutcome], None],
-    ) -> None:
-        self.maneuver = maneuver
-        self.needs_base = maneuver.needs_base
-        self.on_feedback = on_feedback
-        self.on_end = on_end
+    def __post_init__(self) -> None:
+        self.needs_base = self.maneuver.needs_base
 
 
 class Pilot:
@@ -202,3 +203,44 @@ def raised(error: Exception) -> ManeuverOutcome:
     """Return how a goal ends whose maneuver raised."""
     reason = f"{type(error).__name__}: {error}"
     return ManeuverOutcome("aborted", ErrorCode.UNKNOWN, reason, cause=error)
+
+
+STOPPED = "stopped"
+MOTORS_OFF = "motors off"
+
+
+class Interlock:
+    """Ends what the pilot does, and refuses goals until the cause is gone.
+
+    A stop ends and refuses everything; motors that are off, only what drives.
+    """
+
+    def __init__(self, pilot: Pilot) -> None:
+        self._pilot = pilot
+        self._stopped = False
+        self._motors_on = True
+
+    def stop(self) -> str:
+        """Stop the base and end every goal, however often; return what was done, in words."""
+        already, self._stopped = self._stopped, True
+        self._pilot.stop(STOPPED)
+        return "stopped already" if already else "stopped; goals are refused until release"
+
+    def release(self) -> str:
+        """Let goals be accepted again; return what was done, in words."""
+        was_stopped, self._stopped = self._stopped, False
+        return "released" if was_stopped else "was not stopped"
+
+    def set_motors(self, *, on: bool) -> None:
+        """Take in whether the motors are on; they are until told otherwise."""
+        self._motors_on = on
+        if not on:
+            self._pilot.stop_driving(MOTORS_OFF, ErrorCode.MOTORS_OFF)
+
+    def refusal(self, *, needs_base: bool) -> str | None:
+        """Return why a goal is not accepted now, or None."""
+        if self._stopped:
+            return f"{STOPPED}; call the service release to go on"
+        if needs_base and not self._motors_on:
+            return f"{MOTORS_OFF}; switch them on with the service motor_power"
+        return self._pilot.refusal(needs_base=needs_base)

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Protocol
 
 from action_servers.core.checks import outside, refusal, stale
-from action_servers.core.maneuver import SUCCEEDED, ErrorCode, Finished, Observation, Refusal, Value
+from action_servers.core.maneuver import (
+    SUCCEEDED,
+    ErrorCode,
+    Fields,
+    Finished,
+    Observation,
+    Refusal,
+)
 from action_servers.core.ticker import Ticker
 from action_servers.core.tuning import TUNING, Tuning
-from action_servers.driving.drive import DriveGuard
-from action_servers.driving.path import Way
+from action_servers.driving.drive import DriveGuard, Way
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
 
@@ -76,13 +81,13 @@ class Move:
             return Finished("aborted", ErrorCode.BLOCKED, f"{obstacle}, after {self._done()}")
         return self._drive.command(now, self._twist)
 
-    def feedback(self) -> Mapping[str, Value] | None:
+    def feedback(self) -> Fields | None:
         """Return what is done so far, once a second."""
         if not self._ticker.take() or self._ticker.count > self._secs:
             return None
         return {"feedback": f"driving, {self._done()} so far"}
 
-    def result(self) -> Mapping[str, Value]:
+    def result(self) -> Fields:
         """Return real duration and distance."""
         return {"status": f"drove for {self._done()}"}
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import array
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,12 +14,12 @@ from std_srvs.srv import Trigger
 
 from action_servers.core.maneuver import Grid, Scan
 from action_servers.core.parameters import ParameterSpec
+from action_servers.core.tuning import MapperTuning
 from action_servers.mapping.coverage import Measure, VisitedArea
 from action_servers.mapping.files import MapFileError, save
 from action_servers.mapping.occupancy import FREE, OccupancyMapper
-from action_servers.mapping.tuning import MapperTuning
-from action_servers.navigation.history import PoseHistory
-from action_servers.robot_io.node import NodeOptions, RobotNode, run
+from action_servers.navigation.senses import PoseHistory
+from action_servers.robot_io.node import RobotNode, RobotNodeOptions, run
 from action_servers.robot_io.sensors import LATCHED, SensorSubscriptions, SensorWiring
 from bt_mission.core.robot.model import RobotModel, load_robot
 
@@ -28,7 +28,7 @@ MAP_PREFIX = "map_prefix"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class MapperOptions(NodeOptions):
+class MapperOptions(RobotNodeOptions):
     """How the mapper is made. `map_prefix`: where `save_map` writes, .pgm and .yaml appended."""
 
     map_prefix: str = "map"
@@ -116,12 +116,7 @@ class MapperNode(RobotNode):
         measure = self._coverage.measure(self._grid)
         if self._told != (measure.area, measure.zones_visited):
             self._told = (measure.area, measure.zones_visited)
-            message = CoverageMessage(
-                area=measure.area,
-                fraction=measure.fraction,
-                zones_visited=measure.zones_visited,
-                zones=measure.zones,
-            )
+            message = CoverageMessage(**asdict(measure))
             self._stamp(message.header)
             self._coverage_out.publish(message)
 

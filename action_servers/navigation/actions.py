@@ -12,12 +12,12 @@ from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import FollowWaypoints as FollowWaypointsAction
 from nav2_msgs.action import NavigateToPose as NavigateToPoseAction
 
-from action_servers.core.checks import stale
+from action_servers.core.checks import refusal, stale
 from action_servers.core.maneuver import Observation, Refusal
+from action_servers.core.tuning import NAVIGATION, NavigationTuning
 from action_servers.navigation.navigate import NavigateToPose
 from action_servers.navigation.senses import missing
 from action_servers.navigation.surroundings import Surroundings
-from action_servers.navigation.tuning import NAVIGATION, NavigationTuning
 from action_servers.navigation.waypoints import FollowWaypoints
 from bt_mission.core.geometry import Pose2D, composed, relative, yaw_of
 from bt_mission.core.robot.model import RobotModel
@@ -38,9 +38,9 @@ def plan_navigate_to_pose(
             f"behavior_tree must be empty, got '{goal.behavior_tree}': "
             "this server is no tree; run it on a Nav2 robot"
         )
-    unready = _unready(now)
+    unready = refusal(missing(now), unready=stale(now))
     if unready is not None:
-        return Refusal(unready)
+        return unready
     pose = _on_map(goal.pose, "pose", now)
     if isinstance(pose, Refusal):
         return pose
@@ -54,9 +54,9 @@ def plan_follow_waypoints(
     tuning: NavigationTuning = NAVIGATION,
 ) -> FollowWaypoints | Refusal:
     """Check a goal of FollowWaypoints. An empty list is accepted and then aborted, as by Nav2."""
-    unready = _unready(now)
+    unready = refusal(missing(now), unready=stale(now))
     if unready is not None:
-        return Refusal(unready)
+        return unready
     poses = _all_on_map(goal.poses, now)
     if isinstance(poses, Refusal):
         return poses
@@ -65,11 +65,6 @@ def plan_follow_waypoints(
     return FollowWaypoints(
         poses, robot, loops=goal.number_of_loops, first=goal.goal_index, tuning=tuning
     )
-
-
-def _unready(now: Observation) -> str | None:
-    old = stale(now)
-    return missing(now) or (None if old is None else old.reason)
 
 
 def _all_on_map(poses: Sequence[PoseStamped], now: Observation) -> list[Pose2D] | Refusal:

@@ -11,10 +11,10 @@ import numpy.typing as npt
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from action_servers.core.grid import Floats, Survey
-from action_servers.navigation.codes import Code
+from action_servers.core.grid import Floats, Survey, centres
+from action_servers.core.tuning import NAVIGATION, NavigationTuning
 from action_servers.navigation.path import CostModel, Path, smooth, straighten
-from action_servers.navigation.tuning import NAVIGATION, NavigationTuning
+from action_servers.navigation.senses import Code
 
 Point: TypeAlias = tuple[float, float]
 _Number = TypeVar("_Number", np.int32, np.float64)
@@ -82,7 +82,7 @@ def road_map(survey: Survey, cost: CostModel) -> RoadMap:
         ),
         shape=(count, count),
     )
-    return RoadMap(survey, cost, node, survey.centres(*np.nonzero(free)), edges)
+    return RoadMap(survey, cost, node, centres(survey, *np.nonzero(free)), edges)
 
 
 def plan(

@@ -13,8 +13,7 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.serialization import serialize_message
 
-from action_servers.core.action import Action
-from action_servers.core.maneuver import Maneuver, Observation, Refusal
+from action_servers.core.maneuver import Action, Maneuver, Observation, Refusal
 from action_servers.core.parameters import text
 from action_servers.robot_io.command_types import CHOICES, STAMPED, Choice, Listeners
 from bt_mission.core.cdr.writer import MessageTemplate

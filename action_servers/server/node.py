@@ -5,24 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from rclpy.executors import Executor
 from std_msgs.msg import Float64
 
-from action_servers.core.action import Action
-from action_servers.core.interlock import Interlock
-from action_servers.core.maneuver import Maneuver
-from action_servers.core.pilot import Pilot
-from action_servers.core.step_hooks import Before
-from action_servers.core.tuning import TUNING
-from action_servers.mapping.tuning import FRONTIERS
-from action_servers.navigation.tuning import NAVIGATION
+from action_servers.core.maneuver import Action, Maneuver
+from action_servers.core.pilot import Interlock, Pilot
+from action_servers.core.tuning import FRONTIERS, NAVIGATION, TUNING
+from action_servers.robot_io.adapter import ActionAdapter, Before
 from action_servers.robot_io.base import CommandPublisher, CommandWiring
 from action_servers.robot_io.command_types import Choice
-from action_servers.robot_io.node import NodeOptions, RobotNode, run
+from action_servers.robot_io.node import RobotNode, RobotNodeOptions, run
 from action_servers.robot_io.sensors import SensorSubscriptions, SensorWiring
 from action_servers.server.actions import ServerContext, actions
-from action_servers.server.adapter import ActionAdapter
 from action_servers.server.parameters import (
     DEFAULT_TURN_VELOCITY,
     ON_NEW_GOAL,
@@ -31,9 +26,6 @@ from action_servers.server.parameters import (
 )
 from action_servers.server.topics import PlanTopic, Switches, watch_executives
 from bt_mission.core.robot.model import RobotModel, load_robot
-
-if TYPE_CHECKING:
-    from rclpy.executors import Executor
 
 NODE_NAME = "bt_mission_servers"
 
@@ -45,7 +37,7 @@ LAST_WORDS_S = 0.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ServerOptions(NodeOptions):
+class ServerOptions(RobotNodeOptions):
     """How the servers' node is made.
 
     Args:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from action_servers.core.parameters import ParameterSpec
 from action_servers.driving import turn
+from action_servers.driving.drive import SLOWEST_TURN
 from action_servers.robot_io.node import RobotNode
 from bt_mission.core.robot.model import RobotModel
 
@@ -67,7 +68,7 @@ def declare_server_parameters(node: RobotNode, robot: RobotModel, image_folder: 
         ParameterSpec(
             min(turn.DEFAULT_SPEED, fastest),
             "Speed of a turn whose goal asks for 0, rad/s.",
-            turn.SLOWEST,
+            SLOWEST_TURN,
             fastest,
             is_fixed=False,
         ),

@@ -3,25 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from typing import Any
 
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 from rclpy.duration import Duration
 from rclpy.event_handler import SubscriptionEventCallbacks
+from rclpy.node import Node
 from rclpy.qos import LivelinessPolicy, QoSProfile
 from std_msgs.msg import Bool, Empty
 from std_srvs.srv import Trigger
 
-from action_servers.core.interlock import Interlock
+from action_servers.core.grid import Floats
+from action_servers.core.pilot import Interlock
 from action_servers.robot_io.messages import MAP_FRAME
 from action_servers.robot_io.sensors import LATCHED
 from bt_mission.core.dds.liveliness import LEASE_S, TOPIC
-
-if TYPE_CHECKING:
-    from rclpy.node import Node
-
-    from action_servers.core.grid import Floats
 
 PRESENCE = QoSProfile(
     depth=1,
@@ -39,17 +37,12 @@ class Switches:
     def __init__(self, node: Node, interlock: Interlock) -> None:
         self._log: Any = node.get_logger()
         self._interlock = interlock
-        node.create_service(Trigger, "stop", self._stop)
-        node.create_service(Trigger, "release", self._release)
+        node.create_service(Trigger, "stop", partial(self._serve, interlock.stop))
+        node.create_service(Trigger, "release", partial(self._serve, interlock.release))
         node.create_subscription(Bool, "motors_on", self._hear_of_motors, LATCHED)
 
-    def _stop(self, _request: Any, response: Any) -> Any:
-        return self._answered(response, self._interlock.stop())
-
-    def _release(self, _request: Any, response: Any) -> Any:
-        return self._answered(response, self._interlock.release())
-
-    def _answered(self, response: Any, done: str) -> Any:
+    def _serve(self, act: Callable[[], str], _request: Any, response: Any) -> Any:
+        done = act()
         self._log.info(done)
         response.success, response.message = True, done
         return response

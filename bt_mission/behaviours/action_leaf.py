@@ -8,16 +8,15 @@ from typing import Any
 from py_trees.common import Status
 
 from bt_mission.behaviours.evaluator import Evaluator
-from bt_mission.behaviours.leaves import Leaf
-from bt_mission.behaviours.progress import LeafProgress
-from bt_mission.behaviours.runtime import Runtime, placed, read_field, scalars
+from bt_mission.behaviours.leaves import ClientLeaf, LeafProgress
+from bt_mission.behaviours.runtime import read_field, scalars
 from bt_mission.goals.attempt import Attempt, Limits
 from bt_mission.goals.goal import Goal, GoalClient
 from bt_mission.goals.outcome import AttemptResult, Outcome
 from bt_mission.language.nodes.action import GoalNode
 
 
-class ActionLeaf(Leaf):
+class ActionLeaf(ClientLeaf):
     """Sends one goal each time it starts, and turns the goal's outcome into a status.
 
     Succeeds when the goal does, or when it is cancelled by its condition and `on_cancel` is
@@ -25,22 +24,18 @@ class ActionLeaf(Leaf):
     one.
     """
 
+    _node: GoalNode
+    _client: GoalClient
+
     def __init__(self, node: GoalNode, values: Evaluator) -> None:
-        super().__init__(node.label)
-        self._node = node
-        self._values = values
+        super().__init__(node, values)
         self.attempt: Attempt | None = None
         self._target: tuple[str, float] | None = None
         self._limits = Limits()
         self._started_ns = 0
-        self._runtime: Runtime
-        self._client: GoalClient
 
-    def setup(self, **kwargs: Any) -> None:
-        """Take the runtime and make the client of the action."""
-        self._runtime = kwargs["runtime"]
-        with placed(self._values.place):
-            self._client = self._runtime.goal_client(self._node.ros_name, self._node.type)
+    def _connected(self, name: str, type_name: str) -> GoalClient:
+        return self._runtime.goal_client(name, type_name)
 
     def initialise(self) -> None:
         """Open an attempt of its own for this goal.

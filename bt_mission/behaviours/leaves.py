@@ -3,16 +3,40 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from typing import Any
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from bt_mission.behaviours.control import Question
-from bt_mission.behaviours.progress import LeafProgress
-from bt_mission.behaviours.runtime import NS, Runtime
+from bt_mission.behaviours.evaluator import Evaluator
+from bt_mission.behaviours.runtime import Runtime, placed
+from bt_mission.core.stamps import NS
+from bt_mission.language.nodes.interfaces import InterfaceNode
 
 RUNNING = Status.RUNNING
+
+
+@dataclass(frozen=True)
+class LeafProgress:
+    """How far a running leaf has come towards something that ends it.
+
+    Args:
+        label: What is measured: a field of the feedback, or ``s`` for the leaf's time.
+    """
+
+    label: str
+    value: float
+    limit: float
+
+
+def progress_of(node: Behaviour) -> LeafProgress | None:
+    """The ``progress`` of a node that runs, where it has one."""
+    if node.status is not Status.RUNNING:
+        return None
+    progress = getattr(node, "progress", None)
+    return progress if isinstance(progress, LeafProgress) else None
 
 
 class Leaf(Behaviour):
@@ -22,6 +46,12 @@ class Leaf(Behaviour):
     it, and lists all statuses to see whether the new one is among them; what our leaves return,
     the type checker sees. Leaves of users keep py_trees' own.
     """
+
+    _runtime: Runtime
+
+    def setup(self, **kwargs: Any) -> None:
+        """Take the runtime."""
+        self._runtime = kwargs["runtime"]
 
     def tick(self) -> Iterator[Behaviour]:
         """Begin, if it does not run; update; stop, if it has ended."""
@@ -40,6 +70,27 @@ class Leaf(Behaviour):
         self.iterator = self.tick()
 
 
+class ClientLeaf(Leaf):
+    """A leaf of a node that names an action, a service or a topic."""
+
+    _node: Any
+    _client: Any
+
+    def __init__(self, node: InterfaceNode, values: Evaluator) -> None:
+        super().__init__(node.label)
+        self._node = node
+        self._values = values
+
+    def setup(self, **kwargs: Any) -> None:
+        """Take the runtime, and make the client."""
+        super().setup(**kwargs)
+        with placed(self._values.place):
+            self._client = self._connected(self._node.ros_name, self._node.type)
+
+    def _connected(self, name: str, type_name: str) -> Any:
+        raise NotImplementedError
+
+
 class Wait(Leaf):
     """Runs for a time of the ROS clock, then succeeds."""
 
@@ -48,11 +99,6 @@ class Wait(Leaf):
         self._seconds = seconds
         self._wait_s = 0.0
         self._until_ns = 0
-        self._runtime: Runtime
-
-    def setup(self, **kwargs: Any) -> None:
-        """Take the runtime."""
-        self._runtime = kwargs["runtime"]
 
     def initialise(self) -> None:
         """Fix the end."""
@@ -89,11 +135,6 @@ class Log(Leaf):
     def __init__(self, name: str, text: Callable[[], str]) -> None:
         super().__init__(name)
         self._text = text
-        self._runtime: Runtime
-
-    def setup(self, **kwargs: Any) -> None:
-        """Take the runtime."""
-        self._runtime = kwargs["runtime"]
 
     def update(self) -> Status:
         """Say it."""

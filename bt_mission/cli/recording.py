@@ -16,7 +16,7 @@ from bt_mission.core.errors import BtMissionError
 if TYPE_CHECKING:
     from bt_mission.executive.report import Report
     from bt_mission.recording.writer import RunRecorder
-    from bt_mission.sessions.observers import ObservableSession
+    from bt_mission.sessions.session import ObservableSession
     from bt_mission.views.video.recorder import VideoRecorder
 
 Kept = dict[str, str | int]

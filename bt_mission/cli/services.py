@@ -62,7 +62,7 @@ def call(options: argparse.Namespace) -> int:
     from bt_mission.graph_tools.graph_session import wait
     from bt_mission.graph_tools.interface_description import describe_interface
     from bt_mission.graph_tools.values import as_json, as_yaml, plain, read_fields
-    from bt_mission.ros.service_client import RosServiceClient
+    from bt_mission.ros.clients import RosServiceClient
 
     text = sys.stdin.read() if options.request == "-" else options.request
     with joined(options) as session:

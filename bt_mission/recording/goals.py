@@ -21,7 +21,7 @@ from bt_mission.ros.interface_types import action_type
 if TYPE_CHECKING:
     from builtin_interfaces.msg import Time
 
-    from bt_mission.goals.exchange import Exchange
+    from bt_mission.ros.goal_client import Exchange
 
 OpenChannel = Callable[[str, str], Callable[[bytes], None]]
 """Called with a topic and its type; gives who takes its messages."""

@@ -41,7 +41,7 @@ from bt_mission.recording.options import RecordingOptions
 from bt_mission.recording.topics import GraphTopics
 
 if TYPE_CHECKING:
-    from bt_mission.sessions.observers import ObservableSession
+    from bt_mission.sessions.session import ObservableSession
 
 LOOK_NS = 2_000_000_000
 """Time between two looks at what topics and pictures there are."""

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from bt_mission_interfaces.srv import PauseMission, SetBreakpoint
+from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from bt_mission.core.errors import BtMissionError
+from bt_mission.executive.executive import Executive
 from bt_mission.executive.status import MissionStatus
-
-if TYPE_CHECKING:
-    from rclpy.node import Node
-
-    from bt_mission.executive.executive import Executive
 
 
 class ControlServices:

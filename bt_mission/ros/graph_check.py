@@ -4,23 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from rclpy.action import get_action_names_and_types
+from rclpy.node import Node
 
 from bt_mission.core.diagnostics import Diagnostic, did_you_mean, listed
 from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.base import (
     NodeModel,
 )
 from bt_mission.language.nodes.interfaces import InterfaceNode
 from bt_mission.language.trees import used
 from bt_mission.ros.graph import WAIT_S, GraphConnection
-
-if TYPE_CHECKING:
-    from rclpy.node import Node
-
-    from bt_mission.language.mission import Mission
 
 LOOK_S = 4.0
 """Wall time after which what has not been found is not there; Fast DDS announces a participant anew

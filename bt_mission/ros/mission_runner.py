@@ -14,7 +14,7 @@ import secrets
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Self, TypeVar
+from typing import Any, Self, TypeVar
 from weakref import WeakValueDictionary
 
 from rclpy.duration import Duration
@@ -25,29 +25,26 @@ from rclpy.qos import LivelinessPolicy, QoSProfile
 from std_msgs.msg import Empty
 
 from bt_mission.behaviours.builder import build_tree
-from bt_mission.behaviours.runtime import NS, Scope
+from bt_mission.behaviours.runtime import Scope
 from bt_mission.core.dds.liveliness import LEASE_S, TOPIC
 from bt_mission.core.errors import BtMissionError, described
+from bt_mission.core.stamps import NS
 from bt_mission.core.wall_clock import Stopwatch, rest
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.mission_time import MissionTime
 from bt_mission.executive.report import Report, report_on
 from bt_mission.executive.status import MissionStatus
 from bt_mission.executive.trace import Trace
-from bt_mission.goals.exchange import ExchangeListener
 from bt_mission.goals.ledger import Ledger
+from bt_mission.language.mission import Mission
+from bt_mission.ros.clients import RosServiceClient, TopicPublisher
 from bt_mission.ros.control_services import ControlServices
-from bt_mission.ros.goal_client import RosGoalClient
+from bt_mission.ros.goal_client import ExchangeListener, RosGoalClient
 from bt_mission.ros.graph import END_WAIT_S, WAIT_S
 from bt_mission.ros.mission_details import MissionRun
-from bt_mission.ros.publisher import TopicPublisher
-from bt_mission.ros.service_client import RosServiceClient
 from bt_mission.ros.status_publisher import StatusPublisher
 from bt_mission.ros.subscriber import LatestMessageSubscriber
 from bt_mission.ros.waypoint_markers import WaypointMarkers
-
-if TYPE_CHECKING:
-    from bt_mission.language.mission import Mission
 
 TICK_RATE_HZ = 20.0
 PRESENCE = QoSProfile(

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import secrets
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from bt_mission_interfaces.msg import (
     MissionDetails,
@@ -22,21 +22,19 @@ from bt_mission_interfaces.msg import (
     TreeNode,
 )
 from bt_mission_interfaces.srv import GetStatuses
+from builtin_interfaces.msg import Time
+from py_trees.behaviour import Behaviour
 from py_trees.common import Status
-from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
 
+from bt_mission.core.stamps import set_ns
 from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.ros.mission_details import MissionDetailsBuilder, time_message
+from bt_mission.executive.executive import Executive
+from bt_mission.executive.status import Change
+from bt_mission.ros.graph import LATCHED
+from bt_mission.ros.mission_details import MissionDetailsBuilder, MissionRun
 
-if TYPE_CHECKING:
-    from py_trees.behaviour import Behaviour
-    from rclpy.node import Node
-
-    from bt_mission.executive.executive import Executive
-    from bt_mission.executive.status import Change
-    from bt_mission.ros.mission_details import MissionRun
-
-LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 CHANGES = QoSProfile(depth=100)
 DETAILS = QoSProfile(depth=10)
 LOG = QoSProfile(depth=100)
@@ -193,7 +191,7 @@ class StatusPublisher:
 
     def _on_log(self, time_ns: int, text: str) -> None:
         if self._topics and self._topics["log"].get_subscription_count():
-            line = MissionLog(stamp=time_message(time_ns), run=self.run, text=text)
+            line = MissionLog(stamp=set_ns(Time(), time_ns), run=self.run, text=text)
             self._topics["log"].publish(line)
 
     def _answer(self, _request: Any, answer: Any) -> Any:

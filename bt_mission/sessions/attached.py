@@ -5,19 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
-from bt_mission.ros.graph import GraphConnection, NodeOptions
+from rclpy.node import Node
+
+from bt_mission.language.mission import Mission
+from bt_mission.ros.graph import GraphConnection, NodeOptions, ProcessNode
 from bt_mission.ros.journal import open_journal
 from bt_mission.ros.mission_node import MissionNode
 from bt_mission.ros.mission_runner import RunnerOptions
-
-if TYPE_CHECKING:
-    from rclpy.node import Node
-
-    from bt_mission.language.mission import Mission
-    from bt_mission.ros.graph import ProcessNode
-    from bt_mission.sessions.observers import SessionObserver
+from bt_mission.sessions.session import SessionObserver
 
 
 class AttachedSession:

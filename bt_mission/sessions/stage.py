@@ -12,32 +12,28 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from itertools import chain, count
 from pathlib import Path
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import rclpy
 from rclpy.context import Context
 from rclpy.node import Node
 
+from action_servers.mapping.node import MapperNode
+from action_servers.server.node import ServersNode
 from bt_mission.core.dds.discovery import isolate
 from bt_mission.core.errors import BtMissionError
-from bt_mission.core.robot.model import load_robot
+from bt_mission.core.robot.model import RobotModel, load_robot
 from bt_mission.executive.status import MissionStatus
+from bt_mission.language.mission import Mission
 from bt_mission.ros.graph import ProcessNode
+from bt_mission.sessions.session import SessionObserver
 from bt_mission.sessions.stage_robot import FleetRobot, FleetRun, StageOptions
 from bt_mission.virtual_time import VirtualTimeExecutor, self_test
 from sim.physics.spawn import RobotSpawn
+from sim.robot.robot import SimulatedRobot
 from sim.ros.node import SimNode, SimOptions
 from sim.world.loader import load_world
-from sim.world.world import Spawn
-
-if TYPE_CHECKING:
-    from action_servers.mapping.node import MapperNode
-    from action_servers.server.node import ServersNode
-    from bt_mission.core.robot.model import RobotModel
-    from bt_mission.language.mission import Mission
-    from bt_mission.sessions.observers import SessionObserver
-    from sim.robot.robot import SimulatedRobot
-    from sim.world.world import World
+from sim.world.world import Spawn, World
 
 START_NS = 1_000_000_000
 DEFAULT_WORLD = "empty_arena"

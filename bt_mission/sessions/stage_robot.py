@@ -5,11 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+from rclpy.context import Context
+from rclpy.node import Node
 
 from action_servers.mapping.node import MapperNode, MapperOptions
 from action_servers.server.node import ServerOptions, ServersNode
+from bt_mission.executive.executive import Executive
 from bt_mission.executive.trace import Trace
+from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.action import GoalNode
 from bt_mission.language.nodes.leaves import PythonNode
 from bt_mission.language.trees import all_steps
@@ -17,14 +21,7 @@ from bt_mission.ros.graph import NodeOptions
 from bt_mission.ros.mission_node import MissionNode
 from bt_mission.ros.mission_runner import MissionRunner, RunnerOptions
 from bt_mission.ros.robot_relay import RobotRelay, RobotSnapshot
-
-if TYPE_CHECKING:
-    from rclpy.context import Context
-    from rclpy.node import Node
-
-    from bt_mission.executive.executive import Executive
-    from bt_mission.language.mission import Mission
-    from sim.robot.robot import SimulatedRobot
+from sim.robot.robot import SimulatedRobot
 
 
 @dataclass(frozen=True)
@@ -139,6 +136,7 @@ class FleetRun:
         node = NodeOptions(namespace=name or None, context=self._context, lean=True)
         self.node = MissionNode(mission, options, node=node)
         self.runner = self.node.runner
+        self.executive, self.trace = self.runner.executive, self.runner.trace
         if options.has_controls:
             relay = RobotRelay(self.node, self._snapshot)
             self.executive.after_tick.append(relay.flush)
@@ -147,16 +145,6 @@ class FleetRun:
     def nodes(self) -> tuple[Node, ...]:
         """Servers and mapper, as far as they are there."""
         return tuple(node for node in (self.servers, self.mapper) if node is not None)
-
-    @property
-    def executive(self) -> Executive:
-        """Ticks the robot's mission."""
-        return self.runner.executive
-
-    @property
-    def trace(self) -> Trace:
-        """What happened in the robot's mission."""
-        return self.runner.trace
 
     def offer_all(self) -> None:
         """Offer also the actions that the mission does not use."""

@@ -21,10 +21,9 @@ from sim.physics.spawn import RobotSpawn
 from sim.physics.wheels import Wheels
 from sim.robot.drive import DifferentialDrive
 from sim.sensors.battery import Battery
-from sim.sensors.encoders import Encoders
 from sim.sensors.imu import Imu, Inertial
 from sim.sensors.lidar import Lidar
-from sim.sensors.odometry import Odometry
+from sim.sensors.odometry import Encoders, Odometry
 
 _STRIDE = 0.005
 """Metres. The way is measured in chords of this length, so that trembling against a wall is none:

@@ -28,7 +28,7 @@ from sim.ros.schedule import Schedule
 from sim.ros.topics import LATCHED, RELIABLE, RobotPublishers, log, wanted
 from sim.ros.world_messages import occupancy_grid, zone_markers
 from sim.simulation import Fleet, Simulation
-from sim.world.checks import unseen
+from sim.world.loader import unseen
 from sim.world.occupancy import rasterise
 from sim.world.world import World
 

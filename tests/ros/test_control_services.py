@@ -9,7 +9,8 @@ from bt_mission_interfaces.msg import MissionState, StatusChanges, Tree
 from bt_mission_interfaces.srv import GetStatuses, PauseMission, SetBreakpoint
 from std_srvs.srv import Trigger
 
-from bt_mission.ros.status_publisher import CHANGES, LATCHED
+from bt_mission.ros.graph import LATCHED
+from bt_mission.ros.status_publisher import CHANGES
 
 TWO = "mission: m\ntree:\n  sequence:\n    - turn: {angle: 90}\n      timeout: 60\n    - wait: 1\n"
 

@@ -10,7 +10,7 @@ from bt_mission_interfaces.action import ExecuteMission
 from bt_mission_interfaces.msg import MissionState
 from rclpy.action import ActionClient
 
-from bt_mission.ros.status_publisher import LATCHED
+from bt_mission.ros.graph import LATCHED
 
 TURN = "mission: m\ninputs: {angle: 90}\ntree:\n  turn: {angle: $angle}\n  timeout: 60\n"
 STATUS = {

@@ -14,7 +14,7 @@ from rich.live import Live
 from rich.text import Text
 
 from bt_mission.behaviours.action_leaf import ActionLeaf
-from bt_mission.behaviours.progress import LeafProgress, progress_of
+from bt_mission.behaviours.leaves import LeafProgress, progress_of
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events.status_marks import STYLES
 from bt_mission.executive.executive import Executive

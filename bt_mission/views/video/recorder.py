@@ -9,7 +9,7 @@ from typing import Any, Protocol, Self
 import numpy as np
 import numpy.typing as npt
 
-from bt_mission.behaviours.progress import progress_of
+from bt_mission.behaviours.leaves import progress_of
 from bt_mission.core.errors import described
 from bt_mission.executive.status import MissionStatus
 from bt_mission.goals.goal import Goal

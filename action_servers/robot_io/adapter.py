@@ -7,9 +7,9 @@ acceptance, so that a cancel finds it however early it comes. Execution only wai
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
-from typing import Any
+from typing import Any, Literal, TypeAlias
 
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
@@ -17,12 +17,18 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.task import Future
 
-from action_servers.core.action import Action
-from action_servers.core.maneuver import Maneuver, Refusal
-from action_servers.core.pilot import Fields, ManeuverOutcome, ManeuverRun, Pilot, raised
-from action_servers.core.step_hooks import Before, HookedManeuver
+from action_servers.core.maneuver import (
+    Action,
+    Fields,
+    Finished,
+    Maneuver,
+    Observation,
+    Refusal,
+)
+from action_servers.core.pilot import ManeuverOutcome, ManeuverRun, Pilot, raised
 from action_servers.robot_io.messages import fill
 from action_servers.robot_io.sensors import SensorSubscriptions
+from bt_mission.core.geometry import Twist2D
 
 SHOWN_CHARACTERS = 300
 
@@ -34,6 +40,51 @@ every status message carry all goals of a quarter of an hour."""
 BURST = QoSProfile(depth=1024)
 """Requests that may wait; of ROS's own default, 10, the middleware drops what is more without a
 word, and a client waits for an answer that never comes."""
+
+
+Method: TypeAlias = Literal["step", "feedback", "result"]
+
+Before: TypeAlias = Callable[[Method, Fields], "tuple[int, str] | None"]
+"""Called before a method of a maneuver, with the newest feedback; whatever it raises, the maneuver
+raises. Before a step, a code and a reason end the goal as aborted."""
+
+
+class HookedManeuver:
+    """A maneuver that others may have fail. `before` may change while it runs."""
+
+    def __init__(self, maneuver: Maneuver, before: Sequence[Before]) -> None:
+        self._maneuver = maneuver
+        self._before = before
+        self._feedback: Fields = {}
+
+    @property
+    def needs_base(self) -> bool:
+        """As the maneuver."""
+        return self._maneuver.needs_base
+
+    def step(self, now: Observation) -> Twist2D | Finished:
+        """As the maneuver, or the end of the goal."""
+        return self._ask("step") or self._maneuver.step(now)
+
+    def feedback(self) -> Fields | None:
+        """As the maneuver."""
+        self._ask("feedback")
+        fields = self._maneuver.feedback()
+        if fields is not None:
+            self._feedback = fields
+        return fields
+
+    def result(self) -> Fields:
+        """As the maneuver."""
+        self._ask("result")
+        return self._maneuver.result()
+
+    def _ask(self, method: Method) -> Finished | None:
+        for before in tuple(self._before):
+            end = before(method, self._feedback)
+            if end is not None:
+                return Finished("aborted", *end)
+        return None
 
 
 class ActionAdapter:

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from sim.sensors.camera import Camera
+from sim.sensors.camera import Camera, RaycastCamera
 from sim.sensors.canvas import NoCameraError
-from sim.sensors.raycast import RaycastCamera
 
 PILLARS = [
     {"name": "red", "x": 1.5, "y": 0.3, "radius": 0.15, "height": 0.5, "colour": "red"},

@@ -10,8 +10,8 @@ from std_msgs.msg import Bool, String
 from bt_mission.core.dds.liveliness import RECORDER
 from bt_mission.core.errors import BtMissionError
 from bt_mission.language.message_types import UnknownType
+from bt_mission.ros.clients import TopicPublisher
 from bt_mission.ros.interface_types import FillError
-from bt_mission.ros.publisher import TopicPublisher
 
 
 def test_a_message_reaches_whoever_listens(graph: Any) -> None:

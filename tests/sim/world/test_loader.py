@@ -4,8 +4,7 @@ import pytest
 
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.robot.model import load_robot
-from sim.world.checks import problems, unseen
-from sim.world.loader import load_world
+from sim.world.loader import load_world, problems, unseen
 from sim.world.world import World
 
 PILLAR = {"name": "pillar", "x": 1, "y": 1, "radius": 0.2}

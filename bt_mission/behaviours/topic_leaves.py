@@ -1,4 +1,4 @@
-"""The leaf that waits until a message of a topic meets a condition."""
+"""The leaves that publish a message, once somebody listens, and that wait for one."""
 
 from __future__ import annotations
 
@@ -8,36 +8,75 @@ from typing import Any
 from py_trees.common import Status
 
 from bt_mission.behaviours.evaluator import Evaluator, MessageFields, values_read
-from bt_mission.behaviours.leaves import Leaf
-from bt_mission.behaviours.runtime import NS, LatestMessage, MissionFailure, Runtime, placed
-from bt_mission.language.nodes.interfaces import WaitForNode
+from bt_mission.behaviours.leaves import ClientLeaf
+from bt_mission.behaviours.runtime import LatestMessage, MissionFailure, Publisher
+from bt_mission.core.stamps import NS
+from bt_mission.language.nodes.interfaces import PublishNode, WaitForNode
 
 
-class WaitFor(Leaf):
+class PublishLeaf(ClientLeaf):
+    """Publishes a message each time it starts, as soon as so many subscriptions are matched.
+
+    It fails when they are not there in time.
+    """
+
+    _node: PublishNode
+    _client: Publisher
+
+    def __init__(self, node: PublishNode, values: Evaluator) -> None:
+        super().__init__(node, values)
+        self._message: Any = None
+        self._until_ns = 0
+
+    def _connected(self, name: str, type_name: str) -> Publisher:
+        return self._runtime.publisher(name, type_name)
+
+    def initialise(self) -> None:
+        """Make the message.
+
+        Raises:
+            MissionFailure: When a value does not fit its field.
+        """
+        with self._values.starting():
+            self._message = self._client.prepare(self._values.resolve(self._node.sent))
+        self._until_ns = self._runtime.now_ns + round(self._node.server_timeout * NS)
+
+    def update(self) -> Status:
+        """Publish it once it is heard."""
+        there = self._client.count_readers()
+        if there >= self._node.readers:
+            self._client.publish(self._message)
+            self.feedback_message = f"published to {there}" if there else "published to nobody"
+            return Status.SUCCESS
+        wanted = "nobody listens" if there == 0 else f"{there} of {self._node.readers} listen"
+        self.feedback_message = f"{wanted} to {self._client.name}"
+        if self._runtime.now_ns < self._until_ns:
+            return Status.RUNNING
+        self.feedback_message += f" after {self._node.server_timeout:g} s"
+        return Status.FAILURE
+
+
+class WaitFor(ClientLeaf):
     """Succeeds at the first tick after a message has met the condition; latches until then.
 
     Messages count from the moment the leaf is reached. A topic that is latched tells its newest
     message at once.
     """
 
+    _node: WaitForNode
+    _client: LatestMessage
+
     def __init__(self, node: WaitForNode, values: Evaluator) -> None:
-        super().__init__(node.label)
-        self._node = node
-        self._values = values
+        super().__init__(node, values)
         self._timeout_s: float | None = None
         self._condition: Callable[[Any], str | None]
         self._since_ns = 0
         self._newest: Any = None
         self._met: tuple[str, Any] | None = None
         self._error: MissionFailure | None = None
-        self._runtime: Runtime
-        self._subscriber: LatestMessage
 
-    def setup(self, **kwargs: Any) -> None:
-        """Take the runtime and subscribe."""
-        self._runtime = kwargs["runtime"]
-        with placed(self._values.place):
-            self._subscriber = self._runtime.subscriber(self._node.ros_name, self._node.type)
+    def _connected(self, name: str, type_name: str) -> LatestMessage:
+        return self._runtime.subscriber(name, type_name)
 
     def initialise(self) -> None:
         """Begin to listen."""
@@ -45,11 +84,11 @@ class WaitFor(Leaf):
         self._condition = self._values.condition("until", self._node.condition)
         self._since_ns = self._runtime.now_ns
         self._newest = self._met = self._error = None
-        self._subscriber.listen(self._hear)
+        self._client.listen(self._hear)
 
     def update(self) -> Status:
         """Look at what was heard, and at the limit; what comes with the deadline wins."""
-        self._subscriber.look_around()
+        self._client.look_around()
         if self._error is not None:
             raise self._error
         if self._met is not None:
@@ -65,7 +104,7 @@ class WaitFor(Leaf):
 
     def terminate(self, new_status: Status) -> None:
         """Listen no more."""
-        self._subscriber.leave(self._hear)
+        self._client.leave(self._hear)
         if new_status is Status.INVALID and self.status is Status.RUNNING:
             self.feedback_message = "halted"
 
@@ -88,8 +127,8 @@ class WaitFor(Leaf):
         return values_read(self._node.condition, MessageFields(self._newest))
 
     def _in_vain(self, limit_s: float) -> str:
-        name = self._subscriber.name
+        name = self._client.name
         if self._newest is None:
-            return f"{name}: no message within {limit_s:g} s; {self._subscriber.why_silent()}"
+            return f"{name}: no message within {limit_s:g} s; {self._client.why_silent()}"
         text = self._node.condition.text
         return f"{name}: '{text}' was not met within {limit_s:g} s (last: {self._last()})"
