@@ -12,7 +12,8 @@ from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Composite
 from py_trees.decorators import Decorator
 
-from bt_mission.behaviours.runtime import NS, Runtime
+from bt_mission.behaviours.runtime import Runtime
+from bt_mission.core.stamps import NS
 
 
 @dataclass(frozen=True)

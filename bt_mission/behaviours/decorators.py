@@ -9,7 +9,8 @@ import py_trees
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from bt_mission.behaviours.runtime import NS, Runtime
+from bt_mission.behaviours.runtime import Runtime
+from bt_mission.core.stamps import NS
 
 
 class Repeat(py_trees.decorators.Repeat):

@@ -10,7 +10,8 @@ from py_trees.common import Status
 
 from bt_mission.behaviours.control import Question
 from bt_mission.behaviours.progress import LeafProgress
-from bt_mission.behaviours.runtime import NS, Runtime
+from bt_mission.behaviours.runtime import Runtime
+from bt_mission.core.stamps import NS
 
 RUNNING = Status.RUNNING
 

@@ -8,7 +8,8 @@ from py_trees.common import Status
 
 from bt_mission.behaviours.evaluator import Evaluator
 from bt_mission.behaviours.leaves import Leaf
-from bt_mission.behaviours.runtime import NS, Publisher, Runtime, placed
+from bt_mission.behaviours.runtime import Publisher, Runtime, placed
+from bt_mission.core.stamps import NS
 from bt_mission.language.nodes.interfaces import PublishNode
 
 

@@ -13,9 +13,6 @@ from bt_mission.goals.goal import GoalClient
 from bt_mission.goals.ledger import Ledger
 from bt_mission.language.expressions.expression import draws
 
-NS = 1_000_000_000
-"""Nanoseconds in a second."""
-
 
 class MissionFailure(BtMissionError):  # noqa: N818 - it is the mission that fails, not our code
     """A fault of the mission itself that shows only while it runs; it ends the mission."""

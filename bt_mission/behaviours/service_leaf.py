@@ -9,7 +9,8 @@ from py_trees.common import Status
 
 from bt_mission.behaviours.evaluator import Evaluator
 from bt_mission.behaviours.leaves import Leaf
-from bt_mission.behaviours.runtime import NS, Runtime, ServiceClient, placed
+from bt_mission.behaviours.runtime import Runtime, ServiceClient, placed
+from bt_mission.core.stamps import NS
 from bt_mission.language.nodes.fields import LIMIT
 from bt_mission.language.nodes.interfaces import ServiceNode
 

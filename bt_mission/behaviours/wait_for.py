@@ -9,7 +9,8 @@ from py_trees.common import Status
 
 from bt_mission.behaviours.evaluator import Evaluator, MessageFields, values_read
 from bt_mission.behaviours.leaves import Leaf
-from bt_mission.behaviours.runtime import NS, LatestMessage, MissionFailure, Runtime, placed
+from bt_mission.behaviours.runtime import LatestMessage, MissionFailure, Runtime, placed
+from bt_mission.core.stamps import NS
 from bt_mission.language.nodes.interfaces import WaitForNode
 
 

@@ -7,6 +7,7 @@ import math
 from dataclasses import asdict
 from typing import Any
 
+from bt_mission.core.stamps import NS
 from bt_mission.events.events import (
     GoalChanged,
     LogLine,
@@ -17,8 +18,6 @@ from bt_mission.events.events import (
     NodeStatusChanged,
     VariableChanged,
 )
-
-NS = 1_000_000_000
 
 
 def as_object(happening: MissionEvent) -> dict[str, Any]:

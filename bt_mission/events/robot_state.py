@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Collection, Iterable
-from dataclasses import dataclass
 
+from bt_mission.core.geometry import Pose2D, composed
 from bt_mission.events import messages
 
 BASES = ("base_footprint", "base_link")
@@ -21,41 +21,23 @@ FRAME_LEVELS = 50
 """Frames between the root and a sensor; more are a circle."""
 
 
-@dataclass(frozen=True)
-class FloorPose:
-    """A place on the floor: m, m, rad."""
-
-    x: float
-    y: float
-    yaw: float
-
-    def __matmul__(self, inner: FloorPose) -> FloorPose:
-        """What is at ``inner`` in this pose's own frame."""
-        cos, sin = math.cos(self.yaw), math.sin(self.yaw)
-        return FloorPose(
-            self.x + cos * inner.x - sin * inner.y,
-            self.y + sin * inner.x + cos * inner.y,
-            self.yaw + inner.yaw,
-        )
-
-
-Frames = dict[str, tuple[str, FloorPose]]
+Frames = dict[str, tuple[str, Pose2D]]
 """Of each frame its parent, and where it is in that."""
 
 
 def frames_of(transforms: Iterable[messages.FrameTransform]) -> Frames:
     """Return the frames that transforms tell of."""
-    return {one.child: (one.parent, FloorPose(one.x, one.y, one.yaw)) for one in transforms}
+    return {one.child: (one.parent, Pose2D(one.x, one.y, one.yaw)) for one in transforms}
 
 
-def locate(frames: Frames, frame: str, roots: Collection[str] = ()) -> tuple[str, FloorPose]:
+def locate(frames: Frames, frame: str, roots: Collection[str] = ()) -> tuple[str, Pose2D]:
     """Return the root above a frame, or the first of ``roots``, and where the frame is in it."""
-    pose = FloorPose(0.0, 0.0, 0.0)
+    pose = Pose2D(0.0, 0.0, 0.0)
     for _ in range(FRAME_LEVELS):
         if frame not in frames or frame in roots:
             break
         frame, step = frames[frame]
-        pose = step @ pose
+        pose = composed(step, pose)
     return frame, pose
 
 
@@ -94,7 +76,7 @@ class RobotState:
         return self.battery.charge * (1 if self._is_percent else 100)
 
     @property
-    def pose(self) -> FloorPose | None:
+    def pose(self) -> Pose2D | None:
         """Where the robot is in its root frame; None where it is not known."""
         for base in BASES:
             for frame in self._frames:

@@ -14,11 +14,11 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
+from bt_mission.core.stamps import NS
 from bt_mission.goals.goal import Event, Goal, GoalClient, GoalStatus, Phase
 from bt_mission.goals.ledger import Ledger
 from bt_mission.goals.outcome import AttemptResult, Outcome
 
-NS = 1_000_000_000
 SERVER_CHECK_NS = NS // 4
 """How often a working goal's server is looked for in the graph."""
 

@@ -10,7 +10,8 @@ import secrets
 from collections.abc import Callable
 from typing import Any
 
-from bt_mission.goals.attempt import NS, SERVER_CHECK_NS
+from bt_mission.core.stamps import NS
+from bt_mission.goals.attempt import SERVER_CHECK_NS
 from bt_mission.goals.goal import Goal, GoalClient, GoalStatus, Phase
 from bt_mission.goals.ledger import Ledger
 from bt_mission.graph_tools.goal_events import (

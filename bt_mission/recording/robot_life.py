@@ -8,8 +8,9 @@ from collections.abc import Callable
 import numpy as np
 
 from bt_mission.core.cdr.decoder import DecodedMessage
+from bt_mission.core.geometry import Pose2D, yaw_of
 from bt_mission.events import reader
-from bt_mission.events.robot_state import BASES, FloorPose, Frames, frames_of, locate
+from bt_mission.events.robot_state import BASES, Frames, frames_of, locate
 from bt_mission.recording.model import (
     Floats,
     RecordedCollision,
@@ -23,7 +24,7 @@ Decode = Callable[[], DecodedMessage]
 Hull = tuple[float, float, float]
 
 TRUTH, ODOMETRY = "ground_truth/odom", "odom"
-MIDDLE = FloorPose(0.0, 0.0, 0.0)
+MIDDLE = Pose2D(0.0, 0.0, 0.0)
 
 
 class RobotLife:
@@ -43,7 +44,7 @@ class RobotLife:
         self._battery: list[tuple[int, float]] = []
         self._scans: list[tuple[int, str, DecodedMessage]] = []
         self._frames: Frames = {}
-        self._map_to_odom: FloorPose | None = None
+        self._map_to_odom: Pose2D | None = None
         self._takers: dict[str, Callable[[int, DecodedMessage], None]] = {
             TRUTH: lambda at, message: self._take_pose(TRUTH, at, message),
             ODOMETRY: lambda at, message: self._take_pose(ODOMETRY, at, message),
@@ -95,18 +96,9 @@ class RobotLife:
     # ---- messages --------------------------------------------------------------------------
 
     def _take_pose(self, topic: str, time_ns: int, message: DecodedMessage) -> None:
-        at, twist = message["pose"]["pose"], message["twist"]["twist"]
-        place, turned = at["position"], at["orientation"]
-        self._poses[topic].append(
-            (
-                time_ns,
-                place["x"],
-                place["y"],
-                reader.yaw_of(*turned.values()),
-                twist["linear"]["x"],
-                twist["angular"]["z"],
-            )
-        )
+        pose, twist = message.pose.pose, message.twist.twist
+        place, yaw = pose.position, yaw_of(pose.orientation)
+        self._poses[topic].append((time_ns, place.x, place.y, yaw, twist.linear.x, twist.angular.z))
 
     def _take_battery(self, time_ns: int, message: DecodedMessage) -> None:
         if math.isfinite(message["percentage"]):
@@ -123,19 +115,15 @@ class RobotLife:
             self.grid = RecordedGrid(time_ns, info["resolution"], origin["x"], origin["y"], cells)
 
     def _take_collision(self, time_ns: int, message: DecodedMessage) -> None:
-        point = message["point"]
-        self.collisions.append(
-            RecordedCollision(
-                time_ns, message["obstacle"], point["x"], point["y"], message["force"]
-            )
-        )
+        x, y = message.point.x, message.point.y
+        self.collisions.append(RecordedCollision(time_ns, message.obstacle, x, y, message.force))
 
     def _take_frames(self, _time_ns: int, message: DecodedMessage) -> None:
         self._frames |= frames_of(reader.transforms(message))
 
     # ---- geometry --------------------------------------------------------------------------
 
-    def _scan(self, time_ns: int, at: FloorPose, message: DecodedMessage) -> RecordedScan:
+    def _scan(self, time_ns: int, at: Pose2D, message: DecodedMessage) -> RecordedScan:
         ranges: Floats = message["ranges"].astype(np.float64)
         angles = message["angle_min"] + message["angle_increment"] * np.arange(len(ranges))
         with np.errstate(invalid="ignore"):
@@ -155,7 +143,7 @@ class RobotLife:
         return float(np.hypot(ahead, aside).min())
 
 
-def _track(rows: list[tuple[float, ...]], origin: FloorPose) -> Track:
+def _track(rows: list[tuple[float, ...]], origin: Pose2D) -> Track:
     table = np.array(rows, np.float64).reshape(-1, 6)
     times = np.array([row[0] for row in rows], np.int64)
     x, y, yaw = table[:, 1], table[:, 2], table[:, 3]

@@ -9,7 +9,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
-from builtin_interfaces.msg import Time
 from rcl_interfaces.msg import Log
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -33,8 +32,11 @@ from bt_mission.recording.file import McapFile
 from bt_mission.recording.goals import GoalEvents
 from bt_mission.recording.options import RecordingOptions
 from bt_mission.recording.topics import GraphTopics
+from bt_mission.ros.mission_details import time_message
 
 if TYPE_CHECKING:
+    from builtin_interfaces.msg import Time
+
     from bt_mission.sessions.observers import ObservableSession
 
 LOOK_NS = 2_000_000_000
@@ -314,8 +316,7 @@ class RunRecorder:
             self._log(serialize_message(entry))
 
     def _stamp(self) -> Time:
-        seconds, nanoseconds = divmod(self._session.now_ns, 1_000_000_000)
-        return Time(sec=seconds, nanosec=nanoseconds)
+        return time_message(self._session.now_ns)
 
 
 _LENGTH: Callable[[int], bytes] = struct.Struct("<I").pack

@@ -15,8 +15,8 @@ from geometry_msgs.msg import Point, PoseStamped
 from py_trees.common import Status
 
 from bt_mission.behaviours.progress import progress_of
-from bt_mission.behaviours.runtime import NS
 from bt_mission.behaviours.subtree import Subtree
+from bt_mission.core.stamps import NS
 from bt_mission.goals.goal import GoalStatus, Phase
 
 if TYPE_CHECKING:

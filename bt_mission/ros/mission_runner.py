@@ -25,9 +25,10 @@ from rclpy.qos import LivelinessPolicy, QoSProfile
 from std_msgs.msg import Empty
 
 from bt_mission.behaviours.builder import build_tree
-from bt_mission.behaviours.runtime import NS, Scope
+from bt_mission.behaviours.runtime import Scope
 from bt_mission.core.dds.liveliness import LEASE_S, TOPIC
 from bt_mission.core.errors import BtMissionError, described
+from bt_mission.core.stamps import NS
 from bt_mission.core.wall_clock import Stopwatch, rest
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.mission_time import MissionTime

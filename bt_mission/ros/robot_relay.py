@@ -15,15 +15,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
-from builtin_interfaces.msg import Time
 from geometry_msgs.msg import TransformStamped
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import BatteryState, LaserScan
 from tf2_msgs.msg import TFMessage
 
+from bt_mission.core.geometry import Pose2D, set_planar
 from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.ros.mission_details import time_message
 
 if TYPE_CHECKING:
+    from builtin_interfaces.msg import Time
     from rclpy.node import Node
 
 EVERY_S = 0.25
@@ -76,8 +78,7 @@ class RobotRelay:
             return
         self._since_last = Stopwatch()
         look = self._look()
-        seconds, nanoseconds = divmod(look.time_ns, 1_000_000_000)
-        stamp = Time(sec=seconds, nanosec=nanoseconds)
+        stamp = time_message(look.time_ns)
         self._frames.publish(
             TFMessage(
                 transforms=[
@@ -101,7 +102,5 @@ class RobotRelay:
 def _transform(stamp: Time, parent: str, child: str, pose: Pose) -> TransformStamped:
     message = TransformStamped(child_frame_id=child)
     message.header.stamp, message.header.frame_id = stamp, parent
-    move, turn = message.transform.translation, message.transform.rotation
-    move.x, move.y, yaw = pose
-    turn.z, turn.w = math.sin(yaw / 2), math.cos(yaw / 2)
+    set_planar(message.transform.translation, message.transform.rotation, Pose2D(*pose))
     return message

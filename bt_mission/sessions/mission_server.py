@@ -17,10 +17,10 @@ from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.node import Node
 from rclpy.task import Future
 
-from bt_mission.behaviours.runtime import NS
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import find
+from bt_mission.core.stamps import NS
 from bt_mission.executive.status import MissionStatus
 from bt_mission.ros.control_services import ControlServices
 from bt_mission.ros.graph import NodeOptions

@@ -9,7 +9,7 @@ from typing import Any
 from rclpy.executors import Executor, ExternalShutdownException
 from rclpy.task import Future
 
-NS_PER_S = 1_000_000_000
+from bt_mission.core.stamps import NS
 
 
 class Spinning(Executor):
@@ -58,7 +58,7 @@ class Spinning(Executor):
         """Go on until ``future`` is done, or ``timeout_sec`` of virtual time have passed."""
         passed: list[None] = []
         if timeout_sec is not None and timeout_sec >= 0:
-            end_ns = self.now_ns + round(timeout_sec * NS_PER_S)
+            end_ns = self.now_ns + round(timeout_sec * NS)
             self.call_at(end_ns, lambda: passed.append(None))
         while not passed and self._goes_on(future):
             self.spin_once_until_future_complete(future)

@@ -7,10 +7,11 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from bt_mission.behaviours.runtime import NS, Runtime, Scope
+from bt_mission.behaviours.runtime import Runtime, Scope
 from bt_mission.behaviours.snapshot import save
 from bt_mission.behaviours.subtree import Subtree
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.stamps import NS
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.journal.file import JournalFile
 from bt_mission.executive.journal.state import JournalState, Record

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from bt_mission.core.stamps import NS
 from bt_mission.events.mission_state import MissionState
 from bt_mission.recording.replay.seeker import TimelineSeeker
 from bt_mission.recording.replay.timeline import Timeline
 
-NS = 1_000_000_000
 SLOWEST, FASTEST = 1 / 64, 1024.0
 
 

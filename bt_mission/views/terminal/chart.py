@@ -13,8 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from bt_mission.core.geometry import Pose2D, composed
 from bt_mission.events.messages import Map
-from bt_mission.events.robot_state import FloorPose, RobotState
+from bt_mission.events.robot_state import RobotState
 from bt_mission.views.terminal.marks import PLACES, Marks
 from bt_mission.views.terminal.words import Span
 
@@ -136,7 +137,7 @@ class MapChart:
             return self._marks.wall[1]
         return self._marks.unknown if upper == lower == UNKNOWN else " "
 
-    def _arrow(self, pose: FloorPose) -> str:
+    def _arrow(self, pose: Pose2D) -> str:
         arrows = self._marks.arrows
         return arrows[round(pose.yaw / (2 * math.pi) * len(arrows)) % len(arrows)]
 
@@ -198,9 +199,8 @@ def _corners(grid: Map) -> list[tuple[float, float]]:
 
 
 def _place(grid: Map, column: float, row: float) -> tuple[float, float]:
-    at = FloorPose(grid.x, grid.y, grid.yaw) @ FloorPose(
-        column * grid.resolution, row * grid.resolution, 0
-    )
+    inner = Pose2D(column * grid.resolution, row * grid.resolution, 0.0)
+    at = composed(Pose2D(grid.x, grid.y, grid.yaw), inner)
     return at.x, at.y
 
 

@@ -6,12 +6,11 @@ from collections.abc import Iterable
 
 from rich.cells import cell_len, set_cell_size
 
+from bt_mission.core.stamps import NS
 from bt_mission.views.terminal.marks import Marks
 
 Span = tuple[str, str]
 """A piece of text and the name of its style: see :data:`bt_mission.views.tui.pane.STYLES`."""
-
-NS = 1_000_000_000
 
 
 def seconds(time_ns: int) -> str:
