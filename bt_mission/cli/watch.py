@@ -104,7 +104,7 @@ def is_drawable() -> bool:
 
 
 def _draw(observer: ExecutiveDirectory, options: argparse.Namespace) -> int:
-    from bt_mission.events.attachment import nobody, wanted_name
+    from bt_mission.events.source import nobody, wanted_name
     from bt_mission.views.terminal.marks import marks_for
     from bt_mission.views.tui.app import WatchApp
     from bt_mission.views.tui.view_app import settle_memory
@@ -127,7 +127,7 @@ def _draw(observer: ExecutiveDirectory, options: argparse.Namespace) -> int:
 def _look_for(observer: ExecutiveDirectory, options: argparse.Namespace) -> MissionClient | None:
     """The executive to watch, once it is there; None when it is not in time."""
     from bt_mission.core.wall_clock import Stopwatch
-    from bt_mission.events.attachment import choose, nobody, wanted_name
+    from bt_mission.events.source import choose, nobody, wanted_name
 
     wanted = wanted_name(options.executive)
     since, since_found = Stopwatch(), None

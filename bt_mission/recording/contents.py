@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import platform
 from collections.abc import Iterator
 from functools import cache
@@ -15,7 +14,6 @@ import numpy as np
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import CompressedImage, Image
 
-from bt_mission.goals.goal import GoalStatus
 from bt_mission.ros.mission_details import MissionDetailsBuilder
 
 if TYPE_CHECKING:
@@ -23,11 +21,7 @@ if TYPE_CHECKING:
     from bt_mission.language.mission import Mission
     from bt_mission.ros.mission_runner import MissionRunner
 
-DEBUG, INFO, WARN, ERROR = 10, 20, 30, 40
-"""Levels of ``rcl_interfaces/msg/Log``."""
-
 PACKAGES = ("bt-mission", "ros-jazzy-rclpy", "mujoco", "py-trees", "numpy", "mcap")
-
 
 JPEG_QUALITY = 85
 PNG_END = b"IEND\xaeB`\x82"
@@ -60,57 +54,6 @@ def files_of(mission: Mission) -> Iterator[tuple[str, str]]:
         if document.file not in seen:
             seen.add(document.file)
             yield document.file, "\n".join(document.lines).rstrip("\n") + "\n"
-
-
-def log_line(line: str) -> tuple[int, str] | None:
-    """What a line of the trace says to people, with a level; None where it says nothing."""
-    if '"event": "pose"' in line:
-        return None  # the most frequent, and nothing for people
-    event: dict[str, Any] = json.loads(line)
-    match event.get("event"):
-        case "log":
-            return INFO, str(event["text"])
-        case "status":
-            return _status(event)
-        case "mission":
-            reason = f": {event['reason']}" if event["reason"] else ""
-            return (
-                INFO if event["status"] == "success" else ERROR,
-                f"mission: {event['status']}{reason}",
-            )
-        case "paused" | "resumed" | "clock" as what:
-            return _interlude(what, event)
-        case str(what) if what.startswith("goal "):
-            return _goal(what.removeprefix("goal "), event)
-    return None
-
-
-def _interlude(what: str, event: dict[str, Any]) -> tuple[int, str]:
-    if what == "resumed":
-        return INFO, "resumed"
-    if what == "paused":
-        return WARN, f"paused: {event['reason']}"
-    by_s = event["jump"]
-    said = f"was set back by {-by_s:g} s" if by_s < 0 else f"skipped {by_s:g} s"
-    return WARN, f"the ROS clock {said}"
-
-
-def _status(event: dict[str, Any]) -> tuple[int, str] | None:
-    message = event["message"]
-    if event["status"] not in ("SUCCESS", "FAILURE") or not message:
-        return None
-    return (WARN if event["status"] == "FAILURE" else INFO), f"'{event['node']}' {message}"
-
-
-def _goal(what: str, event: dict[str, Any]) -> tuple[int, str]:
-    came_to = ""
-    if what == "ended" and event["status"] is not None:
-        came_to = f": {GoalStatus(event['status']).name.lower()}"
-    level = WARN if what == "abandoned" else DEBUG
-    return (
-        level,
-        f"goal {event['goal'][:8]} of '{event['owner']}' to {event['action']} {what}{came_to}",
-    )
 
 
 class DetailsRecorder:

@@ -19,13 +19,13 @@ from bt_mission.core.cdr.definitions import Definitions, NoDefinitionError, shar
 from bt_mission.core.dds.liveliness import RECORDER
 from bt_mission.core.dds.liveliness import TOPIC as PRESENCE
 from bt_mission.core.errors import described
+from bt_mission.events.log import rosout_line
 from bt_mission.recording.contents import (
     DETAILS_TYPE,
     DetailsRecorder,
     PictureFolder,
     compressed,
     files_of,
-    log_line,
     versions,
 )
 from bt_mission.recording.file import McapFile
@@ -308,7 +308,7 @@ class RunRecorder:
 
     def _take_line(self, line: str) -> None:
         self._trace(string_message(line))
-        said = log_line(line)
+        said = rosout_line(line)
         if said is not None:
             level, text = said
             entry = Log(stamp=self._stamp(), level=level, name=self._mission_node.get_name())

@@ -17,8 +17,7 @@ from typing import TYPE_CHECKING, Any
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from bt_mission.events.status_marks import UNICODE
-from bt_mission.events.trace_lines import line_of
+from bt_mission.events.log import UNICODE, line_of
 from bt_mission.goals.goal import Goal, Phase
 
 if TYPE_CHECKING:

@@ -16,8 +16,7 @@ from typing import TYPE_CHECKING
 
 from bt_mission.testing.faults.clock import ClockFaults
 from bt_mission.testing.faults.fault import Fault, FaultInstance
-from bt_mission.testing.faults.feedback import FeedbackFaults
-from bt_mission.testing.faults.goals import GoalFaults
+from bt_mission.testing.faults.goals import FeedbackFaults, GoalFaults
 from bt_mission.testing.faults.raising import CodeFaults
 from bt_mission.testing.faults.robot import RobotFaults
 from bt_mission.testing.faults.servers import ServerFaults

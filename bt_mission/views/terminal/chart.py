@@ -16,8 +16,7 @@ import numpy.typing as npt
 from bt_mission.core.geometry import Pose2D, composed
 from bt_mission.events.messages import Map
 from bt_mission.events.robot_state import RobotState
-from bt_mission.views.terminal.marks import PLACES, Marks
-from bt_mission.views.terminal.words import Span
+from bt_mission.views.terminal.marks import PLACES, Marks, Span
 
 OCCUPIED = 50
 """Cells of a map from this value on, of 100, are walls."""

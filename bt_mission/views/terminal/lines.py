@@ -9,15 +9,12 @@ from py_trees.common import Status
 from rich.cells import cell_len, set_cell_size
 
 from bt_mission.behaviours.leaves import Log
-from bt_mission.events.log import LogEntry
+from bt_mission.events.log import LogEntry, glyphs_for
 from bt_mission.events.mission_state import MissionState
-from bt_mission.events.status_marks import glyphs_for
 from bt_mission.executive.status import Change
-from bt_mission.views.terminal.marks import Marks, clean
-from bt_mission.views.terminal.outline import Outline
+from bt_mission.views.terminal.marks import Marks, clean, fit, seconds, text_of
 from bt_mission.views.terminal.panels import log_words
-from bt_mission.views.terminal.tree_rows import tree_row
-from bt_mission.views.terminal.words import fit, seconds, text_of
+from bt_mission.views.terminal.tree_rows import Outline, tree_row
 
 if TYPE_CHECKING:
     from bt_mission.executive.leaf_statistics import LeafSummary

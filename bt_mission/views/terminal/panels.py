@@ -11,9 +11,8 @@ from bt_mission.events.events import FINAL, OPEN, GoalChanged
 from bt_mission.events.log import LogEntry
 from bt_mission.events.mission_state import MissionState
 from bt_mission.events.robot_state import RobotState
-from bt_mission.views.terminal.marks import Marks, clean
+from bt_mission.views.terminal.marks import Marks, Span, clean, seconds
 from bt_mission.views.terminal.tree_rows import STATUS_STYLES, time_in_state
-from bt_mission.views.terminal.words import Span, seconds
 
 Rows = list[list[Span]]
 

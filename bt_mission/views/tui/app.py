@@ -8,11 +8,16 @@ from textual import events
 from textual.binding import Binding, BindingType
 
 from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.events.attachment import Attachment
 from bt_mission.events.events import FINAL
-from bt_mission.events.source import ControlRequest, ExecutiveSource, FoundExecutive, Graph, Verb
-from bt_mission.views.terminal.marks import Marks
-from bt_mission.views.terminal.words import Span
+from bt_mission.events.source import (
+    Attachment,
+    ControlRequest,
+    ExecutiveSource,
+    FoundExecutive,
+    Graph,
+    Verb,
+)
+from bt_mission.views.terminal.marks import Marks, Span
 from bt_mission.views.tui.dialogs import Chooser
 from bt_mission.views.tui.keys import KEYS
 from bt_mission.views.tui.view_app import ViewApp

@@ -8,7 +8,7 @@ from bt_mission.events import messages
 from bt_mission.events.events import MissionStarted
 from bt_mission.events.mission_state import MissionState
 from bt_mission.events.source import ControlRequest, Heard, Verb
-from bt_mission.views.terminal.outline import Outline, scrolled_to
+from bt_mission.views.terminal.tree_rows import Outline, scrolled_to
 
 WINDOW_S = 3.0
 """Wall time over which the pace is taken."""

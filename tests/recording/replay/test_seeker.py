@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from bt_mission.events import messages
 from bt_mission.events.log import LogEntry
 from bt_mission.events.mission_state import MissionState
-from bt_mission.recording.replay import seeker as module
-from bt_mission.recording.replay.seeker import TimelineSeeker, entries_of
+from bt_mission.recording.replay import player as module
+from bt_mission.recording.replay.player import TimelineSeeker, entries_of
 from bt_mission.recording.replay.timeline import LazyMessage, Timeline, read_timeline
 from tests.support.recordings import recording
 

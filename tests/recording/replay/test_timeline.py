@@ -8,7 +8,7 @@ import pytest
 
 from bt_mission.recording.file import McapFile
 from bt_mission.recording.reading import Channel, RecordingError
-from bt_mission.recording.replay.seeker import TimelineSeeker
+from bt_mission.recording.replay.player import TimelineSeeker
 from bt_mission.recording.replay.timeline import read_timeline
 from tests.support.recordings import edited, recording
 
