@@ -18,18 +18,8 @@ from bt_mission.events.events import (
 )
 from bt_mission.goals.goal import GoalStatus
 
-UNICODE = {
-    Status.SUCCESS: "✓",
-    Status.FAILURE: "✗",
-    Status.RUNNING: "▶",
-    Status.INVALID: "·",
-}
-ASCII = {
-    Status.SUCCESS: "+",
-    Status.FAILURE: "x",
-    Status.RUNNING: ">",
-    Status.INVALID: "-",
-}
+UNICODE = {Status.SUCCESS: "✓", Status.FAILURE: "✗", Status.RUNNING: "▶", Status.INVALID: "·"}
+ASCII = {Status.SUCCESS: "+", Status.FAILURE: "x", Status.RUNNING: ">", Status.INVALID: "-"}
 STYLES = {
     Status.SUCCESS: "green",
     Status.FAILURE: "red",

@@ -7,19 +7,17 @@ from collections.abc import Iterator
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import cv2
 import numpy as np
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import CompressedImage, Image
 
+from bt_mission.core.cdr.decoder import Take
+from bt_mission.language.mission import Mission
 from bt_mission.ros.mission_details import MissionDetailsBuilder
-
-if TYPE_CHECKING:
-    from bt_mission.core.cdr.decoder import Take
-    from bt_mission.language.mission import Mission
-    from bt_mission.ros.mission_runner import MissionRunner
+from bt_mission.ros.mission_runner import MissionRunner
 
 PACKAGES = ("bt-mission", "ros-jazzy-rclpy", "mujoco", "py-trees", "numpy", "mcap")
 

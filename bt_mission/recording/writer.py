@@ -7,8 +7,9 @@ import struct
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
+from builtin_interfaces.msg import Time
 from rcl_interfaces.msg import Log
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -33,11 +34,7 @@ from bt_mission.recording.goals import GoalEvents
 from bt_mission.recording.options import RecordingOptions
 from bt_mission.recording.topics import GraphTopics
 from bt_mission.ros.mission_details import time_message
-
-if TYPE_CHECKING:
-    from builtin_interfaces.msg import Time
-
-    from bt_mission.sessions.observers import ObservableSession
+from bt_mission.sessions.observers import ObservableSession
 
 LOOK_NS = 2_000_000_000
 """Time between two looks at what topics and pictures there are."""

@@ -12,17 +12,15 @@ from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from bt_mission.events.log import UNICODE, line_of
+from bt_mission.executive.status import Change
 from bt_mission.goals.goal import Goal, Phase
-
-if TYPE_CHECKING:
-    from bt_mission.executive.status import Change
-    from bt_mission.sessions.stage import Stage
+from bt_mission.sessions.stage import Stage
 
 Pose = tuple[float, float, float]
 """x m, y m, yaw rad."""

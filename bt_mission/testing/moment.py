@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-if TYPE_CHECKING:
-    from bt_mission.testing.history import GoalLife, History, Pose, Record, Recorded
+from bt_mission.testing.history import GoalLife, History, Pose, Record, Recorded
 
 
 class MomentSource(Protocol):

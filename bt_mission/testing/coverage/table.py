@@ -40,14 +40,7 @@ def trees(tally: Tally, *, brief: bool = False) -> Iterator[str]:
 
 
 def _row(name: str, score: Score, missing: str) -> tuple[str, ...]:
-    counts = (
-        score.nodes,
-        score.reached,
-        score.outcomes,
-        score.seen,
-        score.branches,
-        score.taken,
-    )
+    counts = (score.nodes, score.reached, score.outcomes, score.seen, score.branches, score.taken)
     return (name, *map(str, counts), f"{int(score.percent)}%", missing)
 
 

@@ -12,19 +12,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from bt_mission.testing.faults.clock import ClockFaults
-from bt_mission.testing.faults.fault import Fault, FaultInstance
+from bt_mission.testing.faults.fault import Fault, FaultInstance, FaultTarget
 from bt_mission.testing.faults.goals import FeedbackFaults, GoalFaults
 from bt_mission.testing.faults.raising import CodeFaults
 from bt_mission.testing.faults.robot import RobotFaults
 from bt_mission.testing.faults.servers import ServerFaults
 from bt_mission.testing.faults.topics import TopicFaults
 from bt_mission.testing.faults.world import WorldFaults
-
-if TYPE_CHECKING:
-    from bt_mission.testing.faults.fault import FaultTarget
 
 __all__ = ["Fault", "FaultInstance", "Faults"]
 

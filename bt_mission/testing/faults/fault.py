@@ -5,22 +5,19 @@ from __future__ import annotations
 import random
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import ExitStack
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
+from py_trees.behaviour import Behaviour
 from rclpy.action import get_action_server_names_and_types_by_node
+from rclpy.node import Node
 
 from bt_mission.language.action_names import ACTION_NAMES
+from bt_mission.language.mission import Mission
 from bt_mission.ros.interface_types import action_type
+from bt_mission.sessions.stage import Stage
 from bt_mission.testing.errors import ScenarioError, no_such
+from bt_mission.testing.history import History
 from bt_mission.virtual_time import Answer, Delivery, Passing, Side
-
-if TYPE_CHECKING:
-    from py_trees.behaviour import Behaviour
-    from rclpy.node import Node
-
-    from bt_mission.language.mission import Mission
-    from bt_mission.sessions.stage import Stage
-    from bt_mission.testing.history import History
 
 Fates = Iterable[Delivery | Answer]
 """What becomes of something that passes; nothing, and it is lost."""
@@ -60,11 +57,7 @@ class Fault:
     """
 
     def __init__(
-        self,
-        what: str,
-        parameters: Mapping[str, Any],
-        begin: Begin,
-        lasting: float | None = None,
+        self, what: str, parameters: Mapping[str, Any], begin: Begin, lasting: float | None = None
     ) -> None:
         self.what = what
         self.parameters = dict(parameters)

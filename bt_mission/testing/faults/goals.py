@@ -8,21 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from copy import deepcopy
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from action_msgs.srv import CancelGoal
 from unique_identifier_msgs.msg import UUID
 
+from bt_mission.goals.goal import Goal
 from bt_mission.testing.errors import ScenarioError
 from bt_mission.testing.faults.corruptions import changed_by
 from bt_mission.testing.faults.fault import Begin, Fates, FaultInstance, Tap
 from bt_mission.testing.faults.maker import Maker, makes_fault
 from bt_mission.testing.faults.taps import for_first, later, lost, nanoseconds, repeated
 from bt_mission.virtual_time import ACTION_PARTS, Answer, Delivery, Gate, Passing, Side
-
-if TYPE_CHECKING:
-    from bt_mission.goals.goal import Goal
-
 
 PARTS = ("goal", "cancel", "result")
 """The services of an action."""

@@ -6,16 +6,14 @@ import functools
 import inspect
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, Protocol, TypeVar
+from typing import Any, Concatenate, ParamSpec, Protocol, TypeVar
+
+from rclpy.node import Node
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.testing.errors import ScenarioError
 from bt_mission.testing.faults.fault import Begin, Fault
-
-if TYPE_CHECKING:
-    from rclpy.node import Node
-
-    from bt_mission.testing.scripted_server import ScriptedServer
+from bt_mission.testing.scripted_server import ScriptedServer
 
 
 class FaultStages(Protocol):

@@ -5,17 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from textwrap import indent
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import yaml  # type: ignore[import-untyped]
 
 from bt_mission.testing.generators.draws import Draws, number, one_of
 from bt_mission.testing.generators.missions import drawn_mission
 from bt_mission.testing.generators.worlds import drawn_world
-
-if TYPE_CHECKING:
-    from bt_mission.testing.run import Run
-    from bt_mission.testing.stages import Stages
+from bt_mission.testing.run import Run
+from bt_mission.testing.stages import Stages
 
 MOST_FAULTS = 5
 LATEST_S = 20.0

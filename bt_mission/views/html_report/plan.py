@@ -66,12 +66,7 @@ def _box(run: RecordedRun) -> tuple[float, float, float, float] | None:
     if not len(x):
         return None
     left, low = x.min() - MARGIN, y.min() - MARGIN
-    return (
-        float(left),
-        float(low),
-        float(x.max() + MARGIN - left),
-        float(y.max() + MARGIN - low),
-    )
+    return (float(left), float(low), float(x.max() + MARGIN - left), float(y.max() + MARGIN - low))
 
 
 def _grid(grid: RecordedGrid) -> str:

@@ -63,11 +63,7 @@ class MapChart:
         self._walls: Grid = np.zeros((0, 0), np.int8)
 
     def draw(
-        self,
-        robot: RobotState,
-        targets: Sequence[tuple[float, float]],
-        columns: int,
-        rows: int,
+        self, robot: RobotState, targets: Sequence[tuple[float, float]], columns: int, rows: int
     ) -> list[list[Span]]:
         """Rows of spans, as many as asked for; empty ones where nothing is known of the robot.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING, TextIO
+from typing import TextIO
 
 from py_trees.common import Status
 from rich.cells import cell_len, set_cell_size
@@ -11,13 +11,11 @@ from rich.cells import cell_len, set_cell_size
 from bt_mission.behaviours.leaves import Log
 from bt_mission.events.log import LogEntry, glyphs_for
 from bt_mission.events.mission_state import MissionState
+from bt_mission.executive.leaf_statistics import LeafSummary
 from bt_mission.executive.status import Change
 from bt_mission.views.terminal.marks import Marks, clean, fit, seconds, text_of
 from bt_mission.views.terminal.panels import log_words
 from bt_mission.views.terminal.tree_rows import Outline, tree_row
-
-if TYPE_CHECKING:
-    from bt_mission.executive.leaf_statistics import LeafSummary
 
 LONGEST_NAME = 28
 MOST_ROWS = 20

@@ -89,11 +89,7 @@ class VideoRecorder:
     """
 
     def __init__(
-        self,
-        session: Session,
-        views: RobotViews,
-        file: Mp4File,
-        zones: Iterable[Zone] = (),
+        self, session: Session, views: RobotViews, file: Mp4File, zones: Iterable[Zone] = ()
     ) -> None:
         self.file = file
         self._session = session
