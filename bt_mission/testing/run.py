@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -51,7 +50,10 @@ class Run(Assertions):
         super().__init__()
         self.mission = mission
         self.stage = Stage(
-            mission, image_folder=folder, say=self._say, options=StageOptions(**options)
+            mission,
+            image_folder=folder,
+            say=self._say,
+            options=StageOptions(**options),
         )
         self.history = History(self.stage)
         self._moments: list[Moment] = []
@@ -82,8 +84,7 @@ class Run(Assertions):
                 error, self._error = self._error, None
                 raise error
         self._beats = executive.cycles
-        self.history.record()
-        moment = Moment(self, self.history.records[-1])
+        moment = Moment.of(self)
         self._moments.append(moment)
         self._act_by_condition(moment)
         return moment
@@ -252,9 +253,8 @@ class Run(Assertions):
                 continue
             if name not in known:
                 raise no_such("topic", name, sorted(known))
-            recorded = self._topics[name] = Recorded(name, self.stage.start_ns)
-            reader = LatestMessageSubscriber(node, name, known[name])
-            reader.listen(partial(self._write_down, recorded))
+            recorded = self._topics[name] = Recorded(name, self.stage)
+            LatestMessageSubscriber(node, name, known[name]).listen(recorded.add)
 
     def blame_test(self, error: Exception) -> None:
         """Have the present step raise an error of the test's own, once it is over."""
@@ -322,9 +322,6 @@ class Run(Assertions):
 
     def _say(self, text: str) -> None:
         self.history.say(text)
-
-    def _write_down(self, recorded: Recorded, message: Any) -> None:
-        recorded.add(self.stage.now_ns, message)
 
     def _failed(self, what: str) -> NeverHeldError:
         history = self.history

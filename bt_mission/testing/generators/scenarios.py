@@ -93,57 +93,43 @@ def as_text(data: dict[str, Any]) -> str:
 
 def _fault(draws: Draws) -> PlannedFault:
     time = number(draws, 0.25, LATEST_S, 0.25)
-    name, make = one_of(draws, _FAULTS)
-    arguments, options = make(draws)
-    return PlannedFault(time, name, arguments, options)
+    name, arguments, options = one_of(draws, _FAULTS)
+    given = arguments(draws)
+    named = {option: draw(draws) for option, draw in options.items()}
+    named["lasting"] = number(draws, 0.25, LONGEST_S, 0.25)
+    return PlannedFault(time, name, given, named)
 
 
-Call = tuple[tuple[Any, ...], dict[str, Any]]
+Draw = Callable[[Draws], float]
 
 
-def _lasting(draws: Draws) -> dict[str, Any]:
-    return {"lasting": number(draws, 0.25, LONGEST_S, 0.25)}
-
-
-def _drop(draws: Draws) -> Call:
-    return (one_of(draws, TOPICS),), {"share": number(draws, 0.25, 1, 0.25)} | _lasting(draws)
-
-
-def _delay(draws: Draws) -> Call:
+def _delay(draws: Draws) -> tuple[str, float]:
     by = number(draws, 0.05, 0.5, 0.05)
-    return (one_of(draws, TOPICS), by), {"jitter": number(draws, 0, 0.1, 0.05)} | _lasting(draws)
+    return one_of(draws, TOPICS), by
 
 
-def _topic(draws: Draws) -> Call:
-    return (one_of(draws, TOPICS),), _lasting(draws)
+def _topic(draws: Draws) -> tuple[str]:
+    return (one_of(draws, TOPICS),)
 
 
-def _corrupt(draws: Draws) -> Call:
-    return ("scan", one_of(draws, CORRUPTIONS)), _lasting(draws)
+def _goals(draws: Draws) -> tuple[str, int]:
+    return one_of(draws, ACTIONS), draws.whole(1, 3)
 
 
-def _goals(draws: Draws) -> Call:
-    return (one_of(draws, ACTIONS), draws.whole(1, 3)), _lasting(draws)
+def _late(draws: Draws) -> tuple[str, float]:
+    return one_of(draws, ACTIONS), number(draws, 0.1, 1.5, 0.1)
 
 
-def _late(draws: Draws) -> Call:
-    return (one_of(draws, ACTIONS), number(draws, 0.1, 1.5, 0.1)), _lasting(draws)
-
-
-def _action(draws: Draws) -> Call:
-    return (one_of(draws, ACTIONS),), _lasting(draws)
-
-
-_FAULTS: tuple[tuple[str, Callable[[Draws], Call]], ...] = (
-    ("drop", _drop),
-    ("delay", _delay),
-    ("duplicate", _topic),
-    ("freeze", _topic),
-    ("corrupt", _corrupt),
-    ("reject_goals", _goals),
-    ("delay_answers", _late),
-    ("delay_results", _late),
-    ("refuse_cancels", _goals),
-    ("slow_server", _late),
-    ("silence_feedback", _action),
+_FAULTS: tuple[tuple[str, Callable[[Draws], tuple[Any, ...]], dict[str, Draw]], ...] = (
+    ("drop", _topic, {"share": lambda draws: number(draws, 0.25, 1, 0.25)}),
+    ("delay", _delay, {"jitter": lambda draws: number(draws, 0, 0.1, 0.05)}),
+    ("duplicate", _topic, {}),
+    ("freeze", _topic, {}),
+    ("corrupt", lambda draws: ("scan", one_of(draws, CORRUPTIONS)), {}),
+    ("reject_goals", _goals, {}),
+    ("delay_answers", _late, {}),
+    ("delay_results", _late, {}),
+    ("refuse_cancels", _goals, {}),
+    ("slow_server", _late, {}),
+    ("silence_feedback", lambda draws: (one_of(draws, ACTIONS),), {}),
 )
