@@ -6,8 +6,6 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import IO
 
@@ -23,37 +21,6 @@ LOOK_S = 0.05
 def command(*arguments: str) -> list[str]:
     """The command line of ``bt-mission`` in this environment."""
     return [sys.executable, "-u", "-m", "bt_mission", *arguments]
-
-
-@contextmanager
-def started(*arguments: str, **environment: str) -> Iterator[subprocess.Popen[str]]:
-    """Run ``bt-mission`` as a process that is read through a pipe; it is killed at the end."""
-    process = subprocess.Popen(
-        command(*arguments),
-        env=os.environ | environment,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-    )
-    try:
-        yield process
-    finally:
-        if process.poll() is None:
-            process.kill()
-        process.wait()
-        if process.stdout:
-            process.stdout.close()
-
-
-def read_until(process: subprocess.Popen[str], words: str) -> str:
-    """Read lines until one has these words; gives all of them."""
-    assert process.stdout is not None
-    seen = ""
-    for line in process.stdout:
-        seen += line
-        if words in line:
-            return seen
-    raise AssertionError(f"'{words}' was never said in:\n{seen}")
 
 
 class Process:
