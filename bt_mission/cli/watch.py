@@ -185,7 +185,7 @@ def _is_complete(mission: MissionState) -> bool:
 def _follow(observer: ExecutiveDirectory, link: MissionClient, *, as_json: bool) -> int:
     """Print what happens, until whoever reads has left."""
     from bt_mission.events.events import MissionStarted
-    from bt_mission.events.json_stream import as_line, as_object
+    from bt_mission.events.json_stream import json_line
     from bt_mission.events.log import entry_of
     from bt_mission.events.mission_state import MissionState
     from bt_mission.views.terminal.lines import log_line, whole_tree
@@ -199,7 +199,7 @@ def _follow(observer: ExecutiveDirectory, link: MissionClient, *, as_json: bool)
         for message in link.take(needs_statuses=mission.needs_statuses).messages:
             for one in mission.take(message):
                 if as_json:
-                    print(as_line(as_object(one)), flush=True)
+                    print(json_line(one), flush=True)
                 elif isinstance(one, MissionStarted):
                     print("\n".join(whole_tree(mission, marks, None)), flush=True)
                 elif (entry := entry_of(one)) is not None and mission.tree is not None:

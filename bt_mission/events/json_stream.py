@@ -20,64 +20,47 @@ from bt_mission.events.events import (
 )
 
 
-def as_object(happening: MissionEvent) -> dict[str, Any]:
-    """Return a happening as an object: ``event`` says what it is, ``t`` is ROS time in seconds.
+def json_line(happening: MissionEvent) -> str:
+    """Return a happening as JSON: ``event`` says what it is, ``t`` is ROS time in seconds.
 
     ``t`` is null where only the present is known, since the watcher came later.
     """
+    event, time_ns, fields = _parts(happening)
+    t = None if time_ns is None else time_ns / NS
+    return json.dumps({"event": event, "t": t, **fields}, allow_nan=False)
+
+
+def _parts(happening: MissionEvent) -> tuple[str, int | None, dict[str, Any]]:
+    fields = asdict(happening)
     match happening:
         case MissionStarted(time_ns):
-            return _event("tree", time_ns, **_fields(happening, "run", "mission", "nodes"))
+            return "tree", time_ns, _some(fields, "run", "mission", "nodes")
         case NodeStatusChanged(time_ns, index, node, status, message):
-            return _event(
-                "status",
-                time_ns,
-                index=index,
-                node=node.name,
-                path=node.path,
-                status=status.value.lower(),
-                message=message,
-            )
+            place = {"index": index, "node": node.name, "path": node.path}
+            return "status", time_ns, {**place, "status": status.value.lower(), "message": message}
         case NodeProgressed(time_ns, node, progress):
-            measured = (
-                {"label": progress.label, "value": progress.value, "limit": progress.limit}
-                if progress.limit and math.isfinite(progress.value + progress.limit)
-                else {}
-            )
-            return _event(
-                "progress",
-                time_ns,
-                node=node.name,
-                path=node.path,
-                since=progress.since_ns / NS,
-                message=progress.message,
-                **measured,
-            )
+            is_measured = progress.limit and math.isfinite(progress.value + progress.limit)
+            fields = {
+                "node": node.name,
+                "path": node.path,
+                "since": progress.since_ns / NS,
+                "message": progress.message,
+            }
+            measured = _some(vars(progress), "label", "value", "limit") if is_measured else {}
+            return "progress", time_ns, fields | measured
         case MissionStateChanged(time_ns):
-            fields = _fields(happening, "run", "mission", "status", "reason")
-            return _event("mission", time_ns, **fields)
+            return "mission", time_ns, _some(fields, "run", "mission", "status", "reason")
         case GoalChanged(goal):
-            fields = _fields(happening, "action", "owner", "state")
-            sent_s = happening.sent_ns / NS
-            return _event("goal", happening.changed_ns, goal=goal, **fields, sent=sent_s)
+            fields = {"goal": goal, **_some(fields, "action", "owner", "state")}
+            return "goal", happening.changed_ns, fields | {"sent": happening.sent_ns / NS}
         case VariableChanged(time_ns, name, value):
-            return _event("variable", time_ns, name=name, value=_read(value))
+            return "variable", time_ns, {"name": name, "value": _read(value)}
         case LogLine(time_ns, text=text):
-            return _event("log", time_ns, text=text)
+            return "log", time_ns, {"text": text}
 
 
-def as_line(event: dict[str, Any]) -> str:
-    """Return an object as one line of JSON."""
-    return json.dumps(event, allow_nan=False)
-
-
-def _fields(happening: MissionEvent, *names: str) -> dict[str, Any]:
-    fields = asdict(happening)
+def _some(fields: dict[str, Any], *names: str) -> dict[str, Any]:
     return {name: fields[name] for name in names}
-
-
-def _event(event: str, time_ns: int | None, **fields: Any) -> dict[str, Any]:
-    return {"event": event, "t": None if time_ns is None else time_ns / NS, **fields}
 
 
 def _read(value: str) -> Any:

@@ -14,7 +14,7 @@ import rclpy
 from geometry_msgs.msg import TwistStamped
 from rclpy.executors import SingleThreadedExecutor
 
-from bt_mission.testing.processes import LOCAL
+from bt_mission.testing.live_graph import LOCAL
 from tests.support.processes import read_until, started
 
 pytestmark = pytest.mark.process

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from bt_mission.testing.processes import LOCAL
+from bt_mission.testing.live_graph import LOCAL
 from tests.support.processes import read_until, started
 
 pytestmark = pytest.mark.process

@@ -7,7 +7,7 @@ import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from bt_mission.testing.processes import command
+from bt_mission.testing.live_graph import command
 
 
 @contextmanager

@@ -9,7 +9,7 @@ from bt_mission.core.stamps import NS
 from bt_mission.events.events import MissionStarted
 from bt_mission.events.log import LogEntry, entry_of
 from bt_mission.events.mission_state import ROBOT, MissionState
-from bt_mission.recording.replay.timeline import Frame, LazyMessage, Timeline
+from bt_mission.recording.replay.timeline import Frame, LazyMessage, Timeline, beside
 
 SPACING = 500
 """Frames between two states that are kept: so many are played again at most to get anywhere."""
@@ -168,16 +168,15 @@ class Player:
 
         Gives whether there is one.
         """
-        find = self.timeline.change_after if steps > 0 else self.timeline.change_before
-        return self._stay(find(self.time_ns))
+        return self._stay(beside(self.timeline.changes_ns, self.time_ns, steps))
 
     def step_to_start(self, node: int, steps: int) -> bool:
         """Go to the instant at which a node starts next, or (-1) last did, and stay there."""
         tree = self.mission.tree
         if tree is None:
             return False
-        find = self.timeline.start_after if steps > 0 else self.timeline.start_before
-        return self._stay(find(tree.run, node, self.time_ns))
+        starts_ns = self.timeline.starts_ns.get((tree.run, node), ())
+        return self._stay(beside(starts_ns, self.time_ns, steps))
 
     def skip(self, seconds: float) -> None:
         """Go so far on, or back where that is less than 0."""

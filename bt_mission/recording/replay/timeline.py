@@ -74,34 +74,15 @@ class Timeline:
     trace: tuple[str, ...] = field(repr=False)
     why_cut: str
     changes_ns: tuple[int, ...] = field(repr=False)
+    """When the tree changes."""
     starts_ns: Mapping[tuple[str, int], tuple[int, ...]] = field(repr=False)
     """When the node of a run, by its index, has begun to run."""
 
-    def change_after(self, time_ns: int) -> int | None:
-        """When the tree changes next; None where it does no more."""
-        return _after(self.changes_ns, time_ns)
 
-    def change_before(self, time_ns: int) -> int | None:
-        """When the tree changed last before this instant."""
-        return _before(self.changes_ns, time_ns)
-
-    def start_after(self, run: str, node: int, time_ns: int) -> int | None:
-        """When a node starts next."""
-        return _after(self.starts_ns.get((run, node), ()), time_ns)
-
-    def start_before(self, run: str, node: int, time_ns: int) -> int | None:
-        """When a node started last before this instant."""
-        return _before(self.starts_ns.get((run, node), ()), time_ns)
-
-
-def _after(times: Sequence[int], time_ns: int) -> int | None:
-    at = bisect_right(times, time_ns)
-    return times[at] if at < len(times) else None
-
-
-def _before(times: Sequence[int], time_ns: int) -> int | None:
-    at = bisect_left(times, time_ns)
-    return times[at - 1] if at else None
+def beside(times: Sequence[int], time_ns: int, steps: int) -> int | None:
+    """Return which of these times comes next after an instant, or (-1) came last before it."""
+    at = bisect_right(times, time_ns) if steps > 0 else bisect_left(times, time_ns) - 1
+    return times[at] if 0 <= at < len(times) else None
 
 
 def read_timeline(path: Path) -> Timeline:
