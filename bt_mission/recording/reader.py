@@ -14,7 +14,7 @@ from bt_mission.events import reader
 from bt_mission.events.events import MissionStarted, MissionStateChanged
 from bt_mission.events.messages import NodeStatus
 from bt_mission.recording.model import Picture, RecordedGoal, RecordedLine, RecordedRun, Span
-from bt_mission.recording.reading import UNREADABLE, Channel, RecordedFile, RecordingError
+from bt_mission.recording.reading import Channel, RecordedFile, RecordingError
 from bt_mission.recording.robot_life import RobotLife
 
 STATUSES = {0: "unknown", 4: "succeeded", 5: "canceled", 6: "aborted"}
@@ -118,8 +118,7 @@ def read_run(path: Path) -> RecordedRun:
     """
     file = RecordedFile(path)
     run = _RunReader(file)
-    for channel, time_ns, data in file.messages():
-        run.take(channel, time_ns, data)
+    file.feed(run.take)
     return run.run()
 
 
@@ -152,8 +151,6 @@ class _RunReader:
 
     def __init__(self, file: RecordedFile) -> None:
         self._file = file
-        self._first_ns: int | None = None
-        self._last_ns = 0
         self._tree: MissionStarted | None = None
         self._node = ""
         self._changes: list[tuple[int, NodeStatus]] = []
@@ -171,18 +168,7 @@ class _RunReader:
         }
 
     def take(self, channel: Channel, time_ns: int, data: bytes) -> None:
-        """Take a message in; one that cannot be read is passed over."""
-        if channel.encoding != "cdr":
-            return
-        if self._first_ns is None:
-            self._first_ns = time_ns
-        self._last_ns = max(self._last_ns, time_ns)
-        try:
-            self._hand_on(channel, time_ns, data)
-        except UNREADABLE:
-            return
-
-    def _hand_on(self, channel: Channel, time_ns: int, data: bytes) -> None:
+        """Take a message in, if it is of use."""
         taker = self._takers.get(channel.type_name)
         if taker is not None:
             taker(channel.topic, time_ns, channel.decode(data))
@@ -244,7 +230,7 @@ class _RunReader:
             name: json.loads(value)
             for name, value in file.notes.get("bt_mission_summary", {}).items()
         }
-        start_ns = int(facts.get("start_ns", self._first_ns or 0))
+        start_ns = int(facts.get("start_ns", file.first_ns or 0))
         robot = self._robot or RobotLife(facts.get("namespace", "/"), None)
         texts = {
             one.name: one.data.decode(errors="replace")
@@ -263,13 +249,13 @@ class _RunReader:
             facts=facts,
             summary=summary,
             start_ns=start_ns,
-            end_ns=self._last_ns,
+            end_ns=file.last_ns,
             status=self._state.status,
             reason=self._state.reason,
             why_cut=file.why_cut,
             missing=summary.get("missing", ""),
             tree=self._tree.nodes,
-            spans=spans_of(len(self._tree.nodes), self._changes, self._last_ns),
+            spans=spans_of(len(self._tree.nodes), self._changes, file.last_ns),
             truth=robot.truth,
             measured=robot.measured,
             scans=robot.scans,

@@ -93,8 +93,7 @@ def read_timeline(path: Path) -> Timeline:
     """
     file = RecordedFile(path)
     timeline = _TimelineReader(file)
-    for channel, time_ns, data in file.messages():
-        timeline.take(channel, time_ns, data)
+    file.feed(timeline.take)
     return timeline.timeline()
 
 
@@ -108,26 +107,15 @@ class _TimelineReader:
         """By namespace: which robot is the mission's is known once there is a tree."""
         self._charges: dict[str, messages.BatteryState] = {}
         """The newest of each robot: it is told often, and changes seldom."""
-        self._unread: dict[str, str] = {}
         self._trace: list[str] = []
         self._node = ""
         """Of the executive that is shown: the first in the file."""
         self._trees: list[events.MissionStarted] = []
         self._said: list[tuple[int, str]] = []
         self._sequence = 0
-        self._last_ns = 0
 
     def take(self, channel: Channel, time_ns: int, data: bytes) -> None:
-        """Take a message in, if it is of use; one that cannot be read is passed over."""
-        if channel.encoding != "cdr":
-            return
-        self._last_ns = max(self._last_ns, time_ns)
-        try:
-            self._hand_on(channel, time_ns, data)
-        except UNREADABLE as error:
-            self._unread.setdefault(channel.type_name, str(error))
-
-    def _hand_on(self, channel: Channel, time_ns: int, data: bytes) -> None:
+        """Take a message in, if it is of use."""
         place, _, name = channel.topic.rpartition("/")
         if channel.type_name in TOLD:
             if self._node in ("", place):
@@ -198,7 +186,7 @@ class _TimelineReader:
         return Timeline(
             path=self._file.path,
             start_ns=start_ns,
-            end_ns=max(self._last_ns, start_ns),
+            end_ns=max(self._file.last_ns, start_ns),
             times_ns=tuple(time_ns for time_ns, _ in kept),
             frames=tuple(frame for _, frame in kept),
             trace=tuple(self._trace),
@@ -217,10 +205,10 @@ class _TimelineReader:
             yield time_ns, events.LogLine(time_ns, tree.run, text)
 
     def _why_no_timeline(self) -> str:
-        if TREE in self._unread:
+        if TREE in self._file.unread:
             return (
                 "its tree cannot be read; it was made by another version of bt-mission "
-                f"({self._unread[TREE]})"
+                f"({self._file.unread[TREE]})"
             )
         if "bt_mission" in self._file.notes:
             why = self._file.why_cut or "nothing was ticked"
