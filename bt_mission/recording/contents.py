@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import platform
 from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import cv2
 import numpy as np
@@ -18,6 +19,21 @@ from bt_mission.core.cdr.decoder import Take
 from bt_mission.language.mission import Mission
 from bt_mission.ros.mission_details import MissionDetailsBuilder
 from bt_mission.ros.mission_runner import MissionRunner
+
+Camera = Literal["none", "compressed", "raw"]
+
+
+@dataclass(frozen=True)
+class RecordingOptions:
+    """What to record besides everything that is always recorded.
+
+    Args:
+        camera: Pictures: none, each as a JPEG, or as they are. A simulated camera draws only while
+            somebody wants its pictures, so with them a run takes far longer.
+    """
+
+    camera: Camera = "none"
+
 
 PACKAGES = ("bt-mission", "ros-jazzy-rclpy", "mujoco", "py-trees", "numpy", "mcap")
 

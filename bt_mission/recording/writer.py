@@ -25,13 +25,13 @@ from bt_mission.recording.contents import (
     DETAILS_TYPE,
     DetailsRecorder,
     PictureFolder,
+    RecordingOptions,
     compressed,
     files_of,
     versions,
 )
 from bt_mission.recording.file import McapFile
 from bt_mission.recording.goals import GoalEvents
-from bt_mission.recording.options import RecordingOptions
 from bt_mission.recording.topics import GraphTopics
 from bt_mission.ros.mission_details import time_message
 from bt_mission.sessions.observers import ObservableSession

@@ -6,7 +6,6 @@ not hold says when it broke first, what the condition had read then, and shows t
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
@@ -57,16 +56,13 @@ def holds(condition: Condition, moment: Moment) -> bool:
         ) from error
 
 
-class Assertions(ABC):
+class Assertions:
     """The claims that can be made of a run; :class:`bt_mission.testing.Run` is one."""
 
     def __init__(self) -> None:
-        self.broken: list[Verdict] = []
-
-    @property
-    @abstractmethod
-    def moments(self) -> Iterable[Moment]:
+        self.moments: list[Moment] = []
         """Every control step so far, in order."""
+        self.broken: list[Verdict] = []
 
     def always(
         self,

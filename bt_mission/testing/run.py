@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -56,7 +56,6 @@ class Run(Assertions):
             options=StageOptions(**options),
         )
         self.history = History(self.stage)
-        self._moments: list[Moment] = []
         self._topics: dict[str, Recorded] = {}
         self.faults: list[FaultInstance] = []
         self.recording: FailureRecording | None = None
@@ -85,7 +84,7 @@ class Run(Assertions):
                 raise error
         self._beats = executive.cycles
         moment = Moment.of(self)
-        self._moments.append(moment)
+        self.moments.append(moment)
         self._act_by_condition(moment)
         return moment
 
@@ -159,14 +158,9 @@ class Run(Assertions):
         Raises:
             ScenarioError: Before the first.
         """
-        if not self._moments:
+        if not self.moments:
             raise ScenarioError("there is no control step yet: move the run on, by run.step()")
-        return self._moments[-1]
-
-    @property
-    def moments(self) -> Sequence[Moment]:
-        """Every control step so far."""
-        return self._moments
+        return self.moments[-1]
 
     @property
     def pose(self) -> Pose:

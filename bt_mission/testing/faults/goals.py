@@ -17,8 +17,15 @@ from bt_mission.goals.goal import Goal
 from bt_mission.testing.errors import ScenarioError
 from bt_mission.testing.faults.corruptions import changed_by
 from bt_mission.testing.faults.fault import Begin, Fates, FaultInstance, Tap
-from bt_mission.testing.faults.maker import Maker, makes_fault
-from bt_mission.testing.faults.taps import for_first, later, lost, nanoseconds, repeated
+from bt_mission.testing.faults.maker import (
+    Maker,
+    for_first,
+    later,
+    lost,
+    makes_fault,
+    nanoseconds,
+    repeated,
+)
 from bt_mission.virtual_time import ACTION_PARTS, Answer, Delivery, Gate, Passing, Side
 
 PARTS = ("goal", "cancel", "result")

@@ -11,11 +11,10 @@ import numpy as np
 
 from bt_mission.recording.model import RecordedRun
 from bt_mission.views.html_report import tables
-from bt_mission.views.html_report.charts import charts, charts_of, thinned
 from bt_mission.views.html_report.figures import duration_s, since_start_s
 from bt_mission.views.html_report.markup import element, rows
 from bt_mission.views.html_report.plan import plan, scans_on_map, spread
-from bt_mission.views.html_report.timeline import rows_of, timeline
+from bt_mission.views.html_report.timeline import charts, charts_of, rows_of, thinned, timeline
 
 # Nothing may be fetched: whatever is named here comes out of the page itself.
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from pathlib import Path
 from typing import Any, Protocol, Self
 
 import numpy as np
@@ -109,11 +108,6 @@ class VideoRecorder:
 
     def __exit__(self, *_: object) -> None:
         self.close()
-
-    @property
-    def path(self) -> Path:
-        """The film's file."""
-        return self.file.path
 
     @property
     def missing(self) -> str:
