@@ -85,7 +85,8 @@ class DetailsRecorder:
         self._take = take
         status = mission.status_publisher
         self._details = MissionDetailsBuilder(status.run, mission.run, status.indices)
-        self._is_due = False
+        self.is_due = False
+        """Has something happened, to be told of with the next look?"""
         self._told_ns: int | None = None
         """None before the first: details are of use to nobody before there is a tree."""
 
@@ -93,15 +94,11 @@ class DetailsRecorder:
         """Follow the mission no longer."""
         self._details.close()
 
-    def hasten(self) -> None:
-        """Something has happened: tell of it with the next look."""
-        self._is_due = True
-
     def look(self, now_ns: int) -> None:
         """Tell what is new, if it is time."""
         is_late = self._told_ns is not None and not 0 <= now_ns - self._told_ns < DETAILS_EVERY_NS
-        if self._is_due or is_late:
-            self._is_due, self._told_ns = False, now_ns
+        if self.is_due or is_late:
+            self.is_due, self._told_ns = False, now_ns
             self._take(serialize_message(self._details.describe_news()))
 
 

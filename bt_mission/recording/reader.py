@@ -159,20 +159,32 @@ class _RunReader:
         self._pictures: list[Picture] = []
         self._goals = GoalLives()
         self._robot: RobotLife | None = None
-        self._takers = {
-            "bt_mission_interfaces/msg/Tree": self._take_tree,
-            "bt_mission_interfaces/msg/StatusChanges": self._take_changes,
-            "bt_mission_interfaces/msg/MissionState": self._take_state,
-            "rcl_interfaces/msg/Log": self._take_log,
-            "sensor_msgs/msg/CompressedImage": self._take_picture,
-        }
 
     def take(self, channel: Channel, time_ns: int, data: bytes) -> None:
         """Take a message in, if it is of use."""
-        taker = self._takers.get(channel.type_name)
-        if taker is not None:
-            taker(channel.topic, time_ns, channel.decode(data))
-        elif channel.topic.endswith("/trace"):
+        topic = channel.topic
+        match channel.type_name:
+            case "bt_mission_interfaces/msg/Tree":
+                self._tree = reader.tree(channel.decode(data))
+                self._node = topic.removesuffix("/tree")
+            case "bt_mission_interfaces/msg/StatusChanges":
+                count = len(self._tree.nodes) if self._tree else 0
+                changes = reader.changes(channel.decode(data)).changes
+                self._changes += [(time_ns, one) for one in changes if one.node < count]
+            case "bt_mission_interfaces/msg/MissionState":
+                self._state = reader.state(channel.decode(data))
+            case "rcl_interfaces/msg/Log":
+                line = channel.decode(data)
+                self._log.append(RecordedLine(time_ns, line.level, line.name, line.msg))
+            case "sensor_msgs/msg/CompressedImage":
+                image = channel.decode(data)
+                kind = "image/png" if "png" in image.format else "image/jpeg"
+                self._pictures.append(Picture(time_ns, topic, kind, image.data.tobytes()))
+            case _:
+                self._take_by_topic(channel, time_ns, data)
+
+    def _take_by_topic(self, channel: Channel, time_ns: int, data: bytes) -> None:
+        if channel.topic.endswith("/trace"):
             if _POSE_LINE not in data:
                 self._take_line(time_ns, channel.decode(data)["data"])
         elif "/_action/" in channel.topic:
@@ -183,28 +195,6 @@ class _RunReader:
                 hull = json.loads(facts.get("robot_hull", "null"))
                 self._robot = RobotLife(facts.get("namespace", "/"), hull)
             self._robot.take(channel.topic, time_ns, lambda: channel.decode(data))
-
-    # ---- one kind of message each ----------------------------------------------------------
-
-    def _take_tree(self, topic: str, _time_ns: int, message: DecodedMessage) -> None:
-        self._node = topic.removesuffix("/tree")
-        self._tree = reader.tree(message)
-
-    def _take_changes(self, _topic: str, time_ns: int, message: DecodedMessage) -> None:
-        count = len(self._tree.nodes) if self._tree else 0
-        for change in reader.changes(message).changes:
-            if change.node < count:
-                self._changes.append((time_ns, change))
-
-    def _take_state(self, _topic: str, _time_ns: int, message: DecodedMessage) -> None:
-        self._state = reader.state(message)
-
-    def _take_log(self, _topic: str, time_ns: int, message: DecodedMessage) -> None:
-        self._log.append(RecordedLine(time_ns, message.level, message.name, message.msg))
-
-    def _take_picture(self, topic: str, time_ns: int, message: DecodedMessage) -> None:
-        kind = "png" if "png" in message.format else "jpeg"
-        self._pictures.append(Picture(time_ns, topic, f"image/{kind}", message.data.tobytes()))
 
     def _take_line(self, time_ns: int, line: str) -> None:
         try:

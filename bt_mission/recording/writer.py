@@ -151,7 +151,7 @@ class RunRecorder:
     def _take_last(self) -> None:
         self._look_around()
         self._topics.poll()
-        self._telling.hasten()
+        self._telling.is_due = True
         self._telling.look(self._session.now_ns)
         self._hand_over()
 
@@ -300,7 +300,7 @@ class RunRecorder:
     # ---- what does not come by a topic -----------------------------------------------------
 
     def _take_status(self, what: str, message: Any) -> None:
-        self._telling.hasten()
+        self._telling.is_due = True
         self._status[what](serialize_message(message))
 
     def _take_line(self, line: str) -> None:

@@ -30,11 +30,6 @@ def entries_of(timeline: Timeline) -> Iterator[LogEntry]:
                     yield entry
 
 
-def _most_kept(timeline: Timeline) -> int:
-    sizes = (len(one.nodes) for one in timeline.frames if isinstance(one, MissionStarted))
-    return min(MOST_KEPT, max(MOST_NODES // max(sizes, default=1), 1))
-
-
 class TimelineSeeker:
     """Gives the state at any instant of a timeline.
 
@@ -47,7 +42,9 @@ class TimelineSeeker:
         self._state = MissionState()
         self._at = 0
         """So many frames have been played."""
-        self._spacing = max(SPACING, len(timeline.frames) // _most_kept(timeline))
+        sizes = (len(one.nodes) for one in timeline.frames if isinstance(one, MissionStarted))
+        most_kept = min(MOST_KEPT, max(MOST_NODES // max(sizes, default=1), 1))
+        self._spacing = max(SPACING, len(timeline.frames) // most_kept)
         self._kept = [MissionState()]
         """After every so many frames; as far as the timeline has been played."""
 

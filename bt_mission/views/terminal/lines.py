@@ -103,7 +103,7 @@ def leaf_table(leaves: Sequence[LeafSummary], width: int, marks: Marks) -> list[
     widths = [max(cell_len(row[at]) for row in rows) for at in range(len(rows[0]) - 1)]
     lines = []
     for name, *figures, outcomes in rows:
-        line = f"  {_padded(name, widths[0])}"
+        line = f"  {name}{' ' * (widths[0] - cell_len(name))}"
         for figure, room in zip(figures, widths[1:], strict=True):
             line += f"  {figure:>{room}}"
         lines.append(text_of(fit([(f"{line}  {outcomes}", "")], width, marks)).rstrip())
@@ -122,7 +122,3 @@ def _row(one: LeafSummary, marks: Marks, *, has_distance: bool) -> list[str]:
     counts = sorted(one.outcomes.items(), key=lambda pair: -pair[1])
     only = len(counts) == 1
     return [*row, ", ".join(what if only else f"{count} {what}" for what, count in counts)]
-
-
-def _padded(text: str, width: int) -> str:
-    return text + " " * (width - cell_len(text))

@@ -14,7 +14,7 @@ from rich.live import Live
 from rich.text import Text
 
 from bt_mission.behaviours.action_leaf import ActionLeaf
-from bt_mission.behaviours.progress import LeafProgress, progress_of
+from bt_mission.behaviours.progress import progress_of
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events.log import STYLES
 from bt_mission.executive.executive import Executive
@@ -170,20 +170,14 @@ class LiveTree:
         row.append(
             f"{indent}{self._marks.status[node.status]} {node.name}", style=STYLES[node.status]
         )
-        progress = progress_of(node)
-        if progress is not None:
-            row.append(f"  {self._bar(progress)}", style="cyan")
-        if node.feedback_message and (node.status is not Status.INVALID or _was_halted(node)):
+        if (progress := progress_of(node)) is not None:
+            value, limit = progress.value, progress.limit
+            drawn = bar(value, limit, BAR_WIDTH, self._marks)
+            row.append(f"  {drawn} {value:.4g} of {limit:.4g}", style="cyan")
+        was_halted = isinstance(node, ActionLeaf) and node.was_halted
+        if node.feedback_message and (node.status is not Status.INVALID or was_halted):
             row.append(f"  {node.feedback_message}", style="dim")
         return row
-
-    def _bar(self, progress: LeafProgress) -> str:
-        drawn = bar(progress.value, progress.limit, BAR_WIDTH, self._marks)
-        return f"{drawn} {progress.value:.4g} of {progress.limit:.4g}"
-
-
-def _was_halted(node: Behaviour) -> bool:
-    return isinstance(node, ActionLeaf) and node.was_halted
 
 
 def _window(rows: list[tuple[Status, Text]], room: int) -> list[Text]:

@@ -143,16 +143,11 @@ class WatchApp(ViewApp):
         if (command := self.outlook.breakpoint()) is not None:
             self.send_command(command)
 
-    def on_event_key(self, key: str) -> None:
+    async def on_event(self, event: events.Event) -> None:
         """Forget the wish to stop when another key is pressed."""
-        if key != "x" and self._may_stop:
+        if isinstance(event, events.Key) and event.key != "x" and self._may_stop:
             self._may_stop = False
             self._notice = ""
-
-    async def on_event(self, event: events.Event) -> None:
-        """See every key before it is acted upon."""
-        if isinstance(event, events.Key):
-            self.on_event_key(event.key)
         await super().on_event(event)
 
     def action_choose(self) -> None:

@@ -146,7 +146,7 @@ class ViewApp(App[None]):
     def on_click(self, event: events.Click) -> None:
         """Select the node that is clicked on; fold or unfold it with a second click."""
         if event.widget is self._main.panes["tree"] and event.y > 0:
-            self.outlook.select_row(event.y - 1)
+            self.outlook.move(self.outlook.top + event.y - 1 - self.outlook.cursor_row)
             if event.chain > 1:
                 self.outlook.toggle()
             self.draw()

@@ -115,10 +115,6 @@ class WatchModel:
             row = min(max(self.cursor_row + rows, 0), len(self.outline.rows) - 1)
             self.cursor = self.outline.rows[row]
 
-    def select_row(self, row: int) -> None:
-        """Select the node of a row in view."""
-        self.move(self.top + row - self.cursor_row)
-
     def fold(self) -> None:
         """Hide what is below the selected node; of a leaf or a folded one, go to its parent."""
         if not self.outline.rows:
