@@ -72,19 +72,16 @@ def said(message: Any) -> events.LogLine:
 
 def transforms(message: Any) -> tuple[told.FrameTransform, ...]:
     """Return a ``tf2_msgs/TFMessage``, seen from above."""
-    found = []
-    for one in message.transforms:
-        move, turn = one.transform.translation, one.transform.rotation
-        found.append(
-            told.FrameTransform(
-                one.header.frame_id.lstrip("/"),
-                one.child_frame_id.lstrip("/"),
-                move.x,
-                move.y,
-                yaw_of(turn),
-            )
+    return tuple(
+        told.FrameTransform(
+            one.header.frame_id.lstrip("/"),
+            one.child_frame_id.lstrip("/"),
+            one.transform.translation.x,
+            one.transform.translation.y,
+            yaw_of(one.transform.rotation),
         )
-    return tuple(found)
+        for one in message.transforms
+    )
 
 
 def scan(message: Any) -> told.ScanPoints:

@@ -97,19 +97,22 @@ class MapChart:
     ) -> dict[tuple[int, int], Span]:
         """What lies over the map, by row and column of the cell; later ones lie on top."""
         signs: dict[tuple[int, int], Span] = {}
-        for x, y in robot.trail:
+
+        def put(x: float, y: float, sign: Span) -> None:
             if at := frame.at(x, y):
-                signs[at[0] // 2, at[1]] = (self._marks.trail, "trail")
+                signs[at[0] // 2, at[1]] = sign
+
+        for x, y in robot.trail:
+            put(x, y, (self._marks.trail, "trail"))
         for x, y in scan:
             if at := frame.at(x, y):
                 wall = _wall_near(pixels, at)
                 cell = (wall[0] // 2, wall[1]) if wall else (at[0] // 2, at[1])
                 signs[cell] = (self._wall(pixels, *cell) if wall else self._marks.scan, "scan")
         for number, (x, y) in enumerate(targets):
-            if at := frame.at(x, y):
-                signs[at[0] // 2, at[1]] = (PLACES[min(number, len(PLACES) - 1)], "waypoint")
-        if (pose := robot.pose) and (at := frame.at(pose.x, pose.y)):
-            signs[at[0] // 2, at[1]] = (self._arrow(pose), "robot")
+            put(x, y, (PLACES[min(number, len(PLACES) - 1)], "waypoint"))
+        if pose := robot.pose:
+            put(pose.x, pose.y, (self._arrow(pose), "robot"))
         return signs
 
     def _row(self, row: int, pixels: Grid, signs: dict[tuple[int, int], Span]) -> list[Span]:
