@@ -197,24 +197,7 @@ class GoalFaults(Maker):
         sides = [(part, side) for part in PARTS for side in (Side.REQUEST, Side.RESPONSE)]
         return tap_parts(action, later("slow_server", by), *sides, ("feedback", Side.MESSAGE))
 
-
-def tap_parts(action: str, tap: Tap, *sides: tuple[str, Side]) -> Begin:
-    """Give what taps an action, each part of it on a side."""
-
-    def begin(fault: FaultInstance) -> None:
-        for part, side in sides:
-            fault.tap(part_of(fault, action, part), side, tap)
-
-    return begin
-
-
-def part_of(fault: FaultInstance, action: str, part: str) -> str:
-    """Return the full name of a part of an action that is offered."""
-    return f"{fault.action(action)}/_action/{ACTION_PARTS[part]}"
-
-
-class FeedbackFaults(Maker):
-    """Faults of feedback; ``action`` and ``lasting`` are as those of other faults of actions."""
+    # ---- feedback ------------------------------------------------------------------------
 
     @makes_fault
     def silence_feedback(self, action: str, *, lasting: float | None = None) -> Begin:
@@ -284,6 +267,21 @@ class FeedbackFaults(Maker):
             return (Delivery(passing.message),)
 
         return _feedback(action, corrupt)
+
+
+def tap_parts(action: str, tap: Tap, *sides: tuple[str, Side]) -> Begin:
+    """Give what taps an action, each part of it on a side."""
+
+    def begin(fault: FaultInstance) -> None:
+        for part, side in sides:
+            fault.tap(part_of(fault, action, part), side, tap)
+
+    return begin
+
+
+def part_of(fault: FaultInstance, action: str, part: str) -> str:
+    """Return the full name of a part of an action that is offered."""
+    return f"{fault.action(action)}/_action/{ACTION_PARTS[part]}"
 
 
 def _feedback(action: str, tap: Tap) -> Begin:
