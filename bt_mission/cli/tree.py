@@ -89,7 +89,7 @@ def _made(form: str, root: Any, title: str) -> bytes:
         from bt_mission.views.drawing.dot import dot
 
         return dot(root, title).encode()
-    from bt_mission.views.drawing.outline import legend, outline
+    from bt_mission.views.drawing.nodes import legend, outline
 
     rows = [title, *map(str, outline(root)), "", legend(root)]
     return "".join(f"{row}\n" for row in rows).encode()
@@ -112,7 +112,7 @@ def _print(root: Any, title: str) -> None:
     from rich.text import Text
 
     from bt_mission.core.text import escape_control
-    from bt_mission.views.drawing.outline import can_show, legend, outline
+    from bt_mission.views.drawing.nodes import can_show, legend, outline
     from bt_mission.views.drawing.scene import COLOURS
 
     console = Console(highlight=False)

@@ -185,8 +185,7 @@ def _is_complete(mission: MissionState) -> bool:
 def _follow(observer: ExecutiveDirectory, link: MissionClient, *, as_json: bool) -> int:
     """Print what happens, until whoever reads has left."""
     from bt_mission.events.events import MissionStarted
-    from bt_mission.events.json_stream import json_line
-    from bt_mission.events.log import entry_of
+    from bt_mission.events.log import entry_of, json_line
     from bt_mission.events.mission_state import MissionState
     from bt_mission.views.terminal.lines import log_line, whole_tree
     from bt_mission.views.terminal.marks import marks_for

@@ -144,8 +144,6 @@ class Assertions:
             return self._broken(what, then, last)
         return Verdict(holds=True, line=f"followed all {answered} times")
 
-    # ---- inside --------------------------------------------------------------------------
-
     def _between(self, after: float, before: float | None) -> Iterable[Moment]:
         for moment in self.moments:
             if before is not None and moment.t > before + 1e-9:

@@ -308,8 +308,6 @@ class Run(Assertions):
                 self.recording.finish(self.report.as_dict())
             self.stage.__exit__()
 
-    # ---- inside --------------------------------------------------------------------------
-
     @property
     def _ended(self) -> str:
         return f"{self.status}: {self.reason}" if self.reason else self.status

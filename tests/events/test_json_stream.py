@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from bt_mission.events.events import GoalChanged
-from bt_mission.events.json_stream import json_line
+from bt_mission.events.log import json_line
 from bt_mission.events.mission_state import MissionState
 from tests.support.watched import S, ScriptedExecutive
 

@@ -153,8 +153,6 @@ class ServerFaults(Maker):
 
         return begin
 
-    # ---- inside ----------------------------------------------------------------------------
-
     def _servers(self, fault: FaultInstance, name: str) -> Any:
         """Our servers, where it is they that offer an action."""
         servers = fault.run.stage.servers
