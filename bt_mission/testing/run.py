@@ -38,7 +38,8 @@ class NeverHeldError(AssertionError):
 class Run(Assertions):
     """A mission on the stage, moved on by a test and asked by it.
 
-    Times are virtual, in seconds since the start. The run can be asked about after it is closed.
+    Times are virtual, in seconds since the start. The run can be asked about after it is closed;
+    ``moments`` are its control steps so far, in order.
 
     Args:
         mission: What to carry out, with its world, robot and seed.
