@@ -78,11 +78,14 @@ class RobotState:
     @property
     def pose(self) -> Pose2D | None:
         """Where the robot is in its root frame; None where it is not known."""
-        for base in BASES:
-            for frame in self._frames:
-                if frame.rpartition("/")[2] == base:
-                    return locate(self._frames, frame)[1]
-        return None
+        base = self._base
+        return None if base is None else locate(self._frames, base)[1]
+
+    @property
+    def _base(self) -> str | None:
+        """The frame that is the robot; None where there is none yet."""
+        found = [frame for frame in self._frames if frame.rpartition("/")[2] in BASES]
+        return min(found, key=lambda frame: BASES.index(frame.rpartition("/")[2]), default=None)
 
     def scan_points(self) -> list[tuple[float, float]]:
         """Where the newest scan has seen something, in the root frame, m."""
@@ -100,11 +103,11 @@ class RobotState:
         return points
 
     def _extend_trail(self) -> None:
-        pose = self.pose
-        if pose is None or not math.isfinite(pose.x + pose.y):
+        if (base := self._base) is None:
             return
-        base = next(one for one in self._frames if one.rpartition("/")[2] in BASES)
-        root = locate(self._frames, base)[0]
+        root, pose = locate(self._frames, base)
+        if not math.isfinite(pose.x + pose.y):
+            return
         if root != self.frame:
             self.frame = root
             self.trail.clear()

@@ -48,7 +48,15 @@ class LazyMessage:
     """A scan or a map that is not decoded yet."""
 
     topic: str
-    decode: Callable[[], messages.Robot | None] = field(repr=False)
+    channel: Channel = field(repr=False)
+    data: bytes = field(repr=False)
+
+    def decode(self) -> messages.Robot | None:
+        """Return it, or None where it cannot be read."""
+        try:
+            return ROBOT[self.topic](self.channel.decode(self.data))
+        except UNREADABLE:
+            return None
 
 
 Frame = messages.Told | messages.Robot | LazyMessage
@@ -127,24 +135,15 @@ class _TimelineReader:
             self._take_line(channel.decode(data).data)
         elif name in ROBOT:
             frames = self._robots.setdefault(place, [])
-            seen = self._seen(name, channel, data)
-            if not isinstance(seen, messages.BatteryState) or seen != self._charges.get(place):
-                frames.append((time_ns, seen))
+            if name in LATER:
+                frames.append((time_ns, LazyMessage(name, channel, data)))
+                return
+            seen = ROBOT[name](channel.decode(data))
             if isinstance(seen, messages.BatteryState):
+                if seen == self._charges.get(place):
+                    return
                 self._charges[place] = seen
-
-    def _seen(self, name: str, channel: Channel, data: bytes) -> Frame:
-        read = ROBOT[name]
-        if name not in LATER:
-            return read(channel.decode(data))
-
-        def decode() -> messages.Robot | None:
-            try:
-                return read(channel.decode(data))
-            except UNREADABLE:
-                return None
-
-        return LazyMessage(name, decode)
+            frames.append((time_ns, seen))
 
     def _take_told(self, message: messages.Told, time_ns: int) -> None:
         at_ns = (
@@ -154,14 +153,12 @@ class _TimelineReader:
             self._trees.append(message)
             self._sequence = 0
         elif isinstance(message, messages.Changes):
-            self._bridge(message, at_ns)
+            if self._trees and message.sequence > self._sequence + 1:
+                # Where the file begins later than the run, or lacks some, go on from there.
+                known = messages.Statuses(message.run, message.sequence - 1, ())
+                self._kept.append((at_ns, known))
             self._sequence = message.sequence
         self._kept.append((at_ns, message))
-
-    def _bridge(self, changes: messages.Changes, at_ns: int) -> None:
-        """Where the file begins later than the run, or lacks some changes, go on from there."""
-        if self._trees and changes.sequence > self._sequence + 1:
-            self._kept.append((at_ns, messages.Statuses(changes.run, changes.sequence - 1, ())))
 
     def _take_line(self, line: str) -> None:
         self._trace.append(line)
