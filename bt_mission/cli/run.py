@@ -165,7 +165,7 @@ def _run_on_screen(options: argparse.Namespace, mission: Any) -> tuple[Report, K
     from bt_mission.sessions.session import driving
     from bt_mission.views.terminal.marks import marks_for
     from bt_mission.views.terminal.views import Quiet
-    from bt_mission.views.tui.app import RunApp
+    from bt_mission.views.tui.run_app import RunApp
     from bt_mission.views.tui.view_app import settle_memory
 
     with (

@@ -7,7 +7,6 @@ from typing import ClassVar
 from textual import events
 from textual.binding import Binding, BindingType
 
-from bt_mission.core.interrupts import InterruptSignals
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events.events import FINAL
 from bt_mission.events.source import (
@@ -17,8 +16,6 @@ from bt_mission.events.source import (
     Graph,
     Verb,
 )
-from bt_mission.executive.report import Report
-from bt_mission.sessions.session import Steps, finish
 from bt_mission.views.terminal.marks import Marks, Span
 from bt_mission.views.tui.dialogs import Chooser
 from bt_mission.views.tui.keys import KEYS
@@ -160,79 +157,3 @@ class WatchApp(ViewApp):
                 self.attach(name)
 
         self.push_screen(Chooser(self._marks, self.graph.find, self.graph.where), chosen)
-
-
-TURN_S = 0.02
-"""Wall time for which steps are taken at a stretch, before keys and pictures have their turn."""
-
-SHORTEST_REST_S = 0.001
-
-
-class RunApp(WatchApp):
-    """Drives a session, and shows it. When it has ended, the picture stays until somebody leaves.
-
-    Args:
-        graph: Has the one executive.
-        name: Its name.
-        steps: The session on its way.
-        interrupts: What the user's wish to leave goes to, as Ctrl-C does without a picture.
-    """
-
-    leaving = "end the mission; twice at once, or leave when it has ended"
-
-    def __init__(
-        self, graph: Graph, marks: Marks, name: str, steps: Steps, interrupts: InterruptSignals
-    ) -> None:
-        super().__init__(graph, marks, name)
-        self.report: Report | None = None
-        self._executive = name
-        self._steps = steps
-        self._interrupts = interrupts
-
-    def on_mount(self) -> None:
-        """Listen before the first step, and begin to drive once the first picture stands."""
-        self.attach(self._executive)
-        self.call_after_refresh(self.advance)
-
-    def advance(self) -> None:
-        """Take the steps that are due."""
-        since = Stopwatch()
-        wait_s = 0.0
-        while wait_s <= 0 and since.elapsed_s < TURN_S:
-            try:
-                wait_s = next(self._steps)
-            except StopIteration as end:
-                self.report = end.value
-                self.look()
-                self.tell("the mission has ended: q leaves")
-                return
-        self.set_timer(max(wait_s, SHORTEST_REST_S), self.advance)
-
-    def action_leave(self) -> None:
-        """End the mission, as Ctrl-C does; leave once it has ended, or when asked twice."""
-        if self.report is None:
-            self._interrupts.note("the user")
-            self.tell("the mission ends, every goal is seen to its end; q again leaves at once")
-        if self.report is not None or self._interrupts.count > 1:
-            self.exit()
-
-    def send_command(self, command: ControlRequest) -> None:
-        """Pass a wish on, as long as there is a mission that it could be about."""
-        if self.report is None:
-            super().send_command(command)
-        else:
-            self.tell("the mission has ended")
-
-    def run_to_the_end(self) -> Report:
-        """Show the mission until the user leaves; gives its report.
-
-        If the view breaks, the mission is ended in good order all the same.
-        """
-        try:
-            self.run()
-        finally:
-            if self.report is None:
-                if not self._interrupts.count:
-                    self._interrupts.note("the end of the view")
-                self.report = finish(self._steps)
-        return self.report

@@ -12,7 +12,7 @@ import pytest
 from bt_mission.core.interrupts import InterruptSignals
 from bt_mission.executive.report import Report
 from bt_mission.views.terminal.marks import SIGNS
-from bt_mission.views.tui.app import RunApp
+from bt_mission.views.tui.run_app import RunApp
 from tests.support.screens import Screen
 from tests.support.watched import ScriptedExecutive, ScriptedGraph
 
