@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from bt_mission.language.action_names import ActionName
     from bt_mission.language.loader import load_text
     from bt_mission.language.mission import Mission
-    from bt_mission.recording.options import RecordingOptions
+    from bt_mission.recording.contents import RecordingOptions
     from bt_mission.recording.reader import read_run as read_recording
     from bt_mission.recording.writer import record
     from bt_mission.ros.graph import NodeOptions
@@ -90,7 +90,7 @@ _load = lazy_names(
         "MissionRunner": "bt_mission.ros.mission_runner",
         "NodeOptions": "bt_mission.ros.graph",
         "Outcome": "bt_mission.goals.outcome",
-        "RecordingOptions": "bt_mission.recording.options",
+        "RecordingOptions": "bt_mission.recording.contents",
         "Report": "bt_mission.executive.report",
         "RunnerOptions": "bt_mission.ros.mission_runner",
         "Stage": "bt_mission.sessions.stage",

@@ -112,7 +112,7 @@ def recorder_for(options: argparse.Namespace, session: ObservableSession) -> Ite
         if path is None:
             yield RunFiles(None, None, None, film)
             return
-        from bt_mission.recording.options import RecordingOptions
+        from bt_mission.recording.contents import RecordingOptions
         from bt_mission.recording.writer import RunRecorder
 
         wanted = RecordingOptions(
@@ -161,7 +161,7 @@ class RunFiles:
             return {}
         film.finish()
         return {
-            "video": str(film.path),
+            "video": str(film.file.path),
             "video_frames": film.file.frames,
             "video_bytes": film.file.bytes,
             "video_lacks": film.missing,

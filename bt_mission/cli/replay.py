@@ -130,7 +130,7 @@ def _tell_recording(options: argparse.Namespace, film: Timeline) -> int:
 def _tell_log(options: argparse.Namespace, film: Timeline) -> None:
     """Print what a recording without a trace tells."""
     from bt_mission.core.wall_clock import Pacer
-    from bt_mission.recording.replay.seeker import entries_of
+    from bt_mission.recording.replay.player import entries_of
     from bt_mission.views.terminal.lines import log_line
     from bt_mission.views.terminal.marks import marks_for
 
@@ -145,8 +145,7 @@ def _tell_log(options: argparse.Namespace, film: Timeline) -> None:
 
 def _tell_trace(options: argparse.Namespace, trace: StoredTrace) -> int:
     from bt_mission.core.wall_clock import Pacer
-    from bt_mission.events.status_marks import glyphs_for
-    from bt_mission.events.trace_lines import line_of
+    from bt_mission.events.log import glyphs_for, line_of
 
     glyphs = glyphs_for(sys.stdout.encoding)
     pacer = Pacer(options.speed, trace.start_ns + round(options.at * 1e9))

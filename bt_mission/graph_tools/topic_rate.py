@@ -9,7 +9,8 @@ from dataclasses import asdict, dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from bt_mission.graph_tools.topic_messages import NS, TopicSubscriber
+from bt_mission.core.stamps import NS
+from bt_mission.graph_tools.topic_messages import TopicSubscriber
 from bt_mission.graph_tools.values import as_json
 
 if TYPE_CHECKING:

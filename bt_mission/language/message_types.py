@@ -12,6 +12,7 @@ from typing import Any
 
 from bt_mission.core.diagnostics import describe, did_you_mean, listed, quoted
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.stamps import NS
 from bt_mission.language.expressions.expression import Late, Text
 from bt_mission.language.expressions.values import Type
 
@@ -270,7 +271,6 @@ def _three(shape: MessageShape, value: Any, read: Reader, report: Report, path: 
     }
 
 
-_NS = 1_000_000_000
 _LONGEST_S = 2**31 - 1
 
 
@@ -281,6 +281,6 @@ def _duration(seconds: float, report: Report, path: Path) -> Any:
         message = f"{seconds:g} s are outside {DURATION}, -{_LONGEST_S} to {_LONGEST_S}"
         report(TypeMismatch(path, message))
     else:
-        sec, nanosec = divmod(round(seconds * _NS), _NS)
+        sec, nanosec = divmod(round(seconds * NS), NS)
         return {"sec": sec, "nanosec": nanosec}
     return None

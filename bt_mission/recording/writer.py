@@ -7,7 +7,7 @@ import struct
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 from builtin_interfaces.msg import Time
 from rcl_interfaces.msg import Log
@@ -25,23 +25,22 @@ from bt_mission.core.cdr.definitions import (
 from bt_mission.core.dds.liveliness import RECORDER
 from bt_mission.core.dds.liveliness import TOPIC as PRESENCE
 from bt_mission.core.errors import described
+from bt_mission.core.stamps import set_ns
+from bt_mission.events.log import rosout_line
 from bt_mission.recording.contents import (
     DETAILS_TYPE,
     DetailsRecorder,
     PictureFolder,
+    RecordingOptions,
     compressed,
     files_of,
-    log_line,
     portable_name,
     versions,
 )
 from bt_mission.recording.file import McapFile
 from bt_mission.recording.goals import GoalEvents
-from bt_mission.recording.options import RecordingOptions
 from bt_mission.recording.topics import GraphTopics
-
-if TYPE_CHECKING:
-    from bt_mission.sessions.session import ObservableSession
+from bt_mission.sessions.session import ObservableSession
 
 LOOK_NS = 2_000_000_000
 """Time between two looks at what topics and pictures there are."""
@@ -158,7 +157,7 @@ class RunRecorder:
     def _take_last(self) -> None:
         self._look_around()
         self._topics.poll()
-        self._telling.hasten()
+        self._telling.is_due = True
         self._telling.look(self._session.now_ns)
         self._hand_over()
 
@@ -308,12 +307,12 @@ class RunRecorder:
     # ---- what does not come by a topic -----------------------------------------------------
 
     def _take_status(self, what: str, message: Any) -> None:
-        self._telling.hasten()
+        self._telling.is_due = True
         self._status[what](serialize_message(message))
 
     def _take_line(self, line: str) -> None:
         self._trace(string_message(line))
-        said = log_line(line)
+        said = rosout_line(line)
         if said is not None:
             level, text = said
             entry = Log(stamp=self._stamp(), level=level, name=self._mission_node.get_name())
@@ -321,8 +320,7 @@ class RunRecorder:
             self._log(serialize_message(entry))
 
     def _stamp(self) -> Time:
-        seconds, nanoseconds = divmod(self._session.now_ns, 1_000_000_000)
-        return Time(sec=seconds, nanosec=nanoseconds)
+        return set_ns(Time(), self._session.now_ns)
 
 
 _LENGTH: Callable[[int], bytes] = struct.Struct("<I").pack

@@ -14,14 +14,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from bt_mission.testing.results import (
-    DEFAULT,
-    GRAPHS,
-    RECORD,
-    STAGES,
-    Results,
-    what_to_record,
-)
+from bt_mission.testing.results import DEFAULT, GRAPHS, RECORD, STAGES, Results, what_to_record
 from bt_mission.testing.scenarios import Scenarios
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import rclpy
 from rclpy.context import Context
@@ -15,7 +15,9 @@ from rclpy.node import Node
 from bt_mission.core.dds.discovery import isolate
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.files import find
+from bt_mission.executive.executive import Executive
 from bt_mission.language.action_names import ACTION_NAMES
+from bt_mission.language.expressions.values import Plain
 from bt_mission.language.mission import Mission
 from bt_mission.sessions.check import examine, examine_text
 from bt_mission.testing.errors import ScenarioError, no_such
@@ -24,11 +26,6 @@ from bt_mission.testing.faults import Faults
 from bt_mission.testing.options import MOST_RUNS
 from bt_mission.testing.run import Run
 from bt_mission.testing.scripted_server import ScriptedServer
-
-if TYPE_CHECKING:
-    from bt_mission.executive.executive import Executive
-    from bt_mission.language.expressions.values import Plain
-
 
 PROPS = 4
 """Obstacles that can appear in a run, unless it is told otherwise; they cost a few per cent."""

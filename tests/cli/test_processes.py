@@ -14,7 +14,8 @@ import rclpy
 from geometry_msgs.msg import TwistStamped
 from rclpy.executors import SingleThreadedExecutor
 
-from bt_mission.testing.processes import LOCAL, read_until, started
+from bt_mission.testing.live_graph import LOCAL
+from tests.support.processes import read_until, started
 
 pytestmark = pytest.mark.process
 

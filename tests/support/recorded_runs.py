@@ -14,8 +14,8 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from bt_mission.core.files import find
 from bt_mission.language.loader import load_text
+from bt_mission.recording.contents import RecordingOptions
 from bt_mission.recording.file import McapFile
-from bt_mission.recording.options import RecordingOptions
 from bt_mission.recording.writer import RunRecorder
 from bt_mission.sessions.load import load
 from bt_mission.sessions.session import summarise

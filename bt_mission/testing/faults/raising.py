@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from bt_mission.testing.errors import ScenarioError, no_such
 from bt_mission.testing.faults.fault import Begin, Fates, FaultInstance
-from bt_mission.testing.faults.maker import Maker, makes_fault
-from bt_mission.testing.faults.taps import passed
+from bt_mission.testing.faults.maker import Maker, makes_fault, passed
 from bt_mission.virtual_time import Passing, Side
 
 if TYPE_CHECKING:

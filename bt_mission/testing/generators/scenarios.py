@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from textwrap import indent
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import yaml  # type: ignore[import-untyped]
 
@@ -13,10 +13,8 @@ from bt_mission.testing.generators.draws import Draws
 from bt_mission.testing.generators.faults import PlannedFault, drawn_faults
 from bt_mission.testing.generators.missions import drawn_mission
 from bt_mission.testing.generators.worlds import drawn_world
-
-if TYPE_CHECKING:
-    from bt_mission.testing.run import Run
-    from bt_mission.testing.stages import Stages
+from bt_mission.testing.run import Run
+from bt_mission.testing.stages import Stages
 
 
 @dataclass(frozen=True)

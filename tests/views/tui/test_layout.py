@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bt_mission.views.terminal.arrangement import PANELS, PanePlace, arranged
+from bt_mission.views.tui.layout import PANELS, PanePlace, arranged
 
 
 @given(

@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 from bt_mission.events import messages
 from bt_mission.events.log import LogEntry
 from bt_mission.events.mission_state import MissionState
-from bt_mission.recording.replay import seeker as module
-from bt_mission.recording.replay.seeker import TimelineSeeker, entries_of
+from bt_mission.recording.reading import Channel
+from bt_mission.recording.replay import player as module
+from bt_mission.recording.replay.player import TimelineSeeker, entries_of
 from bt_mission.recording.replay.timeline import LazyMessage, Timeline, read_timeline
 from tests.support.recordings import recording
 
@@ -162,7 +163,7 @@ def test_the_log_without_its_limit(timeline: Timeline) -> None:
 
 def test_a_sight_that_cannot_be_read_is_passed_over(timeline: Timeline) -> None:
     """What was seen before stays."""
-    sight = LazyMessage("scan", lambda: None)
+    sight = LazyMessage("scan", Channel("/scan", "a/msg/B", "float32 angle_min", "cdr"), b"")
     frames = (*timeline.frames, sight)
     damaged = Timeline(
         timeline.path,
