@@ -172,13 +172,10 @@ class PortLeaf(PortsMixin, Behaviour):
             yield port, Attribute(port, value, (0, 0), (0, 0))
 
 
-def port_leaves(shapes: ShapesOf | None = None, seed: int = 0) -> dict[str, type[PortLeaf]]:
-    """Our leaves for py_trees' loader: hand them over as its ``node_registry``.
+def leaf_classes(shapes: ShapesOf | None, seed: int) -> dict[str, type[PortLeaf]]:
+    """Return the classes of all leaves by their tags.
 
-    Args:
-        shapes: Tells what ROS types hold, as :func:`bt_mission.ros.interface_types.shapes` does;
-            without it, fields of goals take constants only, and there are no outputs.
-        seed: Everything random follows from it, and from the order of the leaves in the file.
+    Without `shapes`, fields of goals take constants only, and there are no outputs.
     """
     known = _Known(shapes, itertools.count(seed * 100_003))
     return {

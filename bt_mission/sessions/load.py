@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from bt_mission.btcpp.document import mission_yaml, read_xml
 from bt_mission.btcpp.mission_writer import mission_xml
@@ -14,6 +14,10 @@ from bt_mission.core.yaml.document import Document, read
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.loader import draft, finished
 from bt_mission.language.mission import Mission
+
+if TYPE_CHECKING:
+    from bt_mission.btcpp.palette import ShapesOf
+    from bt_mission.btcpp.py_trees_leaves import PortLeaf
 
 XML = ".xml"
 
@@ -54,6 +58,19 @@ def convert(path: str | Path) -> str:
             f"{path}: expected a file with the suffix {', '.join((*SUFFIXES, XML))}"
         )
     return mission_xml(read(path), installed_shapes())
+
+
+def port_leaves(shapes: ShapesOf | None = None, seed: int = 0) -> dict[str, type[PortLeaf]]:
+    """Return our leaves for py_trees' loader: hand them over as its ``node_registry``.
+
+    Args:
+        shapes: Tells what ROS types hold (default: what is installed). Where ROS is not, fields of
+            goals take constants only, and there are no outputs.
+        seed: Everything random follows from it, and from the order of the leaves in the file.
+    """
+    from bt_mission.btcpp.py_trees_leaves import leaf_classes  # noqa: PLC0415 - few need it
+
+    return leaf_classes(shapes or installed_shapes(), seed)
 
 
 def installed_shapes() -> Callable[[str], Any] | None:

@@ -11,7 +11,7 @@ import pytest
 from bt_mission_interfaces.action import Turn
 from py_trees.parsers.behaviour_tree_xml import parse_behaviour_tree_xml
 
-from bt_mission.btcpp.py_trees_leaves import port_leaves
+from bt_mission.btcpp.py_trees_leaves import leaf_classes
 from bt_mission.core.diagnostics import InputError
 from bt_mission.executive.executive import Executive
 from bt_mission.ros.interface_types import shapes
@@ -33,7 +33,7 @@ def load(tmp_path: Path, play: Any) -> Any:
         tree = f'<BehaviorTree ID="main">{nodes}</BehaviorTree>'
         path.write_text(f'<root main_tree_to_execute="main">{tree}</root>', encoding="utf-8")
         story = play("  check: true")
-        story.root = parse_behaviour_tree_xml(str(path), node_registry=port_leaves(shapes, seed))
+        story.root = parse_behaviour_tree_xml(str(path), node_registry=leaf_classes(shapes, seed))
         story.executive = Executive(story.root, story, story.trace)
         return story
 

@@ -51,6 +51,13 @@ _TOKEN = re.compile(
 )
 _INSTEAD = {"&&": "and", "||": "or", "!": "not", "=": "==", "^": "**", "&": "and", "|": "or"}
 _CONSTANTS: dict[str, Plain] = {"true": True, "false": False, "pi": math.pi}
+_LEVELS = {
+    symbol: level
+    for level, symbols in enumerate(("or", "and", "", "< <= > >= == !=", "+ -", "* / // %"))
+    for symbol in symbols.split()
+}
+"""How tightly operators between two operands bind, from the loosest."""
+_NOT, _COMPARISON = 2, 3
 RESERVED = frozenset((*_CONSTANTS, *FUNCTIONS, "and", "or", "not"))
 """Names that cannot be variables."""
 
@@ -163,67 +170,46 @@ class _Parser:
 
     def either(self) -> SyntaxNode:
         self.deeper()
-        node = self.both()
-        chain = 0
-        while token := self.takes("or"):
-            chain = self.longer(chain)
-            node = Logic(token.column, "or", node, self.both())
-        self.depth -= 1 + chain
-        return node
-
-    def longer(self, chain: int) -> int:
-        self.deeper()
-        return chain + 1
-
-    def both(self) -> SyntaxNode:
-        node = self.inverted()
-        chain = 0
-        while token := self.takes("and"):
-            chain = self.longer(chain)
-            node = Logic(token.column, "and", node, self.inverted())
-        self.depth -= chain
-        return node
-
-    def inverted(self) -> SyntaxNode:
-        token = self.takes("not")
-        if token is None:
-            return self.comparison()
-        self.deeper()
-        node = Not(token.column, self.inverted())
+        node = self.operation(0)
         self.depth -= 1
         return node
 
-    def comparison(self) -> SyntaxNode:
-        first = self.sum()
+    def operation(self, least: int) -> SyntaxNode:
+        """Parse operands with the operators between them that bind at least so tightly."""
+        if least <= _NOT and (token := self.takes("not")):
+            self.deeper()
+            node: SyntaxNode = Not(token.column, self.operation(_NOT))
+            self.depth -= 1
+        else:
+            node = self.signed()
+        start, last = self.depth, -1
+        while (level := _LEVELS.get(self.next.text, -1)) >= least:
+            if level != last:
+                self.depth, last = start, level
+            if level == _COMPARISON:
+                node = self.comparison(node)
+                continue
+            token = self.take()
+            self.deeper()
+            kind = Logic if level < _NOT else Arithmetic
+            node = kind(token.column, token.text, node, self.operation(level + 1))
+        self.depth = start
+        return node
+
+    def comparison(self, first: SyntaxNode) -> SyntaxNode:
+        column = self.next.column
         rest = []
-        while token := self.takes("<", "<=", ">", ">=", "==", "!="):
-            rest.append((token.text, token.column, self.sum()))
-        return Comparison(rest[0][1], first, tuple(rest)) if rest else first
-
-    def sum(self) -> SyntaxNode:
-        node = self.product()
-        chain = 0
-        while token := self.takes("+", "-"):
-            chain = self.longer(chain)
-            node = Arithmetic(token.column, token.text, node, self.product())
-        self.depth -= chain
-        return node
-
-    def product(self) -> SyntaxNode:
-        node = self.signed()
-        chain = 0
-        while token := self.takes("*", "/", "//", "%"):
-            chain = self.longer(chain)
-            node = Arithmetic(token.column, token.text, node, self.signed())
-        self.depth -= chain
-        return node
+        while _LEVELS.get(self.next.text) == _COMPARISON:
+            token = self.take()
+            rest.append((token.text, token.column, self.operation(_COMPARISON + 1)))
+        return Comparison(column, first, tuple(rest))
 
     def signed(self) -> SyntaxNode:
         token = self.takes("-", "+")
         if token is None:
             return self.power()
         self.deeper()
-        node = Negation(token.column, -1 if token.text == "-" else 1, self.signed())
+        node = Negation(token.column, self.signed(), -1 if token.text == "-" else 1)
         self.depth -= 1
         return node
 

@@ -49,10 +49,6 @@ class RepeatNode(DecoratorNode):
     child: Child = Field(alias="do")
 
     @override
-    def ends(self, below: list[Ends]) -> Ends:
-        return below[0]
-
-    @override
     def details(self) -> list[str]:
         return [f"{written_text(self.settings.count)} times"]
 
@@ -71,10 +67,6 @@ class RetryNode(DecoratorNode):
 
     settings: RetrySettings = Field(alias="retry")
     child: Child = Field(alias="do")
-
-    @override
-    def ends(self, below: list[Ends]) -> Ends:
-        return below[0]
 
     @override
     def details(self) -> list[str]:
