@@ -84,14 +84,6 @@ class XmlSource:
     lines: tuple[str, ...]
 
 
-def fault_in(
-    file: str, lines: tuple[str, ...], at: At, message: str, hint: str | None = None
-) -> Diagnostic:
-    """Return a fault at a line and column of a file with these lines."""
-    source = lines[at[0] - 1] if 0 < at[0] <= len(lines) else ""
-    return Diagnostic(message, file, at[0], at[1], source, hint)
-
-
 def parse(text: str, file: str) -> XmlSource:
     """Return the elements of an XML text. Raises InputError with the first fault."""
     refuse_large(text, file)
@@ -191,7 +183,7 @@ class _XmlParser:
         return line, offset - self._starts[line - 1] + 1
 
     def _fail(self, message: str, at: At, hint: str | None = None) -> NoReturn:
-        raise InputError([fault_in(self._file, self._lines, at, message, hint)]) from None
+        raise InputError([Diagnostic.at(at, self._file, self._lines, message, hint)]) from None
 
 
 @dataclass(frozen=True)

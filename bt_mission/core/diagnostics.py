@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from typing import Literal
@@ -42,6 +42,21 @@ class Diagnostic:
     source: str = ""
     hint: str | None = None
     severity: Severity = "error"
+
+    @classmethod
+    def at(
+        cls,
+        place: tuple[int, int],
+        file: str,
+        lines: Sequence[str],
+        message: str,
+        hint: str | None = None,
+        severity: Severity = "error",
+    ) -> Diagnostic:
+        """Return a fault at a line and column (from 1) of a file with these lines."""
+        line, column = place
+        source = lines[line - 1] if 0 < line <= len(lines) else ""
+        return cls(message, file, line, column, source, hint, severity)
 
     def __str__(self) -> str:
         place = f"{self.file}:{self.line}:{self.column}" if self.line else self.file

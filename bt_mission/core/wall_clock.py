@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Callable
 
-NS = 1_000_000_000
+from bt_mission.core.stamps import NS
 
 LONGEST_SLEEP_S = 0.1
 """How long Ctrl-C waits at most."""

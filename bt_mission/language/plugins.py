@@ -13,20 +13,15 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 
 from bt_mission.core.diagnostics import did_you_mean, listed
-from bt_mission.core.errors import BtMissionError
+from bt_mission.core.errors import HintedError
 from bt_mission.language.expressions.values import Type
 
 GROUP = "bt_mission.leaves"
 """The entry points by which a package names its behaviours."""
 
 
-class PythonError(BtMissionError):
-    """A behaviour of a user's that is not there, or cannot be used; `hint` says what might help."""
-
-    def __init__(self, message: str, hint: str | None = None) -> None:
-        super().__init__(message if hint is None else f"{message}; {hint}")
-        self.message = message
-        self.hint = hint
+class PythonError(HintedError):
+    """A behaviour of a user's that is not there, or cannot be used."""
 
 
 def find_class(target: str, file: str) -> type[Behaviour]:
@@ -50,18 +45,15 @@ def find_class(target: str, file: str) -> type[Behaviour]:
     return _behaviour(getattr(module, name), target)
 
 
-_TYPES: dict[Any, Type] = {
+_KINDS: dict[type, Type] = {
     int: "integer",
     float: "number",
     bool: "bool",
     str: "text",
     list: "list",
-    "int": "integer",
-    "float": "number",
-    "bool": "bool",
-    "str": "text",
-    "list": "list",
 }
+_TYPES: dict[Any, Type] = {**_KINDS, **{kind.__name__: word for kind, word in _KINDS.items()}}
+"""The types of annotations, evaluated or as texts."""
 
 
 def attributes_of(kind: type[Behaviour]) -> dict[str, Type | None]:

@@ -124,8 +124,7 @@ class _EventReader:
     def note(self, message: str, line: int, column: int) -> None:
         if len(self.faults) >= MOST_FAULTS:
             raise InputError(self.faults)
-        source = self.lines[line - 1] if 0 < line <= len(self.lines) else ""
-        self.faults.append(Diagnostic(message, self.file, line, column, source))
+        self.faults.append(Diagnostic.at((line, column), self.file, self.lines, message))
 
     def fail(self, message: str, line: int, column: int) -> None:
         self.note(message, line, column)

@@ -1,7 +1,6 @@
 """YAML files with places: plain data, and for each part of it the line and column it stands at.
 
 `read` takes a file, `read_text` a text; both return a `Document` or raise `InputError`.
-`validate` turns a document into a pydantic model, or every fault into one with its place.
 """
 
 from __future__ import annotations
@@ -85,20 +84,7 @@ class Document:
         line, column = self.position(path, key=key)
         if offset is not None:
             column += self._shift(self.find(path), offset)
-        return self.fault_at(line, column, message, hint, severity=severity)
-
-    def fault_at(
-        self,
-        line: int,
-        column: int,
-        message: str,
-        hint: str | None = None,
-        *,
-        severity: Severity = "error",
-    ) -> Diagnostic:
-        """Return a fault at a line and column (from 1)."""
-        source = self.lines[line - 1] if 0 < line <= len(self.lines) else ""
-        return Diagnostic(message, self.file, line, column, source, hint, severity)
+        return Diagnostic.at((line, column), self.file, self.lines, message, hint, severity)
 
     def _shift(self, place: Place, offset: int) -> int:
         if place.text is None:
