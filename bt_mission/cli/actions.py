@@ -216,7 +216,7 @@ def watch(options: argparse.Namespace) -> int:
         about = describe_interface(type_name)
         goals = GoalWatch(session, name, type_name)
         with closing(goal_view_for(sys.stdout, about, json=options.json, plain=False)) as view:
-            while not session.interrupts:
+            while not session.interrupts.count:
                 session.step()
                 for event in goals.take():
                     view.show(event)

@@ -226,9 +226,7 @@ CHECKS = (
     DoctorCheck("DDS between processes", loopback, needs=("ROS 2", "middleware")),
     DoctorCheck(
         "virtual clock",
-        partial(
-            probe, "lockstep", remedy="run in real time: bt-mission sim, servers, run --attach"
-        ),
+        partial(probe, "lockstep", remedy=REAL_TIME),
         needs=("ROS 2", "middleware"),
     ),
     DoctorCheck(

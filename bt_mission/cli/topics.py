@@ -110,7 +110,7 @@ def _print_until(
 ) -> int:
     """Print what each step gives until there is enough, or until Ctrl-C."""
     left = count
-    while not session.interrupts:
+    while not session.interrupts.count:
         for text in step(left):
             print(text, flush=True)
             left = None if left is None else left - 1

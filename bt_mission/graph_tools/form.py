@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from rich.console import RenderableType
 from rich.text import Text
-from textual import on
+from textual import events, on
 from textual.app import App, ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical, VerticalScroll
@@ -48,21 +48,12 @@ class FormLine(Vertical):
         with Horizontal(classes="row"):
             yield Label(self.line.name, classes="name", markup=False)
             if self.line.is_truth:
-                ticked = (self._text or self.line.default) == "true"
+                ticked = (self._text or self.line.placeholder) == "true"
                 yield Checkbox(value=ticked, compact=True)
             else:
-                yield Input(self._text, placeholder=self.line.default, compact=True)
+                yield Input(self._text, placeholder=self.line.placeholder, compact=True)
             yield Label(self.line.kind, classes="kind", markup=False)
         yield Static(escape_control(self.line.note), classes="note", markup=False)
-
-    def on_mount(self) -> None:
-        """What was filled in before may be wrong."""
-        self.check()
-
-    @on(Input.Changed)
-    def check_while_typed(self) -> None:
-        """Say what is wrong with the field while it is typed."""
-        self.check()
 
     def read(self) -> tuple[Any, str] | None:
         """Value and fault; None where the default is to stay."""
@@ -71,6 +62,8 @@ class FormLine(Vertical):
         text = self.query_one(Input).value
         return self.line.read(text) if text.strip() else None
 
+    @on(events.Mount)
+    @on(Input.Changed)
     def check(self) -> bool:
         """Show what is wrong, if anything is; gives whether nothing is."""
         found = self.read()
@@ -164,8 +157,8 @@ class GoalForm(App[GoalResult | None]):
     def serve(self) -> None:
         """Serve what has come, and look after the goal."""
         self._session.glance()
-        if self._session.interrupts > self._interrupts:
-            self._interrupts = self._session.interrupts
+        if self._session.interrupts.count > self._interrupts:
+            self._interrupts = self._session.interrupts.count
             self.action_leave()
         if self._goal is not None and self._goal.poll(self._session.now_ns) is not None:
             self._goal = None

@@ -13,6 +13,7 @@ from rclpy.validate_full_topic_name import validate_full_topic_name
 
 from bt_mission.core.diagnostics import did_you_mean, listed
 from bt_mission.core.errors import BtMissionError, NotThereError
+from bt_mission.core.stamps import NS
 from bt_mission.graph_tools.graph_session import NODE_PREFIX, GraphSession, wait
 
 if TYPE_CHECKING:
@@ -60,7 +61,7 @@ def query_graph(session: GraphSession, seconds: float = LOOK_S) -> None:
         if sight != seen:
             seen, still_since_ns = sight, session.now_ns
         has_others = any(not _is_ours(name) for name, _ in sight[0])
-        return has_others and session.now_ns - still_since_ns >= QUIET_S * 1e9
+        return has_others and session.now_ns - still_since_ns >= QUIET_S * NS
 
     wait(session, seconds, is_known)
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-from bt_mission.core.cdr.definitions import share_folders
+from bt_mission.core.cdr.definitions import file_text, share_folders
 from bt_mission.graph_tools.interface_comments import InterfaceText, Section, read_interface
 from bt_mission.graph_tools.values import flat, plain
 from bt_mission.language.message_types import MessageShape, Scalar, Shape
@@ -118,14 +118,11 @@ def describe_interface(type_name: str) -> InterfaceDescription:
 @cache
 def _interface(type_name: str) -> InterfaceText:
     """What the installed interface file says; nothing where it is not there."""
-    package, folder, name = type_name.split("/")
-    for share in share_folders():
-        path = share / package / folder / f"{name}.{folder}"
-        try:
-            return read_interface(path.read_text(encoding="utf-8"))
-        except (OSError, UnicodeDecodeError):
-            continue
-    return InterfaceText("", ())
+    try:
+        text = file_text(type_name, share_folders())
+    except (OSError, UnicodeDecodeError):
+        text = None
+    return InterfaceText("", ()) if text is None else read_interface(text)
 
 
 def _fields(

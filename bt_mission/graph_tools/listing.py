@@ -18,12 +18,12 @@ from bt_mission.language.message_types import ListOf, MessageShape
 NOBODY = "nobody"
 
 
-def columns(rows: Iterable[Sequence[str]], gap: str = "  ") -> list[str]:
+def columns(rows: Iterable[Sequence[str]]) -> list[str]:
     """Rows of cells as lines, with the cells of a column one below the other."""
     table = [tuple(escape_control(cell) for cell in row) for row in rows]
     widths = [max(map(len, column)) for column in zip(*table, strict=True)]
     return [
-        gap.join(f"{cell:{width}}" for cell, width in zip(row, widths, strict=True)).rstrip()
+        "  ".join(f"{cell:{width}}" for cell, width in zip(row, widths, strict=True)).rstrip()
         for row in table
     ]
 

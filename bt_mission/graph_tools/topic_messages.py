@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.stamps import NS
 from bt_mission.graph_tools.values import SHOWN_ITEMS, as_json, as_yaml, plain
 from bt_mission.language.message_types import UnknownField, field_at
 from bt_mission.ros.interface_types import message_type, shape_of
@@ -20,8 +21,6 @@ if TYPE_CHECKING:
 DEPTH = 100
 WAITING = 1_000
 """Messages kept for a slow terminal; beyond it the oldest are dropped."""
-
-NS = 1_000_000_000
 
 
 class TopicSubscriber:
