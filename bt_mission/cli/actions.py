@@ -10,15 +10,7 @@ from contextlib import closing
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.argument_types import seconds
-from bt_mission.cli.exits import (
-    ABORTED,
-    CANCELED,
-    INTERRUPTED,
-    LOST,
-    NO_SERVER,
-    REJECTED,
-    SUCCESS,
-)
+from bt_mission.cli.exits import ABORTED, CANCELED, INTERRUPTED, LOST, NO_SERVER, REJECTED, SUCCESS
 from bt_mission.cli.graph_command import (
     add_graph_options,
     add_json_option,

@@ -24,16 +24,7 @@ if TYPE_CHECKING:
 PROBE_LIMIT_S = 30.0
 """How long a probe may take before it counts as hung, in seconds of the wall clock."""
 
-PACKAGES = (
-    "mujoco",
-    "py-trees",
-    "numpy",
-    "scipy",
-    "pillow",
-    "pydantic",
-    "pyyaml",
-    "rich",
-)
+PACKAGES = ("mujoco", "py-trees", "numpy", "scipy", "pillow", "pydantic", "pyyaml", "rich")
 RMW = "RMW_IMPLEMENTATION"
 """Where it names a middleware that is absent, importing rclpy ends the process."""
 
@@ -225,9 +216,7 @@ CHECKS = (
     DoctorCheck("middleware", middleware, needs=("ROS 2",)),
     DoctorCheck("DDS between processes", loopback, needs=("ROS 2", "middleware")),
     DoctorCheck(
-        "virtual clock",
-        partial(probe, "lockstep", remedy=REAL_TIME),
-        needs=("ROS 2", "middleware"),
+        "virtual clock", partial(probe, "lockstep", remedy=REAL_TIME), needs=("ROS 2", "middleware")
     ),
     DoctorCheck(
         "off-screen rendering",

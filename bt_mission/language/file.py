@@ -4,15 +4,9 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import (
-    Field,
-)
+from pydantic import Field
 
-from bt_mission.language.nodes.base import (
-    Trees,
-    Written,
-    WrittenNode,
-)
+from bt_mission.language.nodes.base import Trees, Written, WrittenNode
 from bt_mission.language.nodes.fields import (
     ActionNameField,
     FixedLimit,

@@ -52,10 +52,7 @@ class Expression:
         return frozenset(reference.name for reference in self.references)
 
     def evaluate(
-        self,
-        names: Mapping[str, Plain],
-        rng: random.Random,
-        fields: Mapping[str, Plain] = _NOTHING,
+        self, names: Mapping[str, Plain], rng: random.Random, fields: Mapping[str, Plain] = _NOTHING
     ) -> Plain:
         """Return the value for these variables. Raises ExpressionError.
 

@@ -21,11 +21,7 @@ from bt_mission.language.nodes.base import (
     NodeModel,
     Reading,
 )
-from bt_mission.language.nodes.fields import (
-    Condition,
-    Line,
-    Weight,
-)
+from bt_mission.language.nodes.fields import Condition, Line, Weight
 
 
 class InTurnNode(CompositeNode):

@@ -258,17 +258,11 @@ FixedLimit = Annotated[
 Weight = Annotated[float, PlainValidator(WEIGHT.parse_constant), WithJsonSchema({"type": "number"})]
 FeedbackCondition = Annotated[Any, PlainValidator(condition), TEXT_SCHEMA]
 Condition = Annotated[
-    Any,
-    PlainValidator(question),
-    WithJsonSchema({"type": ["string", "boolean"]}),
-    Reads("bool"),
+    Any, PlainValidator(question), WithJsonSchema({"type": ["string", "boolean"]}), Reads("bool")
 ]
 Computed = Annotated[Any, PlainValidator(computed), WithJsonSchema({}), Reads()]
 Elements = Annotated[
-    Any,
-    PlainValidator(elements),
-    WithJsonSchema({"type": ["array", "string"]}),
-    Reads("list"),
+    Any, PlainValidator(elements), WithJsonSchema({"type": ["array", "string"]}), Reads("list")
 ]
 Message = Annotated[Any, PlainValidator(message), TEXT_SCHEMA, Reads()]
 ActionNameField = Annotated[str, PlainValidator(action_name), TEXT_SCHEMA]

@@ -22,11 +22,7 @@ from bt_mission.language.nodes.base import (
     Written,
     shown_fields,
 )
-from bt_mission.language.nodes.fields import (
-    Computed,
-    TreeName,
-    Variable,
-)
+from bt_mission.language.nodes.fields import Computed, TreeName, Variable
 
 
 class TreeSettings(Written):
