@@ -13,10 +13,10 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from bt_mission.btcpp.elements import At, Attribute
+from bt_mission.btcpp.elements import Attribute
 from bt_mission.btcpp.yaml_text import escaped, flow
 from bt_mission.core.diagnostics import InputError, did_you_mean, listed, quoted
-from bt_mission.core.yaml.composer import MAX_INTEGER, Place, compose
+from bt_mission.core.yaml.composer import MAX_INTEGER, At, Place, compose
 
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 VARIABLE_NAME = re.compile(r"\$?([A-Za-z_][A-Za-z0-9_]*)")

@@ -14,10 +14,8 @@ from typing import Any, NoReturn
 from xml.parsers import expat
 
 from bt_mission.core.diagnostics import Diagnostic, InputError, quoted
+from bt_mission.core.yaml.composer import At
 from bt_mission.core.yaml.document import refuse_large
-
-At = tuple[int, int]
-"""Line and column, from 1."""
 
 MAX_DEPTH = 100
 """Elements within each other."""

@@ -8,11 +8,12 @@ from typing import Any
 
 from bt_mission.btcpp.attributes import LocatedValue, located
 from bt_mission.btcpp.built_in import BUILT_IN, KINDS
-from bt_mission.btcpp.elements import At, Element, Tag, XmlSource
+from bt_mission.btcpp.elements import Element, Tag, XmlSource
 from bt_mission.btcpp.leaves import LEAVES, Path, read_leaf, write_leaf
 from bt_mission.btcpp.node_parts import NodeData, NodeElement
 from bt_mission.btcpp.ports import SUBTREE, TreePorts, read_use, write_use
 from bt_mission.core.diagnostics import MOST_FAULTS, Diagnostic, did_you_mean, quoted
+from bt_mission.core.yaml.composer import At
 from bt_mission.core.yaml.document import Document
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.goal_limits import DEFAULTS, GoalLimitsTable

@@ -44,16 +44,7 @@ FEEDBACK_DEPTH = 100
 
 
 class GoalWatch:
-    """Hears each change of a goal's state, and all feedback.
-
-    Args:
-        session: its node owns the subscriptions.
-        action: the action's full name.
-        type_name: of the action.
-
-    Raises:
-        UnknownType: when the type is not installed.
-    """
+    """Hears each change of a goal's state, and all feedback. Raises UnknownType."""
 
     def __init__(self, session: GraphSession, action: str, type_name: str) -> None:
         self._session = session

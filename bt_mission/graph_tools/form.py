@@ -79,11 +79,9 @@ class GoalForm(App[GoalResult | None]):
     Its ``last_words`` are the end and the result of that goal, for people.
 
     Args:
-        session: served while the form is open.
-        sender: of the action's goals.
-        fields: of the goal, to begin with.
-        encoding: of the terminal; what it cannot show is drawn in ASCII.
-        period_s: how often to serve what has come, s; None leaves it to the caller.
+        fields: Of the goal, to begin with.
+        encoding: Of the terminal; what it cannot show is drawn in ASCII.
+        period_s: How often to serve what has come, s; None leaves it to the caller.
     """
 
     ENABLE_COMMAND_PALETTE = False

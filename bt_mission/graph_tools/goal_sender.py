@@ -24,17 +24,10 @@ ROSOUT_DEPTH = 50
 
 
 class GoalSender:
-    """Sends goals of one action.
-
-    Args:
-        session: its node owns the client.
-        action: the action's full name.
-        type_name: of the action.
-        server_s: how long to wait for a server.
-        limit_s: after which a goal is cancelled; None is no limit.
+    """Sends goals of one action, and cancels one that takes longer than `limit_s`.
 
     Raises:
-        BtMissionError: when the type is not installed, or the action has another one.
+        BtMissionError: When the type is not installed, or the action has another one.
     """
 
     def __init__(

@@ -50,12 +50,7 @@ def goal_view_for(
 ) -> GoalView:
     """Choose the view: a picture on a terminal, lines in a pipe, objects for programs.
 
-    Args:
-        stream: where to write.
-        about: the action's type.
-        goal: the message of our own goal, if there is one.
-        json: objects are wanted.
-        plain: lines are wanted, also on a terminal.
+    `goal` is the message of our own goal; with `plain`, lines are wanted also on a terminal.
     """
     if json:
         return GoalObjects(stream)
@@ -88,13 +83,7 @@ class GoalLines(GoalView):
 
 
 class GoalPicture(GoalView):
-    """Draws the newest feedback anew in place; how goals ended and what they came to stays.
-
-    Args:
-        console: a terminal.
-        about: the action's type.
-        goal: the message of our own goal, if there is one.
-    """
+    """Draws the newest feedback anew in place; how goals ended and what they came to stays."""
 
     def __init__(self, console: Console, about: InterfaceDescription, goal: Any = None) -> None:
         self._console = console
@@ -193,13 +182,7 @@ class GoalObjects(GoalView):
 def event_lines(
     event: GoalEvent, about: InterfaceDescription, units: Mapping[str, str]
 ) -> list[str]:
-    """Write an event for people.
-
-    Args:
-        event: what happened.
-        about: the action's type.
-        units: of the feedback's fields.
-    """
+    """Write an event for people, with these units of the feedback's fields."""
     match event:
         case GoalEnded(end=end) if end.result is not None:
             head = f"{end.reason} after {event.since_s:.2f} s"

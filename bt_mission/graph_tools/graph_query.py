@@ -34,11 +34,7 @@ Kind = Literal["action", "topic", "service"]
 
 @dataclass(frozen=True)
 class GraphEntry:
-    """One name in the graph.
-
-    Args:
-        offers: Nodes that serve or publish it; :param uses: nodes that call or hear it.
-    """
+    """One name in the graph: who `offers` it serves or publishes, who `uses` it calls or hears."""
 
     name: str
     types: tuple[str, ...]
@@ -75,15 +71,10 @@ def _sight(node: Node) -> tuple[Sequence[tuple[str, str]], Any, Any]:
 
 
 def entries(node: Node, kind: Kind, *, hidden: bool = False) -> list[GraphEntry]:
-    """What the graph has of a kind, sorted by name.
+    """What the graph has of a kind, sorted by name; with `hidden`, what ROS hides, too.
 
     Actions count also where they have clients only; topics, where others than we publish or hear
     them.
-
-    Args:
-        node: asked for what it knows of the graph.
-        kind: of the names.
-        hidden: topics and services that ROS hides, too.
     """
     names = sorted(_LOOK_UP[kind](node))
     if kind != "action" and not hidden:
@@ -109,10 +100,7 @@ def is_hidden(name: str) -> bool:
 
 
 def type_of(session: GraphSession, kind: Kind, name: str, seconds: float = LOOK_S) -> str:
-    """Find the type of a name in the graph, waiting for it for some seconds.
-
-    Args:
-        name: Resolved.
+    """Find the type of a resolved name in the graph, waiting for it for some seconds.
 
     Raises:
         NotThereError: When it does not come up.

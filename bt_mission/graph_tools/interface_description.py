@@ -19,13 +19,7 @@ SERVICE_PARTS = ("request", "response")
 
 @dataclass(frozen=True)
 class InterfaceField:
-    """One field of a message, nested ones after the one that holds them.
-
-    Args:
-        name: Dotted.
-        unit: Empty where none is known.
-        default: A plain value.
-    """
+    """One field of a message, with its dotted name; the unit is empty where none is known."""
 
     name: str
     shape: Shape
@@ -48,9 +42,7 @@ class InterfaceField:
 class InterfacePart:
     """One message of an interface: goal, result, feedback, request, response, or the message.
 
-    Args:
-        cls: Its Python class.
-        section: What the author says of it.
+    `cls` is its Python class, `section` what the author says of it.
     """
 
     name: str

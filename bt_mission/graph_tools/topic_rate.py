@@ -56,13 +56,8 @@ class RateMeter:
 class RateLines:
     """Notes when messages are received, without unpacking them.
 
-    Args:
-        session: its node owns the subscription.
-        topic: full name.
-        type_name: of the messages.
-        window: messages over which the rate is taken.
-        sim_time: seconds of ``/clock`` instead of the session's own clock.
-        json: lines are objects for programs.
+    The rate is taken over a `window` of messages, in seconds of the session's own clock or, with
+    `sim_time`, of ``/clock``.
     """
 
     def __init__(
