@@ -89,12 +89,9 @@ def probe(
     """Run one of `bt_mission.cli.doctor_probes` in a process of its own.
 
     Args:
-        name: of the probe.
-        arguments: of the probe.
-        otherwise: the state of the result where the probe fails; its text is the reason then.
-        remedy: what to do about it.
-        without: names of variables that the probe shall not find in its environment.
-        limit_s: seconds of the wall clock after which it counts as hung.
+        otherwise: The state of the result where the probe fails; its text is the reason then.
+        without: Names of variables that the probe shall not find in its environment.
+        limit_s: Seconds of the wall clock after which it counts as hung.
     """
 
     def failed(reason: str) -> CheckResult:

@@ -26,21 +26,14 @@ from bt_mission.core.yaml.document import Document, Key
 Model = TypeVar("Model", bound=pydantic.BaseModel)
 
 _EXPECTED = {
-    "bool_parsing": "a boolean",
-    "bool_type": "a boolean",
-    "dict_type": "a mapping",
-    "float_parsing": "a number",
-    "float_type": "a number",
+    **dict.fromkeys(("bool_parsing", "bool_type"), "a boolean"),
+    **dict.fromkeys(("dict_type", "mapping_type"), "a mapping"),
+    **dict.fromkeys(("model_attributes_type", "model_type"), "a mapping"),
+    **dict.fromkeys(("float_parsing", "float_type"), "a number"),
+    **dict.fromkeys(("int_from_float", "int_parsing", "int_type"), "an integer"),
+    **dict.fromkeys(("list_type", "tuple_type"), "a list"),
     "finite_number": "a finite number",
-    "int_from_float": "an integer",
-    "int_parsing": "an integer",
-    "int_type": "an integer",
-    "list_type": "a list",
-    "mapping_type": "a mapping",
-    "model_attributes_type": "a mapping",
-    "model_type": "a mapping",
     "string_type": "a string",
-    "tuple_type": "a list",
 }
 _LIMITS = {
     "greater_than": "more than {gt}",
@@ -107,16 +100,13 @@ def _fault(document: Document, detail: ErrorDetails, model: Any, path: Sequence[
     if kind in _EXPECTED:
         return document.fault(where, f"expected {_EXPECTED[kind]}, got {got}")
     if kind in ("literal_error", "enum"):
-        valid = [str(name).strip("'") for name in _literals(str(context["expected"]))]
+        literals = str(context["expected"]).replace(" or ", ", ").split(", ")
+        valid = [name.strip("'") for name in literals]
         hint = did_you_mean(str(detail["input"]), valid)
         return document.fault(where, f"expected one of {listed(valid)}, got {got}", hint)
     message = detail["msg"].removeprefix("Value error, ")
     offset = context.get("offset")
     return document.fault(where, message, context.get("hint"), key=last == "[key]", offset=offset)
-
-
-def _literals(expected: str) -> list[str]:
-    return expected.replace(" or ", ", ").split(", ")
 
 
 def _in_document(
