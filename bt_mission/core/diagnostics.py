@@ -119,18 +119,15 @@ def describe(value: object) -> str:
         case list() | tuple():
             return f"a list of {len(value)}" if value else "an empty list"
         case dict():
-            return (
-                f"a mapping with {listed((str(key) for key in value), 6)}"
-                if value
-                else "an empty mapping"
-            )
+            keys = listed(map(str, value), 6)
+            return f"a mapping with {keys}" if value else "an empty mapping"
         case _:
             return f"a value of type {type(value).__name__}"
 
 
-def quoted(text: str, most: int = 60) -> str:
-    """Return the text in single quotes on one line, cut after `most` characters."""
-    cut = text if len(text) <= most else text[: most - 3] + "..."
+def quoted(text: str) -> str:
+    """Return the text in single quotes on one line, cut after 60 characters."""
+    cut = text if len(text) <= 60 else text[:57] + "..."
     return f"'{_on_one_line(cut)}'"
 
 

@@ -13,6 +13,7 @@ import numpy as np
 import yaml  # type: ignore[import-untyped]
 
 from bt_mission.core.diagnostics import InputError
+from bt_mission.core.stamps import NS
 from bt_mission.core.text import escape_control
 from bt_mission.core.yaml.document import read_text
 from bt_mission.language.message_types import MessageShape, Shape, TypeMismatch, Unknowable, conform
@@ -95,7 +96,7 @@ def flat(value: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]
     """The fields of a message by their dotted names; a time or duration stays one, in seconds."""
     for name, part in value.items():
         if isinstance(part, Mapping) and set(part) == {"sec", "nanosec"}:
-            yield prefix + name, part["sec"] + part["nanosec"] / 1e9
+            yield prefix + name, part["sec"] + part["nanosec"] / NS
         elif isinstance(part, Mapping) and part:
             yield from flat(part, f"{prefix}{name}.")
         else:

@@ -248,13 +248,9 @@ class _Conforming:
         if shape.name == POINT:
             return {"x": x, "y": y, "z": last}
         half = math.radians(last) / 2.0
-        return {
-            "header": {"frame_id": MAP_FRAME},
-            "pose": {
-                "position": {"x": x, "y": y},
-                "orientation": {"z": math.sin(half), "w": math.cos(half)},
-            },
-        }
+        turned = {"z": math.sin(half), "w": math.cos(half)}
+        pose = {"position": {"x": x, "y": y}, "orientation": turned}
+        return {"header": {"frame_id": MAP_FRAME}, "pose": pose}
 
     def duration(self, seconds: float, path: Path) -> Any:
         if not math.isfinite(seconds):

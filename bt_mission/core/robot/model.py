@@ -76,8 +76,9 @@ class RobotModel(RobotPart):
     @property
     def turning_radius(self) -> float:
         """The circle that the body sweeps when it turns on the spot, m from the axle's middle."""
-        x, y = _reach(self.body)
-        return max(math.hypot(x, y), math.hypot(self.wheel_radius, self.hull.half_width))
+        (length, width, _), (x, y, _) = self.body.size, self.body.centre
+        corner = math.hypot(abs(x) + length / 2, abs(y) + width / 2)
+        return max(corner, math.hypot(self.wheel_radius, self.hull.half_width))
 
     @model_validator(mode="after")
     def _hull_holds_body_and_wheels(self) -> RobotModel:
@@ -104,9 +105,3 @@ def load_robot(name_or_path: str | Path, near: str | Path | None = None) -> Robo
     document = located.read(files.find("robots", name_or_path, near))
     robot = validate(document, RobotModel)
     return robot.with_sensors(robot.sensors)
-
-
-def _reach(body: Body) -> tuple[float, float]:
-    """Return the farthest a box goes from the origin along x and along y, m."""
-    (length, width, _), (x, y, _) = body.size, body.centre
-    return abs(x) + length / 2, abs(y) + width / 2
