@@ -10,7 +10,7 @@ from typing import Any
 from bt_mission.core.cdr.definitions import file_text, share_folders
 from bt_mission.graph_tools.interface_comments import InterfaceText, Section, read_interface
 from bt_mission.graph_tools.values import flat, plain
-from bt_mission.language.message_types import MessageShape, Scalar, Shape
+from bt_mission.language.message_types import MessageShape, Scalar, Shape, field_at
 from bt_mission.ros.interface_types import action_type, message_type, service_type, shape_of
 
 ACTION_PARTS = ("goal", "result", "feedback")
@@ -65,11 +65,7 @@ class InterfacePart:
         return known | {name: "s" for name, _ in flat(plain(self.cls())) if self._is_time(name)}
 
     def _is_time(self, dotted: str) -> bool:
-        shape: Shape = self.shape
-        for name in dotted.split("."):
-            if not isinstance(shape, MessageShape):
-                return False
-            shape = shape.fields[name]
+        shape = field_at(self.shape, dotted)
         return isinstance(shape, MessageShape) and set(shape.fields) == {"sec", "nanosec"}
 
 
