@@ -20,18 +20,8 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 
 from bt_mission.core.diagnostics import did_you_mean, listed, quoted
+from bt_mission.language.expressions import syntax
 from bt_mission.language.expressions.functions import FUNCTIONS
-from bt_mission.language.expressions.syntax import (
-    Arithmetic,
-    Comparison,
-    Constant,
-    FunctionCall,
-    Logic,
-    Name,
-    Negation,
-    Not,
-    SyntaxNode,
-)
 from bt_mission.language.expressions.values import MAX_MAGNITUDE, ExpressionError, LooseText, Plain
 
 MAX_LENGTH = 1_000
@@ -71,7 +61,7 @@ class Token:
     column: int
 
 
-Parsed = tuple[SyntaxNode, tuple[Name, ...], bool]
+Parsed = tuple[syntax.SyntaxNode, tuple[syntax.Name, ...], bool]
 
 
 def parse(text: str) -> Parsed:
@@ -139,7 +129,7 @@ class _Parser:
     tokens: list[Token]
     at: int = 0
     depth: int = 0
-    names: list[Name] = field(default_factory=list)
+    names: list[syntax.Name] = field(default_factory=list)
     draws: bool = False
 
     @property
@@ -168,17 +158,17 @@ class _Parser:
             message = f"expected an operator or the end, got {quoted(token.text)}"
             raise LooseText(message, token.column)
 
-    def either(self) -> SyntaxNode:
+    def either(self) -> syntax.SyntaxNode:
         self.deeper()
         node = self.operation(0)
         self.depth -= 1
         return node
 
-    def operation(self, least: int) -> SyntaxNode:
+    def operation(self, least: int) -> syntax.SyntaxNode:
         """Parse operands with the operators between them that bind at least so tightly."""
         if least <= _NOT and (token := self.takes("not")):
             self.deeper()
-            node: SyntaxNode = Not(token.column, self.operation(_NOT))
+            node: syntax.SyntaxNode = syntax.Not(token.column, self.operation(_NOT))
             self.depth -= 1
         else:
             node = self.signed()
@@ -191,55 +181,55 @@ class _Parser:
                 continue
             token = self.take()
             self.deeper()
-            kind = Logic if level < _NOT else Arithmetic
+            kind = syntax.Logic if level < _NOT else syntax.Arithmetic
             node = kind(token.column, token.text, node, self.operation(level + 1))
         self.depth = start
         return node
 
-    def comparison(self, first: SyntaxNode) -> SyntaxNode:
+    def comparison(self, first: syntax.SyntaxNode) -> syntax.SyntaxNode:
         column = self.next.column
         rest = []
         while _LEVELS.get(self.next.text) == _COMPARISON:
             token = self.take()
             rest.append((token.text, token.column, self.operation(_COMPARISON + 1)))
-        return Comparison(column, first, tuple(rest))
+        return syntax.Comparison(column, first, tuple(rest))
 
-    def signed(self) -> SyntaxNode:
+    def signed(self) -> syntax.SyntaxNode:
         token = self.takes("-", "+")
         if token is None:
             return self.power()
         self.deeper()
-        node = Negation(token.column, self.signed(), -1 if token.text == "-" else 1)
+        node = syntax.Negation(token.column, self.signed(), -1 if token.text == "-" else 1)
         self.depth -= 1
         return node
 
-    def power(self) -> SyntaxNode:
+    def power(self) -> syntax.SyntaxNode:
         base = self.atom()
         token = self.takes("**")
         if token is None:
             return base
         self.deeper()
-        node = Arithmetic(token.column, "**", base, self.signed())
+        node = syntax.Arithmetic(token.column, "**", base, self.signed())
         self.depth -= 1
         return node
 
-    def atom(self) -> SyntaxNode:
+    def atom(self) -> syntax.SyntaxNode:
         token = self.take()
         if token.kind == "number":
-            return Constant(token.column, _number(token))
+            return syntax.Constant(token.column, _number(token))
         if token.kind == "text":
-            return Constant(token.column, token.text[1:-1])
+            return syntax.Constant(token.column, token.text[1:-1])
         if token.kind == "variable":
-            return self.name(Name(token.column, token.text[1:], variable=True))
+            return self.name(syntax.Name(token.column, token.text[1:], variable=True))
         if token.kind == "name" and token.text not in ("and", "or", "not"):
             if self.takes("("):
                 return self.call(token)
             if token.text in _CONSTANTS:
-                return Constant(token.column, _CONSTANTS[token.text])
+                return syntax.Constant(token.column, _CONSTANTS[token.text])
             if token.text in FUNCTIONS:
                 message = f"expected '(' after the function {token.text}"
                 raise ExpressionError(message, token.column + len(token.text))
-            return self.name(Name(token.column, token.text, variable=False))
+            return self.name(syntax.Name(token.column, token.text, variable=False))
         if token.kind == "symbol" and token.text == "(":
             node = self.either()
             self.close(token)
@@ -248,7 +238,7 @@ class _Parser:
         message = f"expected a number, a name or a '(', got {got}"
         raise ExpressionError(message, token.column)
 
-    def name(self, node: Name) -> Name:
+    def name(self, node: syntax.Name) -> syntax.Name:
         self.names.append(node)
         return node
 
@@ -257,7 +247,7 @@ class _Parser:
             message = f"expected ')' for the '(' in column {opened.column}"
             raise ExpressionError(message, self.next.column)
 
-    def call(self, token: Token) -> SyntaxNode:
+    def call(self, token: Token) -> syntax.SyntaxNode:
         function = FUNCTIONS.get(token.text)
         if function is None:
             message = f"no function {quoted(token.text)} (known: {listed(FUNCTIONS)})"
@@ -273,7 +263,7 @@ class _Parser:
             message = f"expected {function.usage}, got {len(arguments)} arguments"
             raise ExpressionError(message, token.column)
         self.draws = self.draws or function.random
-        return FunctionCall(token.column, token.text, tuple(arguments), function.random)
+        return syntax.FunctionCall(token.column, token.text, tuple(arguments), function.random)
 
 
 def _number(token: Token) -> float:

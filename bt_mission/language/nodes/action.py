@@ -19,16 +19,6 @@ from bt_mission.language.nodes.base import (
     shown_fields,
     shown_limit,
 )
-from bt_mission.language.nodes.fields import (
-    TEXT_SCHEMA,
-    ActionNameField,
-    FeedbackCondition,
-    FixedLimit,
-    Goal,
-    Limit,
-    ResultField,
-    Variable,
-)
 from bt_mission.language.nodes.interfaces import InterfaceNode
 
 
@@ -42,14 +32,14 @@ class GoalNode(InterfaceNode, OutputsNode):
     interface: ClassVar[Literal["action", "service", "topic"]] = "action"
     condition_path: ClassVar[Path] = ("cancel_when",)
 
-    timeout: Limit = None
-    cancel_when: FeedbackCondition = None
+    timeout: fields.Limit = None
+    cancel_when: fields.FeedbackCondition = None
     on_cancel: Literal["success", "failure"] = "failure"
-    outputs: dict[ResultField, Variable] = {}
-    server_timeout: FixedLimit | None = None
-    acceptance_timeout: FixedLimit | None = None
-    feedback_timeout: Limit = None
-    cancel_timeout: FixedLimit | None = None
+    outputs: dict[fields.ResultField, fields.Variable] = {}
+    server_timeout: fields.FixedLimit | None = None
+    acceptance_timeout: fields.FixedLimit | None = None
+    feedback_timeout: fields.Limit = None
+    cancel_timeout: fields.FixedLimit | None = None
 
     @override
     def completed(self, reading: Reading) -> Self:
@@ -83,9 +73,9 @@ class GoalNode(InterfaceNode, OutputsNode):
 class ActionSettings(Written):
     """An action by its ROS name and type, and a goal for it."""
 
-    name: ActionNameField
-    type: Annotated[str, PlainValidator(fields.action_type), TEXT_SCHEMA]
-    values: Goal = Field({}, alias="goal")
+    name: fields.ActionNameField
+    type: Annotated[str, PlainValidator(fields.action_type), fields.TEXT_SCHEMA]
+    values: fields.Goal = Field({}, alias="goal")
 
 
 class ActionNode(GoalNode):
@@ -101,7 +91,7 @@ class ShortActionNode(GoalNode):
 
     short: ClassVar[str]
     action: ClassVar[ActionName]
-    goal: Goal = {}
+    goal: fields.Goal = {}
 
     @property
     @override
@@ -131,7 +121,7 @@ class ShortActionNode(GoalNode):
 
 def _short_node(name: str) -> type[ShortActionNode]:
     title = "".join(word.capitalize() for word in name.split("_")) + "Node"
-    goal: Any = (Goal, Field(alias=name))
+    goal: Any = (fields.Goal, Field(alias=name))
     node = create_model(title, __base__=ShortActionNode, __doc__=f"A goal of {name}.", goal=goal)
     node.short, node.action = name, ACTION_NAMES[name]
     return node

@@ -20,15 +20,6 @@ from bt_mission.language.nodes.base import (
     Write,
     Written,
 )
-from bt_mission.language.nodes.fields import (
-    OBJECT_SCHEMA,
-    Condition,
-    Elements,
-    Limit,
-    Seconds,
-    Times,
-    Variable,
-)
 
 _SWAP = {"success": "failure", "failure": "success"}
 
@@ -36,7 +27,7 @@ _SWAP = {"success": "failure", "failure": "success"}
 class RepeatSettings(Written):
     """How often."""
 
-    count: Times
+    count: fields.Times
 
 
 class RepeatNode(DecoratorNode):
@@ -56,8 +47,8 @@ class RepeatNode(DecoratorNode):
 class RetrySettings(Written):
     """How often at most, and how long to pause between (s)."""
 
-    attempts: Times
-    pause: Seconds = 0.0
+    attempts: fields.Times
+    pause: fields.Seconds = 0.0
 
 
 class RetryNode(DecoratorNode):
@@ -81,7 +72,7 @@ class TimeoutNode(DecoratorNode):
     # Then it is halted, and the timeout fails.
     kind: ClassVar[str] = "timeout"
 
-    seconds: Limit = Field(alias="timeout")
+    seconds: fields.Limit = Field(alias="timeout")
     child: Child = Field(alias="do")
 
     @override
@@ -129,7 +120,7 @@ class GuardNode(ConditionalNode, DecoratorNode):
     # The condition is looked at before every tick.
     kind: ClassVar[str] = "guard"
 
-    condition: Condition = Field(alias="guard")
+    condition: fields.Condition = Field(alias="guard")
     child: Child = Field(alias="do")
 
     @override
@@ -143,9 +134,11 @@ class ForEachNode(DecoratorNode):
     # The variable is known only below it; `checks.scope` sees to that.
     kind: ClassVar[str] = "for_each"
 
-    loop: Annotated[dict[Variable, Elements], BeforeValidator(fields.one_name), OBJECT_SCHEMA] = (
-        Field(alias="for_each")
-    )
+    loop: Annotated[
+        dict[fields.Variable, fields.Elements],
+        BeforeValidator(fields.one_name),
+        fields.OBJECT_SCHEMA,
+    ] = Field(alias="for_each")
     child: Child = Field(alias="do")
 
     @property

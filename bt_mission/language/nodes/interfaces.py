@@ -18,14 +18,6 @@ from bt_mission.language.nodes.base import (
     shown_fields,
     shown_limit,
 )
-from bt_mission.language.nodes.fields import (
-    TEXT_SCHEMA,
-    FixedLimit,
-    Goal,
-    Limit,
-    ResultField,
-    Variable,
-)
 
 
 class InterfaceNode(NodeModel):
@@ -89,9 +81,9 @@ class InterfaceNode(NodeModel):
 class ServiceSettings(Written):
     """A service by its ROS name and type, and a request for it."""
 
-    name: Annotated[str, PlainValidator(fields.service_name), TEXT_SCHEMA]
-    type: Annotated[str, PlainValidator(fields.service_type), TEXT_SCHEMA]
-    values: Goal = Field({}, alias="request")
+    name: Annotated[str, PlainValidator(fields.service_name), fields.TEXT_SCHEMA]
+    type: Annotated[str, PlainValidator(fields.service_type), fields.TEXT_SCHEMA]
+    values: fields.Goal = Field({}, alias="request")
 
 
 class ServiceNode(InterfaceNode, OutputsNode):
@@ -104,9 +96,9 @@ class ServiceNode(InterfaceNode, OutputsNode):
     sent_key: ClassVar[str] = "request"
 
     settings: ServiceSettings = Field(alias="service")
-    timeout: Limit = 5.0
-    outputs: dict[ResultField, Variable] = {}
-    server_timeout: FixedLimit = 5.0
+    timeout: fields.Limit = 5.0
+    outputs: dict[fields.ResultField, fields.Variable] = {}
+    server_timeout: fields.FixedLimit = 5.0
 
     @override
     def details(self) -> list[str]:
@@ -116,9 +108,11 @@ class ServiceNode(InterfaceNode, OutputsNode):
 class WaitForSettings(Written):
     """A topic by its ROS name and type, and what a message of it must meet."""
 
-    name: Annotated[str, PlainValidator(fields.topic_name), TEXT_SCHEMA] = Field(alias="topic")
-    type: Annotated[str, PlainValidator(fields.message_type), TEXT_SCHEMA]
-    until: Annotated[Any, PlainValidator(fields.until), TEXT_SCHEMA]
+    name: Annotated[str, PlainValidator(fields.topic_name), fields.TEXT_SCHEMA] = Field(
+        alias="topic"
+    )
+    type: Annotated[str, PlainValidator(fields.message_type), fields.TEXT_SCHEMA]
+    until: Annotated[Any, PlainValidator(fields.until), fields.TEXT_SCHEMA]
 
 
 class WaitForNode(InterfaceNode, OutputsNode):
@@ -130,8 +124,8 @@ class WaitForNode(InterfaceNode, OutputsNode):
     condition_path: ClassVar[Path] = ("wait_for", "until")
 
     settings: WaitForSettings = Field(alias="wait_for")
-    timeout: Limit = None
-    outputs: dict[ResultField, Variable] = {}
+    timeout: fields.Limit = None
+    outputs: dict[fields.ResultField, fields.Variable] = {}
 
     @property
     @override
@@ -156,9 +150,11 @@ class WaitForNode(InterfaceNode, OutputsNode):
 class PublishSettings(Written):
     """A topic by its ROS name and type, and a message for it."""
 
-    name: Annotated[str, PlainValidator(fields.topic_name), TEXT_SCHEMA] = Field(alias="topic")
-    type: Annotated[str, PlainValidator(fields.message_type), TEXT_SCHEMA]
-    values: Goal = Field({}, alias="message")
+    name: Annotated[str, PlainValidator(fields.topic_name), fields.TEXT_SCHEMA] = Field(
+        alias="topic"
+    )
+    type: Annotated[str, PlainValidator(fields.message_type), fields.TEXT_SCHEMA]
+    values: fields.Goal = Field({}, alias="message")
 
 
 class PublishNode(InterfaceNode):
@@ -171,7 +167,7 @@ class PublishNode(InterfaceNode):
 
     settings: PublishSettings = Field(alias="publish")
     readers: Annotated[int, Field(ge=0, le=1000)] = 1
-    server_timeout: FixedLimit = 5.0
+    server_timeout: fields.FixedLimit = 5.0
 
     @override
     def default_label(self) -> str:

@@ -22,14 +22,6 @@ from bt_mission.language.nodes.base import (
     Write,
     shown_fields,
 )
-from bt_mission.language.nodes.fields import (
-    TEXT_SCHEMA,
-    Computed,
-    Condition,
-    Message,
-    Seconds,
-    Variable,
-)
 
 
 class CheckNode(ConditionalNode):
@@ -37,7 +29,7 @@ class CheckNode(ConditionalNode):
 
     kind: ClassVar[str] = "check"
 
-    condition: Condition = Field(alias="check")
+    condition: fields.Condition = Field(alias="check")
 
     @override
     def ends(self, _below: list[Ends]) -> Ends:
@@ -53,7 +45,9 @@ class SetNode(NodeModel):
     kind: ClassVar[str] = "set"
     always: ClassVar[Ends] = SUCCESS
 
-    values: Annotated[dict[Variable, Computed], Field(min_length=1)] = Field(alias="set")
+    values: Annotated[dict[fields.Variable, fields.Computed], Field(min_length=1)] = Field(
+        alias="set"
+    )
 
     @override
     def reads(self) -> Iterator[Read]:
@@ -81,7 +75,7 @@ class WaitNode(NodeModel):
     always: ClassVar[Ends] = SUCCESS
     takes_time: ClassVar[bool] = True
 
-    seconds: Seconds = Field(alias="wait")
+    seconds: fields.Seconds = Field(alias="wait")
 
     @override
     def details(self) -> list[str]:
@@ -94,7 +88,7 @@ class LogNode(NodeModel):
     kind: ClassVar[str] = "log"
     always: ClassVar[Ends] = SUCCESS
 
-    message: Message = Field(alias="log")
+    message: fields.Message = Field(alias="log")
 
     @override
     def details(self) -> list[str]:
@@ -108,11 +102,11 @@ class PythonNode(OutputsNode):
     # whenever it is entered; `outputs` takes attributes.
     kind: ClassVar[str] = "python"
 
-    target: Annotated[str, PlainValidator(fields.python_target), TEXT_SCHEMA] = Field(
+    target: Annotated[str, PlainValidator(fields.python_target), fields.TEXT_SCHEMA] = Field(
         alias="python"
     )
-    inputs: dict[Variable, Computed] = {}
-    outputs: dict[Variable, Variable] = {}
+    inputs: dict[fields.Variable, fields.Computed] = {}
+    outputs: dict[fields.Variable, fields.Variable] = {}
 
     @override
     def default_label(self) -> str:
