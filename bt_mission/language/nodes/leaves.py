@@ -9,22 +9,10 @@ from pydantic import Field, PlainValidator
 from typing_extensions import override
 
 from bt_mission.language.expressions.expression import written_text
-from bt_mission.language.nodes import fields
-from bt_mission.language.nodes.base import (
-    EITHER,
-    FAILURE,
-    SUCCESS,
-    ConditionalNode,
-    Ends,
-    NodeModel,
-    OutputsNode,
-    Read,
-    Write,
-    shown_fields,
-)
+from bt_mission.language.nodes import base, fields
 
 
-class CheckNode(ConditionalNode):
+class CheckNode(base.ConditionalNode):
     """Success where a condition holds, else failure."""
 
     kind: ClassVar[str] = "check"
@@ -32,32 +20,32 @@ class CheckNode(ConditionalNode):
     condition: fields.Condition = Field(alias="check")
 
     @override
-    def ends(self, _below: list[Ends]) -> Ends:
+    def ends(self, _below: list[base.Ends]) -> base.Ends:
         if isinstance(self.condition, bool):
-            return SUCCESS if self.condition else FAILURE
-        return EITHER
+            return base.SUCCESS if self.condition else base.FAILURE
+        return base.EITHER
 
 
-class SetNode(NodeModel):
+class SetNode(base.NodeModel):
     """New values for variables."""
 
     # One after another: each value may read those before it.
     kind: ClassVar[str] = "set"
-    always: ClassVar[Ends] = SUCCESS
+    always: ClassVar[base.Ends] = base.SUCCESS
 
     values: Annotated[dict[fields.Variable, fields.Computed], Field(min_length=1)] = Field(
         alias="set"
     )
 
     @override
-    def reads(self) -> Iterator[Read]:
+    def reads(self) -> Iterator[base.Read]:
         for read, name in zip(super().reads(), self.values, strict=True):
             yield read._replace(assigns=name)
 
     @override
-    def writes(self) -> Iterator[Write]:
+    def writes(self) -> Iterator[base.Write]:
         for name, value in self.values.items():
-            yield Write(("set", name), name, "variable", value=value)
+            yield base.Write(("set", name), name, "variable", value=value)
 
     @override
     def default_label(self) -> str:
@@ -68,11 +56,11 @@ class SetNode(NodeModel):
         return [f"{name} = {written_text(value)}" for name, value in self.values.items()]
 
 
-class WaitNode(NodeModel):
+class WaitNode(base.NodeModel):
     """Nothing, for some seconds."""
 
     kind: ClassVar[str] = "wait"
-    always: ClassVar[Ends] = SUCCESS
+    always: ClassVar[base.Ends] = base.SUCCESS
     takes_time: ClassVar[bool] = True
 
     seconds: fields.Seconds = Field(alias="wait")
@@ -82,11 +70,11 @@ class WaitNode(NodeModel):
         return [f"{written_text(self.seconds)} s"]
 
 
-class LogNode(NodeModel):
+class LogNode(base.NodeModel):
     """A line in the log."""
 
     kind: ClassVar[str] = "log"
-    always: ClassVar[Ends] = SUCCESS
+    always: ClassVar[base.Ends] = base.SUCCESS
 
     message: fields.Message = Field(alias="log")
 
@@ -95,7 +83,7 @@ class LogNode(NodeModel):
         return [self.message.text]
 
 
-class PythonNode(OutputsNode):
+class PythonNode(base.OutputsNode):
     """A behaviour written in Python."""
 
     # "module:Class", "file.py:Class", or the name of a plug-in. `inputs` become attributes of it
@@ -114,4 +102,4 @@ class PythonNode(OutputsNode):
 
     @override
     def details(self) -> list[str]:
-        return [self.target, *shown_fields(self.inputs), *self.shown_outputs()]
+        return [self.target, *base.shown_fields(self.inputs), *self.shown_outputs()]
