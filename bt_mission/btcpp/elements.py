@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from typing import Any, NoReturn
 from xml.parsers import expat
 
-from bt_mission.core.diagnostics import Diagnostic, InputError, quoted
+from bt_mission.core.diagnostics import InputError, fault_at, quoted
 from bt_mission.core.yaml.composer import At
 from bt_mission.core.yaml.document import refuse_large
 
@@ -181,7 +181,7 @@ class _XmlParser:
         return line, offset - self._starts[line - 1] + 1
 
     def _fail(self, message: str, at: At, hint: str | None = None) -> NoReturn:
-        raise InputError([Diagnostic.at(at, self._file, self._lines, message, hint)]) from None
+        raise InputError([fault_at(at, self._file, self._lines, message, hint)]) from None
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from bt_mission.btcpp.elements import Element, Tag, XmlSource
 from bt_mission.btcpp.leaves import LEAVES, Path, read_leaf, write_leaf
 from bt_mission.btcpp.node_parts import NodeData, NodeElement
 from bt_mission.btcpp.ports import SUBTREE, TreePorts, read_use, write_use
-from bt_mission.core.diagnostics import MOST_FAULTS, Diagnostic, did_you_mean, quoted
+from bt_mission.core.diagnostics import MOST_FAULTS, Diagnostic, did_you_mean, fault_at, quoted
 from bt_mission.core.yaml.composer import At
 from bt_mission.core.yaml.document import Document
 from bt_mission.language.action_names import ACTION_NAMES
@@ -43,7 +43,7 @@ class XmlNodeReader:
         """Note a fault."""
         if len(self.faults) < MOST_FAULTS:
             source = self.source
-            self.faults.append(Diagnostic.at(at, source.file, source.lines, message, hint))
+            self.faults.append(fault_at(at, source.file, source.lines, message, hint))
 
     def node(self, element: Element) -> LocatedValue:
         """Return an element and all below it as a node."""

@@ -43,21 +43,6 @@ class Diagnostic:
     hint: str | None = None
     severity: Severity = "error"
 
-    @classmethod
-    def at(
-        cls,
-        place: tuple[int, int],
-        file: str,
-        lines: Sequence[str],
-        message: str,
-        hint: str | None = None,
-        severity: Severity = "error",
-    ) -> Diagnostic:
-        """Return a fault at a line and column (from 1) of a file with these lines."""
-        line, column = place
-        source = lines[line - 1] if 0 < line <= len(lines) else ""
-        return cls(message, file, line, column, source, hint, severity)
-
     def __str__(self) -> str:
         place = f"{self.file}:{self.line}:{self.column}" if self.line else self.file
         hint = f"; {self.hint}" if self.hint else ""
@@ -66,6 +51,20 @@ class Diagnostic:
             return head
         shown, caret = _excerpt(self.source, self.column)
         return f"{head}\n    {shown}\n    {caret}^"
+
+
+def fault_at(
+    place: tuple[int, int],
+    file: str,
+    lines: Sequence[str],
+    message: str,
+    hint: str | None = None,
+    severity: Severity = "error",
+) -> Diagnostic:
+    """Return a fault at a line and column (from 1) of a file with these lines."""
+    line, column = place
+    source = lines[line - 1] if 0 < line <= len(lines) else ""
+    return Diagnostic(message, file, line, column, source, hint, severity)
 
 
 class InputError(BtMissionError):

@@ -14,7 +14,7 @@ from typing import Any
 
 import yaml  # type: ignore[import-untyped]
 
-from bt_mission.core.diagnostics import MOST_FAULTS, Diagnostic, InputError, quoted
+from bt_mission.core.diagnostics import MOST_FAULTS, Diagnostic, InputError, fault_at, quoted
 from bt_mission.core.yaml.parser_messages import translate
 
 MAX_DEPTH = 200
@@ -133,7 +133,7 @@ class _EventReader:
     def note(self, message: str, at: At) -> None:
         if len(self.faults) >= MOST_FAULTS:
             raise InputError(self.faults)
-        self.faults.append(Diagnostic.at(at, self.file, self.lines, message))
+        self.faults.append(fault_at(at, self.file, self.lines, message))
 
     def fail(self, message: str, at: At) -> None:
         self.note(message, at)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from bt_mission.core.diagnostics import Diagnostic, InputError, Severity
+from bt_mission.core.diagnostics import Diagnostic, InputError, Severity, fault_at
 from bt_mission.core.yaml.composer import Place, compose, split_lines
 
 MAX_BYTES = 1_000_000
@@ -84,7 +84,7 @@ class Document:
         line, column = self.position(path, key=key)
         if offset is not None:
             column += self._shift(self.find(path), offset)
-        return Diagnostic.at((line, column), self.file, self.lines, message, hint, severity)
+        return fault_at((line, column), self.file, self.lines, message, hint, severity)
 
     def _shift(self, place: Place, offset: int) -> int:
         if place.text is None:
