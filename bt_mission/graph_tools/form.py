@@ -15,15 +15,9 @@ from textual.widgets import Checkbox, Footer, Input, Label, Static
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.text import escape_control
+from bt_mission.graph_tools import goal_events
 from bt_mission.graph_tools.feedback_table import ASCII_SIGNS, FeedbackTable, signs_for
 from bt_mission.graph_tools.form_fields import FormField, lines_of, nested, texts
-from bt_mission.graph_tools.goal_events import (
-    CancelRefused,
-    FeedbackReceived,
-    GoalEnded,
-    GoalEvent,
-    GoalResult,
-)
 from bt_mission.graph_tools.goal_request import GoalRequest
 from bt_mission.graph_tools.goal_views import event_lines
 
@@ -73,7 +67,7 @@ class FormLine(Vertical):
         return not fault
 
 
-class GoalForm(App[GoalResult | None]):
+class GoalForm(App[goal_events.GoalResult | None]):
     """Fills in a goal, sends it, shows its feedback; gives the end of the last goal.
 
     Its ``last_words`` are the end and the result of that goal, for people.
@@ -125,7 +119,7 @@ class GoalForm(App[GoalResult | None]):
         self._period_s = period_s
         self._goal: GoalRequest | None = None
         self._table: FeedbackTable | None = None
-        self._end: GoalResult | None = None
+        self._end: goal_events.GoalResult | None = None
         self._state = ""
         self._is_leaving = False
         self._interrupts = 0
@@ -218,21 +212,21 @@ class GoalForm(App[GoalResult | None]):
 
     # ---- what becomes of the goal --------------------------------------------------------------
 
-    def show(self, event: GoalEvent) -> None:
+    def show(self, event: goal_events.GoalEvent) -> None:
         """Show what has happened to the goal."""
         match event:
-            case FeedbackReceived():
+            case goal_events.FeedbackReceived():
                 self._say(f"{self._state}   {event.since_s:.1f} s")
                 assert self._table is not None
                 self._show(self._table.render(event.message, self.size.width - 2))
-            case GoalEnded():
+            case goal_events.GoalEnded():
                 self._end = event.end
                 self.last_words = event_lines(event, self._about, {})
                 first, *rest = self.last_words
                 self._say(first)
                 if rest:
                     self._show(Text("\n".join(rest)))
-            case CancelRefused():
+            case goal_events.CancelRefused():
                 self._say(str(event))
             case _:
                 self._state = str(event)
