@@ -24,16 +24,7 @@ if TYPE_CHECKING:
 PROBE_LIMIT_S = 30.0
 """How long a probe may take before it counts as hung, in seconds of the wall clock."""
 
-PACKAGES = (
-    "mujoco",
-    "py-trees",
-    "numpy",
-    "scipy",
-    "pillow",
-    "pydantic",
-    "pyyaml",
-    "rich",
-)
+PACKAGES = ("mujoco", "py-trees", "numpy", "scipy", "pillow", "pydantic", "pyyaml", "rich")
 RMW = "RMW_IMPLEMENTATION"
 """Where it names a middleware that is absent, importing rclpy ends the process."""
 
@@ -98,12 +89,9 @@ def probe(
     """Run one of `bt_mission.cli.doctor_probes` in a process of its own.
 
     Args:
-        name: of the probe.
-        arguments: of the probe.
-        otherwise: the state of the result where the probe fails; its text is the reason then.
-        remedy: what to do about it.
-        without: names of variables that the probe shall not find in its environment.
-        limit_s: seconds of the wall clock after which it counts as hung.
+        otherwise: The state of the result where the probe fails; its text is the reason then.
+        without: Names of variables that the probe shall not find in its environment.
+        limit_s: Seconds of the wall clock after which it counts as hung.
     """
 
     def failed(reason: str) -> CheckResult:
@@ -225,11 +213,7 @@ CHECKS = (
     DoctorCheck("middleware", middleware, needs=("ROS 2",)),
     DoctorCheck("DDS between processes", loopback, needs=("ROS 2", "middleware")),
     DoctorCheck(
-        "virtual clock",
-        partial(
-            probe, "lockstep", remedy="run in real time: bt-mission sim, servers, run --attach"
-        ),
-        needs=("ROS 2", "middleware"),
+        "virtual clock", partial(probe, "lockstep", remedy=REAL_TIME), needs=("ROS 2", "middleware")
     ),
     DoctorCheck(
         "off-screen rendering",

@@ -11,12 +11,6 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import find
 
 
-def add_mission_options(parser: argparse.ArgumentParser) -> None:
-    """The mission file and what may be overridden in it."""
-    add_mission_file(parser)
-    add_overrides(parser)
-
-
 def add_overrides(parser: argparse.ArgumentParser) -> None:
     """What may be overridden in a mission."""
     add_set_option(parser)

@@ -32,10 +32,7 @@ def add_recording_options(parser: argparse.ArgumentParser) -> None:
         help="record the run: every topic, the tree, goals and feedback (docs/how-to/recording.md)",
     )
     parser.add_argument(
-        "--report",
-        type=Path,
-        metavar="FILE.html",
-        help="make a page of the run, for any browser",
+        "--report", type=Path, metavar="FILE.html", help="make a page of the run, for any browser"
     )
     parser.add_argument(
         "--record-camera",

@@ -13,16 +13,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bt_mission.cli import recording
 from bt_mission.cli.argument_types import speed
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
-from bt_mission.cli.options import add_mission_options, add_plain_option
-from bt_mission.cli.recording import (
-    Kept,
-    add_recording_options,
-    recorder_for,
-    refuse_recording,
-    told,
-)
+from bt_mission.cli.options import add_mission_file, add_overrides, add_plain_option
 from bt_mission.cli.view import add_view_option, refuse_view, window_on
 from bt_mission.core.dds.middleware import prepare_middleware
 from bt_mission.core.errors import BtMissionError
@@ -44,7 +38,8 @@ def add_parser(commands: Any) -> None:
         "Ctrl-C leaves at once.",
         epilog="exit codes: 0 success, 1 mission failed, 2 bad input, 130 interrupted",
     )
-    add_mission_options(parser)
+    add_mission_file(parser)
+    add_overrides(parser)
     parser.add_argument(
         "--speed",
         type=speed,
@@ -98,7 +93,7 @@ def add_parser(commands: Any) -> None:
         help="where camera sweeps make their folders (default: images)",
     )
     add_view_option(parser)
-    add_recording_options(parser)
+    recording.add_recording_options(parser)
     parser.set_defaults(command=run)
 
 
@@ -121,7 +116,7 @@ def _run(options: argparse.Namespace) -> int:
     if options.json:
         print(json.dumps({**report.as_dict(), **kept}))
     else:
-        print("\n".join([report.as_text(), *_leaves(report), *told(kept)]))
+        print("\n".join([report.as_text(), *_leaves(report), *recording.told(kept)]))
     codes = {
         MissionStatus.SUCCESS: SUCCESS,
         MissionStatus.INTERRUPTED: INTERRUPTED,
@@ -141,7 +136,7 @@ def _leaves(report: Report) -> list[str]:
     return leaf_table(report.leaves, width, marks_for(sys.stdout.encoding))
 
 
-def _run_in_lines(options: argparse.Namespace, mission: Any) -> tuple[Report, Kept]:
+def _run_in_lines(options: argparse.Namespace, mission: Any) -> tuple[Report, recording.Kept]:
     """Carry the mission out, shown in lines."""
     from bt_mission.sessions.session import drive
     from bt_mission.views.terminal.views import view_for
@@ -150,13 +145,13 @@ def _run_in_lines(options: argparse.Namespace, mission: Any) -> tuple[Report, Ke
     with (
         _open_session(options, mission, view.say) as session,
         window_on(session, wanted=options.view),
-        recorder_for(options, session) as keeping,
+        recording.recorder_for(options, session) as keeping,
     ):
         report = drive(session, view, speed=_speed(options), trace_file=options.trace)
         return report, keeping.finish(report)
 
 
-def _run_on_screen(options: argparse.Namespace, mission: Any) -> tuple[Report, Kept]:
+def _run_on_screen(options: argparse.Namespace, mission: Any) -> tuple[Report, recording.Kept]:
     """Carry the mission out on a full screen, in real time unless another speed is asked for."""
     from contextlib import closing
 
@@ -172,7 +167,7 @@ def _run_on_screen(options: argparse.Namespace, mission: Any) -> tuple[Report, K
         _open_session(options, mission, lambda _: None) as session,
         closing(LocalExecutive(session)) as graph,
         window_on(session, wanted=options.view),
-        recorder_for(options, session) as keeping,
+        recording.recorder_for(options, session) as keeping,
     ):
         interrupts = InterruptSignals()
         steps = driving(
@@ -212,7 +207,7 @@ def refuse_contradictions(options: argparse.Namespace) -> None:
     """
     if options.tui and (options.json or options.plain):
         raise BtMissionError("--tui: a full screen leaves no room for --json or --plain")
-    refuse_recording(options)
+    recording.refuse_recording(options)
     refuse_view(options)
     if options.attach and options.speed is not None:
         raise BtMissionError("--speed: an attached run has the pace of the graph that it joins")

@@ -111,12 +111,7 @@ def _draw(observer: ExecutiveDirectory, options: argparse.Namespace) -> int:
 
     name = wanted_name(options.executive)
     settle_memory()
-    app = WatchApp(
-        observer,
-        marks_for(sys.stdout.encoding),
-        name,
-        wait_s=options.wait,
-    )
+    app = WatchApp(observer, marks_for(sys.stdout.encoding), name, wait_s=options.wait)
     app.run()
     if app.return_code:
         print(nobody(name, (), observer.where), file=sys.stderr)

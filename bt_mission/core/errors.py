@@ -10,6 +10,15 @@ class BtMissionError(Exception):
     """Something the user, the robot or the machine did, told in words they can act on."""
 
 
+class HintedError(BtMissionError):
+    """A fault whose `hint` says what might help."""
+
+    def __init__(self, message: str, hint: str | None = None) -> None:
+        super().__init__(message if hint is None else f"{message}; {hint}")
+        self.message = message
+        self.hint = hint
+
+
 class NotThereError(BtMissionError):
     """What was asked for is not in the ROS graph: nobody offers it."""
 

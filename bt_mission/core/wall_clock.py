@@ -41,10 +41,7 @@ class Pacer:
     """
 
     def __init__(
-        self,
-        speed: float | None,
-        start_ns: int,
-        wall_ns: Callable[[], int] = time.perf_counter_ns,
+        self, speed: float | None, start_ns: int, wall_ns: Callable[[], int] = time.perf_counter_ns
     ) -> None:
         self._wall_ns = wall_ns
         self.set_speed(speed, start_ns)

@@ -23,13 +23,7 @@ NARROW = 60
 
 
 class FeedbackTable:
-    """Draws the feedback of one goal.
-
-    Args:
-        about: the action's type.
-        goal: the goal message; None where it is not known.
-        encoding: of the terminal.
-    """
+    """Draws the feedback of one goal, whose message is None where it is not known."""
 
     def __init__(self, about: InterfaceDescription, goal: Any, encoding: str | None) -> None:
         self._units = about.part("feedback").units()

@@ -26,15 +26,10 @@ WAITING = 1_000
 class TopicSubscriber:
     """Subscribes to a topic, and anew when its publishers offer something else.
 
-    Args:
-        session: its node owns the subscription.
-        topic: full name.
-        type_name: such as ``std_msgs/msg/Bool``.
-        take: called with each message, or its bytes.
-        raw: do not unpack messages.
+    `take` gets each message, or with `raw` its bytes.
 
     Raises:
-        UnknownType: when the type is not installed.
+        UnknownType: When the type is not installed.
     """
 
     def __init__(
@@ -76,16 +71,10 @@ class TopicSubscriber:
 
 
 class MessageTexts:
-    """Turns messages into YAML documents, or lines of JSON.
-
-    Args:
-        type_name: of the messages.
-        field: dotted name of the one that is wanted; None is the whole message.
-        full: do not cut lists.
-        json: lines of JSON, whole.
+    """Turns messages, or a field of them by its dotted name, into YAML documents or JSON lines.
 
     Raises:
-        BtMissionError: when there is no such field.
+        BtMissionError: When there is no such field.
     """
 
     def __init__(self, type_name: str, field: str | None, *, full: bool, json: bool) -> None:

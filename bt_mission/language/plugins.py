@@ -6,6 +6,8 @@ import importlib
 import importlib.util
 import inspect
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
@@ -13,20 +15,15 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 
 from bt_mission.core.diagnostics import did_you_mean, listed
-from bt_mission.core.errors import BtMissionError
+from bt_mission.core.errors import HintedError
 from bt_mission.language.expressions.values import Type
 
 GROUP = "bt_mission.leaves"
 """The entry points by which a package names its behaviours."""
 
 
-class PythonError(BtMissionError):
-    """A behaviour of a user's that is not there, or cannot be used; `hint` says what might help."""
-
-    def __init__(self, message: str, hint: str | None = None) -> None:
-        super().__init__(message if hint is None else f"{message}; {hint}")
-        self.message = message
-        self.hint = hint
+class PythonError(HintedError):
+    """A behaviour of a user's that is not there, or cannot be used."""
 
 
 def find_class(target: str, file: str) -> type[Behaviour]:
@@ -42,7 +39,9 @@ def find_class(target: str, file: str) -> type[Behaviour]:
     where, _, name = target.partition(":")
     if not name:
         return _behaviour(_plugged(where), target)
-    module = _from_file(where, file) if where.endswith(".py") else _imported(where)
+    is_file = where.endswith(".py")
+    with _importing(where if is_file else f"the module {where}"):
+        module = _from_file(where, file) if is_file else importlib.import_module(where)
     if not hasattr(module, name):
         known = [key for key, value in vars(module).items() if _is_behaviour(value)]
         has = f"behaviours: {listed(known)}" if known else "it has no behaviours"
@@ -50,18 +49,15 @@ def find_class(target: str, file: str) -> type[Behaviour]:
     return _behaviour(getattr(module, name), target)
 
 
-_TYPES: dict[Any, Type] = {
+_KINDS: dict[type, Type] = {
     int: "integer",
     float: "number",
     bool: "bool",
     str: "text",
     list: "list",
-    "int": "integer",
-    "float": "number",
-    "bool": "bool",
-    "str": "text",
-    "list": "list",
 }
+_TYPES: dict[Any, Type] = {**_KINDS, **{kind.__name__: word for kind, word in _KINDS.items()}}
+"""The types of annotations, evaluated or as texts."""
 
 
 def attributes_of(kind: type[Behaviour]) -> dict[str, Type | None]:
@@ -91,17 +87,8 @@ def _plugged(name: str) -> Any:
         has = f"known: {listed(known)}" if known else f"no package has any of '{GROUP}'"
         hint = did_you_mean(name, known) or "a class is written as 'module:Class'"
         raise PythonError(f"no plug-in is called '{name}' ({has})", hint)
-    try:
+    with _importing(f"the plug-in '{name}' ({found[0].value})"):
         return found[0].load()
-    except (Exception, SystemExit) as error:
-        raise PythonError(f"the plug-in '{name}' ({found[0].value}) {_why(error)}") from error
-
-
-def _imported(module: str) -> Any:
-    try:
-        return importlib.import_module(module)
-    except (Exception, SystemExit) as error:  # whatever a user's module raises
-        raise PythonError(f"the module {module} {_why(error)}") from error
 
 
 def _from_file(where: str, file: str) -> Any:
@@ -120,9 +107,9 @@ def _from_file(where: str, file: str) -> Any:
         sys.modules[key] = module
         try:
             spec.loader.exec_module(module)
-        except (Exception, SystemExit) as error:  # whatever a user's module raises
+        except BaseException:
             del sys.modules[key]
-            raise PythonError(f"{where} {_why(error)}") from error
+            raise
     return sys.modules[key]
 
 
@@ -137,5 +124,13 @@ def _is_behaviour(value: object) -> bool:
     return inspect.isclass(value) and issubclass(value, Behaviour) and value is not Behaviour
 
 
-def _why(error: BaseException) -> str:
-    return f"cannot be imported: {type(error).__name__}: {error}"
+@contextmanager
+def _importing(what: str) -> Iterator[None]:
+    """Turn whatever a module of a user's raises into an error that says so."""
+    try:
+        yield
+    except PythonError:
+        raise
+    except (Exception, SystemExit) as error:
+        message = f"{what} cannot be imported: {type(error).__name__}: {error}"
+        raise PythonError(message) from error

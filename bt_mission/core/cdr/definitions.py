@@ -40,11 +40,7 @@ _ACTION_PARTS: dict[str, Callable[[str, str], str]] = {
     "_GetResult_Request": lambda _p, _n: _GOAL_ID,
     "_GetResult_Response": lambda p, n: f"int8 status\n{p}/{n}_Result result\n",
 }
-_SECTIONS = {
-    ".srv": ("_Request", "_Response"),
-    ".action": ("_Goal", "_Result", "_Feedback"),
-}
-_FOLDERS = {".srv": "srv", ".action": "action"}
+_SECTIONS = {"srv": ("Request", "Response"), "action": ("Goal", "Result", "Feedback")}
 
 
 @dataclass(frozen=True)
@@ -64,6 +60,16 @@ def share_folders() -> list[Path]:
     """Where interface packages are installed, in the order in which they count."""
     prefixes = [*filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep))]
     return [Path(prefix) / "share" for prefix in [*prefixes, sys.prefix]]
+
+
+def file_text(type_name: str, folders: Sequence[Path]) -> str | None:
+    """Return the text of a type's own file, such as ``std_srvs/srv/Trigger``, where it is there."""
+    package, folder, name = type_name.split("/")
+    for share in folders:
+        path = share / package / folder / f"{name}.{folder}"
+        if path.is_file():
+            return path.read_text(encoding="utf-8")
+    return None
 
 
 class Definitions:
@@ -102,7 +108,7 @@ class Definitions:
 
     def _find(self, type_name: str) -> str:
         package, _, name = type_name.partition("/")
-        text = self._read(package, "msg", f"{name}.msg")
+        text = file_text(f"{package}/msg/{name}", self._folders)
         if text is None:
             text = self._made(package, name)
         if text is None:
@@ -120,20 +126,12 @@ class Definitions:
         for suffix, make in _ACTION_PARTS.items():
             if name.endswith(suffix):
                 return make(package, name.removesuffix(suffix))
-        for extension, suffixes in _SECTIONS.items():
-            base, underscore, part = name.rpartition("_")
-            if underscore + part in suffixes:
-                text = self._read(package, _FOLDERS[extension], f"{base}{extension}")
+        base, _, part = name.rpartition("_")
+        for folder, parts in _SECTIONS.items():
+            if part in parts:
+                text = file_text(f"{package}/{folder}/{base}", self._folders)
                 if text is not None:
-                    sections = _DIVIDER.split(text)
-                    return sections[suffixes.index(underscore + part)].lstrip("\n")
-        return None
-
-    def _read(self, package: str, folder: str, name: str) -> str | None:
-        for share in self._folders:
-            path = share / package / folder / name
-            if path.is_file():
-                return path.read_text(encoding="utf-8")
+                    return _DIVIDER.split(text)[parts.index(part)].lstrip("\n")
         return None
 
 

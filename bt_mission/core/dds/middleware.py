@@ -21,22 +21,14 @@ PROFILES = ("FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_FILE")
 def prepare_middleware() -> None:
     """Make ready for rclpy, with settings of Fast DDS for processes that die without a word.
 
-    The file says which, and why. Settings of the user's own stay.
+    The file says which, and why. Settings of the user's own stay. The middleware that the
+    environment names is looked for: without it rclpy ends the process.
 
     Raises:
         BtMissionError: When it cannot be loaded, or the domain id is none.
     """
-    refuse_absent_middleware()
     if not any(os.environ.get(name) for name in PROFILES):
         os.environ[PROFILES[0]] = str(FAST_DDS)
-
-
-def refuse_absent_middleware() -> None:
-    """Look for the ROS middleware that the environment names; without it rclpy ends the process.
-
-    Raises:
-        BtMissionError: When it cannot be loaded, or the domain id is none.
-    """
     domain = os.environ.get("ROS_DOMAIN_ID", "0") or "0"
     if not domain.isdecimal() or int(domain) > LAST_DOMAIN:
         raise BtMissionError(f"ROS_DOMAIN_ID: expected 0 to {LAST_DOMAIN}, got '{domain}'")
