@@ -9,13 +9,14 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from bt_mission.behaviours.control import Question
+from bt_mission.behaviours.hooks import Hooked
 from bt_mission.behaviours.progress import LeafProgress
 from bt_mission.behaviours.runtime import NS, Runtime
 
 RUNNING = Status.RUNNING
 
 
-class Leaf(Behaviour):
+class Leaf(Hooked):
     """A behaviour without children that ticks and stops as py_trees' own do, several times faster.
 
     At each tick and each stop py_trees formats a line for its log, whether or not anybody reads
@@ -26,7 +27,14 @@ class Leaf(Behaviour):
     def tick(self) -> Iterator[Behaviour]:
         """Begin, if it does not run; update; stop, if it has ended."""
         if self.status is not RUNNING:
+            # Not by `walk` and a second call: most of what is ticked are leaves.
+            if self.start_hook is not None:
+                yield from self.start_hook(self)
+            if self.call_hooks:
+                self.tell_call_hooks("initialise")
             self.initialise()
+        if self.call_hooks:
+            self.tell_call_hooks("update")
         status = self.update()
         if status is not RUNNING:
             self.stop(status)
@@ -35,9 +43,14 @@ class Leaf(Behaviour):
 
     def stop(self, new_status: Status) -> None:
         """End with this status."""
-        self.terminate(new_status)
+        self.call_terminate(new_status)
         self.status = new_status
         self.iterator = self.tick()
+
+    def call_terminate(self, new_status: Status) -> None:
+        """Terminate without a change of status."""
+        self.tell_call_hooks("terminate")
+        self.terminate(new_status)
 
 
 class Wait(Leaf):

@@ -7,12 +7,12 @@ from typing import Any
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
-from py_trees.decorators import Decorator
 
+from bt_mission.behaviours.hooks import HookedDecorator
 from bt_mission.behaviours.runtime import Scope
 
 
-class Subtree(Decorator):
+class Subtree(HookedDecorator):
     """Runs the tree below it with variables of its own, and ends as that does.
 
     Outputs go to the caller when the tree has ended, with success or failure, if it has written

@@ -25,6 +25,7 @@ from bt_mission_interfaces.srv import GetStatuses
 from py_trees.common import Status
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
+from bt_mission.behaviours.python_leaf import PythonLeaf
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.ros.mission_details import MissionDetailsBuilder, time_message
 
@@ -221,7 +222,7 @@ class StatusPublisher:
             nodes=[
                 TreeNode(
                     name=node.name,
-                    kind=type(node).__name__,
+                    kind=type(node.behaviour if isinstance(node, PythonLeaf) else node).__name__,
                     path=executive.path_of(node),
                     parent=self.indices[node.parent or node],
                 )
