@@ -23,10 +23,12 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.core.robot.model import load_robot
 from bt_mission.executive.status import MissionStatus
 from bt_mission.ros.graph import ProcessNode
+from bt_mission.ros.observable_publisher import ObservableNode
+from bt_mission.sessions.stage_nodes import StageSimNode
 from bt_mission.sessions.stage_robot import FleetRobot, FleetRun, StageOptions
 from bt_mission.virtual_time import VirtualTimeExecutor, self_test
 from sim.physics.spawn import RobotSpawn
-from sim.ros.node import SimNode, SimOptions
+from sim.ros.node import SimOptions
 from sim.world.loader import load_world
 from sim.world.world import Spawn
 
@@ -37,6 +39,7 @@ if TYPE_CHECKING:
     from bt_mission.language.mission import Mission
     from bt_mission.sessions.observers import SessionObserver
     from sim.robot.robot import SimulatedRobot
+    from sim.ros.node import SimNode
     from sim.world.world import World
 
 START_NS = 1_000_000_000
@@ -144,7 +147,7 @@ class Stage:
             for one, model in zip(members, models, strict=True)
         ]
         self._is_single = not members[0].name
-        return SimNode(
+        return StageSimNode(
             world,
             models[0] if self._is_single else spawns,
             SimOptions(
@@ -224,7 +227,9 @@ class Stage:
 
     def make_node(self, name: str) -> Node:
         """A bare node that takes part, and goes with the stage."""
-        node = Node(name, context=self.context, enable_rosout=False, start_parameter_services=False)
+        node = ObservableNode(
+            name, context=self.context, enable_rosout=False, start_parameter_services=False
+        )
         self._exit.callback(node.destroy_node)
         self.add_node(node)
         return node

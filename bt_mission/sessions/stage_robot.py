@@ -7,23 +7,30 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from action_servers.mapping.node import MapperNode, MapperOptions
-from action_servers.server.node import ServerOptions, ServersNode
+from action_servers.mapping.node import MapperOptions
+from action_servers.server.node import ServerOptions
 from bt_mission.executive.trace import Trace
 from bt_mission.language.nodes.action import GoalNode
 from bt_mission.language.nodes.leaves import PythonNode
 from bt_mission.language.trees import all_steps
 from bt_mission.ros.graph import NodeOptions
-from bt_mission.ros.mission_node import MissionNode
 from bt_mission.ros.mission_runner import MissionRunner, RunnerOptions
 from bt_mission.ros.robot_relay import RobotRelay, RobotSnapshot
+from bt_mission.sessions.stage_nodes import (
+    StageMapperNode,
+    StageMissionNode,
+    StageServersNode,
+)
 
 if TYPE_CHECKING:
     from rclpy.context import Context
     from rclpy.node import Node
 
+    from action_servers.mapping.node import MapperNode
+    from action_servers.server.node import ServersNode
     from bt_mission.executive.executive import Executive
     from bt_mission.language.mission import Mission
+    from bt_mission.ros.mission_node import MissionNode
     from sim.robot.robot import SimulatedRobot
 
 
@@ -118,11 +125,11 @@ class FleetRun:
         self.has_servers = True
         self.mapper: MapperNode | None = None
         if member.mission.map == "unknown":
-            self.mapper = MapperNode(robot.robot, MapperOptions(lean=True, context=context))
+            self.mapper = StageMapperNode(robot.robot, MapperOptions(lean=True, context=context))
 
     def _make_servers(self) -> ServersNode:
         options = replace(self._server_options, at_first=self._at_first())
-        return ServersNode(self.robot.robot, options)
+        return StageServersNode(self.robot.robot, options)
 
     def make_executive(self, say: Callable[[str], None] | None) -> None:
         """Make the node of the mission; `say` takes what its ``log`` nodes say."""
@@ -137,7 +144,7 @@ class FleetRun:
             on_mission_started=self._options.on_mission_started,
         )
         node = NodeOptions(namespace=name or None, context=self._context, lean=True)
-        self.node = MissionNode(mission, options, node=node)
+        self.node = StageMissionNode(mission, options, node=node)
         self.runner = self.node.runner
         if options.has_controls:
             relay = RobotRelay(self.node, self._snapshot)
