@@ -60,7 +60,8 @@ def _annotation(shown: Any) -> str:
 
 
 def _parameter(one: inspect.Parameter) -> str:
-    stars = {one.VAR_POSITIONAL: "*", one.VAR_KEYWORD: "**"}.get(one.kind, "")
+    marks: dict[int, str] = {one.VAR_POSITIONAL: "*", one.VAR_KEYWORD: "**"}
+    stars = marks.get(one.kind, "")
     text = stars + one.name
     if one.annotation is not one.empty:
         text += f": {_annotation(one.annotation)}"

@@ -14,7 +14,7 @@ import secrets
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Self, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 from weakref import WeakValueDictionary
 
 from rclpy.duration import Duration
@@ -105,6 +105,9 @@ class MissionRunner:
             or when a mission with topics for tools runs on this node already.
     """
 
+    started_listeners: ClassVar[list[Callable[[Mission, Executive], None]]] = []
+    """Of all missions of this process: given each with its executive before the first tick."""
+
     def __init__(self, node: Node, mission: Mission, options: RunnerOptions | None = None) -> None:
         options = options or RunnerOptions()
         self.node = node
@@ -134,7 +137,8 @@ class MissionRunner:
                 presence = node.create_publisher(Empty, TOPIC, PRESENCE)
                 made.callback(node.destroy_publisher, presence)
             self.executive = Executive(build_tree(mission, self.scope), self, self.trace)
-            options.on_mission_started(mission, self.executive)
+            for tell in (*self.started_listeners, options.on_mission_started):
+                tell(mission, self.executive)
             if options.has_controls:
                 self.show_waypoints()
                 made.callback(ControlServices(node, lambda: self.executive).close)

@@ -47,7 +47,6 @@ class StageOptions:
         without: Actions that the servers leave to others, by their relative names.
         context: The rclpy context of all nodes, which stays; None makes one for the run.
         props: How many obstacles can appear while it runs.
-        on_mission_started: Takes each mission and its executive before the first tick.
     """
 
     world: str | Path | None = None
@@ -57,7 +56,6 @@ class StageOptions:
     without: Collection[str] = ()
     context: Context | None = None
     props: int = 0
-    on_mission_started: Callable[[Mission, Executive], None] = lambda *_: None
 
     @property
     def has_tools(self) -> bool:
@@ -141,7 +139,6 @@ class FleetRun:
             has_controls=self._options.has_tools,
             has_presence=False,
             why_rejected=self._why_rejected,
-            on_mission_started=self._options.on_mission_started,
         )
         node = NodeOptions(namespace=name or None, context=self._context, lean=True)
         self.node = StageMissionNode(mission, options, node=node)

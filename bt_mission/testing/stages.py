@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
@@ -26,7 +26,6 @@ from bt_mission.testing.run import Run
 from bt_mission.testing.scripted_server import ScriptedServer
 
 if TYPE_CHECKING:
-    from bt_mission.executive.executive import Executive
     from bt_mission.language.expressions.values import Plain
 
 
@@ -43,7 +42,6 @@ class Stages:
         folder: For worlds, pictures, and what failed runs leave.
         seed: Of every run that is given none of its own; None is the mission's.
         records: Record every run, in the folder.
-        on_mission_started: Takes each mission and its executive before the first step.
     """
 
     def __init__(
@@ -52,11 +50,9 @@ class Stages:
         seed: int | None = None,
         *,
         records: bool = False,
-        on_mission_started: Callable[[Mission, Executive], None] = lambda *_: None,
     ) -> None:
         self.folder = folder
         self.seed = seed
-        self._on_mission_started = on_mission_started
         self._records = records
         self.runs: list[Run] = []
         self.left_behind: list[str] = []
@@ -108,7 +104,6 @@ class Stages:
             self.folder,
             context=self.context,
             without=tuple(name.strip("/") for name in self.scripted),
-            on_mission_started=self._on_mission_started,
             **({"props": PROPS} | options),
         )
         for server in self.scripted.values():
