@@ -103,9 +103,6 @@ def test_missions_that_no_test_runs_count_where_that_is_asked_for(missions):
     )
 
 
-@pytest.mark.parametrize(
-    "workers", [(), pytest.param(("-n", "1"), marks=pytest.mark.process)], ids=["one", "xdist"]
-)
 def test_missions_that_a_test_starts_by_itself_count(missions):
     """On a stage of its own, or on a node of its own that it spins."""
     missions.makepyfile(
@@ -140,6 +137,9 @@ def test_a_runner():
     result.stdout.fnmatch_lines(["*missions/resting.yaml*"])
 
 
+@pytest.mark.parametrize(
+    "workers", [(), pytest.param(("-n", "1"), marks=pytest.mark.process)], ids=["one", "xdist"]
+)
 def test_too_little_fails_the_session(missions, workers):
     """With the figures."""
     run = missions.runpytest_subprocess if workers else missions.runpytest
