@@ -6,58 +6,26 @@ from collections.abc import Callable
 from typing import Any
 
 from py_trees.behaviour import Behaviour
-from py_trees.common import Status
-from py_trees.composites import Selector, Sequence
-from py_trees.decorators import FailureIsSuccess, Inverter, SuccessIsFailure
 
 from bt_mission.behaviours import control, decorators, leaves
 from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.behaviours.decorators import Subtree
 from bt_mission.behaviours.evaluator import BuildContext, Evaluator
-from bt_mission.behaviours.runtime import MissionFailure, Scope, placed
+from bt_mission.behaviours.hooks import (
+    FailureIsSuccess,
+    Inverter,
+    Selector,
+    Sequence,
+    SuccessIsFailure,
+)
+from bt_mission.behaviours.python_leaf import PythonLeaf
+from bt_mission.behaviours.runtime import Scope
 from bt_mission.behaviours.service_leaf import ServiceLeaf
 from bt_mission.behaviours.topic_leaves import PublishLeaf, WaitFor
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.decorators import ForceNode
 from bt_mission.language.nodes.fields import LIMIT
-from bt_mission.language.nodes.leaves import PythonNode
 from bt_mission.language.nodes.subtree import TreeNode
-from bt_mission.language.plugins import find_class
-
-
-def python_leaf(node: PythonNode, values: Evaluator) -> Behaviour:
-    """Return a behaviour of a user's, its inputs set at each entry and outputs read at each end.
-
-    Raises:
-        MissionFailure: when it is not there, or its constructor raises.
-    """
-    name, place, scope = node.label, values.place, values.context.scope
-    with placed(place):
-        kind = find_class(node.target, values.context.file)
-    try:
-        leaf = kind(name)
-    except Exception as error:
-        why = f"{type(error).__name__}: {error}"
-        raise MissionFailure(f"{place}: {kind.__name__}({name!r}) raised {why}") from error
-    initialise, terminate = leaf.initialise, leaf.terminate
-
-    def begin() -> None:
-        for attribute, value in values.resolve(node.inputs).items():
-            setattr(leaf, attribute, value)
-        initialise()
-
-    def end(new_status: Status) -> None:
-        terminate(new_status)
-        if new_status is not Status.INVALID:
-            for attribute, variable in node.outputs.items():
-                if not hasattr(leaf, attribute):
-                    message = f"{place}: '{name}' has no attribute '{attribute}' to give"
-                    raise MissionFailure(message)
-                scope.values[variable] = getattr(leaf, attribute)
-
-    leaf.initialise = begin  # type: ignore[method-assign]  # this one behaviour is wired, no class
-    leaf.terminate = end  # type: ignore[method-assign]
-    return leaf
 
 
 def build_tree(mission: Mission, scope: Scope) -> Behaviour:
@@ -148,6 +116,6 @@ BEHAVIOURS: dict[str, Callable[[Any, Evaluator, list[Behaviour]], Behaviour]] = 
     "wait_for": lambda node, values, _: WaitFor(node, values),
     "publish": lambda node, values, _: PublishLeaf(node, values),
     "tree": _subtree,
-    "python": lambda node, values, _: python_leaf(node, values),
+    "python": lambda node, values, _: PythonLeaf(node, values),
 }
 """How a node of each kind is built, with what computes its values, and the behaviours below it."""

@@ -10,8 +10,8 @@ import py_trees
 from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Composite
-from py_trees.decorators import Decorator
 
+from bt_mission.behaviours.hooks import Hooked, HookedDecorator
 from bt_mission.behaviours.runtime import Runtime
 from bt_mission.core.stamps import NS
 
@@ -27,7 +27,7 @@ class ConditionResult:
 Question = Callable[[], ConditionResult]
 
 
-class Parallel(py_trees.composites.Parallel):
+class Parallel(Hooked, py_trees.composites.Parallel):
     """Ticks all children at once; those that have ended are not ticked again.
 
     Args:
@@ -51,7 +51,7 @@ class Parallel(py_trees.composites.Parallel):
         self._finish = finish
         self._decided = Status.RUNNING
 
-    def tick(self) -> Iterator[Behaviour]:
+    def walk(self) -> Iterator[Behaviour]:
         """Tick what has not ended; decide; end when the rest may be left."""
         running, invalid = Status.RUNNING, Status.INVALID
         if self.status is not running:
@@ -108,7 +108,7 @@ class Parallel(py_trees.composites.Parallel):
         return Status.RUNNING, self.children[-1]
 
 
-class Pick(Composite):
+class Pick(Hooked, Composite):
     """Runs the one child that is picked at entry; succeeds where none is.
 
     Args:
@@ -122,7 +122,7 @@ class Pick(Composite):
         super().__init__(name, children)
         self._pick = pick
 
-    def tick(self) -> Iterator[Behaviour]:
+    def walk(self) -> Iterator[Behaviour]:
         """Pick at entry, then tick that child."""
         if self.status != Status.RUNNING:
             for child in self.children:
@@ -141,19 +141,19 @@ class Pick(Composite):
         yield self
 
 
-class Guard(Decorator):
+class Guard(HookedDecorator):
     """Ticks its child as long as a condition holds; then halts it and fails."""
 
     def __init__(self, name: str, child: Behaviour, question: Question) -> None:
         super().__init__(name, child)
         self._question = question
 
-    def tick(self) -> Iterator[Behaviour]:
+    def walk(self) -> Iterator[Behaviour]:
         """Ask, and tick the child only if the answer is yes."""
         verdict = self._question()
         self.feedback_message = verdict.text
         if verdict.holds:
-            yield from super().tick()
+            yield from super().walk()
             return
         self.stop(Status.FAILURE)
         yield self
@@ -163,7 +163,7 @@ class Guard(Decorator):
         return self.decorated.status
 
 
-class Timeout(Decorator):
+class Timeout(HookedDecorator):
     """Halts its child, and fails, when it still runs after some seconds of ROS time.
 
     A child that ends on the very tick of its deadline has ended.
@@ -206,7 +206,7 @@ class Timeout(Decorator):
         return Status.FAILURE
 
 
-class ForEach(Decorator):
+class ForEach(HookedDecorator):
     """Runs its child once for each element of a list, in order; fails as soon as the child fails.
 
     Args:
@@ -230,7 +230,7 @@ class ForEach(Decorator):
         self._elements: Sequence[Any] = ()
         self._index = 0
 
-    def tick(self) -> Iterator[Behaviour]:
+    def walk(self) -> Iterator[Behaviour]:
         """Read the list at entry; an empty one succeeds at once."""
         if self.status != Status.RUNNING:
             self._elements, self._index = self._read(), 0
@@ -241,7 +241,7 @@ class ForEach(Decorator):
                 yield self
                 return
         self._take(self._elements[self._index])
-        yield from super().tick()
+        yield from super().walk()
 
     def save_state(self, _now_ns: int) -> dict[str, Any]:
         """The list, and how far it has come."""

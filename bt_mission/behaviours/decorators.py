@@ -8,13 +8,13 @@ from typing import Any
 import py_trees
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
-from py_trees.decorators import Decorator
 
+from bt_mission.behaviours.hooks import HookedDecorator
 from bt_mission.behaviours.runtime import Runtime, Scope
 from bt_mission.core.stamps import NS
 
 
-class Repeat(py_trees.decorators.Repeat):
+class Repeat(HookedDecorator, py_trees.decorators.Repeat):
     """Succeeds after its child has succeeded ``count`` times; fails as soon as the child fails."""
 
     def __init__(self, name: str, child: Behaviour, count: Callable[[], int]) -> None:
@@ -42,7 +42,7 @@ class Repeat(py_trees.decorators.Repeat):
         return status
 
 
-class Retry(py_trees.decorators.Retry):
+class Retry(HookedDecorator, py_trees.decorators.Retry):
     """Tries its child up to ``attempts`` times, with a pause of ROS time after a failure."""
 
     def __init__(
@@ -79,14 +79,14 @@ class Retry(py_trees.decorators.Retry):
         left_ns = state["left_ns"]
         self._resume_ns = None if left_ns is None else now_ns + left_ns
 
-    def tick(self) -> Iterator[Behaviour]:
+    def walk(self) -> Iterator[Behaviour]:
         """Tick the child, unless a pause after a failure is on."""
         if self.status == Status.RUNNING and self._resume_ns is not None:
             if self._runtime.now_ns < self._resume_ns:
                 yield self
                 return
             self._resume_ns = None
-        yield from super().tick()
+        yield from super().walk()
 
     def update(self) -> Status:
         """Count a failure, and pause after it if another attempt is left."""
@@ -101,7 +101,7 @@ class Retry(py_trees.decorators.Retry):
         return status
 
 
-class Subtree(Decorator):
+class Subtree(HookedDecorator):
     """Runs the tree below it with variables of its own, and ends as that does.
 
     Outputs go to the caller when the tree has ended, with success or failure, if it has written

@@ -11,6 +11,7 @@ from py_trees.common import Status
 
 from bt_mission.behaviours.control import Question
 from bt_mission.behaviours.evaluator import Evaluator
+from bt_mission.behaviours.hooks import Hooked
 from bt_mission.behaviours.runtime import Runtime, placed
 from bt_mission.core.stamps import NS
 from bt_mission.language.nodes.interfaces import InterfaceNode
@@ -39,7 +40,7 @@ def progress_of(node: Behaviour) -> LeafProgress | None:
     return progress if isinstance(progress, LeafProgress) else None
 
 
-class Leaf(Behaviour):
+class Leaf(Hooked):
     """A behaviour without children that ticks and stops as py_trees' own do, several times faster.
 
     At each tick and each stop py_trees formats a line for its log, whether or not anybody reads
@@ -56,7 +57,14 @@ class Leaf(Behaviour):
     def tick(self) -> Iterator[Behaviour]:
         """Begin, if it does not run; update; stop, if it has ended."""
         if self.status is not RUNNING:
+            # Not by `walk` and a second call: most of what is ticked are leaves.
+            if self.start_hook is not None:
+                yield from self.start_hook(self)
+            if self.call_hooks:
+                self.tell_call_hooks("initialise")
             self.initialise()
+        if self.call_hooks:
+            self.tell_call_hooks("update")
         status = self.update()
         if status is not RUNNING:
             self.stop(status)
@@ -65,9 +73,14 @@ class Leaf(Behaviour):
 
     def stop(self, new_status: Status) -> None:
         """End with this status."""
-        self.terminate(new_status)
+        self.call_terminate(new_status)
         self.status = new_status
         self.iterator = self.tick()
+
+    def call_terminate(self, new_status: Status) -> None:
+        """Terminate without a change of status."""
+        self.tell_call_hooks("terminate")
+        self.terminate(new_status)
 
 
 class ClientLeaf(Leaf):

@@ -306,7 +306,7 @@ class Executive:
                 if node.status is Status.RUNNING:
                     node.stop(Status.INVALID)
                 elif isinstance(node, ActionLeaf):
-                    node.terminate(Status.INVALID)  # its own update may have raised
+                    node.call_terminate(Status.INVALID)  # its own update may have raised
             except Exception as error:  # noqa: BLE001 - the others must still be stopped
                 faults.append(f"stopping '{node.name}' raised {described(error)}")
         return faults

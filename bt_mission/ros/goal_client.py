@@ -82,10 +82,13 @@ class RosGoalClient(RosClient):
         super().__init__(node, full, type_name, self._type.Goal, get_action_names_and_types(node))
         self._client: ActionClient = _Client(node, self._type, name)  # type: ignore[no-untyped-call]
         self._handles: dict[bytes, ClientGoalHandle] = {}
+        self._is_closed = False
 
     def close(self) -> None:
-        """Destroy the action client."""
-        self._client.destroy()
+        """Destroy the action client; once is enough."""
+        if not self._is_closed:
+            self._is_closed = True
+            self._client.destroy()
 
     def is_ready(self) -> bool:
         """Is a server in the graph, with all its services and topics matched?"""
@@ -126,6 +129,20 @@ class RosGoalClient(RosClient):
     def _handle(self, goal: Goal) -> ClientGoalHandle:
         answer = self._type.Impl.SendGoalService.Response(accepted=True)
         return ClientGoalHandle(self._client, _uuid(goal), answer)
+
+    def move_to(self, node: Node) -> None:
+        """Go on over another node; see :meth:`ask_again`."""
+        self.close()
+        self._client = _Client(node, self._type, self.name)  # type: ignore[no-untyped-call]
+        self._is_closed = False
+        self._handles.clear()
+
+    def ask_again(self, goal: Goal) -> None:
+        """Cancel a goal, and ask for its end, where earlier answers cannot arrive any more."""
+        if goal.accepted:
+            self.recover_goal(goal)
+            self.ask_result(goal)
+        self.send_cancel(goal)
 
     def ask_result(self, goal: Goal) -> None:
         """Ask for the result; it arrives when the server has ended the goal."""

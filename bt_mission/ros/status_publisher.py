@@ -28,6 +28,7 @@ from py_trees.common import Status
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
+from bt_mission.behaviours.python_leaf import PythonLeaf
 from bt_mission.core.stamps import set_ns
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.executive.executive import Executive
@@ -219,7 +220,7 @@ class StatusPublisher:
             nodes=[
                 TreeNode(
                     name=node.name,
-                    kind=type(node).__name__,
+                    kind=type(node.behaviour if isinstance(node, PythonLeaf) else node).__name__,
                     path=executive.path_of(node),
                     parent=self.indices[node.parent or node],
                 )

@@ -26,7 +26,9 @@ from bt_mission.core.robot.model import RobotModel, load_robot
 from bt_mission.executive.status import MissionStatus
 from bt_mission.language.mission import Mission
 from bt_mission.ros.graph import ProcessNode
+from bt_mission.ros.observable_publisher import ObservableNode
 from bt_mission.sessions.session import SessionObserver
+from bt_mission.sessions.stage_nodes import StageSimNode
 from bt_mission.sessions.stage_robot import FleetRobot, FleetRun, StageOptions
 from bt_mission.virtual_time import VirtualTimeExecutor, self_test
 from sim.physics.spawn import RobotSpawn
@@ -140,7 +142,7 @@ class Stage:
             for one, model in zip(members, models, strict=True)
         ]
         self._is_single = not members[0].name
-        return SimNode(
+        return StageSimNode(
             world,
             models[0] if self._is_single else spawns,
             SimOptions(
@@ -220,7 +222,9 @@ class Stage:
 
     def make_node(self, name: str) -> Node:
         """A bare node that takes part, and goes with the stage."""
-        node = Node(name, context=self.context, enable_rosout=False, start_parameter_services=False)
+        node = ObservableNode(
+            name, context=self.context, enable_rosout=False, start_parameter_services=False
+        )
         self._exit.callback(node.destroy_node)
         self.add_node(node)
         return node

@@ -11,7 +11,6 @@ from rclpy.node import Node
 
 from action_servers.mapping.node import MapperNode, MapperOptions
 from action_servers.server.node import ServerOptions, ServersNode
-from bt_mission.executive.executive import Executive
 from bt_mission.executive.trace import Trace
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.action import GoalNode
@@ -21,6 +20,7 @@ from bt_mission.ros.graph import NodeOptions
 from bt_mission.ros.mission_node import MissionNode
 from bt_mission.ros.mission_runner import MissionRunner, RunnerOptions
 from bt_mission.ros.robot_relay import RobotRelay, RobotSnapshot
+from bt_mission.sessions.stage_nodes import StageMapperNode, StageMissionNode, StageServersNode
 from sim.robot.robot import SimulatedRobot
 
 
@@ -37,7 +37,6 @@ class StageOptions:
         without: Actions that the servers leave to others, by their relative names.
         context: The rclpy context of all nodes, which stays; None makes one for the run.
         props: How many obstacles can appear while it runs.
-        on_mission_started: Takes each mission and its executive before the first tick.
     """
 
     world: str | Path | None = None
@@ -47,7 +46,6 @@ class StageOptions:
     without: Collection[str] = ()
     context: Context | None = None
     props: int = 0
-    on_mission_started: Callable[[Mission, Executive], None] = lambda *_: None
 
     @property
     def has_tools(self) -> bool:
@@ -115,11 +113,11 @@ class FleetRun:
         self.has_servers = True
         self.mapper: MapperNode | None = None
         if member.mission.map == "unknown":
-            self.mapper = MapperNode(robot.robot, MapperOptions(lean=True, context=context))
+            self.mapper = StageMapperNode(robot.robot, MapperOptions(lean=True, context=context))
 
     def _make_servers(self) -> ServersNode:
         options = replace(self._server_options, at_first=self._at_first())
-        return ServersNode(self.robot.robot, options)
+        return StageServersNode(self.robot.robot, options)
 
     def make_executive(self, say: Callable[[str], None] | None) -> None:
         """Make the node of the mission; `say` takes what its ``log`` nodes say."""
@@ -131,10 +129,9 @@ class FleetRun:
             has_controls=self._options.has_tools,
             has_presence=False,
             why_rejected=self._why_rejected,
-            on_mission_started=self._options.on_mission_started,
         )
         node = NodeOptions(namespace=name or None, context=self._context, lean=True)
-        self.node = MissionNode(mission, options, node=node)
+        self.node = StageMissionNode(mission, options, node=node)
         self.runner = self.node.runner
         self.executive, self.trace = self.runner.executive, self.runner.trace
         if options.has_controls:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
@@ -15,7 +15,6 @@ from rclpy.node import Node
 from bt_mission.core.dds.discovery import isolate
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.files import find
-from bt_mission.executive.executive import Executive
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.mission import Mission
@@ -40,7 +39,6 @@ class Stages:
         folder: For worlds, pictures, and what failed runs leave.
         seed: Of every run that is given none of its own; None is the mission's.
         records: Record every run, in the folder.
-        on_mission_started: Takes each mission and its executive before the first step.
     """
 
     def __init__(
@@ -49,11 +47,9 @@ class Stages:
         seed: int | None = None,
         *,
         records: bool = False,
-        on_mission_started: Callable[[Mission, Executive], None] = lambda *_: None,
     ) -> None:
         self.folder = folder
         self.seed = seed
-        self._on_mission_started = on_mission_started
         self._records = records
         self.runs: list[Run] = []
         self.left_behind: list[str] = []
@@ -105,7 +101,6 @@ class Stages:
             self.folder,
             context=self.context,
             without=tuple(name.strip("/") for name in self.scripted),
-            on_mission_started=self._on_mission_started,
             **({"props": PROPS} | options),
         )
         for server in self.scripted.values():

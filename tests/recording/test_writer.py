@@ -12,10 +12,13 @@ from typing import Any
 import pytest
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
+from rclpy.node import Node
 from rosbags.convert.converter import convert
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
+from std_msgs.msg import Float64
 
+import bt_mission
 from bt_mission import load, read_recording
 from bt_mission.core.cdr.definitions import Definitions, NoDefinitionError
 from bt_mission.core.files import names
@@ -282,6 +285,34 @@ def test_a_topic_whose_type_is_not_installed_is_named(
     counts = Counter(one.topic for one in heard_by_others(run.path))
     assert counts["/scan"] == 0
     assert counts["/odom"] > 20
+
+
+def test_a_topic_that_a_users_own_node_publishes_too(
+    record: Callable[..., Any], tmp_path: Path
+) -> None:
+    """Its messages are recorded, and each of the others is, once, as without that node."""
+    topic, sent = "total_distance", 0
+    with Stage(load_text(TWO_TURNS), image_folder=tmp_path, say=lambda _: None) as stage:
+        with bt_mission.record(stage, tmp_path / "own.mcap") as recorder:
+            node = Node("own", context=stage.context)
+            stage.add_node(node)
+            publisher = node.create_publisher(Float64, topic, 10)
+            while not stage.is_done:
+                stage.step()
+                if stage.now_ns > 3.1 * S:  # after its look at what is new
+                    publisher.publish(Float64(data=-1.0))
+                    sent += 1
+            recorder.finish({})
+        stage.clock.remove_node(node)
+        node.destroy_node()
+    values = [
+        one.message.data
+        for one in heard_by_others(tmp_path / "own.mcap")
+        if one.topic == f"/{topic}"
+    ]
+    alone = [one.message.data for one in heard_by_others(record().path) if one.topic == f"/{topic}"]
+    assert [value for value in values if value >= 0] == alone
+    assert values.count(-1.0) == sent > 10
 
 
 def test_a_closed_recorder_leaves_no_trace(record: Callable[..., Any]) -> None:
