@@ -20,7 +20,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from action_servers.core.action import Action
-    from action_servers.core.checks import outside, refusal, stale
+    from action_servers.core.checks import refusal, stale
+    from action_servers.core.limits import outside
     from action_servers.core.maneuver import (
         SUCCEEDED,
         ZERO,
@@ -66,7 +67,8 @@ __all__ = [
 
 _HOMES = {
     "action_servers.core.action": ("Action",),
-    "action_servers.core.checks": ("outside", "refusal", "stale"),
+    "action_servers.core.checks": ("refusal", "stale"),
+    "action_servers.core.limits": ("outside",),
     "action_servers.core.maneuver": (
         *("SUCCEEDED", "ZERO", "ErrorCode", "Finished", "Grid", "Image"),
         *("Maneuver", "Observation", "Refusal", "Scan"),

@@ -59,11 +59,6 @@ def seconds_of(duration: Duration) -> float:
     return to_ns(duration) / NS
 
 
-def negative(name: str, seconds: float) -> str | None:
-    """Return why a duration that must not be negative is wrong, or None."""
-    return None if seconds >= 0.0 else f"{name} must not be negative, got {seconds:g} s"
-
-
 class Allowance(Ticker):
     """The time since the first control step, and whether more is used than `seconds` (0: any)."""
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Protocol
 
-from action_servers.core.checks import outside, refusal, stale
+from action_servers.core.checks import refusal, stale
+from action_servers.core.goal_limits import spin_limits
+from action_servers.core.limits import faults
 from action_servers.core.maneuver import Finished, Observation, Refusal, Value
 from action_servers.core.tuning import TUNING, Tuning
-from action_servers.driving.recoveries import SPIN, Allowance, Duration, negative, seconds_of
+from action_servers.driving.recoveries import SPIN, Allowance, Duration, seconds_of
 from action_servers.driving.turn import Turn
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
@@ -28,14 +29,9 @@ def plan(
     goal: SpinGoal, now: Observation, robot: RobotModel, tuning: Tuning = TUNING
 ) -> Spin | Refusal:
     """Check a goal against what the robot sees."""
-    limit = math.radians(tuning.turn_limit)
-    allowance = seconds_of(goal.time_allowance)
-    refused = refusal(
-        outside("target_yaw", goal.target_yaw, -limit, limit, "rad"),
-        negative("time_allowance", allowance),
-        unready=stale(now, tuning.sensor_timeout),
-    )
-    return refused or Spin(goal.target_yaw, allowance, robot, tuning)
+    wrong = faults(goal, spin_limits(tuning))
+    refused = refusal(*wrong, unready=stale(now, tuning.sensor_timeout))
+    return refused or Spin(goal.target_yaw, seconds_of(goal.time_allowance), robot, tuning)
 
 
 class Spin:

@@ -6,16 +6,15 @@ import math
 from collections.abc import Mapping
 from typing import Protocol
 
-from action_servers.core.checks import outside, refusal, stale
+from action_servers.core.checks import refusal, stale
+from action_servers.core.goal_limits import turn_limits
+from action_servers.core.limits import faults
 from action_servers.core.maneuver import SUCCEEDED, Finished, Observation, Refusal, Value
 from action_servers.core.tuning import TUNING, Tuning
 from action_servers.driving.drive import DriveGuard
 from action_servers.driving.rotation import Rotation
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
-
-SLOWEST = 0.05
-"""rad/s: the lowest speed that is accepted."""
 
 DEFAULT_SPEED = 1.0
 """rad/s, taken for 0: the upper end of what Nav2's spin behaviour turns at (0.4 to 1.0)."""
@@ -40,11 +39,8 @@ def plan(
     """Check a goal against the robot and what it sees. An angle of 0 succeeds without moving."""
     fastest = robot.max_angular_velocity
     speed = goal.angular_velocity
-    refused = refusal(
-        outside("angle", goal.angle, -tuning.turn_limit, tuning.turn_limit, "deg"),
-        None if speed == 0.0 else outside("angular_velocity", speed, SLOWEST, fastest, "rad/s"),
-        unready=stale(now, tuning.sensor_timeout),
-    )
+    wrong = faults(goal, turn_limits(robot, tuning))
+    refused = refusal(*wrong, unready=stale(now, tuning.sensor_timeout))
     return refused or Turn(
         math.radians(goal.angle), speed or min(default_speed, fastest), robot, tuning
     )

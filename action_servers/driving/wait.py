@@ -6,9 +6,11 @@ from collections.abc import Mapping
 from typing import Protocol
 
 from action_servers.core.checks import refusal
+from action_servers.core.goal_limits import WAIT
+from action_servers.core.limits import faults
 from action_servers.core.maneuver import SUCCEEDED, ZERO, Finished, Observation, Refusal, Value
 from action_servers.core.ticker import Ticker
-from action_servers.driving.recoveries import Duration, negative, seconds_of
+from action_servers.driving.recoveries import Duration, seconds_of
 from bt_mission.core.geometry import Twist2D
 
 
@@ -21,8 +23,7 @@ class WaitGoal(Protocol):
 
 def plan(goal: WaitGoal) -> Wait | Refusal:
     """Check a goal; 0 s end at once."""
-    seconds = seconds_of(goal.time)
-    return refusal(negative("time", seconds)) or Wait(seconds)
+    return refusal(*faults(goal, WAIT)) or Wait(seconds_of(goal.time))
 
 
 class Wait:

@@ -12,7 +12,9 @@ from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import FollowWaypoints as FollowWaypointsAction
 from nav2_msgs.action import NavigateToPose as NavigateToPoseAction
 
-from action_servers.core.checks import stale
+from action_servers.core.checks import refusal, stale
+from action_servers.core.goal_limits import NAVIGATE, waypoints_misfit
+from action_servers.core.limits import faults
 from action_servers.core.maneuver import Observation, Refusal
 from action_servers.navigation.navigate import NavigateToPose
 from action_servers.navigation.senses import missing
@@ -33,11 +35,9 @@ def plan_navigate_to_pose(
     tuning: NavigationTuning = NAVIGATION,
 ) -> NavigateToPose | Refusal:
     """Check a goal of NavigateToPose; a pose in `odom` is moved to the map as of now."""
-    if goal.behavior_tree:
-        return Refusal(
-            f"behavior_tree must be empty, got '{goal.behavior_tree}': "
-            "this server is no tree; run it on a Nav2 robot"
-        )
+    refused = refusal(*faults(goal, NAVIGATE))
+    if refused is not None:
+        return refused
     unready = _unready(now)
     if unready is not None:
         return Refusal(unready)
@@ -60,8 +60,9 @@ def plan_follow_waypoints(
     poses = _all_on_map(goal.poses, now)
     if isinstance(poses, Refusal):
         return poses
-    if poses and goal.goal_index >= len(poses):
-        return Refusal(f"goal_index must be from 0 to {len(poses) - 1}, got {goal.goal_index}")
+    misfit = waypoints_misfit(goal) if poses else None
+    if misfit is not None:
+        return Refusal(misfit)
     return FollowWaypoints(
         poses, robot, loops=goal.number_of_loops, first=goal.goal_index, tuning=tuning
     )
