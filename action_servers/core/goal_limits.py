@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from action_servers.core.limits import ColourLimit, EmptyTextLimit, Limits, NumberLimit
+from action_servers.core.limits import ColourLimit, Limits, NumberLimit
 from action_servers.core.tuning import Tuning
 from bt_mission.core.robot.model import RobotModel
 
@@ -89,8 +89,7 @@ def explore_forward_limits(robot: RobotModel, tuning: Tuning) -> Limits:
             low=tuning.explore_nearest + max(0.0, blind),
             high=lidar.max_range - (front - lidar.x),
             unit="m",
-            source="the range of the robot's lidar before its hull, and "
-            + _parameter("explore_nearest"),
+            source=f"{_parameter('explore_nearest')}, and the lidar of the robot",
         ),
     )
 
@@ -165,7 +164,7 @@ def record_distance_limits(tuning: Tuning) -> Limits:
 
 
 def _parameter(name: str) -> str:
-    return f"the servers' parameter {name}"
+    return f"parameter {name} of the servers"
 
 
 def _duration_limit(field: str, tuning: Tuning) -> NumberLimit:
@@ -173,8 +172,8 @@ def _duration_limit(field: str, tuning: Tuning) -> NumberLimit:
     return NumberLimit(field=field, low=1, high=longest, unit="s", source=source)
 
 
-LINEAR = "the robot's max_linear_velocity"
-ANGULAR = "the robot's max_angular_velocity"
+LINEAR = "max_linear_velocity of the robot"
+ANGULAR = "max_angular_velocity of the robot"
 _NOT_NEGATIVE = "a time is not negative"
 ALLOWANCE = NumberLimit(
     field="time_allowance", low=0.0, high=math.inf, unit="s", source=_NOT_NEGATIVE
@@ -210,8 +209,3 @@ EXPLORE_FRONTIERS: Limits = (
     ),
 )
 """The limits of `explore_frontiers`."""
-
-NAVIGATE: Limits = (
-    EmptyTextLimit("behavior_tree", "this server is no tree; run it on a Nav2 robot"),
-)
-"""The limits of `navigate_to_pose`, but for its pose."""

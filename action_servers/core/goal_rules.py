@@ -148,7 +148,7 @@ ACTIONS: Mapping[str, GoalRules] = {
     ),
     "navigate_to_pose": GoalRules(
         type="nav2_msgs/action/NavigateToPose",
-        limits=_fixed(goal_limits.NAVIGATE),
+        limits=_fixed(()),
         feedback=_navigation_feedback,
     ),
     "follow_waypoints": GoalRules(

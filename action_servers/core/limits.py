@@ -65,9 +65,10 @@ class NumberLimit:
         if math.isinf(self.high):
             is_negative = value < self.low
             return f"{self.field} must not be negative, got {value:g} s" if is_negative else None
-        if self.above and value <= self.low:
+        why = outside(self.field, value, self.low, self.high, self.unit)
+        if self.above and (why is not None or value == self.low):
             return f"{self.field} must be {self.words}, got {value:g}"
-        return outside(self.field, value, self.low, self.high, self.unit)
+        return why
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,21 +92,7 @@ class ColourLimit:
         return f"no such colour '{value[:40]}' (known: {self.words}){hint}"
 
 
-@dataclass(frozen=True, slots=True)
-class EmptyTextLimit:
-    """A text of a goal that must be empty."""
-
-    field: str
-    why: str
-    source: str = "the servers navigate without a tree of their own"
-    words: str = "empty"
-
-    def fault(self, value: Any) -> str | None:
-        """Return why a server refuses a goal with this value, or None."""
-        return f"{self.field} must be empty, got '{value}': {self.why}" if value else None
-
-
-Limit: TypeAlias = NumberLimit | ColourLimit | EmptyTextLimit
+Limit: TypeAlias = NumberLimit | ColourLimit
 Limits: TypeAlias = tuple[Limit, ...]
 
 

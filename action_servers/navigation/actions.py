@@ -12,9 +12,8 @@ from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import FollowWaypoints as FollowWaypointsAction
 from nav2_msgs.action import NavigateToPose as NavigateToPoseAction
 
-from action_servers.core.checks import refusal, stale
-from action_servers.core.goal_limits import NAVIGATE, waypoints_misfit
-from action_servers.core.limits import faults
+from action_servers.core.checks import stale
+from action_servers.core.goal_limits import waypoints_misfit
 from action_servers.core.maneuver import Observation, Refusal
 from action_servers.navigation.navigate import NavigateToPose
 from action_servers.navigation.senses import missing
@@ -35,9 +34,11 @@ def plan_navigate_to_pose(
     tuning: NavigationTuning = NAVIGATION,
 ) -> NavigateToPose | Refusal:
     """Check a goal of NavigateToPose; a pose in `odom` is moved to the map as of now."""
-    refused = refusal(*faults(goal, NAVIGATE))
-    if refused is not None:
-        return refused
+    if goal.behavior_tree:
+        return Refusal(
+            f"behavior_tree must be empty, got '{goal.behavior_tree}': "
+            "this server is no tree; run it on a Nav2 robot"
+        )
     unready = _unready(now)
     if unready is not None:
         return Refusal(unready)

@@ -34,18 +34,23 @@ from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.action import GoalNode
 from bt_mission.language.nodes.composites import ParallelNode
 from bt_mission.language.trees import reached
+from bt_mission.sessions.goal_checks import OUR_SERVERS, ServerGoalRules, ServerSettings
 from bt_mission.sessions.load import read_mission
 
 NEEDS_A_CAMERA = frozenset(short.type for short in ACTION_NAMES.values() if short.needs_camera)
 MOVES_THE_BASE = frozenset(short.type for short in ACTION_NAMES.values() if short.moves_base)
 
 
-def check(mission: Mission) -> tuple[Diagnostic, ...]:
+def check(mission: Mission, servers: ServerSettings | None = OUR_SERVERS) -> tuple[Diagnostic, ...]:
     """Return every fault of a mission, errors and warnings, in the order of the file.
 
     The warnings that loading gave (`mission.warnings`) are not repeated.
+
+    Args:
+        mission: What `load` returned.
+        servers: By their limits goals are judged; None where the goals are for somebody else's.
     """
-    return in_order(_faults(mission))
+    return in_order(_faults(mission, servers))
 
 
 def examine(
@@ -54,13 +59,14 @@ def examine(
     seed: int | None = None,
     world: str | None = None,
     robot: str | None = None,
+    servers: ServerSettings | None = OUR_SERVERS,
 ) -> tuple[Mission | None, tuple[Diagnostic, ...]]:
     """Load and check a mission file; return it with all warnings, or None with all faults.
 
     What `load` refuses is checked as far as it goes, so that nothing hides behind something
-    else. Nothing is raised.
+    else. Nothing is raised. `servers` are as in `check`.
     """
-    return _examined(lambda: draft(read_mission(path), set, seed, world, robot))
+    return _examined(lambda: draft(read_mission(path), set, seed, world, robot), servers)
 
 
 def examine_text(
@@ -70,26 +76,29 @@ def examine_text(
     seed: int | None = None,
     world: str | None = None,
     robot: str | None = None,
+    servers: ServerSettings | None = OUR_SERVERS,
 ) -> tuple[Mission | None, tuple[Diagnostic, ...]]:
     """Load and check a mission in a text, as `examine` does a file."""
-    return _examined(lambda: draft(read_text(text, file), set, seed, world, robot))
+    return _examined(lambda: draft(read_text(text, file), set, seed, world, robot), servers)
 
 
-def _examined(read_draft: Callable[[], Draft]) -> tuple[Mission | None, tuple[Diagnostic, ...]]:
+def _examined(
+    read_draft: Callable[[], Draft], servers: ServerSettings | None
+) -> tuple[Mission | None, tuple[Diagnostic, ...]]:
     try:
         found = read_draft()
     except InputError as error:
         return None, error.faults
     if found.mission is None:
         return None, found.faults
-    faults = [*found.faults, *_faults(found.mission)]
+    faults = [*found.faults, *_faults(found.mission, servers)]
     if any(fault.severity == "error" for fault in faults):
         return None, in_order(faults)
     noted = tuple(warnings(found.mission))
     return replace(found.mission, warnings=noted), in_order([*noted, *faults])
 
 
-def _faults(mission: Mission) -> list[Diagnostic]:
+def _faults(mission: Mission, servers: ServerSettings | None) -> list[Diagnostic]:
     document = mission.document
     assert document is not None, "a mission to check comes from a file or a string"
     faults = [*_place_faults(document, mission), *_base_faults(mission), *_camera_faults(mission)]
@@ -102,7 +111,18 @@ def _faults(mission: Mission) -> list[Diagnostic]:
         faults.append(Diagnostic(message, mission.file, hint=hint, severity="warning"))
     else:
         find = interface_types.shapes
-    return [*faults, *islice(type_faults(mission, find), MOST_FAULTS)]
+    rules = _goal_rules(mission, servers)
+    return [*faults, *islice(type_faults(mission, find, rules), MOST_FAULTS)]
+
+
+def _goal_rules(mission: Mission, servers: ServerSettings | None) -> ServerGoalRules | None:
+    """Return what the servers accept with the mission's robot, if there is such a robot."""
+    if servers is None:
+        return None
+    try:
+        return ServerGoalRules(load_robot(mission.robot, near=mission.file), servers)
+    except BtMissionError:
+        return None  # said elsewhere, or when it is used
 
 
 def _place_faults(document: Document, mission: Mission) -> Iterator[Diagnostic]:

@@ -26,7 +26,7 @@ def test_two_branches_that_move_the_base_are_warned_of():
     """The later goal would end the earlier; one that moves and one that waits are fine."""
     text = "mission: m\ntree:\n  parallel:\n    - {turn: {angle: 9}, timeout: 9}\n    - {wait: 1}\n"
     assert said(text) == []
-    more = text + "    - sequence: [{camera_sweep: {}, timeout: 9}]\n"
+    more = text + "    - sequence: [{camera_sweep: {sweep_angle: 9, image_count: 1}, timeout: 9}]\n"
     (found,) = said(more)
     assert found.startswith("m.yaml:6:7: warning: two branches of a parallel move the base; the ")
 

@@ -25,17 +25,20 @@ from bt_mission.language.message_types import (
 )
 
 
-def goal_faults(
+def read_goal(
     document: Document,
     at: Path,
     values: Mapping[str, Value],
     shape: MessageShape,
     variables: Variables,
-) -> list[Diagnostic]:
-    """Return everything in a goal or request, which stands at a path, that does not fit."""
+) -> tuple[Mapping[str, Any], list[Diagnostic]]:
+    """Return a goal or request, which stands at a path, and everything in it that does not fit.
+
+    What only the run can tell is None in it; where anything does not fit it is of no use.
+    """
     reader = _GoalReader(document, at, variables)
-    conform(shape, values, reader.read, reader.report)
-    return reader.faults
+    found = conform(shape, values, reader.read, reader.report)
+    return found, reader.faults
 
 
 @dataclass
