@@ -36,6 +36,7 @@ from bt_mission.language.nodes.composites import ParallelNode
 from bt_mission.language.trees import reached
 from bt_mission.sessions.goal_checks import OUR_SERVERS, ServerGoalRules, ServerSettings
 from bt_mission.sessions.load import read_mission
+from sim.world.loader import load_world
 
 NEEDS_A_CAMERA = frozenset(short.type for short in ACTION_NAMES.values() if short.needs_camera)
 MOVES_THE_BASE = frozenset(short.type for short in ACTION_NAMES.values() if short.moves_base)
@@ -120,7 +121,11 @@ def _goal_rules(mission: Mission, servers: ServerSettings | None) -> ServerGoalR
     if servers is None:
         return None
     try:
-        return ServerGoalRules(load_robot(mission.robot, near=mission.file), servers)
+        robot = load_robot(mission.robot, near=mission.file)
+        world = None
+        if mission.world and mission.map == "known":
+            world = load_world(mission.world, near=mission.file)
+        return ServerGoalRules(robot, servers, world)
     except BtMissionError:
         return None  # said elsewhere, or when it is used
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from types import SimpleNamespace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from action_servers.core.goal_rules import ACTIONS
 from action_servers.core.goal_rules import GoalRules as ActionRules
@@ -17,8 +18,13 @@ from bt_mission.core.robot.model import RobotModel
 from bt_mission.core.stamps import NS
 from bt_mission.core.yaml.document import Document
 from bt_mission.language.checks.rules import Ranges
+from bt_mission.language.message_types import MAP_FRAME
 from bt_mission.language.nodes.base import Path
 from bt_mission.language.nodes.interfaces import InterfaceNode
+
+if TYPE_CHECKING:
+    from bt_mission.sessions.pose_checks import PoseChecker
+    from sim.world.world import World
 
 _AXES = ("x", "y", "z")
 """What the numbers of a point stand for that is written as a list."""
@@ -50,12 +56,18 @@ OUR_SERVERS = ServerSettings()
 class ServerGoalRules:
     """What the action servers accept of goals, for one robot.
 
-    Goals of actions that are not theirs are not judged.
+    Goals of actions that are not theirs are not judged, and poses only on the map of a world.
     """
 
-    def __init__(self, robot: RobotModel, settings: ServerSettings = OUR_SERVERS) -> None:
+    def __init__(
+        self,
+        robot: RobotModel,
+        settings: ServerSettings = OUR_SERVERS,
+        world: World | None = None,
+    ) -> None:
         self._robot = robot.model_copy(update=dict(settings.velocities or {}))
         self._settings = settings
+        self._world = world
 
     def faults(
         self, document: Document, node: InterfaceNode, values: Mapping[str, Any]
@@ -78,6 +90,32 @@ class ServerGoalRules:
             path = (*node.path, *node.sent_path)
             message = f"{misfit}: the server of {node.ros_name} does not carry that out"
             yield document.fault(path, message)
+        for path, pose in _poses(node, values):
+            yield from self._pose_faults(document, path, pose)
+
+    def _pose_faults(
+        self, document: Document, path: Path, stamped: Mapping[str, Any]
+    ) -> Iterator[Diagnostic]:
+        """Yield why a robot cannot stand at a pose, and a yaw that looks like radians."""
+        position, turn = stamped["pose"]["position"], stamped["pose"]["orientation"]
+        why = None
+        if self._checker is not None and stamped["header"]["frame_id"] in ("", MAP_FRAME):
+            why = self._checker.fault(position["x"], position["y"])
+        if why is not None:
+            yield document.fault(path, why)
+        yaw = math.degrees(2.0 * math.atan2(turn["z"], turn["w"]))
+        is_list = isinstance(document.find(path).parts, list | tuple)
+        if is_list and is_like_radians(yaw):
+            yield _in_radians(document, (*path, 2), "the yaw of a pose", yaw)
+
+    @cached_property
+    def _checker(self) -> PoseChecker | None:
+        """The map of the world, drawn when the first pose is met."""
+        if self._world is None:
+            return None
+        from bt_mission.sessions.pose_checks import PoseChecker  # noqa: PLC0415 - SciPy takes long
+
+        return PoseChecker(self._world, self._robot)
 
     def feedback(self, node: InterfaceNode, values: Mapping[str, Any]) -> Ranges:
         """Return from where to where the feedback can go; nothing where the goal is not known."""
@@ -94,7 +132,9 @@ class ServerGoalRules:
     def _refusal(
         self, document: Document, node: InterfaceNode, limit: Limit, why: str, value: Any
     ) -> Diagnostic:
-        source = limit.source.replace("the robot", f"the robot '{self._robot.name}'")
+        source = limit.source
+        if self._settings.velocities is None:
+            source = source.replace("the robot", f"the robot '{self._robot.name}'")
         path = _path(node, limit.field)
         if limit.field.partition(".")[0] not in node.sent:
             why = f"{limit.field} is missing, so it is {value!r}, and it must be {limit.words}"
@@ -147,14 +187,31 @@ def _suspicion(
     """Yield a warning for an angle that is accepted but looks as if it was of another unit."""
     path = _path(node, limit.field)
     if limit.unit == "deg" and is_like_radians(value):
-        degrees = round(math.degrees(value) / _STEP_DEG) * _STEP_DEG
-        message = f"'{limit.field}' is in degrees, and {value:g} looks like {degrees:g} of them"
-        hint = f"for {degrees:g} degrees write {degrees:g}"
-        yield document.fault(path, f"{message} in radians", hint, severity="warning")
+        yield _in_radians(document, path, f"'{limit.field}'", value)
     elif limit.unit == "rad" and is_like_degrees(value):
         turns = abs(value) / math.tau
         message = f"'{limit.field}' is in radians, and {value:g} of them are {turns:.1f} turns"
         yield document.fault(path, message, _in_degrees(limit, value), severity="warning")
+
+
+def _in_radians(document: Document, path: Path, what: str, value: float) -> Diagnostic:
+    degrees = round(math.degrees(value) / _STEP_DEG) * _STEP_DEG
+    message = f"{what} is in degrees, and {value:g} looks like {degrees:g} of them in radians"
+    hint = f"for {degrees:g} degrees write {degrees:g}"
+    return document.fault(path, message, hint, severity="warning")
+
+
+def _poses(
+    node: InterfaceNode, values: Mapping[str, Any]
+) -> Iterator[tuple[Path, Mapping[str, Any]]]:
+    """Yield the poses that are written in a navigation goal and known, each with its path."""
+    path = (*node.path, *node.sent_path)
+    one, many = values.get("pose"), values.get("poses") or ()
+    if isinstance(one, Mapping) and "pose" in node.sent and not _has_unknown(one):
+        yield (*path, "pose"), one
+    for index, pose in enumerate(many):
+        if isinstance(pose, Mapping) and not _has_unknown(pose):
+            yield (*path, "poses", index), pose
 
 
 def is_like_radians(value: float) -> bool:
@@ -180,17 +237,21 @@ def _in_degrees(limit: NumberLimit, value: float) -> str | None:
     if limit.unit == "rad" and is_like_degrees(value):
         return f"for {value:g} degrees write '{value:g} * pi / 180'"
     in_radians = math.radians(value)
-    if limit.unit == "rad/s" and abs(value) > limit.high and limit.fault(in_radians) is None:
+    is_turn = limit.unit == "rad/s" and is_like_degrees(value)
+    if is_turn and abs(value) > limit.high and limit.fault(in_radians) is None:
         return f"for {value:g} degrees a second write {in_radians:.4g}"
     return None
 
 
+VELOCITIES = ("max_linear_velocity", "max_angular_velocity")
+"""Parameters of the servers that also are numbers of a robot."""
+
+PARAMETERS = (*(one.name for one in fields(Tuning)), *VELOCITIES)
+"""The parameters of the servers by which they may refuse goals."""
+
+
 def with_parameters(parameters: Mapping[str, Any], offered: frozenset[str]) -> ServerSettings:
-    """Return the settings of servers that run, from the parameters of their node."""
-    known = {name: value for name, value in parameters.items() if name in TUNING.__slots__}
-    velocities = {
-        name: parameters[name]
-        for name in ("max_linear_velocity", "max_angular_velocity")
-        if name in parameters
-    }
+    """Return the settings of servers that run, from the `PARAMETERS` of their node."""
+    known = {name: value for name, value in parameters.items() if name not in VELOCITIES}
+    velocities = {name: parameters[name] for name in VELOCITIES if name in parameters}
     return ServerSettings(replace(TUNING, **known), velocities, offered)

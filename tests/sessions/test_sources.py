@@ -27,8 +27,8 @@ WARNINGS = {
     ],
     "rejected_goal": [
         (
-            "linear_velocity must be from -0.26 to 0.26 m/s, got 0.9: the server of move refuses that "
-            "(limit: max_linear_velocity of the robot 'waffle')"
+            "linear_velocity must be from -0.26 to 0.26 m/s, got 0.9: the server of move refuses "
+            "that (limit: max_linear_velocity of the robot 'waffle')"
         )
     ],
     "bad_sweep": [
@@ -37,8 +37,8 @@ WARNINGS = {
             "refuses that (limit: the Sheffield course's camera sweep)"
         ),
         (
-            "image_count must be from 1 to 30 images, got 0: the server of camera_sweep refuses that "
-            "(limit: parameter sweep_images of the servers)"
+            "image_count must be from 1 to 30 images, got 0: the server of camera_sweep refuses "
+            "that (limit: parameter sweep_images of the servers)"
         ),
     ],
 }
