@@ -85,11 +85,11 @@ class ColourLimit:
 
     def fault(self, value: Any) -> str | None:
         """Return why a server refuses a goal with this value, or None."""
-        if value in COLOURS:
-            return None
-        near = did_you_mean(value, COLOURS)
-        hint = f"; {near}" if near else ""
-        return f"no such colour '{value[:40]}' (known: {self.words}){hint}"
+        return None if value in COLOURS else f"no such colour '{value[:40]}' (known: {self.words})"
+
+    def hint(self, value: Any) -> str | None:
+        """Return the colour that was meant, where one is near."""
+        return did_you_mean(value, COLOURS)
 
 
 Limit: TypeAlias = NumberLimit | ColourLimit
@@ -100,4 +100,6 @@ def faults(goal: Any, limits: Limits) -> Iterator[str | None]:
     """Yield for each limit why a goal message is refused, or None."""
     for limit in limits:
         value = attrgetter(limit.field)(goal)
-        yield limit.fault(to_ns(value) / NS if hasattr(value, "nanosec") else value)
+        fault = limit.fault(to_ns(value) / NS if hasattr(value, "nanosec") else value)
+        hint = limit.hint(value) if fault and isinstance(limit, ColourLimit) else None
+        yield f"{fault}; {hint}" if hint else fault

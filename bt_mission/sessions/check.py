@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
+from typing import TypeAlias
 
 from bt_mission.core import files
 from bt_mission.core.diagnostics import (
@@ -29,6 +30,7 @@ from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.checks.mission import type_faults, warnings
 from bt_mission.language.checks.types import FindShapes
 from bt_mission.language.expressions.values import Plain
+from bt_mission.language.inputs import SET_OPTION
 from bt_mission.language.loader import Draft, draft
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.action import GoalNode
@@ -67,7 +69,9 @@ def examine(
     What `load` refuses is checked as far as it goes, so that nothing hides behind something
     else. Nothing is raised. `servers` are as in `check`.
     """
-    return _examined(lambda: draft(read_mission(path), set, seed, world, robot), servers)
+    return _examined(
+        lambda values: draft(read_mission(path), values, seed, world, robot), set, servers
+    )
 
 
 def examine_text(
@@ -80,14 +84,46 @@ def examine_text(
     servers: ServerSettings | None = OUR_SERVERS,
 ) -> tuple[Mission | None, tuple[Diagnostic, ...]]:
     """Load and check a mission in a text, as `examine` does a file."""
-    return _examined(lambda: draft(read_text(text, file), set, seed, world, robot), servers)
+    return _examined(
+        lambda values: draft(read_text(text, file), values, seed, world, robot), set, servers
+    )
+
+
+Examined: TypeAlias = tuple[Mission | None, tuple[Diagnostic, ...]]
+ReadDraft: TypeAlias = Callable[[Mapping[str, Plain]], Draft]
 
 
 def _examined(
-    read_draft: Callable[[], Draft], servers: ServerSettings | None
-) -> tuple[Mission | None, tuple[Diagnostic, ...]]:
+    read_draft: ReadDraft, given: Mapping[str, Plain] | None, servers: ServerSettings | None
+) -> Examined:
+    """Return a mission or its faults; those that only values of `--set` bring are told as such."""
+    values = dict(given or {})
+    mission, faults = _examined_with(read_draft, values, servers)
+    for name, value in values.items() if mission is None else ():
+        others = {one: values[one] for one in values if one != name}
+        without = frozenset(_examined_with(read_draft, others, servers)[1])
+        faults = tuple(
+            fault if fault in without else _of_value(fault, name, value) for fault in faults
+        )
+    return mission, in_order(faults)
+
+
+def _of_value(fault: Diagnostic, name: str, value: Plain) -> Diagnostic:
+    """Return a fault in a file as one of the value of an input on the command line."""
+    if fault.file == SET_OPTION or not fault.line:
+        return fault
+    message = f"{fault.message}, in {fault.file}:{fault.line}:{fault.column}"
+    source = f"{name}={value}"
+    return replace(
+        fault, message=message, file=SET_OPTION, line=1, column=len(name) + 2, source=source
+    )
+
+
+def _examined_with(
+    read_draft: ReadDraft, values: Mapping[str, Plain], servers: ServerSettings | None
+) -> Examined:
     try:
-        found = read_draft()
+        found = read_draft(values)
     except InputError as error:
         return None, error.faults
     if found.mission is None:

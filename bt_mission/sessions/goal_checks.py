@@ -29,6 +29,9 @@ if TYPE_CHECKING:
 _AXES = ("x", "y", "z")
 """What the numbers of a point stand for that is written as a list."""
 
+_FAST_TURN = 5.0
+"""From so much on a speed of turning is taken for degrees a second; no robot here turns at it."""
+
 _STEP_DEG = 15.0
 _NEAR_DEG = 0.1
 """An angle in radians is told by being a multiple of 15 degrees but for this much."""
@@ -139,7 +142,7 @@ class ServerGoalRules:
         if limit.field.partition(".")[0] not in node.sent:
             why = f"{limit.field} is missing, so it is {value!r}, and it must be {limit.words}"
         message = f"{why}: the server of {node.ros_name} refuses that (limit: {source})"
-        hint = _in_degrees(limit, value) if isinstance(limit, NumberLimit) else None
+        hint = _in_degrees(limit, value) if isinstance(limit, NumberLimit) else limit.hint(value)
         return document.fault(path, message, hint)
 
 
@@ -237,8 +240,7 @@ def _in_degrees(limit: NumberLimit, value: float) -> str | None:
     if limit.unit == "rad" and is_like_degrees(value):
         return f"for {value:g} degrees write '{value:g} * pi / 180'"
     in_radians = math.radians(value)
-    is_turn = limit.unit == "rad/s" and is_like_degrees(value)
-    if is_turn and abs(value) > limit.high and limit.fault(in_radians) is None:
+    if limit.unit == "rad/s" and abs(value) >= _FAST_TURN and limit.fault(in_radians) is None:
         return f"for {value:g} degrees a second write {in_radians:.4g}"
     return None
 

@@ -33,6 +33,7 @@ _BREAK = re.compile("\r\n|[\n\r\x85\u2028\u2029]")
 _UNPRINTABLE = re.compile(
     "[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]|\ufeff"
 )
+_DECIMAL_COMMA = re.compile(r"([0-9]+),([0-9]+)\s*[,}]")
 _TAB_INDENT = re.compile(r"^ *\t", re.MULTILINE)
 _NULL = frozenset(("", "~", "null", "Null", "NULL"))
 _TRUE = frozenset(("true", "True", "TRUE"))
@@ -121,11 +122,11 @@ class _EventReader:
     def __post_init__(self) -> None:
         self.lines = split_lines(self.text)
 
-    def note(self, message: str, line: int, column: int) -> None:
+    def note(self, message: str, line: int, column: int, hint: str | None = None) -> None:
         if len(self.faults) >= MOST_FAULTS:
             raise InputError(self.faults)
         source = self.lines[line - 1] if 0 < line <= len(self.lines) else ""
-        self.faults.append(Diagnostic(message, self.file, line, column, source))
+        self.faults.append(Diagnostic(message, self.file, line, column, source, hint))
 
     def fail(self, message: str, line: int, column: int) -> None:
         self.note(message, line, column)
@@ -222,13 +223,21 @@ class _EventReader:
         key: str = event.value
         if _is_plain(event) and not isinstance(self.number_or_text(key, line, column), str):
             got = "nothing" if key == "" else key
-            self.note(f"expected a name as key, got {got[:60]}", line, column)
+            hint = self.point_hint(line, column)
+            self.note(f"expected a name as key, got {got[:60]}", line, column, hint)
         assert top.place.keys is not None
         if key in top.place.keys:
             first = top.place.keys[key][0]
             message = f"duplicate key {quoted(key)} (first in line {first})"
             self.note(message, line, column)
         top.key, top.key_at = key, (line, column)
+
+    def point_hint(self, line: int, column: int) -> str | None:
+        """Return how a number is written that has a decimal comma before this place."""
+        found = _DECIMAL_COMMA.search(self.lines[line - 1][: column + 20])
+        if found is None or found.start(2) != column - 1:
+            return None
+        return f"decimals are written with a point: {found[1]}.{found[2]}"
 
     def take_alias(self, event: Any) -> None:
         line, column = event.start_mark.line + 1, event.start_mark.column + 1

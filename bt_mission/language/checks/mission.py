@@ -7,6 +7,7 @@ from typing import Any
 
 from bt_mission.core.diagnostics import Diagnostic
 from bt_mission.core.yaml.document import Document
+from bt_mission.language.checks.comments import cut_texts
 from bt_mission.language.checks.conditions import constant_conditions
 from bt_mission.language.checks.reachability import expected_failures, restarted, unreached
 from bt_mission.language.checks.rules import GoalRules
@@ -96,7 +97,7 @@ def _message_faults(
     if node.condition is not None:
         marked = [name for name in node.condition.references if name.variable]
         path = (*node.path, *node.condition_path)
-        yield from reference_faults(document, path, marked, variables)
+        yield from reference_faults(document, path, marked, variables, is_on_messages=True)
 
 
 def _texts(value: Any, path: Path) -> Iterator[tuple[Path, Text]]:
@@ -141,6 +142,7 @@ def _tree_warnings(tree: Tree) -> Iterator[Diagnostic]:
     yield from unreached(document, tree.body)
     yield from restarted(document, tree.body)
     yield from constant_conditions(document, tree.body)
+    yield from cut_texts(document, tree.body)
     for node in tree.body.walk():
         endless = node.endless()
         if endless is not None:

@@ -106,7 +106,7 @@ class TypeChecker:
             # What is published is a message of the topic, which others would read.
             sends = talk.keeps if talk.sends is None else talk.sends
             path = (*node.path, *node.sent_path)
-            values, faults = read_goal(document, path, node.sent, sends, variables)
+            values, faults = read_goal(document, path, node.sent, sends, variables, node.keys)
             yield from faults
             if self._rules is not None and not faults:
                 whole = completed(sends, values)
@@ -138,8 +138,9 @@ def _condition_faults(
     yield from unknown
     if unknown:
         return
-    yield from expression_faults(document, path, asked, variables, "bool", field_type)
-    if not any(name.name.partition(".")[0] in message.fields for name in bare):
+    faults = list(expression_faults(document, path, asked, variables, "bool", field_type))
+    yield from faults
+    if not faults and not any(name.name.partition(".")[0] in message.fields for name in bare):
         what = "the feedback" if node.interface == "action" else message.name
         text = f"the condition reads no field of {what} ({listed(message.fields)})"
         yield document.fault(path, text)
