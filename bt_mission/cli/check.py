@@ -114,7 +114,7 @@ def _check_file(options: argparse.Namespace) -> int:
         mission = load_checked(options)
     except InputError as error:
         print(error, file=sys.stderr)
-        count = len(error.faults)
+        count = sum(fault.severity == "error" for fault in error.faults)
         print(f"{count} error{'s' if count > 1 else ''}", file=sys.stderr)
         return BAD_INPUT
     count = sum(1 for _ in mission.tree.walk())
@@ -157,8 +157,7 @@ def _print_refusals(mission: Any, namespace: str | None) -> bool:
     faults = [fault for fault in check(mission, servers=settings) if fault not in known]
     for fault in faults:
         print(fault, file=sys.stderr)
-    limits = f"the limits of {NODE_NAME}"
-    print(f"{len(faults)} faults by {limits}" if faults else f"the goals fit {limits}")
+    print(f"goals that do not fit the limits of {NODE_NAME}: {len(faults)}")
     return any(fault.severity == "error" for fault in faults)
 
 

@@ -107,7 +107,7 @@ def find_servers(
         node = graph.host_quiet("bt_mission_check", namespace)
         client = node.create_client(GetParameters, f"{name}/get_parameters")
         watch = Stopwatch()
-        while not client.service_is_ready():
+        while not (client.service_is_ready() and _actions_of(name, node)):
             if watch.elapsed_s > LOOK_S:
                 return None
             graph.executor.spin_once(timeout_sec=WAIT_S)
@@ -120,8 +120,16 @@ def find_servers(
         found = {
             one: value for one, value in zip(parameters, values, strict=False) if value is not None
         }
-        actions = get_action_server_names_and_types_by_node(node, name, node.get_namespace())
-        return RunningServers(found, frozenset(full.rpartition("/")[2] for full, _ in actions))
+        return RunningServers(found, _actions_of(name, node))
+
+
+def _actions_of(name: str, node: Node) -> frozenset[str]:
+    """Return what a node of the same namespace serves, as far as is known of it by now."""
+    namespace = node.get_namespace()
+    if (name, namespace) not in node.get_node_names_and_namespaces():
+        return frozenset()
+    found = get_action_server_names_and_types_by_node(node, name, namespace)
+    return frozenset(full.rpartition("/")[2] for full, _ in found)
 
 
 def _wanted(mission: Mission, node: Node) -> Iterator[Wanted]:

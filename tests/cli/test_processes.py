@@ -206,7 +206,7 @@ def test_nobody_hears_a_simulated_run_unless_asked(drive: str) -> None:
 
 
 def test_goals_are_compared_with_the_limits_of_servers_that_run(tmp_path: Path) -> None:
-    """Those of another robot and of a parameter file; without the option, those of the mission's."""
+    """Of another robot, and of a parameter file; without the option, the mission's robot counts."""
     mission, limits = tmp_path / "turns.yaml", tmp_path / "limits.yaml"
     mission.write_text(
         "mission: turns\ntree:\n  sequence:\n"

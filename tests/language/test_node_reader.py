@@ -33,8 +33,8 @@ def read_node(text):
         (
             "{name: x, trun: {}}",
             (
-                "unknown node type 'trun' (nearest: turn, tree, retry; the reference of the mission "
-                "language has them all)"
+                "unknown node type 'trun' (nearest: turn, tree, retry; the reference of the "
+                "mission language has them all)"
             ),
             "did you mean 'turn'?",
         ),

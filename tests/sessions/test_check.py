@@ -99,14 +99,17 @@ LEGS = (
     [
         (
             {"legs": "2.5"},
-            "--set:1:6: error: expected an integer of at least 1, got the number 2.5, in m.yaml:4:19",
+            (
+                "--set:1:6: error: expected an integer of at least 1, got the number 2.5, in "
+                "m.yaml:4:19"
+            ),
         ),
         (
             {"legs": "4", "speed": "9"},
             (
-                "--set:1:7: error: fwd_velocity must be from 0.01 to 0.26 m/s, got 9: the server of "
-                "explore_forward refuses that (limit: max_linear_velocity of the robot 'waffle'), in "
-                "m.yaml:6:37"
+                "--set:1:7: error: fwd_velocity must be from 0.01 to 0.26 m/s, got 9: the server "
+                "of explore_forward refuses that (limit: max_linear_velocity of the robot "
+                "'waffle'), in m.yaml:6:37"
             ),
         ),
     ],
@@ -138,12 +141,12 @@ def test_the_parameters_of_servers_that_run_are_the_limits():
     found = examined_text(text, servers=with_parameters(slow, frozenset({"turn"})))[1]
     assert found == [
         (
-            "m.yaml:2:22: error: angle must be from -45 to 45 deg, got 90: the server of turn refuses "
-            "that (limit: parameter turn_limit of the servers)"
+            "m.yaml:2:22: error: angle must be from -45 to 45 deg, got 90: the server of turn "
+            "refuses that (limit: parameter turn_limit of the servers)"
         ),
         (
-            "m.yaml:2:44: error: angular_velocity must be from 0.05 to 0.5 rad/s, got 1.5: the server "
-            "of turn refuses that (limit: max_angular_velocity of the robot)"
+            "m.yaml:2:44: error: angular_velocity must be from 0.05 to 0.5 rad/s, got 1.5: the "
+            "server of turn refuses that (limit: max_angular_velocity of the robot)"
         ),
     ]
     assert examined_text(text, servers=with_parameters(slow, frozenset({"move"}))) == (True, [])

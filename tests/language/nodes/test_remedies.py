@@ -1,8 +1,11 @@
 """What is told instead of a word, a value or a modifier in the wrong place."""
 
+from typing import Any
+
 import pytest
 
 from bt_mission.language.action_names import ACTION_NAMES
+from bt_mission.language.message_types import ActionShapes
 from bt_mission.language.nodes import remedies
 from bt_mission.language.nodes.registry import KINDS
 from bt_mission.ros.interface_types import shapes
@@ -19,9 +22,11 @@ def test_no_word_of_others_is_one_of_ours():
 def test_the_field_that_is_meant_is_one_of_the_kind(kind):
     """Of the goal, or of the settings."""
     if kind in ACTION_NAMES:
-        assert remedies.FIRST_FIELDS[kind] in shapes(ACTION_NAMES[kind].type).goal.fields
+        found = shapes(ACTION_NAMES[kind].type)
+        assert isinstance(found, ActionShapes)
+        assert remedies.FIRST_FIELDS[kind] in found.goal.fields
     else:
-        settings = KINDS[kind].model_fields["settings"].annotation
+        settings: Any = KINDS[kind].model_fields["settings"].annotation
         assert remedies.FIRST_FIELDS[kind] in settings.model_fields
 
 
