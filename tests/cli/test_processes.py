@@ -217,7 +217,8 @@ def test_goals_are_compared_with_the_limits_of_servers_that_run(tmp_path: Path) 
     limits.write_text("/**:\n  ros__parameters: {turn_limit: 45.0}\n", encoding="utf-8")
     with ExitStack() as stack:
         options = ("--robot", "burger", "--wall-clock", "--params", str(limits))
-        stack.enter_context(started("servers", *options, **LOCAL))
+        servers = stack.enter_context(started("servers", *options, **LOCAL))
+        read_until(servers, "waiting for scan")
         checking = stack.enter_context(started("check", str(mission), "--against", **LOCAL))
         said, _ = checking.communicate(timeout=60)
     assert checking.returncode == 2
