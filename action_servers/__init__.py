@@ -20,7 +20,8 @@ from typing import TYPE_CHECKING
 from bt_mission.core.lazy import lazy_names
 
 if TYPE_CHECKING:
-    from action_servers.core.checks import outside, refusal, stale
+    from action_servers.core.checks import refusal, stale
+    from action_servers.core.limits import outside
     from action_servers.core.maneuver import (
         SUCCEEDED,
         ZERO,
@@ -69,12 +70,13 @@ __getattr__ = lazy_names(
     __name__,
     {
         **dict.fromkeys(__all__, "action_servers.core.maneuver"),
-        **dict.fromkeys(("outside", "refusal", "stale"), "action_servers.core.checks"),
+        **dict.fromkeys(("refusal", "stale"), "action_servers.core.checks"),
         **dict.fromkeys(("ServerOptions", "ServersNode"), "action_servers.server.node"),
         **dict.fromkeys(("Pose2D", "Twist2D"), "bt_mission.core.geometry"),
         **dict.fromkeys(("RobotModel", "load_robot"), "bt_mission.core.robot.model"),
         "DriveGuard": "action_servers.driving.drive",
         "Tuning": "action_servers.core.tuning",
+        "outside": "action_servers.core.limits",
     },
 )
 

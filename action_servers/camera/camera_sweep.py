@@ -12,7 +12,9 @@ from typing import Protocol
 from PIL import Image as Picture
 
 from action_servers.camera.camera import CameraSwitch, Snapshot
-from action_servers.core.checks import outside, refusal, stale
+from action_servers.core.checks import refusal, stale
+from action_servers.core.goal_limits import camera_sweep_limits
+from action_servers.core.limits import faults
 from action_servers.core.maneuver import (
     SUCCEEDED,
     ZERO,
@@ -29,10 +31,6 @@ from action_servers.driving.drive import DriveGuard
 from action_servers.driving.turn import ARRIVED_WITHIN, Rotation
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
-
-MAX_ANGLE_DEG = 180.0
-"""The limit of the Sheffield course's camera sweep for Jazzy, whose missions run here too."""
-
 
 # The lowest level that compresses at all: seven times faster than Pillow's default for files a
 # fifth larger, and a picture is written between two control steps.
@@ -106,19 +104,10 @@ def plan(
     """Check a goal against the robot and what it sees."""
     if robot.camera is None:
         return Refusal(f"the robot '{robot.name}' has no camera")
-    refused = refusal(
-        _outside_angle(goal.sweep_angle),
-        outside("image_count", goal.image_count, 1, tuning.sweep_images, "images"),
-        unready=stale(now, tuning.sensor_timeout),
-    )
+    wrong = faults(goal, camera_sweep_limits(tuning))
+    refused = refusal(*wrong, unready=stale(now, tuning.sensor_timeout))
     angle = math.radians(goal.sweep_angle)
     return refused or CameraSweep(angle, goal.image_count, robot, camera, store, tuning)
-
-
-def _outside_angle(angle_deg: float) -> str | None:
-    if angle_deg <= 0.0:
-        return f"sweep_angle must be above 0 and at most {MAX_ANGLE_DEG:g} deg, got {angle_deg:g}"
-    return outside("sweep_angle", angle_deg, 0.0, MAX_ANGLE_DEG, "deg")
 
 
 class CameraSweep:

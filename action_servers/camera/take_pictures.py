@@ -9,7 +9,9 @@ from typing import Protocol
 from PIL import Image as Picture
 
 from action_servers.camera.camera import CameraSwitch, Snapshot
-from action_servers.core.checks import outside, refusal
+from action_servers.core.checks import refusal
+from action_servers.core.goal_limits import take_pictures_limits
+from action_servers.core.limits import faults
 from action_servers.core.maneuver import (
     SUCCEEDED,
     ZERO,
@@ -38,7 +40,7 @@ def plan(
     """Check a goal. So many pictures that memory would suffer are refused."""
     if robot.camera is None:
         return Refusal(f"the robot '{robot.name}' has no camera")
-    refused = refusal(outside("nseconds", goal.nseconds, 1, tuning.pictures, "s"))
+    refused = refusal(*faults(goal, take_pictures_limits(tuning)))
     return refused or TakePictures(goal.nseconds, camera, tuning)
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from action_servers.core.checks import stale
 from action_servers.core.clearance import Points, obstacle_points
 from action_servers.core.drive_limits import speed_to_stop_in
+from action_servers.core.goal_limits import SLOWEST_DRIVE, SLOWEST_TURN
 from action_servers.core.guard import footprint, free_angle, free_distance
 from action_servers.core.maneuver import ZERO, ErrorCode, Finished, Observation, Scan
 from action_servers.core.tuning import TUNING, Tuning
@@ -55,12 +56,6 @@ class Odometer:
         return None
 
 
-SLOWEST = 0.01
-"""m/s: the lowest speed that is accepted, and the one at which the last millimetres are driven."""
-
-SLOWEST_TURN = 0.05
-"""rad/s: the lowest rate that is accepted, and the one at which the last of a turn is made."""
-
 ARRIVED_WITHIN = 0.003
 """Metres before the place to stop at which the robot is told to stop."""
 
@@ -103,7 +98,7 @@ class DriveGuard:
     def speed_ahead(self, now: Observation, remaining: float, most: float) -> float:
         """Return the speed, up to `most` m/s, that lets the base stand in `remaining` metres."""
         within = self._braking(now, remaining, self._robot.max_linear_acceleration)
-        return min(most, max(SLOWEST, within))
+        return min(most, max(SLOWEST_DRIVE, within))
 
     def rate_towards(self, now: Observation, remaining: float, most: float) -> float:
         """Return the rate, up to `most` rad/s, that lets the base stand in `remaining` radians."""

@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from typing import Protocol
 
-from action_servers.core.checks import outside, refusal, stale
+from action_servers.core.checks import refusal, stale
 from action_servers.core.clearance import ObstaclePoint, ahead, nearest_in_front, obstacle_points
+from action_servers.core.goal_limits import explore_forward_limits
+from action_servers.core.limits import faults
 from action_servers.core.maneuver import (
     SUCCEEDED,
     Fields,
@@ -17,7 +19,7 @@ from action_servers.core.maneuver import (
 )
 from action_servers.core.ticker import News
 from action_servers.core.tuning import TUNING, Tuning
-from action_servers.driving.drive import ARRIVED_WITHIN, SLOWEST, DriveGuard
+from action_servers.driving.drive import ARRIVED_WITHIN, DriveGuard
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
 
@@ -38,15 +40,8 @@ def plan(
     goal: ExploreForwardGoal, now: Observation, robot: RobotModel, tuning: Tuning = TUNING
 ) -> ExploreForward | Refusal:
     """Check a goal against the robot and what it sees."""
-    lidar, front = robot.lidar, robot.hull.front
-    blind = lidar.min_range - (front - lidar.x)
-    reach = lidar.max_range - (front - lidar.x)
-    nearest = tuning.explore_nearest + max(0.0, blind)
-    refused = refusal(
-        outside("fwd_velocity", goal.fwd_velocity, SLOWEST, robot.max_linear_velocity, "m/s"),
-        outside("stopping_distance", goal.stopping_distance, nearest, reach, "m"),
-        unready=stale(now, tuning.sensor_timeout),
-    )
+    wrong = faults(goal, explore_forward_limits(robot, tuning))
+    refused = refusal(*wrong, unready=stale(now, tuning.sensor_timeout))
     return refused or ExploreForward(goal.fwd_velocity, goal.stopping_distance, robot, tuning)
 
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from action_servers.core.checks import outside, refusal, stale
+from action_servers.core.checks import refusal, stale
+from action_servers.core.goal_limits import move_limits
+from action_servers.core.limits import faults
 from action_servers.core.maneuver import (
     SUCCEEDED,
     ErrorCode,
@@ -38,13 +40,8 @@ def plan(
     goal: MoveGoal, now: Observation, robot: RobotModel, tuning: Tuning = TUNING
 ) -> Move | Refusal:
     """Check a goal against the robot and what it sees."""
-    fastest, sharpest = robot.max_linear_velocity, robot.max_angular_velocity
-    refused = refusal(
-        outside("secs", goal.secs, 1, tuning.duration_limit, "s"),
-        outside("linear_velocity", goal.linear_velocity, -fastest, fastest, "m/s"),
-        outside("angular_velocity", goal.angular_velocity, -sharpest, sharpest, "rad/s"),
-        unready=stale(now, tuning.sensor_timeout),
-    )
+    wrong = faults(goal, move_limits(robot, tuning))
+    refused = refusal(*wrong, unready=stale(now, tuning.sensor_timeout))
     twist = Twist2D(goal.linear_velocity, goal.angular_velocity)
     if twist == Twist2D():
         twist = Twist2D(DEFAULT_SPEED, 0.0)

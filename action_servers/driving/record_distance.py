@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol
 
-from action_servers.core.checks import outside, refusal, stale_odometry
+from action_servers.core.checks import refusal, stale_odometry
+from action_servers.core.goal_limits import record_distance_limits
+from action_servers.core.limits import faults
 from action_servers.core.maneuver import (
     SUCCEEDED,
     ZERO,
@@ -38,7 +40,7 @@ def plan(
 ) -> RecordDistance | Refusal:
     """Check a goal; `publish` is told the distance so far, in metres, once a second."""
     refused = refusal(
-        outside("seconds", goal.seconds, 1, tuning.duration_limit, "s"),
+        *faults(goal, record_distance_limits(tuning)),
         unready=stale_odometry(now, tuning.sensor_timeout),
     )
     return refused or RecordDistance(goal.seconds, robot, publish, tuning)

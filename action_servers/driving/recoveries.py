@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from action_servers.core.checks import refusal
+from action_servers.core.goal_limits import WAIT
+from action_servers.core.limits import faults
 from action_servers.core.maneuver import (
     SUCCEEDED,
     ZERO,
@@ -67,11 +69,6 @@ def seconds_of(duration: Duration) -> float:
     return to_ns(duration) / NS
 
 
-def negative(name: str, seconds: float) -> str | None:
-    """Return why a duration that must not be negative is wrong, or None."""
-    return None if seconds >= 0.0 else f"{name} must not be negative, got {seconds:g} s"
-
-
 class Allowance(Ticker):
     """The time since the first control step, and whether more is used than `seconds` (0: any)."""
 
@@ -119,8 +116,7 @@ class WaitGoal(Protocol):
 
 def plan_wait(goal: WaitGoal) -> WaitManeuver | Refusal:
     """Check a goal; 0 s end at once."""
-    seconds = seconds_of(goal.time)
-    return refusal(negative("time", seconds)) or WaitManeuver(seconds)
+    return refusal(*faults(goal, WAIT)) or WaitManeuver(seconds_of(goal.time))
 
 
 class WaitManeuver:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from typing import Protocol
 
-from action_servers.core.checks import outside, refusal, stale
+from action_servers.core.checks import refusal, stale
+from action_servers.core.goal_limits import straight_limits, straight_misfit
+from action_servers.core.limits import faults
 from action_servers.core.maneuver import (
     SUCCEEDED,
     ErrorCode,
@@ -16,7 +18,7 @@ from action_servers.core.maneuver import (
 )
 from action_servers.core.ticker import News
 from action_servers.core.tuning import TUNING, Tuning
-from action_servers.driving.drive import ARRIVED_WITHIN, SLOWEST, DriveGuard, Way
+from action_servers.driving.drive import ARRIVED_WITHIN, DriveGuard, Way
 from action_servers.driving.recoveries import (
     BACK_UP,
     DRIVE_ON_HEADING,
@@ -24,7 +26,6 @@ from action_servers.driving.recoveries import (
     Codes,
     Duration,
     Useless,
-    negative,
     seconds_of,
 )
 from bt_mission.core.geometry import Twist2D
@@ -77,24 +78,16 @@ def _plan(
     tuning: Tuning,
 ) -> Straight | Useless | Refusal:
     distance, speed = way
-    fastest, longest = robot.max_linear_velocity, tuning.distance_limit
     allowance = seconds_of(goal.time_allowance)
     refused = refusal(
-        outside("target.x", distance, -longest, longest, "m"),
+        *faults(goal, straight_limits(robot, tuning)),
         None if math.isfinite(goal.target.y + goal.target.z) else "target must be finite",
-        outside("speed", speed, -fastest, fastest, "m/s"),
-        negative("time_allowance", allowance),
     )
     if refused is not None:
         return refused
-    if goal.target.y != 0.0 or goal.target.z != 0.0:
-        reason = f"target.y and target.z must be 0, got {goal.target.y:g} and {goal.target.z:g}"
-        return Useless(codes.invalid_input, reason)
-    if codes is DRIVE_ON_HEADING and (distance > 0.0) != (speed > 0.0):
-        reason = f"target.x and speed must have one sign, got {distance:g} m and {speed:g} m/s"
-        return Useless(codes.invalid_input, reason)
-    if abs(speed) < SLOWEST and distance != 0.0:
-        return Useless(codes.invalid_input, f"speed must be {SLOWEST:g} m/s or more, got {speed:g}")
+    misfit = straight_misfit(goal, backwards=codes is BACK_UP)
+    if misfit is not None:
+        return Useless(codes.invalid_input, misfit)
     refused = refusal(unready=stale(now, tuning.sensor_timeout))
     return refused or Straight(distance, abs(speed), allowance, codes, robot, tuning)
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from typing import Protocol
 
-from action_servers.core.checks import outside, refusal, stale
+from action_servers.core.checks import refusal, stale
 from action_servers.core.clearance import obstacle_points
+from action_servers.core.goal_limits import spin_limits, turn_limits
 from action_servers.core.guard import footprint, free_angle
+from action_servers.core.limits import faults
 from action_servers.core.maneuver import (
     SUCCEEDED,
     ErrorCode,
@@ -19,8 +21,8 @@ from action_servers.core.maneuver import (
 )
 from action_servers.core.ticker import News
 from action_servers.core.tuning import TUNING, Tuning
-from action_servers.driving.drive import SLOWEST_TURN, DriveGuard
-from action_servers.driving.recoveries import SPIN, Allowance, Duration, negative, seconds_of
+from action_servers.driving.drive import DriveGuard
+from action_servers.driving.recoveries import SPIN, Allowance, Duration, seconds_of
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
 
@@ -105,13 +107,8 @@ def plan(
     """Check a goal against the robot and what it sees. An angle of 0 succeeds without moving."""
     fastest = robot.max_angular_velocity
     speed = goal.angular_velocity
-    refused = refusal(
-        outside("angle", goal.angle, -tuning.turn_limit, tuning.turn_limit, "deg"),
-        None
-        if speed == 0.0
-        else outside("angular_velocity", speed, SLOWEST_TURN, fastest, "rad/s"),
-        unready=stale(now, tuning.sensor_timeout),
-    )
+    wrong = faults(goal, turn_limits(robot, tuning))
+    refused = refusal(*wrong, unready=stale(now, tuning.sensor_timeout))
     return refused or Turn(
         math.radians(goal.angle), speed or min(default_speed, fastest), robot, tuning
     )
@@ -184,14 +181,9 @@ def plan_spin(
     goal: SpinGoal, now: Observation, robot: RobotModel, tuning: Tuning = TUNING
 ) -> Spin | Refusal:
     """Check a goal against what the robot sees."""
-    limit = math.radians(tuning.turn_limit)
-    allowance = seconds_of(goal.time_allowance)
-    refused = refusal(
-        outside("target_yaw", goal.target_yaw, -limit, limit, "rad"),
-        negative("time_allowance", allowance),
-        unready=stale(now, tuning.sensor_timeout),
-    )
-    return refused or Spin(goal.target_yaw, allowance, robot, tuning)
+    wrong = faults(goal, spin_limits(tuning))
+    refused = refusal(*wrong, unready=stale(now, tuning.sensor_timeout))
+    return refused or Spin(goal.target_yaw, seconds_of(goal.time_allowance), robot, tuning)
 
 
 class Spin:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from typing import Protocol
 
-from action_servers.core.checks import outside, refusal
+from action_servers.core.checks import refusal
+from action_servers.core.goal_limits import EXPLORE_FRONTIERS
+from action_servers.core.limits import faults
 from action_servers.core.maneuver import (
     SUCCEEDED,
     ZERO,
@@ -26,12 +28,6 @@ from action_servers.navigation.senses import Code, missing
 from action_servers.navigation.surroundings import Surroundings
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
-
-LEAST_MIN_FRONTIER_M = 0.05
-"""One cell of a map of the usual resolution, m."""
-
-MOST_MIN_FRONTIER_M = 100.0
-LONGEST_S = 86_400.0
 
 GIVEN_UP_M = 0.35
 """Frontier cells within this distance of one that was given up are not tried again."""
@@ -71,13 +67,7 @@ def plan(
 ) -> ExploreFrontiers | Refusal:
     """Check a goal. A map that has not come yet is no reason to refuse: it is waited for."""
     shortest = goal.min_frontier
-    refused = refusal(
-        outside("max_duration", goal.max_duration, 0.0, LONGEST_S, "s"),
-        None
-        if shortest == 0.0
-        else outside("min_frontier", shortest, LEAST_MIN_FRONTIER_M, MOST_MIN_FRONTIER_M, "m"),
-    )
-    return refused or ExploreFrontiers(
+    return refusal(*faults(goal, EXPLORE_FRONTIERS)) or ExploreFrontiers(
         robot, goal.max_duration, shortest or tuning.min_length, tuning, navigation
     )
 

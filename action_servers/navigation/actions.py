@@ -13,6 +13,7 @@ from nav2_msgs.action import FollowWaypoints as FollowWaypointsAction
 from nav2_msgs.action import NavigateToPose as NavigateToPoseAction
 
 from action_servers.core.checks import refusal, stale
+from action_servers.core.goal_limits import waypoints_misfit
 from action_servers.core.maneuver import Observation, Refusal
 from action_servers.core.tuning import NAVIGATION, NavigationTuning
 from action_servers.navigation.navigate import NavigateToPose
@@ -60,8 +61,9 @@ def plan_follow_waypoints(
     poses = _all_on_map(goal.poses, now)
     if isinstance(poses, Refusal):
         return poses
-    if poses and goal.goal_index >= len(poses):
-        return Refusal(f"goal_index must be from 0 to {len(poses) - 1}, got {goal.goal_index}")
+    misfit = waypoints_misfit(goal) if poses else None
+    if misfit is not None:
+        return Refusal(misfit)
     return FollowWaypoints(
         poses, robot, loops=goal.number_of_loops, first=goal.goal_index, tuning=tuning
     )

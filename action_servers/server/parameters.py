@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from action_servers.core.goal_limits import SLOWEST_TURN
 from action_servers.core.parameters import ParameterSpec
 from action_servers.driving import turn
-from action_servers.driving.drive import SLOWEST_TURN
 from action_servers.robot_io.node import RobotNode
 from bt_mission.core.robot.model import RobotModel
 

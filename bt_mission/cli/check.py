@@ -38,7 +38,8 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--against",
         action="store_true",
-        help="also look for the mission's actions, services and topics in the running ROS graph",
+        help="also look for the mission's actions, services and topics in the running ROS graph, "
+        "and compare its goals with the limits of the servers there",
     )
     parser.add_argument(
         "--namespace", help="with --against: the robot's namespace (default: none)", default=None
@@ -48,6 +49,8 @@ def add_parser(commands: Any) -> None:
 
 def load_checked(options: argparse.Namespace) -> Any:
     """Load the mission that the options name and check it; warnings go to standard error.
+
+    The goals are compared with the limits of our servers, unless they go to those of a graph.
 
     Raises:
         InputError: With every fault.
@@ -67,6 +70,7 @@ def examined(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
     from bt_mission.core.diagnostics import InputError
     from bt_mission.core.robot.model import load_robot
     from bt_mission.sessions.check import examine
+    from bt_mission.sessions.goal_checks import OUR_SERVERS
     from sim.world.loader import load_world
 
     mission, faults = examine(
@@ -75,6 +79,7 @@ def examined(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
         seed=options.seed,
         world=options.world,
         robot=options.robot,
+        servers=None if goes_to_a_graph(options) else OUR_SERVERS,
     )
     if mission is None:
         raise InputError(faults)
@@ -82,6 +87,12 @@ def examined(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
         load_world(mission.world, near=mission.file)
     load_robot(mission.robot, near=mission.file)
     return mission, faults
+
+
+def goes_to_a_graph(options: argparse.Namespace) -> bool:
+    """Tell whether the mission's goals are for servers that run already."""
+    given = vars(options)
+    return bool(given.get("attach") or (given.get("against") and not given["json"]))
 
 
 def check_files(options: argparse.Namespace) -> int:
@@ -103,7 +114,7 @@ def _check_file(options: argparse.Namespace) -> int:
         mission = load_checked(options)
     except InputError as error:
         print(error, file=sys.stderr)
-        count = len(error.faults)
+        count = sum(fault.severity == "error" for fault in error.faults)
         print(f"{count} error{'s' if count > 1 else ''}", file=sys.stderr)
         return BAD_INPUT
     count = sum(1 for _ in mission.tree.walk())
@@ -126,7 +137,28 @@ def _check_against(mission: Any, namespace: str | None) -> int:
     for fault in missing:
         print(fault, file=sys.stderr)
     print(f"{len(findings) - len(missing)} of {len(findings)} are in the graph")
-    return BAD_INPUT if missing else SUCCESS
+    refused = _print_refusals(mission, namespace)
+    return BAD_INPUT if missing or refused else SUCCESS
+
+
+def _print_refusals(mission: Any, namespace: str | None) -> bool:
+    """Print which goals the servers of a graph refuse by their parameters; tell if there is one."""
+    from action_servers.server.node import NODE_NAME
+    from bt_mission.ros.graph_check import find_servers
+    from bt_mission.sessions.check import check
+    from bt_mission.sessions.goal_checks import PARAMETERS, with_parameters
+
+    servers = find_servers(NODE_NAME, PARAMETERS, namespace)
+    if servers is None:
+        print(f"no node {NODE_NAME} answers, so the limits of goals were not checked")
+        return False
+    known = set(check(mission, servers=None))
+    settings = with_parameters(servers.parameters, servers.actions)
+    faults = [fault for fault in check(mission, servers=settings) if fault not in known]
+    for fault in faults:
+        print(fault, file=sys.stderr)
+    print(f"goals that do not fit the limits of {NODE_NAME}: {len(faults)}")
+    return any(fault.severity == "error" for fault in faults)
 
 
 def _check_for_programs(each: Sequence[argparse.Namespace]) -> int:

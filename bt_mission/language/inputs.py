@@ -17,6 +17,9 @@ from bt_mission.core.diagnostics import (
 from bt_mission.core.yaml.document import read_text
 from bt_mission.language.expressions.values import WORDS, Plain, Type, type_of
 
+SET_OPTION = "--set"
+"""What is named instead of a file where a value from outside is wrong."""
+
 
 def overridden(
     inputs: Mapping[str, Plain], given: Mapping[str, Plain]
@@ -33,7 +36,7 @@ def overridden(
         if name not in inputs:
             message = f"no input {quoted(name)} (the mission's inputs: {listed(inputs)})"
             hint = did_you_mean(name, inputs)
-            faults.append(Diagnostic(message, "--set", 1, 1, source, hint))
+            faults.append(Diagnostic(message, SET_OPTION, 1, 1, source, hint))
             continue
         wanted = _type_of(inputs[name])
         taken = _read(value) if isinstance(value, str) and wanted != "text" else value
@@ -41,7 +44,7 @@ def overridden(
             values[name] = taken
             continue
         message = f"input {quoted(name)} expects {WORDS[wanted]}, got {describe(value)}"
-        faults.append(Diagnostic(message, "--set", 1, len(name) + 2, source))
+        faults.append(Diagnostic(message, SET_OPTION, 1, len(name) + 2, source))
     return values, faults
 
 

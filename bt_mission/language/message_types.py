@@ -266,3 +266,24 @@ def _unknown_field(message: MessageShape, name: str) -> tuple[str, str | None]:
     known = message.fields
     text = f"no field {quoted(name)} in {message.name} (its fields: {listed(known)})"
     return text, did_you_mean(name, known)
+
+
+def completed(shape: Shape, value: Any) -> Any:
+    """Return a value that conforms to a shape, its missing fields as 0, false and empty."""
+    match shape:
+        case MessageShape():
+            given = value if isinstance(value, Mapping) else {}
+            fields = shape.fields.items()
+            return {name: _completed_field(name, part, given) for name, part in fields}
+        case ListOf():
+            return [] if value is None else value
+    return _EMPTY[shape.type] if value is None else value
+
+
+def _completed_field(name: str, shape: Shape, given: Mapping[str, Any]) -> Any:
+    """Return a field; one that is given as None has a value that is not known."""
+    is_unknown = name in given and given[name] is None
+    return None if is_unknown else completed(shape, given.get(name))
+
+
+_EMPTY: Mapping[Type, Any] = {"bool": False, "text": "", "integer": 0, "number": 0.0}

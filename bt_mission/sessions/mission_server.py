@@ -311,9 +311,10 @@ def load_goal(goal: Any) -> Mission:
         values[name] = value
     seed = None if goal.seed < 0 else int(goal.seed)
     if goal.text:
-        mission, faults = examine_text(goal.text, set=values, seed=seed)
+        mission, faults = examine_text(goal.text, set=values, seed=seed, servers=None)
     else:
-        mission, faults = examine(find("missions", Path(goal.path)), set=values, seed=seed)
+        path = find("missions", Path(goal.path))
+        mission, faults = examine(path, set=values, seed=seed, servers=None)
     if mission is None:
         raise InputError(faults)
     return mission

@@ -111,7 +111,7 @@ class Stages:
         return made
 
     def mission(self, mission: str | Path | Mission, **changes: Any) -> Mission:
-        """A mission that is sound.
+        """A mission that is sound; whether servers refuse its goals is for the scenario to see.
 
         Raises:
             InputError: With all its faults.
@@ -125,9 +125,9 @@ class Stages:
             return mission if seed is None else replace(mission, seed=seed)
         text = str(mission)
         if "\n" in text:
-            found, faults = examine_text(text, **changes)
+            found, faults = examine_text(text, servers=None, **changes)
         else:
-            found, faults = examine(_mission_file(mission), **changes)
+            found, faults = examine(_mission_file(mission), servers=None, **changes)
         if found is None:
             raise InputError(faults)
         return found

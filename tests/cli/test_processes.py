@@ -204,3 +204,29 @@ def test_nobody_hears_a_simulated_run_unless_asked(drive: str) -> None:
     bystander.destroy_node()
     context.shutdown()
     assert found == [False, True]
+
+
+def test_goals_are_compared_with_the_limits_of_servers_that_run(tmp_path: Path) -> None:
+    """Of another robot, and of a parameter file; without the option, the mission's robot counts."""
+    mission, limits = tmp_path / "turns.yaml", tmp_path / "limits.yaml"
+    mission.write_text(
+        "mission: turns\ntree:\n  sequence:\n"
+        "    - {turn: {angle: 10, angular_velocity: 2.5}, timeout: 9}\n"
+        "    - {turn: {angle: 50}, timeout: 9}\n",
+        encoding="utf-8",
+    )
+    limits.write_text("/**:\n  ros__parameters: {turn_limit: 45.0}\n", encoding="utf-8")
+    with ExitStack() as stack:
+        options = ("--robot", "burger", "--wall-clock", "--params", str(limits))
+        servers = stack.enter_context(started("servers", *options, **LOCAL))
+        read_until(servers, "waiting for scan")
+        checking = stack.enter_context(started("check", str(mission), "--against", **LOCAL))
+        said, _ = checking.communicate(timeout=60)
+    assert checking.returncode == 2
+    assert "1 of 1 are in the graph" in said
+    assert f"{mission}:5:22: error: angle must be from -45 to 45 deg, got 50" in said
+    assert "angular_velocity" not in said
+    with started("check", str(mission), **LOCAL) as checking:
+        said, _ = checking.communicate(timeout=60)
+    assert checking.returncode == 2
+    assert "angular_velocity must be from 0.05 to 1.82 rad/s, got 2.5" in said

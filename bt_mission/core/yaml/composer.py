@@ -33,6 +33,7 @@ _BREAK = re.compile("\r\n|[\n\r\x85\u2028\u2029]")
 _UNPRINTABLE = re.compile(
     "[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]|\ufeff"
 )
+_DECIMAL_COMMA = re.compile(r"([0-9]+),([0-9]+)\s*[,}]")
 _TAB_INDENT = re.compile(r"^ *\t", re.MULTILINE)
 _WORDS = {
     **dict.fromkeys(("", "~", "null", "Null", "NULL")),
@@ -130,10 +131,10 @@ class _EventReader:
     def __post_init__(self) -> None:
         self.lines = split_lines(self.text)
 
-    def note(self, message: str, at: At) -> None:
+    def note(self, message: str, at: At, hint: str | None = None) -> None:
         if len(self.faults) >= MOST_FAULTS:
             raise InputError(self.faults)
-        self.faults.append(fault_at(at, self.file, self.lines, message))
+        self.faults.append(fault_at(at, self.file, self.lines, message, hint))
 
     def fail(self, message: str, at: At) -> None:
         self.note(message, at)
@@ -226,12 +227,19 @@ class _EventReader:
         key: str = event.value
         if _is_plain(event) and not isinstance(self.number_or_text(key, at), str):
             got = "nothing" if key == "" else key
-            self.note(f"expected a name as key, got {got[:60]}", at)
+            self.note(f"expected a name as key, got {got[:60]}", at, self.point_hint(*at))
         assert top.place.keys is not None
         if key in top.place.keys:
             first = top.place.keys[key][0]
             self.note(f"duplicate key {quoted(key)} (first in line {first})", at)
         top.key, top.key_at = key, at
+
+    def point_hint(self, line: int, column: int) -> str | None:
+        """Return how a number is written that has a decimal comma before this place."""
+        found = _DECIMAL_COMMA.search(self.lines[line - 1][: column + 20])
+        if found is None or found.start(2) != column - 1:
+            return None
+        return f"decimals are written with a point: {found[1]}.{found[2]}"
 
     def take_alias(self, event: Any) -> None:
         at = _start(event)

@@ -7,7 +7,10 @@ from typing import Any
 
 from bt_mission.core.diagnostics import Diagnostic
 from bt_mission.core.yaml.document import Document
-from bt_mission.language.checks.reachability import restarted, unreached
+from bt_mission.language.checks.comments import cut_texts
+from bt_mission.language.checks.conditions import constant_conditions
+from bt_mission.language.checks.reachability import expected_failures, restarted, unreached
+from bt_mission.language.checks.rules import GoalRules
 from bt_mission.language.checks.scope import (
     Variables,
     names_read,
@@ -43,12 +46,15 @@ def scope_faults(mission: Mission) -> Iterator[Diagnostic]:
         yield from _promise_faults(tree, variables)
 
 
-def type_faults(mission: Mission, find: FindShapes | None) -> Iterator[Diagnostic]:
+def type_faults(
+    mission: Mission, find: FindShapes | None, rules: GoalRules | None = None
+) -> Iterator[Diagnostic]:
     """Yield everything in a mission that does not fit the types of ROS and of Python behaviours.
 
-    Modules of behaviours are imported. Without `find` the types of messages are not known.
+    Modules of behaviours are imported. Without `find` the types of messages are not known; `rules`
+    say what goals the servers refuse.
     """
-    checker = TypeChecker(find)
+    checker = TypeChecker(find, rules, expected_failures(mission))
     for tree in mission.all_trees:
         for node, variables in walk(tree, checker.output_type):
             yield from node_faults(tree.document, node, variables)
@@ -91,7 +97,7 @@ def _message_faults(
     if node.condition is not None:
         marked = [name for name in node.condition.references if name.variable]
         path = (*node.path, *node.condition_path)
-        yield from reference_faults(document, path, marked, variables)
+        yield from reference_faults(document, path, marked, variables, is_on_messages=True)
 
 
 def _texts(value: Any, path: Path) -> Iterator[tuple[Path, Text]]:
@@ -135,6 +141,8 @@ def _tree_warnings(tree: Tree) -> Iterator[Diagnostic]:
             yield document.fault((*head, place, name), message, key=True, severity="warning")
     yield from unreached(document, tree.body)
     yield from restarted(document, tree.body)
+    yield from constant_conditions(document, tree.body)
+    yield from cut_texts(document, tree.body)
     for node in tree.body.walk():
         endless = node.endless()
         if endless is not None:

@@ -39,7 +39,18 @@ _TOKEN = re.compile(
       | (?P<blank>[\ \n]+)""",
     re.VERBOSE,
 )
-_INSTEAD = {"&&": "and", "||": "or", "!": "not", "=": "==", "^": "**", "&": "and", "|": "or"}
+_INSTEAD = {
+    "&&": "and",
+    "||": "or",
+    "!": "not",
+    "=": "==",
+    "^": "**",
+    "&": "and",
+    "|": "or",
+    "=>": ">=",
+    "=<": "<=",
+    "<>": "!=",
+}
 _CONSTANTS: dict[str, Plain] = {"true": True, "false": False, "pi": math.pi}
 _LEVELS = {
     symbol: level
@@ -104,7 +115,7 @@ def _tokens(text: str) -> list[Token]:
         if found is None:
             raise _bad_character(text, at)
         kind = found.lastgroup or ""
-        if found.group() in _INSTEAD:
+        if found.group() in _INSTEAD or text[at : at + 2] in _INSTEAD:
             raise _bad_character(text, at)
         if kind != "blank":
             tokens.append(Token(kind, found.group(), at + 1))
@@ -156,7 +167,16 @@ class _Parser:
         token = self.next
         if token.kind != "end":
             message = f"expected an operator or the end, got {quoted(token.text)}"
-            raise LooseText(message, token.column)
+            raise LooseText(message, token.column, self.point_hint(token))
+
+    def point_hint(self, token: Token) -> str | None:
+        """Return how a number is written that has a decimal comma."""
+        if token.text != ",":
+            return None
+        before, after = self.tokens[self.at - 1], self.tokens[self.at + 1]
+        if before.kind != "number" or after.kind != "number":
+            return None
+        return f"decimals are written with a point: {before.text}.{after.text}"
 
     def either(self) -> syntax.SyntaxNode:
         self.deeper()
