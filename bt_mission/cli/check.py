@@ -7,11 +7,14 @@ import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.exits import BAD_INPUT, SUCCESS
-from bt_mission.cli.options import add_overrides, mission_file
+from bt_mission.cli.options import add_overrides, add_python_option, mission_file
 from bt_mission.core.dds.middleware import prepare_middleware
+
+if TYPE_CHECKING:
+    from bt_mission.language.permissions import Permissions
 
 
 def add_parser(commands: Any) -> None:
@@ -20,7 +23,8 @@ def add_parser(commands: Any) -> None:
         "check",
         help="find every fault of mission files",
         description="Reads missions, checks them against the real ROS types, worlds and robots, "
-        "and prints every fault with its file, line and column. Nothing moves.",
+        "and prints every fault with its file, line and column. Nothing moves, and no code of the "
+        "missions runs unless --import-python is given.",
     )
     parser.add_argument(
         "files",
@@ -30,6 +34,13 @@ def add_parser(commands: Any) -> None:
         help="missions: YAML files, XML files of Groot 2, or names of shipped ones",
     )
     add_overrides(parser)
+    parser.add_argument(
+        "--import-python",
+        action="store_true",
+        help="import the missions' Python leaves, which runs their code, and check their inputs "
+        "(default: only name them)",
+    )
+    add_python_option(parser)
     parser.add_argument(
         "--json",
         action="store_true",
@@ -75,6 +86,7 @@ def examined(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
         seed=options.seed,
         world=options.world,
         robot=options.robot,
+        permissions=_permissions(options),
     )
     if mission is None:
         raise InputError(faults)
@@ -82,6 +94,18 @@ def examined(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
         load_world(mission.world, near=mission.file)
     load_robot(mission.robot, near=mission.file)
     return mission, faults
+
+
+def _permissions(options: argparse.Namespace) -> Permissions:
+    """What the mission may bring in: `run` imports Python leaves, `check` only where told to."""
+    from bt_mission.language.permissions import Permissions
+
+    if options.no_python:
+        return Permissions(python="refuse", hint="--no-python was given")
+    if getattr(options, "import_python", True):
+        return Permissions()
+    hint = "--import-python imports it and checks its inputs, --no-python refuses it"
+    return Permissions(python="name", hint=hint)
 
 
 def check_files(options: argparse.Namespace) -> int:

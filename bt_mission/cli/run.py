@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.argument_types import speed
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
-from bt_mission.cli.options import add_mission_options, add_plain_option
+from bt_mission.cli.options import add_mission_options, add_plain_option, add_python_option
 from bt_mission.cli.recording import (
     Kept,
     add_recording_options,
@@ -45,6 +45,7 @@ def add_parser(commands: Any) -> None:
         epilog="exit codes: 0 success, 1 mission failed, 2 bad input, 130 interrupted",
     )
     add_mission_options(parser)
+    add_python_option(parser)
     parser.add_argument(
         "--speed",
         type=speed,

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bt_mission_interfaces.action import ExecuteMission
@@ -18,16 +17,14 @@ from rclpy.node import Node
 from rclpy.task import Future
 
 from bt_mission.behaviours.runtime import NS
-from bt_mission.core.diagnostics import InputError
 from bt_mission.core.errors import BtMissionError
-from bt_mission.core.files import find
 from bt_mission.executive.status import MissionStatus
 from bt_mission.ros.control_services import ControlServices
 from bt_mission.ros.graph import NodeOptions
 from bt_mission.ros.mission_node import MissionNode
 from bt_mission.ros.mission_runner import MissionRunner, RunnerOptions
 from bt_mission.ros.status_publisher import StatusPublisher
-from bt_mission.sessions.check import examine, examine_text
+from bt_mission.sessions.served_missions import ServedMissions
 
 if TYPE_CHECKING:
     from rclpy.action.server import ServerGoalHandle
@@ -57,6 +54,24 @@ class _Run:
     told_ns: int = 0
 
 
+@dataclass(frozen=True, kw_only=True)
+class MissionServerOptions:
+    """What a mission server carries out, and who is told.
+
+    Attributes:
+        missions: What clients may have carried out.
+        on_new_goal: What a mission does that comes while another runs: ``replace`` or ``refuse``;
+            the value of the parameter of that name.
+        say: Told of what happens; None is the ROS log.
+        on_mission_started: Given each mission that starts, with its executive.
+    """
+
+    missions: ServedMissions
+    on_new_goal: str = ON_NEW_GOAL[0]
+    say: Callable[[str], None] | None = None
+    on_mission_started: Callable[[Mission, Executive], None] = lambda *_: None
+
+
 class MissionServer(Node):
     """Offers ``execute_mission``, and holds the missions that it runs.
 
@@ -64,10 +79,7 @@ class MissionServer(Node):
         host: Has the executor serve a node.
         drop: No longer, and destroys it.
         node: How to make this node, and that of each mission.
-        on_new_goal: What a mission does that comes while another runs: ``replace`` or ``refuse``;
-            the value of the parameter of that name.
-        say: Told of what happens; None is the ROS log.
-        on_mission_started: Given each mission that starts, with its executive.
+        options: Everything else.
     """
 
     def __init__(
@@ -76,16 +88,15 @@ class MissionServer(Node):
         drop: Callable[[Node], Any],
         *,
         node: NodeOptions,
-        on_new_goal: str = "replace",
-        say: Callable[[str], None] | None = None,
-        on_mission_started: Callable[[Mission, Executive], None] = lambda *_: None,
+        options: MissionServerOptions,
     ) -> None:
-        super().__init__(**node.arguments(on_new_goal=on_new_goal))
+        super().__init__(**node.arguments(on_new_goal=options.on_new_goal))
         self._host = host
         self._drop = drop
         self._options = node
-        self._say = say or self._log_line
-        self._on_mission_started = on_mission_started
+        self._missions = options.missions
+        self._say = options.say or self._log_line
+        self._on_mission_started = options.on_mission_started
         self._declare_on_new_goal()
         self._closed: str | None = None
         self._run: _Run | None = None
@@ -219,7 +230,7 @@ class MissionServer(Node):
     def _start(self, handle: ServerGoalHandle) -> None:
         handle.execute()
         try:
-            mission = load_goal(handle.request)
+            mission = self._missions.load(handle.request)
             node = MissionNode(
                 mission,
                 RunnerOptions(
@@ -290,33 +301,6 @@ class MissionServer(Node):
     def _end(self, handle: ServerGoalHandle, code: int, reason: str, **fields: Any) -> None:
         result = Result(error_code=code, error_msg=reason, **fields)
         self._ends[_key(handle)].set_result((code, result))
-
-
-def load_goal(goal: Any) -> Mission:
-    """The mission that a goal of ``execute_mission`` names or brings, checked.
-
-    Raises:
-        InputError: With every fault.
-        BtMissionError: For a goal that says neither or both, or has no valid seed.
-    """
-    if bool(goal.path) == bool(goal.text):
-        raise BtMissionError("a goal gives a path or a text: one of them, not both")
-    if goal.seed < -1:
-        raise BtMissionError(f"seed: expected an integer from 0, or -1, got {goal.seed}")
-    values = dict[str, str]()
-    for one in goal.inputs:
-        name, equals, value = one.partition("=")
-        if not name or not equals:
-            raise BtMissionError(f"inputs: expected NAME=VALUE, got '{one}'")
-        values[name] = value
-    seed = None if goal.seed < 0 else int(goal.seed)
-    if goal.text:
-        mission, faults = examine_text(goal.text, set=values, seed=seed)
-    else:
-        mission, faults = examine(find("missions", Path(goal.path)), set=values, seed=seed)
-    if mission is None:
-        raise InputError(faults)
-    return mission
 
 
 def _key(handle: ServerGoalHandle) -> bytes:

@@ -127,7 +127,7 @@ def test_a_mission_runs_missions_until_their_executive_is_told_to_end(tmp_path: 
         options = ("--world", "empty_arena", "--no-camera")
         sim = stack.enter_context(started("sim", *options, **LOCAL))
         servers = stack.enter_context(started("servers", **LOCAL))
-        serve = stack.enter_context(started("serve", **LOCAL))
+        serve = stack.enter_context(started("serve", "--allow-text", **LOCAL))
         read_until(sim, "empty_arena")
         read_until(serve, "waits for missions")
         run = stack.enter_context(started("run", str(mission), "--attach", "--plain", **LOCAL))
