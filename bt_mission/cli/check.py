@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.exits import BAD_INPUT, SUCCESS
+from bt_mission.cli.network import add_network_option, prepare_graph
 from bt_mission.cli.options import add_overrides, add_python_option, mission_file
-from bt_mission.core.dds.middleware import prepare_middleware
 
 if TYPE_CHECKING:
     from bt_mission.language.permissions import Permissions
@@ -54,6 +54,7 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--namespace", help="with --against: the robot's namespace (default: none)", default=None
     )
+    add_network_option(parser)
     parser.set_defaults(command=check_files)
 
 
@@ -133,15 +134,15 @@ def _check_file(options: argparse.Namespace) -> int:
     count = sum(1 for _ in mission.tree.walk())
     nodes = "1 node" if count == 1 else f"{count} nodes"
     print(f"{mission.file}: mission '{mission.name}' is valid ({nodes})")
-    return _check_against(mission, options.namespace) if options.against else SUCCESS
+    return _check_against(mission, options) if options.against else SUCCESS
 
 
-def _check_against(mission: Any, namespace: str | None) -> int:
+def _check_against(mission: Any, options: argparse.Namespace) -> int:
     """Print what the running graph has of what the mission uses."""
-    prepare_middleware()
+    prepare_graph(options)
     from bt_mission.ros.graph_check import find_missing
 
-    findings = find_missing(mission, namespace)
+    findings = find_missing(mission, options.namespace)
     width = max((len(one.wanted.name) for one in findings), default=0)
     for one in findings:
         sign = "there" if one.is_there else "of another type" if one.types else "missing"

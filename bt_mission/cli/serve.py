@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.exits import INTERRUPTED, SUCCESS
-from bt_mission.core.dds.middleware import prepare_middleware
+from bt_mission.cli.network import add_duplicates_option, add_network_option, prepare_graph
 
 if TYPE_CHECKING:
     from bt_mission.sessions.served_missions import ServedMissions
@@ -75,6 +75,8 @@ def add_parser(commands: Any) -> None:
         action="store_true",
         help="keep to this machine's clock, without looking for /clock first",
     )
+    add_network_option(parser)
+    add_duplicates_option(parser)
     parser.set_defaults(command=serve)
 
 
@@ -89,7 +91,7 @@ def serve(options: argparse.Namespace) -> int:
     """Serve until interrupted; gives the exit code."""
     from bt_mission.cli.run import leaving_at_once
 
-    prepare_middleware()
+    prepare_graph(options)
     with leaving_at_once():
         return _serve(options)
 
@@ -128,6 +130,7 @@ def _serve(options: argparse.Namespace) -> int:
             options=MissionServerOptions(
                 missions=missions,
                 on_new_goal=options.on_new_goal,
+                allow_duplicates=options.allow_duplicates,
                 say=say,
                 on_mission_started=watch,
             ),

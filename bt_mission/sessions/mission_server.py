@@ -17,6 +17,7 @@ from rclpy.node import Node
 from rclpy.task import Future
 
 from bt_mission.behaviours.runtime import NS
+from bt_mission.core.dds.publishers import CLOCK, ODOMETRY, duplicate_publishers
 from bt_mission.core.errors import BtMissionError
 from bt_mission.executive.status import MissionStatus
 from bt_mission.ros.control_services import ControlServices
@@ -62,12 +63,14 @@ class MissionServerOptions:
         missions: What clients may have carried out.
         on_new_goal: What a mission does that comes while another runs: ``replace`` or ``refuse``;
             the value of the parameter of that name.
+        allow_duplicates: Go on where several nodes publish the same odometry or clock.
         say: Told of what happens; None is the ROS log.
         on_mission_started: Given each mission that starts, with its executive.
     """
 
     missions: ServedMissions
     on_new_goal: str = ON_NEW_GOAL[0]
+    allow_duplicates: bool = False
     say: Callable[[str], None] | None = None
     on_mission_started: Callable[[Mission, Executive], None] = lambda *_: None
 
@@ -95,6 +98,7 @@ class MissionServer(Node):
         self._drop = drop
         self._options = node
         self._missions = options.missions
+        self._refuses_duplicates = not options.allow_duplicates
         self._say = options.say or self._log_line
         self._on_mission_started = options.on_mission_started
         self._declare_on_new_goal()
@@ -230,6 +234,7 @@ class MissionServer(Node):
     def _start(self, handle: ServerGoalHandle) -> None:
         handle.execute()
         try:
+            self._refuse_duplicates()
             mission = self._missions.load(handle.request)
             node = MissionNode(
                 mission,
@@ -243,7 +248,7 @@ class MissionServer(Node):
                 node=replace(self._options, name="bt_mission_run", namespace=self.get_namespace()),
             )
         except BtMissionError as error:
-            self._say(f"mission is not valid:\n{error}")
+            self._say(f"mission not started:\n{error}")
             self._end(handle, Result.UNSOUND, str(error))
             return
         except Exception as error:  # noqa: BLE001 - a user's behaviour may raise when it is made
@@ -255,6 +260,13 @@ class MissionServer(Node):
         self._host(node)
         self._controls.begin(node.runner.executive)
         self._status_publisher.begin(mission.name, node.runner.run)
+
+    def _refuse_duplicates(self) -> None:
+        """Raise BtMissionError where two robots would be taken for one."""
+        topics = (ODOMETRY, CLOCK) if self._options.use_sim_time else (ODOMETRY,)
+        why = duplicate_publishers(self, topics) if self._refuses_duplicates else None
+        if why is not None:
+            raise BtMissionError(why)
 
     def _tell(self, run: _Run) -> None:
         executive = run.runner.executive

@@ -203,3 +203,36 @@ def test_nobody_hears_a_simulated_run_unless_asked(drive: str) -> None:
     bystander.destroy_node()
     context.shutdown()
     assert found == [False, True]
+
+
+def test_a_simulation_beside_another_is_not_driven_with_it(tmp_path: Path, drive: str) -> None:
+    """Neither by the executive nor by the servers, unless that is asked for."""
+    options = ("--world", "empty_arena", "--no-camera")
+    attach = ("run", drive, "--attach", "--plain")
+    with ExitStack() as stack:
+        for _ in range(2):
+            read_until(stack.enter_context(started("sim", *options, **LOCAL)), "empty_arena")
+        servers = stack.enter_context(started("servers", **LOCAL))
+        read_until(servers, "/odom has 2 publishers")
+        run = stack.enter_context(started(*attach, **LOCAL))
+        seen, _ = run.communicate(timeout=60)
+        leave = stack.enter_context(started(*attach, "--allow-duplicates", **LOCAL))
+        rejected, _ = leave.communicate(timeout=60)
+    assert run.returncode == 2
+    assert "/odom has 2 publishers (/bt_mission_sim, /bt_mission_sim)" in seen
+    assert leave.returncode == 1
+    assert "rejected" in rejected
+
+
+def test_processes_say_that_they_are_heard_on_this_machine_only(drive: str) -> None:
+    """In their first line, where the environment does not decide it."""
+    said = []
+    for arguments in (("sim", "--no-camera"), ("servers",), ("run", drive, "--visible")):
+        with started(*arguments, ROS_AUTOMATIC_DISCOVERY_RANGE="") as process:
+            assert process.stdout is not None
+            said.append(process.stdout.readline())
+    assert [" on this machine only; --network opens it to others" in line for line in said] == [
+        True,
+        True,
+        True,
+    ]

@@ -8,6 +8,7 @@ import pytest
 from action_msgs.msg import GoalStatus
 from bt_mission_interfaces.action import ExecuteMission
 from bt_mission_interfaces.msg import MissionState
+from nav_msgs.msg import Odometry
 from rclpy.action import ActionClient
 
 from bt_mission.ros.status_publisher import LATCHED
@@ -263,3 +264,22 @@ def test_the_state_is_latched_from_the_start(ros: Any, send: Any) -> None:
     send(text="mission: m\ntree:\n  wait: 1\n").end()
     ros.run(0.2)
     assert states == ["idle", "running", "success"]
+
+
+def test_no_mission_starts_where_two_robots_are_one(ros: Any, send: Any) -> None:
+    """A simulation beside a robot; with leave it starts all the same."""
+    nodes = [ros.node(name) for name in ("robot", "simulation")]
+    for node in nodes:
+        node.create_publisher(Odometry, "odom", 10)
+    ros.serve()
+    status, result = send(text=TURN).end()
+    assert (status, result.error_code) == ("aborted", 909)
+    assert result.error_msg.startswith("/odom has 2 publishers (/robot, /simulation): ")
+
+
+def test_with_leave_a_mission_starts_all_the_same(ros: Any, send: Any) -> None:
+    """For whoever has a reason to."""
+    for name in ("robot", "simulation"):
+        ros.node(name).create_publisher(Odometry, "odom", 10)
+    ros.serve(allow_duplicates=True)
+    assert send(text="mission: m\ntree: {log: hello}\n").end()[0] == "succeeded"
