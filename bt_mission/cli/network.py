@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 
-from bt_mission.core.dds.discovery import restrict_discovery
+from bt_mission.core.dds.discovery import isolate, restrict_discovery
 from bt_mission.core.dds.middleware import prepare_middleware
 
 
@@ -34,7 +34,9 @@ def prepare_graph(options: argparse.Namespace) -> None:
     Raises:
         BtMissionError: For a middleware or a domain that is none.
     """
-    prepare_middleware()
     said = restrict_discovery(network=options.network)
+    if getattr(options, "visible", False):
+        isolate(visible=True, network=options.network)
+    prepare_middleware()
     if said is not None:
         print(said, file=sys.stderr, flush=True)

@@ -236,3 +236,16 @@ def test_processes_say_that_they_are_heard_on_this_machine_only(drive: str) -> N
         True,
         True,
     ]
+
+
+def test_other_machines_cannot_reach_a_process_of_this_machine() -> None:
+    """Every socket that DDS listens on is bound to the loopback interface."""
+    first = 7400 + 250 * int(os.environ["ROS_DOMAIN_ID"])
+    with started("sim", "--no-camera", ROS_AUTOMATIC_DISCOVERY_RANGE="") as process:
+        read_until(process, "speed 1")
+        proc = Path(f"/proc/{process.pid}")
+        links = [str(one.readlink()) for one in (proc / "fd").iterdir()]
+        rows = [line.split() for line in (proc / "net/udp").read_text().splitlines()[1:]]
+    mine = [row[1].split(":") for row in rows if f"socket:[{row[9]}]" in links]
+    listening = [address for address, port in mine if first <= int(port, 16) < first + 250]
+    assert set(listening) == {"0100007F"}
