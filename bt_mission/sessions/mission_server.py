@@ -14,11 +14,13 @@ from bt_mission_interfaces.action import ExecuteMission
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.node import Node
+from rclpy.qos import QoSProfile
 from rclpy.task import Future
 
 from bt_mission.behaviours.runtime import NS
 from bt_mission.core.dds.publishers import CLOCK, ODOMETRY, duplicate_publishers
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.goal_rate import MOST_WAITING, GoalRate
 from bt_mission.executive.status import MissionStatus
 from bt_mission.ros.control_services import ControlServices
 from bt_mission.ros.graph import NodeOptions
@@ -102,6 +104,7 @@ class MissionServer(Node):
         self._say = options.say or self._log_line
         self._on_mission_started = options.on_mission_started
         self._declare_on_new_goal()
+        self._rate = GoalRate(RESULT_TIMEOUT_S)
         self._closed: str | None = None
         self._run: _Run | None = None
         self._waiting: ServerGoalHandle | None = None
@@ -118,6 +121,7 @@ class MissionServer(Node):
             handle_accepted_callback=self._take,
             cancel_callback=self._cancel,
             result_timeout=RESULT_TIMEOUT_S,
+            goal_service_qos_profile=QoSProfile(depth=MOST_WAITING),
         )
 
     @property
@@ -183,7 +187,11 @@ class MissionServer(Node):
         why = self._closed
         if why is None and self.is_busy and not self._replaces:
             why = "another mission runs (on_new_goal: refuse)"
+        now_ns = self.get_clock().now().nanoseconds
         if why is None:
+            why = self._rate.refusal(now_ns)
+        if why is None:
+            self._rate.accept(now_ns)
             return GoalResponse.ACCEPT
         self._say(f"mission refused: {why}")
         return GoalResponse.REJECT
