@@ -52,14 +52,16 @@ class MapperNode(RobotNode):
     def __init__(self, robot: RobotModel, options: MapperOptions | None = None) -> None:
         options = options or MapperOptions()
         super().__init__(NODE_NAME, options)
-        self.declare(
+        prefix = self.declare(
             MAP_PREFIX,
             ParameterSpec(
                 options.map_prefix,
-                "Where save_map writes; .pgm and .yaml are appended.",
+                "Where save_map writes; .pgm and .yaml are appended. A new value must lie in "
+                "the folder that it had at first, or below.",
                 is_fixed=False,
             ),
         )
+        self._map_folder = Path(prefix).expanduser().resolve().parent
         self._tuning = self.declare_all(MapperTuning())
         self._mapper = OccupancyMapper(robot.lidar)
         self._coverage = VisitedArea()
@@ -138,12 +140,21 @@ class MapperNode(RobotNode):
     def _save(self, _request: Any, response: Any) -> Any:
         prefix = Path(self.get_parameter(MAP_PREFIX).value)
         try:
+            self._refuse_other_folder(prefix)
             _, about = save(self._mapper.grid(), prefix)
         except MapFileError as error:
             response.success, response.message = False, str(error)
         else:
             response.success, response.message = True, f"map saved: {about}"
         return response
+
+    def _refuse_other_folder(self, prefix: Path) -> None:
+        """Raise MapFileError where a client of ours would have a file written anywhere."""
+        if not prefix.expanduser().resolve().is_relative_to(self._map_folder):
+            raise MapFileError(
+                f"{MAP_PREFIX}: {prefix} lies outside of {self._map_folder}, where the mapper was "
+                "started to write; start it anew with another --save-as"
+            )
 
 
 def main(

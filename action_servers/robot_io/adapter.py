@@ -29,6 +29,7 @@ from action_servers.core.pilot import ManeuverOutcome, ManeuverRun, Pilot, raise
 from action_servers.robot_io.messages import fill
 from action_servers.robot_io.sensors import SensorSubscriptions
 from bt_mission.core.geometry import Twist2D
+from bt_mission.core.goal_rate import MOST_WAITING, GoalRate
 
 SHOWN_CHARACTERS = 300
 
@@ -37,9 +38,10 @@ RESULT_TIMEOUT_S = 10
 """How long a result is kept, s, as by rcl_action's C++ servers; rclpy's own default of 900 s makes
 every status message carry all goals of a quarter of an hour."""
 
-BURST = QoSProfile(depth=1024)
-"""Requests that may wait; of ROS's own default, 10, the middleware drops what is more without a
-word, and a client waits for an answer that never comes."""
+BURST = QoSProfile(depth=MOST_WAITING)
+
+QUIET_S = 1.0
+"""Seconds between two lines of the log about goals beyond the limit."""
 
 
 Method: TypeAlias = Literal["step", "feedback", "result"]
@@ -114,6 +116,7 @@ class ActionAdapter:
         self._running: dict[bytes, tuple[ManeuverRun, Future]] = {}
         self._before: list[Before] = []
         self._closed: str | None = None
+        self._rate = GoalRate(RESULT_TIMEOUT_S)
         self.refused = ""
         """Why the last goal was rejected; a rejection itself carries no reason in ROS."""
         self._server = ActionServer(
@@ -151,12 +154,19 @@ class ActionAdapter:
         self._server.destroy()
 
     def _check(self, goal: Any) -> GoalResponse:
+        now_ns = self._clock.now().nanoseconds
+        too_many = self._rate.refusal(now_ns)
+        if too_many is not None:
+            self.refused = too_many
+            self._log.warning(f"goal rejected: {too_many}", throttle_duration_sec=QUIET_S)
+            return GoalResponse.REJECT
         planned = Refusal(self._closed) if self._closed else self._plan(goal)
         if isinstance(planned, Refusal):
             self.refused = planned.reason
             self._log.warning(f"goal rejected: {planned.reason}")
             return GoalResponse.REJECT
         self._planned = planned
+        self._rate.accept(now_ns)
         return GoalResponse.ACCEPT
 
     def _plan(self, goal: Any) -> Maneuver | Refusal:

@@ -16,6 +16,7 @@ from action_servers.robot_io.adapter import ActionAdapter, Before
 from action_servers.robot_io.base import CommandPublisher, CommandWiring
 from action_servers.robot_io.command_types import Choice
 from action_servers.robot_io.node import RobotNode, RobotNodeOptions, run
+from action_servers.robot_io.publisher_watch import PublisherWatch
 from action_servers.robot_io.sensors import SensorSubscriptions, SensorWiring
 from action_servers.server.actions import ServerContext, actions
 from action_servers.server.parameters import (
@@ -25,6 +26,7 @@ from action_servers.server.parameters import (
     limited,
 )
 from action_servers.server.topics import PlanTopic, Switches, watch_executives
+from bt_mission.core.dds.publishers import CLOCK
 from bt_mission.core.robot.model import RobotModel, load_robot
 
 NODE_NAME = "bt_mission_servers"
@@ -46,6 +48,7 @@ class ServerOptions(RobotNodeOptions):
             drive are refused while it would not hear.
         extra_actions: Actions of a user's own. One with the name of one of ours takes its place.
         without: Names of actions that are left to others.
+        allow_duplicates: Drive also while several nodes publish the same odometry or clock.
         at_first: Names of the actions that are offered before `ServersNode.offer_all`; None is
             all.
     """
@@ -54,6 +57,7 @@ class ServerOptions(RobotNodeOptions):
     command_type: Choice = "stamped"
     extra_actions: Sequence[Action] = ()
     without: Collection[str] = ()
+    allow_duplicates: bool = False
     at_first: Collection[str] | None = None
 
 
@@ -89,6 +93,7 @@ class ServersNode(RobotNode):
             side_goals=tuning.side_goals,
         )
         self._interlock = Interlock(self._pilot)
+        self._publisher_watch = self._watch_publishers(sensors.odom, options)
         self._switches = Switches(self, self._interlock)
         self._distance = self.create_publisher(Float64, "total_distance", 10)
         kit = ServerContext(
@@ -190,8 +195,18 @@ class ServersNode(RobotNode):
         guarded = self._base.guarded(action)
         return ActionAdapter(self, self._pilot, guarded, self._sensors, self._refusal)
 
+    def _watch_publishers(self, odometry: str, options: ServerOptions) -> PublisherWatch | None:
+        """Look out for a second robot; on a stage, which is lean, there is no other."""
+        if options.lean or options.allow_duplicates:
+            return None
+        topics = (odometry, CLOCK) if options.use_sim_time else (odometry,)
+        return PublisherWatch(self, topics, self._lose_base)
+
     def _refusal(self, maneuver: Maneuver) -> str | None:
-        return self._interlock.refusal(needs_base=maneuver.needs_base)
+        reason = self._interlock.refusal(needs_base=maneuver.needs_base)
+        if reason is None and maneuver.needs_base and self._publisher_watch is not None:
+            reason = self._publisher_watch.look()
+        return reason
 
 
 def main(
@@ -202,6 +217,7 @@ def main(
     use_sim_time: bool = False,
     command_type: Choice = "stamped",
     parameters: Path | None = None,
+    allow_duplicates: bool = False,
 ) -> int:
     """Serve until SIGINT or SIGTERM, then stop the robot and end every goal.
 
@@ -214,5 +230,6 @@ def main(
         namespace=namespace,
         use_sim_time=use_sim_time,
         command_type=command_type,
+        allow_duplicates=allow_duplicates,
     )
     return run(NODE_NAME, parameters, options, lambda options: ServersNode(model, options))

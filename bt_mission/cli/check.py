@@ -7,11 +7,14 @@ import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.exits import BAD_INPUT, SUCCESS
-from bt_mission.cli.options import add_overrides, mission_file
-from bt_mission.core.dds.middleware import prepare_middleware
+from bt_mission.cli.network import add_network_option, prepare_graph
+from bt_mission.cli.options import add_overrides, add_python_option, mission_file
+
+if TYPE_CHECKING:
+    from bt_mission.language.permissions import Permissions
 
 
 def add_parser(commands: Any) -> None:
@@ -20,7 +23,8 @@ def add_parser(commands: Any) -> None:
         "check",
         help="find every fault of mission files",
         description="Reads missions, checks them against the real ROS types, worlds and robots, "
-        "and prints every fault with its file, line and column. Nothing moves.",
+        "and prints every fault with its file, line and column. Nothing moves, and no code of the "
+        "missions runs unless --import-python is given.",
     )
     parser.add_argument(
         "files",
@@ -30,6 +34,13 @@ def add_parser(commands: Any) -> None:
         help="missions: YAML files, XML files of Groot 2, or names of shipped ones",
     )
     add_overrides(parser)
+    parser.add_argument(
+        "--import-python",
+        action="store_true",
+        help="import the missions' Python leaves, which runs their code, and check their inputs "
+        "(default: only name them)",
+    )
+    add_python_option(parser)
     parser.add_argument(
         "--json",
         action="store_true",
@@ -44,6 +55,7 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--namespace", help="with --against: the robot's namespace (default: none)", default=None
     )
+    add_network_option(parser)
     parser.set_defaults(command=check_files)
 
 
@@ -80,6 +92,7 @@ def examined(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
         world=options.world,
         robot=options.robot,
         servers=None if goes_to_a_graph(options) else OUR_SERVERS,
+        permissions=_permissions(options),
     )
     if mission is None:
         raise InputError(faults)
@@ -93,6 +106,18 @@ def goes_to_a_graph(options: argparse.Namespace) -> bool:
     """Tell whether the mission's goals are for servers that run already."""
     given = vars(options)
     return bool(given.get("attach") or (given.get("against") and not given["json"]))
+
+
+def _permissions(options: argparse.Namespace) -> Permissions:
+    """What the mission may bring in: `run` imports Python leaves, `check` only where told to."""
+    from bt_mission.language.permissions import Permissions
+
+    if options.no_python:
+        return Permissions(python="refuse", hint="--no-python was given")
+    if getattr(options, "import_python", True):
+        return Permissions()
+    hint = "--import-python imports it and checks its inputs, --no-python refuses it"
+    return Permissions(python="name", hint=hint)
 
 
 def check_files(options: argparse.Namespace) -> int:
@@ -120,15 +145,15 @@ def _check_file(options: argparse.Namespace) -> int:
     count = sum(1 for _ in mission.tree.walk())
     nodes = "1 node" if count == 1 else f"{count} nodes"
     print(f"{mission.file}: mission '{mission.name}' is valid ({nodes})")
-    return _check_against(mission, options.namespace) if options.against else SUCCESS
+    return _check_against(mission, options) if options.against else SUCCESS
 
 
-def _check_against(mission: Any, namespace: str | None) -> int:
+def _check_against(mission: Any, options: argparse.Namespace) -> int:
     """Print what the running graph has of what the mission uses."""
-    prepare_middleware()
+    prepare_graph(options)
     from bt_mission.ros.graph_check import find_missing
 
-    findings = find_missing(mission, namespace)
+    findings = find_missing(mission, options.namespace)
     width = max((len(one.wanted.name) for one in findings), default=0)
     for one in findings:
         sign = "there" if one.is_there else "of another type" if one.types else "missing"
@@ -137,7 +162,7 @@ def _check_against(mission: Any, namespace: str | None) -> int:
     for fault in missing:
         print(fault, file=sys.stderr)
     print(f"{len(findings) - len(missing)} of {len(findings)} are in the graph")
-    refused = _print_refusals(mission, namespace)
+    refused = _print_refusals(mission, options.namespace)
     return BAD_INPUT if missing or refused else SUCCESS
 
 

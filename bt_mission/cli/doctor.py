@@ -16,7 +16,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from bt_mission.core.dds.discovery import RANGE
+from bt_mission.core.dds.discovery import MACHINE, PROCESS, RANGE
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -123,7 +123,7 @@ def _command(name: str, *arguments: str) -> list[str]:
 
 def _environment(without: tuple[str, ...] = ()) -> dict[str, str]:
     # As every command that lets a second terminal attach: this machine, and no further.
-    mine = {**os.environ, RANGE: "LOCALHOST"}
+    mine = {**os.environ, RANGE: MACHINE}
     return {name: value for name, value in mine.items() if name not in without}
 
 
@@ -183,6 +183,22 @@ def middleware(environ: Mapping[str, str] = os.environ) -> CheckResult:
     return answer
 
 
+def discovery(environ: Mapping[str, str] = os.environ) -> CheckResult:
+    """Which machines find our processes, and how that is changed."""
+    domain, reach = environ.get("ROS_DOMAIN_ID") or "0", environ.get(RANGE)
+    if not reach:
+        return CheckResult(
+            "ok", f"ROS domain {domain}, this machine only; for a robot's own computer: --network"
+        )
+    found = f"ROS domain {domain}, {RANGE}={reach}"
+    if reach == PROCESS:
+        return CheckResult("warning", found, f"unset {RANGE} to join other processes")
+    if reach == MACHINE:
+        return CheckResult("ok", f"{found}: this machine only")
+    remedy = f"every machine of the network may drive what runs here; unset {RANGE} for simulations"
+    return CheckResult("warning", found, remedy)
+
+
 def loopback() -> CheckResult:
     """DDS between two processes on this machine, as --attach and a second terminal need it."""
     topic = f"bt_mission_doctor_{os.getpid()}"
@@ -211,6 +227,7 @@ CHECKS = (
         needs=("ROS 2",),
     ),
     DoctorCheck("middleware", middleware, needs=("ROS 2",)),
+    DoctorCheck("discovery", discovery),
     DoctorCheck("DDS between processes", loopback, needs=("ROS 2", "middleware")),
     DoctorCheck(
         "virtual clock", partial(probe, "lockstep", remedy=REAL_TIME), needs=("ROS 2", "middleware")

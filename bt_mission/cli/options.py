@@ -63,6 +63,15 @@ def refuse_existing(options: argparse.Namespace, *paths: Path | None) -> None:
             raise BtMissionError(f"{path} exists; give another name, or --force to overwrite it")
 
 
+def add_python_option(parser: argparse.ArgumentParser) -> None:
+    """Add the refusal of the code that a mission brings."""
+    parser.add_argument(
+        "--no-python",
+        action="store_true",
+        help="refuse a mission with Python leaves: code of its author's that runs as you",
+    )
+
+
 def write_output(path: Path, content: bytes) -> None:
     """Write a file that the options name, and say so.
 

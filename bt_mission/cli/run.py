@@ -16,7 +16,13 @@ from typing import TYPE_CHECKING, Any
 from bt_mission.cli import recording
 from bt_mission.cli.argument_types import speed
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
-from bt_mission.cli.options import add_mission_file, add_overrides, add_plain_option
+from bt_mission.cli.network import add_duplicates_option, add_network_option, prepare_graph
+from bt_mission.cli.options import (
+    add_mission_file,
+    add_overrides,
+    add_plain_option,
+    add_python_option,
+)
 from bt_mission.cli.view import add_view_option, refuse_view, window_on
 from bt_mission.core.dds.middleware import prepare_middleware
 from bt_mission.core.errors import BtMissionError
@@ -40,6 +46,7 @@ def add_parser(commands: Any) -> None:
     )
     add_mission_file(parser)
     add_overrides(parser)
+    add_python_option(parser)
     parser.add_argument(
         "--speed",
         type=speed,
@@ -76,6 +83,8 @@ def add_parser(commands: Any) -> None:
         action="store_true",
         help="let other processes of this machine see the simulated run (and be heard by it)",
     )
+    add_network_option(parser)
+    add_duplicates_option(parser, "with --attach: ")
     parser.add_argument("--json", action="store_true", help="print one JSON object at the end")
     add_plain_option(parser)
     parser.add_argument(
@@ -108,8 +117,11 @@ def _run(options: argparse.Namespace) -> int:
     from bt_mission.cli.watch import is_drawable
     from bt_mission.executive.status import MissionStatus
 
-    prepare_middleware()
     refuse_contradictions(options)
+    if options.attach or options.visible:
+        prepare_graph(options)
+    else:
+        prepare_middleware()
     mission = load_checked(options)
     run_shown = _run_on_screen if options.tui and is_drawable() else _run_in_lines
     report, kept = run_shown(options, mission)
@@ -214,7 +226,11 @@ def refuse_contradictions(options: argparse.Namespace) -> None:
     if options.attach and (options.world or options.robot):
         raise BtMissionError("--world, --robot: an attached run has those of its graph")
     if options.attach and options.visible:
-        raise BtMissionError("--visible: an attached run is on the network anyway")
+        raise BtMissionError("--visible: an attached run is seen anyway")
+    if options.network and not (options.attach or options.visible):
+        raise BtMissionError("--network goes with --attach or --visible: nobody hears another run")
+    if options.allow_duplicates and not options.attach:
+        raise BtMissionError("--allow-duplicates goes with --attach: a simulation is alone")
     if options.journal and not options.attach:
         raise BtMissionError("--journal goes with --attach: a simulation ends with its process")
     if options.resume and not options.journal:
@@ -233,6 +249,7 @@ def _open_session(options: argparse.Namespace, mission: Any, say: Any) -> Attach
             wall_clock=options.wall_clock,
             journal=options.journal,
             resume=options.resume,
+            allow_duplicates=options.allow_duplicates,
             say=say,
         )
     if options.namespace:
@@ -244,5 +261,5 @@ def _open_session(options: argparse.Namespace, mission: Any, say: Any) -> Attach
         mission,
         image_folder=options.images,
         say=say,
-        options=StageOptions(visible=options.visible, watched=options.tui),
+        options=StageOptions(visible=options.visible, network=options.network, watched=options.tui),
     )

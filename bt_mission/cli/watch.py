@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.argument_types import seconds
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
+from bt_mission.cli.network import add_network_option, prepare_graph
 from bt_mission.cli.options import add_plain_option
-from bt_mission.core.dds.middleware import prepare_middleware
 
 if TYPE_CHECKING:
     from bt_mission.events.mission_state import MissionState
@@ -70,12 +70,13 @@ def add_parser(commands: Any) -> None:
         help="leave with code 1 when there is nobody to watch after this time (default: keep "
         "looking)",
     )
+    add_network_option(parser)
     parser.set_defaults(command=watch)
 
 
 def watch(options: argparse.Namespace) -> int:
     """Look on until told to leave; gives the exit code."""
-    prepare_middleware()
+    prepare_graph(options)
     from bt_mission.ros.discovery import ExecutiveDirectory
 
     with ExecutiveDirectory() as observer:

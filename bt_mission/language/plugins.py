@@ -6,17 +6,16 @@ import importlib
 import importlib.util
 import inspect
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Any
 
 from py_trees.behaviour import Behaviour
 
-from bt_mission.core.diagnostics import did_you_mean, listed
+from bt_mission.core.diagnostics import did_you_mean, listed, quoted
 from bt_mission.core.errors import HintedError
 from bt_mission.language.expressions.values import Type
+from bt_mission.language.permissions import is_within
 
 GROUP = "bt_mission.leaves"
 """The entry points by which a package names its behaviours."""
@@ -27,11 +26,12 @@ class PythonError(HintedError):
 
 
 def find_class(target: str, file: str) -> type[Behaviour]:
-    """The class that a mission in ``file`` names.
+    """The class that a mission in ``file`` names; its module is imported.
 
     Args:
         target: ``module:Class``, ``file.py:Class`` (a file in the mission's folder or below), or
             the name of an entry point of the group ``bt_mission.leaves``.
+        file: The mission's.
 
     Raises:
         PythonError: When it is not there, is no behaviour, or its module cannot be imported.
@@ -40,13 +40,36 @@ def find_class(target: str, file: str) -> type[Behaviour]:
     if not name:
         return _behaviour(_plugged(where), target)
     is_file = where.endswith(".py")
-    with _importing(where if is_file else f"the module {where}"):
-        module = _from_file(where, file) if is_file else importlib.import_module(where)
+    module = _from_file(where, _leaf_file(where, file)) if is_file else _imported(where)
     if not hasattr(module, name):
         known = [key for key, value in vars(module).items() if _is_behaviour(value)]
         has = f"behaviours: {listed(known)}" if known else "it has no behaviours"
         raise PythonError(f"no '{name}' in {where} ({has})", did_you_mean(name, known))
     return _behaviour(getattr(module, name), target)
+
+
+def locate(target: str, file: str, folders: tuple[Path, ...] | None) -> None:
+    """Look for the code that a mission in ``file`` names, as far as that goes without importing.
+
+    Args:
+        target: As for `find_class`.
+        file: The mission's.
+        folders: Where files of leaves may lie, links followed; modules are refused then. None is
+            the folder of the mission, and any module.
+
+    Raises:
+        PythonError: For an entry point or a file that is not there, or is not allowed.
+    """
+    where, _, name = target.partition(":")
+    if not name:
+        _entry_point(where)
+    elif where.endswith(".py"):
+        path = _leaf_file(where, file)
+        if folders is not None and not is_within(path, folders):
+            raise PythonError(f"{where} lies outside of the folders that missions come from")
+    elif folders is not None:
+        hint = "put the class into a file beside the mission, and write 'file.py:Class'"
+        raise PythonError(f"the module {quoted(where)} may not be imported here", hint)
 
 
 _KINDS: dict[type, Type] = {
@@ -79,7 +102,7 @@ def attributes_of(kind: type[Behaviour]) -> dict[str, Type | None]:
     }
 
 
-def _plugged(name: str) -> Any:
+def _entry_point(name: str) -> EntryPoint:
     there = entry_points(group=GROUP)
     found = [one for one in there if one.name == name]
     if not found:
@@ -87,17 +110,35 @@ def _plugged(name: str) -> Any:
         has = f"known: {listed(known)}" if known else f"no package has any of '{GROUP}'"
         hint = did_you_mean(name, known) or "a class is written as 'module:Class'"
         raise PythonError(f"no plug-in is called '{name}' ({has})", hint)
-    with _importing(f"the plug-in '{name}' ({found[0].value})"):
-        return found[0].load()
+    return found[0]
 
 
-def _from_file(where: str, file: str) -> Any:
+def _plugged(name: str) -> Any:
+    found = _entry_point(name)
+    try:
+        return found.load()
+    except (Exception, SystemExit) as error:
+        raise PythonError(f"the plug-in '{name}' ({found.value}) {_why(error)}") from error
+
+
+def _imported(module: str) -> Any:
+    try:
+        return importlib.import_module(module)
+    except (Exception, SystemExit) as error:  # whatever a user's module raises
+        raise PythonError(f"the module {module} {_why(error)}") from error
+
+
+def _leaf_file(where: str, file: str) -> Path:
     folder = Path(file).resolve().parent
     path = (folder / where).resolve()
     if not path.is_relative_to(folder):
         raise PythonError(f"{where} lies outside of the folder of the mission")
     if not path.is_file():
         raise PythonError(f"no such file: {where}", "it is looked for beside the mission")
+    return path
+
+
+def _from_file(where: str, path: Path) -> Any:
     key = f"bt_mission_leaf_{path.with_suffix('').as_posix().strip('/').replace('/', '_')}"
     if key not in sys.modules:
         spec = importlib.util.spec_from_file_location(key, path)
@@ -107,9 +148,9 @@ def _from_file(where: str, file: str) -> Any:
         sys.modules[key] = module
         try:
             spec.loader.exec_module(module)
-        except BaseException:
+        except (Exception, SystemExit) as error:  # whatever a user's module raises
             del sys.modules[key]
-            raise
+            raise PythonError(f"{where} {_why(error)}") from error
     return sys.modules[key]
 
 
@@ -124,13 +165,5 @@ def _is_behaviour(value: object) -> bool:
     return inspect.isclass(value) and issubclass(value, Behaviour) and value is not Behaviour
 
 
-@contextmanager
-def _importing(what: str) -> Iterator[None]:
-    """Turn whatever a module of a user's raises into an error that says so."""
-    try:
-        yield
-    except PythonError:
-        raise
-    except (Exception, SystemExit) as error:
-        message = f"{what} cannot be imported: {type(error).__name__}: {error}"
-        raise PythonError(message) from error
+def _why(error: BaseException) -> str:
+    return f"cannot be imported: {type(error).__name__}: {error}"

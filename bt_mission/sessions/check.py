@@ -27,7 +27,7 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.core.robot.model import load_robot
 from bt_mission.core.yaml.document import Document, read_text
 from bt_mission.language.action_names import ACTION_NAMES
-from bt_mission.language.checks.mission import type_faults, warnings
+from bt_mission.language.checks.mission import python_leaf_faults, type_faults, warnings
 from bt_mission.language.checks.types import FindShapes
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.inputs import SET_OPTION
@@ -35,6 +35,7 @@ from bt_mission.language.loader import Draft, draft
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.action import GoalNode
 from bt_mission.language.nodes.composites import ParallelNode
+from bt_mission.language.permissions import ANYTHING, Permissions
 from bt_mission.language.trees import reached
 from bt_mission.sessions.goal_checks import OUR_SERVERS, ServerGoalRules, ServerSettings
 from bt_mission.sessions.load import read_mission
@@ -44,16 +45,26 @@ NEEDS_A_CAMERA = frozenset(short.type for short in ACTION_NAMES.values() if shor
 MOVES_THE_BASE = frozenset(short.type for short in ACTION_NAMES.values() if short.moves_base)
 
 
-def check(mission: Mission, servers: ServerSettings | None = OUR_SERVERS) -> tuple[Diagnostic, ...]:
+def check(
+    mission: Mission,
+    servers: ServerSettings | None = OUR_SERVERS,
+    *,
+    import_python: bool = False,
+) -> tuple[Diagnostic, ...]:
     """Return every fault of a mission, errors and warnings, in the order of the file.
 
-    The warnings that loading gave (`mission.warnings`) are not repeated.
+    The warnings that loading gave (`mission.warnings`) are not repeated. A Python leaf is code of
+    its author's, which runs when it is imported.
 
     Args:
-        mission: What `load` returned.
+        mission: As `load` returns it.
         servers: By their limits goals are judged; None where the goals are for somebody else's.
+        import_python: Import Python leaves, and check what they are given; without it each has a
+            warning that names it.
     """
-    return in_order(_faults(mission, servers))
+    hint = "check(mission, import_python=True) imports it, and checks what it is given"
+    permissions = ANYTHING if import_python else Permissions(python="name", hint=hint)
+    return in_order(_faults(mission, servers, permissions))
 
 
 def examine(
@@ -63,6 +74,7 @@ def examine(
     world: str | None = None,
     robot: str | None = None,
     servers: ServerSettings | None = OUR_SERVERS,
+    permissions: Permissions = ANYTHING,
 ) -> tuple[Mission | None, tuple[Diagnostic, ...]]:
     """Load and check a mission file; return it with all warnings, or None with all faults.
 
@@ -70,7 +82,10 @@ def examine(
     else. Nothing is raised. `servers` are as in `check`.
     """
     return _examined(
-        lambda values: draft(read_mission(path), values, seed, world, robot), set, servers
+        lambda values: draft(read_mission(path), values, seed, world, robot, permissions),
+        set,
+        servers,
+        permissions,
     )
 
 
@@ -82,10 +97,14 @@ def examine_text(
     world: str | None = None,
     robot: str | None = None,
     servers: ServerSettings | None = OUR_SERVERS,
+    permissions: Permissions = ANYTHING,
 ) -> tuple[Mission | None, tuple[Diagnostic, ...]]:
     """Load and check a mission in a text, as `examine` does a file."""
     return _examined(
-        lambda values: draft(read_text(text, file), values, seed, world, robot), set, servers
+        lambda values: draft(read_text(text, file), values, seed, world, robot, permissions),
+        set,
+        servers,
+        permissions,
     )
 
 
@@ -94,14 +113,17 @@ ReadDraft: TypeAlias = Callable[[Mapping[str, Plain]], Draft]
 
 
 def _examined(
-    read_draft: ReadDraft, given: Mapping[str, Plain] | None, servers: ServerSettings | None
+    read_draft: ReadDraft,
+    given: Mapping[str, Plain] | None,
+    servers: ServerSettings | None,
+    permissions: Permissions,
 ) -> Examined:
     """Return a mission or its faults; those that only values of `--set` bring are told as such."""
     values = dict(given or {})
-    mission, faults = _examined_with(read_draft, values, servers)
+    mission, faults = _examined_with(read_draft, values, servers, permissions)
     for name, value in values.items() if mission is None else ():
         others = {one: values[one] for one in values if one != name}
-        without = frozenset(_examined_with(read_draft, others, servers)[1])
+        without = frozenset(_examined_with(read_draft, others, servers, permissions)[1])
         faults = tuple(
             fault if fault in without else _of_value(fault, name, value) for fault in faults
         )
@@ -120,7 +142,10 @@ def _of_value(fault: Diagnostic, name: str, value: Plain) -> Diagnostic:
 
 
 def _examined_with(
-    read_draft: ReadDraft, values: Mapping[str, Plain], servers: ServerSettings | None
+    read_draft: ReadDraft,
+    values: Mapping[str, Plain],
+    servers: ServerSettings | None,
+    permissions: Permissions,
 ) -> Examined:
     try:
         found = read_draft(values)
@@ -128,17 +153,24 @@ def _examined_with(
         return None, error.faults
     if found.mission is None:
         return None, found.faults
-    faults = [*found.faults, *_faults(found.mission, servers)]
+    faults = [*found.faults, *_faults(found.mission, servers, permissions)]
     if any(fault.severity == "error" for fault in faults):
         return None, in_order(faults)
     noted = tuple(warnings(found.mission))
     return replace(found.mission, warnings=noted), in_order([*noted, *faults])
 
 
-def _faults(mission: Mission, servers: ServerSettings | None) -> list[Diagnostic]:
+def _faults(
+    mission: Mission, servers: ServerSettings | None, permissions: Permissions
+) -> list[Diagnostic]:
     document = mission.document
     assert document is not None, "a mission to check comes from a file or a string"
-    faults = [*_place_faults(document, mission), *_base_faults(mission), *_camera_faults(mission)]
+    faults = [
+        *python_leaf_faults(mission, permissions),
+        *_place_faults(document, mission, permissions),
+        *_base_faults(mission),
+        *_camera_faults(mission, permissions),
+    ]
     find: FindShapes | None = None
     try:
         from bt_mission.ros import interface_types  # noqa: PLC0415 - the rest works without ROS
@@ -148,13 +180,21 @@ def _faults(mission: Mission, servers: ServerSettings | None) -> list[Diagnostic
         faults.append(Diagnostic(message, mission.file, hint=hint, severity="warning"))
     else:
         find = interface_types.shapes
-    rules = _goal_rules(mission, servers)
-    return [*faults, *islice(type_faults(mission, find, rules), MOST_FAULTS)]
+    rules = _goal_rules(mission, servers, permissions)
+    return [*faults, *islice(type_faults(mission, find, rules, permissions), MOST_FAULTS)]
 
 
-def _goal_rules(mission: Mission, servers: ServerSettings | None) -> ServerGoalRules | None:
+def _goal_rules(
+    mission: Mission, servers: ServerSettings | None, permissions: Permissions
+) -> ServerGoalRules | None:
     """Return what the servers accept with the mission's robot, if there is such a robot."""
-    if servers is None:
+    named: tuple[tuple[files.Kind, str | None], ...] = (
+        ("robots", mission.robot),
+        ("worlds", mission.world),
+    )
+    if servers is None or not all(
+        name is None or _is_there(kind, name, mission, permissions) for kind, name in named
+    ):
         return None
     try:
         robot = load_robot(mission.robot, near=mission.file)
@@ -166,14 +206,16 @@ def _goal_rules(mission: Mission, servers: ServerSettings | None) -> ServerGoalR
         return None  # said elsewhere, or when it is used
 
 
-def _place_faults(document: Document, mission: Mission) -> Iterator[Diagnostic]:
+def _place_faults(
+    document: Document, mission: Mission, permissions: Permissions
+) -> Iterator[Diagnostic]:
     """Yield a fault for a world or robot that is not there."""
     places: tuple[tuple[files.Kind, str, str | None], ...] = (
         ("worlds", "world", mission.world),
         ("robots", "robot", mission.robot),
     )
     for kind, key, wanted in places:
-        if wanted is None or files.look_for(kind, wanted, mission.file) is not None:
+        if wanted is None or _is_there(kind, wanted, mission, permissions):
             continue
         known = files.names(kind)
         message = f"no {key} {quoted(wanted)} (known: {listed(known)})"
@@ -184,6 +226,11 @@ def _place_faults(document: Document, mission: Mission) -> Iterator[Diagnostic]:
             if written
             else Diagnostic(message, f"--{key}", hint=hint)
         )
+
+
+def _is_there(kind: files.Kind, wanted: str, mission: Mission, permissions: Permissions) -> bool:
+    found = files.look_for(kind, wanted, mission.file)
+    return found is not None and permissions.allows(found, kind)
 
 
 def _base_faults(mission: Mission) -> Iterator[Diagnostic]:
@@ -206,7 +253,7 @@ def _base_faults(mission: Mission) -> Iterator[Diagnostic]:
                 yield tree.document.fault(movers[1].path, message, severity="warning")
 
 
-def _camera_faults(mission: Mission) -> Iterator[Diagnostic]:
+def _camera_faults(mission: Mission, permissions: Permissions) -> Iterator[Diagnostic]:
     """Yield a fault for every goal that takes pictures with a robot that has no camera."""
     found = [
         (tree.document, step)
@@ -214,7 +261,7 @@ def _camera_faults(mission: Mission) -> Iterator[Diagnostic]:
         for step in tree.body.walk()
         if isinstance(step, GoalNode) and step.type in NEEDS_A_CAMERA
     ]
-    if not found:
+    if not found or not _is_there("robots", mission.robot, mission, permissions):
         return
     try:
         robot = load_robot(mission.robot, near=mission.file)

@@ -88,7 +88,7 @@ class Stage:
         members = _members(mission, robots)
         self._options = options or StageOptions()
         self.mission = members[0].mission
-        isolate(visible=self._options.visible)
+        isolate(visible=self._options.visible, network=self._options.network)
         world = load_world(
             self._options.world or self.mission.world or DEFAULT_WORLD, near=self.mission.file
         )

@@ -33,6 +33,7 @@ class StageOptions:
         seed: Of all sensor noise; None is that of the first mission. Each mission's own seed
             decides the rest.
         visible: May other processes of this machine look on, and take part?
+        network: With `visible`, may those of other machines?
         watched: Offer the topics and services for tools also where nobody else may look on.
         without: Actions that the servers leave to others, by their relative names.
         context: The rclpy context of all nodes, which stays; None makes one for the run.
@@ -42,6 +43,7 @@ class StageOptions:
     world: str | Path | None = None
     seed: int | None = None
     visible: bool = False
+    network: bool = False
     watched: bool = False
     without: Collection[str] = ()
     context: Context | None = None

@@ -9,6 +9,7 @@ from bt_mission_interfaces.msg import MissionState, StatusChanges, Tree
 from bt_mission_interfaces.srv import GetStatuses, PauseMission, SetBreakpoint
 from std_srvs.srv import Trigger
 
+from bt_mission.ros.control_services import MOST_BREAKPOINTS
 from bt_mission.ros.graph import LATCHED
 from bt_mission.ros.status_publisher import CHANGES
 
@@ -108,6 +109,20 @@ def test_breakpoints_are_listed_and_removed(ros: Any) -> None:
     assert ask() == (True, "1 set", ["0.1"])
     assert ask(node="wait", remove=True) == (False, "no breakpoint is set at 'wait'", ["0.1"])
     assert ask(node="0.1", remove=True) == (True, "'0.1' starts without a pause again", [])
+
+
+def test_breakpoints_do_not_grow_without_end(ros: Any) -> None:
+    """Also while no mission runs, when no name is known to be wrong."""
+    ros.serve()
+
+    def ask(node: str) -> tuple[bool, str]:
+        answer = ros.call(SetBreakpoint, "/bt_mission/breakpoint", node=node)
+        return answer.success, answer.message
+
+    assert all(ask(f"node {number}")[0] for number in range(MOST_BREAKPOINTS))
+    assert ask("one more") == (False, "100 breakpoints are set; remove one first")
+    assert ask("node 7") == (True, "pauses before 'node 7'")
+    assert ask("x" * 5000) == (False, "no node has a name of 5,000 characters")
 
 
 def test_a_stopped_mission_ends_its_goals(ros: Any) -> None:
