@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any
 
+from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from bt_mission.behaviours.control import Guard, Timeout
 from bt_mission.behaviours.evaluator import Evaluator
 from bt_mission.behaviours.leaves import Leaf
 from bt_mission.behaviours.progress import LeafProgress
@@ -96,6 +99,31 @@ class ActionLeaf(Leaf):
         if ending.outcome is Outcome.CANCELED_BY_CONDITION:
             return Status.SUCCESS if self._node.on_cancel == "success" else Status.FAILURE
         return Status.FAILURE
+
+    @property
+    def has_outcome(self) -> bool:
+        """Is it known how its goal ends, though no tick may have told yet?"""
+        return self.attempt is not None and self.attempt.is_decided
+
+    def supervise(self) -> None:
+        """Keep the limits of a goal that was sent, while the tree is not ticked.
+
+        What ends the goal is told by the next tick.
+        """
+        attempt, now_ns = self.attempt, self._runtime.now_ns
+        if attempt is None or attempt.goal is None or attempt.ending is not None:
+            return
+        why = next(filter(None, (node.why_over() for node in self._bounds_around())), "")
+        if attempt.poll(now_ns) is None and why:
+            attempt.halt(now_ns, why)
+        self.feedback_message = _say(attempt.ending) if attempt.ending else self._doing(attempt)
+
+    def _bounds_around(self) -> Iterator[Guard | Timeout]:
+        node: Behaviour | None = self.parent
+        while node is not None:
+            if isinstance(node, Guard | Timeout):
+                yield node
+            node = node.parent
 
     def terminate(self, new_status: Status) -> None:
         """Hand a goal still under way to the ledger when the tree halts this leaf."""

@@ -1,4 +1,4 @@
-"""Where a mission stands, and a change of one of its nodes."""
+"""Where a mission stands, a change of one of its nodes, and why its tree has failed."""
 
 from __future__ import annotations
 
@@ -28,3 +28,16 @@ class Change:
     path: str
     status: Status
     message: str
+
+
+def why_failed(root: Behaviour) -> str:
+    """Return which leaf made a tree fail, and what it says about that."""
+    failed = [node for node in root.iterate() if node.status is Status.FAILURE]
+    leaves = [node for node in failed if not node.children]
+    tip = root.tip()
+    culprit = tip if tip is not None and tip.status is Status.FAILURE else None
+    if culprit is None and leaves:
+        culprit = leaves[-1]
+    if culprit is None:
+        return f"'{root.name}' failed"
+    return f"'{culprit.name}' {culprit.feedback_message or 'failed'}"
