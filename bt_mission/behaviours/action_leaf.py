@@ -114,9 +114,11 @@ class ActionLeaf(Leaf):
         if attempt is None or attempt.goal is None or attempt.ending is not None:
             return
         why = next(filter(None, (node.why_over() for node in self._bounds_around())), "")
-        if attempt.poll(now_ns) is None and why:
+        ending = attempt.poll(now_ns)
+        if ending is None and why:
             attempt.halt(now_ns, why)
-        self.feedback_message = _say(attempt.ending) if attempt.ending else self._doing(attempt)
+            ending = attempt.ending
+        self.feedback_message = self._doing(attempt) if ending is None else _say(ending)
 
     def _bounds_around(self) -> Iterator[Guard | Timeout]:
         node: Behaviour | None = self.parent
