@@ -85,12 +85,18 @@ def outing_table(found: list[Outing]) -> Iterator[str]:
 
 def kill_table(found: Iterable[Kill]) -> Iterator[str]:
     """Yield a row for each process that was killed."""
-    yield "| killed | between servers and base | stands after | within 0.5 s | goes on for |"
-    yield "|---|---|---|---|---|"
+    yield (
+        "| killed | between servers and base | stands after | after the last command sent "
+        "| within 0.5 s | goes on for |"
+    )
+    yield "|---|---|---|---|---|---|"
     for one in found:
         way = "arbiter" if one.with_arbiter else "nothing"
         held = "yes" if one.stood_after_s <= 0.5 + 1e-6 else "**no**"
-        yield f"| {one.killed} | {way} | {one.stood_after_s:.2f} s | {held} | {one.way_m:.2f} m |"
+        yield (
+            f"| {one.killed} | {way} | {one.stood_after_s:.2f} s | {one.after_command_s:.2f} s "
+            f"| {held} | {one.way_m:.2f} m |"
+        )
 
 
 def write(mark: str, lines: Iterable[str]) -> None:

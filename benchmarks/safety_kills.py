@@ -22,9 +22,12 @@ from nav_msgs.msg import Odometry
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 
+from bt_mission.core.stamps import to_ns
 from bt_mission.core.wall_clock import Stopwatch
 
 SPEED = 0.26
+TRUTH_PERIOD_S = 0.05
+"""Between two messages of the true motion."""
 PATIENCE_S = 60.0
 """Seconds of the wall clock until the robot must drive, and after the kill, stand."""
 WATCHED_S = 1.0
@@ -55,6 +58,8 @@ class Kill:
     stood_after_s: float
     way_m: float
     """How far the base still went."""
+    after_command_s: float = float("inf")
+    """When it stood, after the time at which the last command that moves was sent."""
     commands: tuple[tuple[float, float], ...] = ()
     """What the base was told from then on, in order: m/s ahead, rad/s to the left."""
     stayed: bool = False
@@ -78,6 +83,8 @@ class Truth:
         self._exit.callback(self._executor.shutdown)
         self.seen: list[tuple[float, float, float, float]] = []
         self.commands: list[tuple[float, float]] = []
+        self.commanded_s = 0.0
+        """When the last command that moves was sent."""
 
     def __enter__(self) -> Self:
         return self
@@ -98,6 +105,8 @@ class Truth:
 
     def _take_command(self, message: Any) -> None:
         self.commands.append((message.twist.linear.x, message.twist.angular.z))
+        if message.twist.linear.x or message.twist.angular.z:
+            self.commanded_s = to_ns(message.header.stamp) / 1e9
 
     def stands(self) -> bool:
         """Tell whether the base stands, by the newest truth that was heard."""
@@ -169,5 +178,12 @@ def kill(what: str, *, with_arbiter: bool, world: str = "empty_arena") -> Kill:
         stayed = True
         while truth.newest()[0] < stood_s + WATCHED_S:
             stayed = stayed and truth.stands()
-        commands = tuple(truth.commands[before:])
-        return Kill(what, with_arbiter, stood_s - killed_s, x - killed_x, commands, stayed)
+        return Kill(
+            what,
+            with_arbiter,
+            stood_after_s=stood_s - killed_s,
+            way_m=x - killed_x,
+            after_command_s=stood_s - truth.commanded_s,
+            commands=tuple(truth.commands[before:]),
+            stayed=stayed,
+        )
