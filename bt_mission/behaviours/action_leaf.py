@@ -14,6 +14,7 @@ from bt_mission.behaviours.evaluator import Evaluator
 from bt_mission.behaviours.leaves import Leaf
 from bt_mission.behaviours.progress import LeafProgress
 from bt_mission.behaviours.runtime import Runtime, placed, read_field, scalars
+from bt_mission.core.dds.liveliness import EXECUTIVE_LOST
 from bt_mission.goals.attempt import Attempt, Limits
 from bt_mission.goals.goal import Goal, GoalClient
 from bt_mission.goals.outcome import AttemptResult, Outcome
@@ -99,6 +100,16 @@ class ActionLeaf(Leaf):
         if ending.outcome is Outcome.CANCELED_BY_CONDITION:
             return Status.SUCCESS if self._node.on_cancel == "success" else Status.FAILURE
         return Status.FAILURE
+
+    @property
+    def was_cut_off(self) -> bool:
+        """Was its last goal aborted because the server took this process for dead?"""
+        ending = self.attempt.ending if self.attempt else None
+        return (
+            ending is not None
+            and ending.outcome is Outcome.ABORTED
+            and getattr(ending.result, "error_code", 0) == EXECUTIVE_LOST
+        )
 
     @property
     def has_outcome(self) -> bool:

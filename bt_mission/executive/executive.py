@@ -20,9 +20,9 @@ from py_trees.common import Status
 
 from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.behaviours.runtime import Runtime
-from bt_mission.core.errors import BtMissionError, described
+from bt_mission.core.errors import BtMissionError, cause_of, described
 from bt_mission.executive.breakpoints import Breakpoints
-from bt_mission.executive.status import Change, MissionStatus, why_failed
+from bt_mission.executive.status import Change, MissionStatus, failed_node
 from bt_mission.executive.trace import Trace
 from bt_mission.goals.goal import Goal
 
@@ -55,6 +55,8 @@ class Executive:
         """ROS time of the first tick, ns; 0 before it."""
         self.ended_ns = 0
         """ROS time of the end, ns; 0 before it."""
+        self.is_resumable = False
+        """Did it fail because a server took this process for dead? A journal can go on then."""
         self.paused: str | None = None
         """Why it is paused; None while it is not."""
         self.listeners: list[Callable[[Change], None]] = []
@@ -234,7 +236,7 @@ class Executive:
             for leaf in self._goal_leaves:
                 leaf.supervise()
         except Exception as error:  # noqa: BLE001 - a condition may raise as in a tick
-            self._end(MissionStatus.FAILURE, _cause(error))
+            self._end(MissionStatus.FAILURE, cause_of(error))
 
     def _tick_tree(self) -> None:
         if self._walk is None:
@@ -251,12 +253,15 @@ class Executive:
             self._walk = None
             self._note_halted()
         except Exception as error:  # noqa: BLE001 - a user's leaf may raise anything
-            self._end(MissionStatus.FAILURE, _cause(error))
+            self._end(MissionStatus.FAILURE, cause_of(error))
         else:
             if self.root.status is Status.SUCCESS:
                 self._end(MissionStatus.SUCCESS, "")
             elif self.root.status is not Status.RUNNING:
-                self._end(MissionStatus.FAILURE, why_failed(self.root))
+                culprit = failed_node(self.root)
+                self.is_resumable = isinstance(culprit, ActionLeaf) and culprit.was_cut_off
+                said = culprit.feedback_message or "failed"
+                self._end(MissionStatus.FAILURE, f"'{culprit.name}' {said}")
 
     def _begin_walk(self) -> Iterator[Behaviour]:
         walk: Iterator[Behaviour] = self.root.tick()
@@ -341,7 +346,3 @@ class Executive:
                 self._verdict = MissionStatus.FAILURE
         self.status, self.ended_ns = self._verdict, self._runtime.now_ns
         self._trace.record(self.ended_ns, "mission", status=str(self.status), reason=self.reason)
-
-
-def _cause(error: Exception) -> str:
-    return str(error) if isinstance(error, BtMissionError) else described(error)

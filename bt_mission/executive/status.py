@@ -30,14 +30,12 @@ class Change:
     message: str
 
 
-def why_failed(root: Behaviour) -> str:
-    """Return which leaf made a tree fail, and what it says about that."""
+def failed_node(root: Behaviour) -> Behaviour:
+    """Return which leaf made a tree fail; the root where that is not known."""
     failed = [node for node in root.iterate() if node.status is Status.FAILURE]
     leaves = [node for node in failed if not node.children]
     tip = root.tip()
     culprit = tip if tip is not None and tip.status is Status.FAILURE else None
     if culprit is None and leaves:
         culprit = leaves[-1]
-    if culprit is None:
-        return f"'{root.name}' failed"
-    return f"'{culprit.name}' {culprit.feedback_message or 'failed'}"
+    return root if culprit is None else culprit

@@ -26,7 +26,7 @@ from std_msgs.msg import Empty
 
 from bt_mission.behaviours.builder import build_tree
 from bt_mission.behaviours.runtime import NS, Scope
-from bt_mission.core.dds.liveliness import LEASE_S, TOPIC
+from bt_mission.core.dds.liveliness import ASSURED_S, TOPIC
 from bt_mission.core.errors import BtMissionError, described
 from bt_mission.core.wall_clock import Stopwatch, rest
 from bt_mission.executive.executive import Executive
@@ -53,7 +53,7 @@ TICK_RATE_HZ = 20.0
 PRESENCE = QoSProfile(
     depth=1,
     liveliness=LivelinessPolicy.AUTOMATIC,
-    liveliness_lease_duration=Duration(nanoseconds=round(LEASE_S * 1e9)),
+    liveliness_lease_duration=Duration(nanoseconds=round(ASSURED_S * 1e9)),
 )
 CANCEL_GRACE_NS = 3_000_000_000
 """How long a mission waits for goals that it no longer wants (the default cancel limit)."""
