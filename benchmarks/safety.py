@@ -1,7 +1,7 @@
 """How safely the base stops: the figures of docs/explanation/safety.md, which this command writes.
 
 All but the killed processes runs on the virtual clock, seeded, and is the same on every run.
-Run it as: python benchmarks/safety.py [--poses N] [--only drives|stops|kills]
+Run it as: python benchmarks/safety.py [--poses N] [--only drives|movers|stops|kills|alarms]
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from itertools import chain
 from multiprocessing import get_context
 from pathlib import Path
 
+from safety_alarms import BUSY, Alarms, alarms
 from safety_kills import Kill, kill
 from safety_movers import WORLDS as MOVING_WORLDS
 from safety_movers import Outing, outing
@@ -99,6 +100,14 @@ def kill_table(found: Iterable[Kill]) -> Iterator[str]:
         )
 
 
+def alarm_table(found: Alarms) -> Iterator[str]:
+    """Yield the one row."""
+    yield "| attached missions | busy processes | load | succeeded | base held | taken for dead |"
+    yield "|---|---|---|---|---|---|"
+    counts = f"| {found.runs} | {found.busy} | {found.load:.0f} | {found.succeeded} "
+    yield f"{counts}| {found.held} times | {found.given_up} |"
+
+
 def write(mark: str, lines: Iterable[str]) -> None:
     """Put lines between the marks of that name on the page, and onto the terminal."""
     text = "\n".join(lines)
@@ -119,7 +128,9 @@ def main() -> None:
     parser.add_argument("--processes", type=int, default=2, help="worlds at a time")
     parser.add_argument("--kills", type=int, default=3, help="times that each process is killed")
     parser.add_argument("--outings", type=int, default=20, help="seeds in each moving world")
-    parser.add_argument("--only", choices=["drives", "movers", "stops", "kills"])
+    parser.add_argument("--busy", type=int, default=BUSY, help="processes that compute beside them")
+    parser.add_argument("--alarms", type=int, default=25, help="missions on a busy machine")
+    parser.add_argument("--only", choices=["drives", "movers", "stops", "kills", "alarms"])
     options = parser.parse_args()
     if options.only in (None, "drives"):
         runs = [(world, options.poses, appears) for appears in (False, True) for world in WORLDS]
@@ -145,6 +156,10 @@ def main() -> None:
                 for _ in range(options.kills)
             ),
         )
+    if options.only in (None, "alarms"):
+        counted = alarms(options.alarms, options.busy)
+        write("false alarms", alarm_table(counted))
+        print("\n".join(counted.others))
 
 
 def _mm(metres: float) -> str:

@@ -10,13 +10,14 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Self
+from typing import IO, Any, Self
 
 import rclpy
+import yaml
 from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.context import Context
@@ -41,11 +42,6 @@ tree:
   do:
     explore_forward: {{fwd_velocity: {speed}, stopping_distance: 0.3}}
     timeout: 100
-"""
-PARAMETERS = """\
-bt_mission_servers:
-  ros__parameters:
-    topics.cmd_vel: cmd_vel_mission
 """
 
 
@@ -125,12 +121,14 @@ class Truth:
 
 
 @contextmanager
-def process(*arguments: str) -> Iterator[subprocess.Popen[bytes]]:
-    """Run ``bt-mission`` in a process that is killed at the end."""
+def process(
+    *arguments: str, log: int | IO[bytes] = subprocess.DEVNULL
+) -> Iterator[subprocess.Popen[bytes]]:
+    """Run ``bt-mission`` in a process that is killed at the end, with its log somewhere."""
     started = subprocess.Popen(  # noqa: S603 - starts our own program
         [sys.executable, "-m", "bt_mission", *arguments],
         stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
+        stderr=log,
     )
     try:
         yield started
@@ -139,24 +137,37 @@ def process(*arguments: str) -> Iterator[subprocess.Popen[bytes]]:
         started.wait()
 
 
-def kill(what: str, *, with_arbiter: bool, world: str = "empty_arena") -> Kill:
-    """Kill "servers" or "executive" when the base drives at full speed.
+@contextmanager
+def driving(
+    *,
+    with_arbiter: bool,
+    world: str = "empty_arena",
+    log: int | IO[bytes] = subprocess.DEVNULL,
+    parameters: Mapping[str, Any] | None = None,
+) -> Iterator[tuple[dict[str, subprocess.Popen[bytes]], Truth]]:
+    """Have a base drive at full speed: the processes "servers" and "executive", and the truth.
 
-    Raises RuntimeError when it never does.
+    The servers have these parameters, and their log goes to `log`. Raises RuntimeError when it
+    never drives.
     """
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-        mission, parameters = folder / "drive.yaml", folder / "parameters.yaml"
+        mission, file = folder / "drive.yaml", folder / "parameters.yaml"
         mission.write_text(MISSION.format(world=world, speed=SPEED), encoding="utf-8")
-        parameters.write_text(PARAMETERS, encoding="utf-8")
-        options = ["--params", str(parameters)] if with_arbiter else []
+        topic = "cmd_vel_mission" if with_arbiter else "cmd_vel"
+        values = {"topics.cmd_vel": topic, **(parameters or {})}
+        file.write_text(
+            yaml.safe_dump({"bt_mission_servers": {"ros__parameters": values}}), encoding="utf-8"
+        )
+        options = ["--images", str(folder / "images"), "--params", str(file)]
         stack.enter_context(process("sim", "--world", world, "--no-camera"))
         if with_arbiter:
             stack.enter_context(process("arbiter"))
-        victims = {
+        images = str(folder / "images")
+        processes = {
             "servers": stack.enter_context(
-                process("servers", "--images", str(folder / "images"), *options)
+                process("servers", "--images", images, *options, log=log)
             ),
             "executive": stack.enter_context(process("run", str(mission), "--attach")),
         }
@@ -165,9 +176,18 @@ def kill(what: str, *, with_arbiter: bool, world: str = "empty_arena") -> Kill:
         while truth.newest()[2] < 0.98 * SPEED:
             if watch.elapsed_s > PATIENCE_S:
                 raise RuntimeError("the robot never drove; are the processes alive?")
+        yield processes, truth
+
+
+def kill(what: str, *, with_arbiter: bool, world: str = "empty_arena") -> Kill:
+    """Kill "servers" or "executive" when the base drives at full speed.
+
+    Raises RuntimeError when it never does.
+    """
+    with driving(with_arbiter=with_arbiter, world=world) as (processes, truth):
         killed_s, killed_x, *_ = truth.newest()
         before = len(truth.commands)
-        victims[what].kill()
+        processes[what].kill()
         watch = Stopwatch()
         while True:
             stood_s, x, *_ = truth.newest()
