@@ -29,7 +29,7 @@ from bt_mission.core.wall_clock import Stopwatch
 SPEED = 0.26
 TRUTH_PERIOD_S = 0.05
 """Between two messages of the true motion."""
-PATIENCE_S = 60.0
+PATIENCE_S = 180.0
 """Seconds of the wall clock until the robot must drive, and after the kill, stand."""
 WATCHED_S = 1.0
 """Seconds of the simulation for which the base is watched once it stands."""
