@@ -19,6 +19,7 @@ from typing import Any, Literal, Protocol, TypeAlias, Union
 import numpy as np
 import numpy.typing as npt
 
+from bt_mission.core.dds.liveliness import EXECUTIVE_LOST
 from bt_mission.core.geometry import Pose2D, Twist2D
 
 
@@ -35,6 +36,7 @@ class ErrorCode(IntEnum):
     BLOCKED = 906
     MOTORS_OFF = 907
     NO_MAP = 908
+    EXECUTIVE_LOST = EXECUTIVE_LOST
 
 
 ZERO = Twist2D()
@@ -93,6 +95,7 @@ class Observation:
     frame, `velocity` the one that odometry measures, `map_pose` the pose in the map frame.
     Anything that has not arrived yet is None. `scan`, `grid` and `image` are the same objects
     from step to step until a newer message comes, so an identity test tells whether they are new.
+    While `is_held`, the pilot commands zero velocity, whatever a maneuver answers.
     """
 
     time_s: float
@@ -103,6 +106,7 @@ class Observation:
     map_pose: Pose2D | None = None
     grid: Grid | None = None
     image: Image | None = None
+    is_held: bool = False
 
 
 @dataclass(frozen=True, slots=True)

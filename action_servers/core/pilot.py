@@ -79,6 +79,7 @@ class Pilot:
         self._side_goals = side_goals
         self._runs: list[ManeuverRun] = []
         self._stepped_s: float | None = None
+        self._is_held = False
 
     @property
     def idle(self) -> bool:
@@ -116,10 +117,20 @@ class Pilot:
         """End a maneuver at once, because of an exception; nothing happens if it has ended."""
         self._end(run, raised(error))
 
-    def stop(self, reason: str) -> None:
+    def stop(self, reason: str, code: ErrorCode = ErrorCode.STOPPED) -> None:
         """End every maneuver, and command zero velocity even if there was none."""
-        self._end_all(reason, list(self._runs))
+        self._end_all(reason, list(self._runs), code)
         self._command(ZERO)
+
+    def hold(self) -> None:
+        """Hold the base from now on: maneuvers go on, but nothing except zero is commanded."""
+        self._is_held = True
+        if self._driving:
+            self._command(ZERO)
+
+    def release(self) -> None:
+        """Let the maneuver that drives command the base again."""
+        self._is_held = False
 
     def stop_driving(self, reason: str, code: ErrorCode) -> None:
         """End the maneuver that drives, if any, with a code and a reason."""
@@ -137,6 +148,8 @@ class Pilot:
             for run in runs:
                 self.fail(run, error)
             return
+        if self._is_held:
+            now = replace(now, is_held=True)
         before_s, self._stepped_s = self._stepped_s, now.time_s
         if before_s is not None and now.time_s < before_s:
             # What a maneuver does for a time, it would do for so much longer.
@@ -156,7 +169,7 @@ class Pilot:
                 self._tell(run)
                 # Last, so that whatever raises above is followed by zero and nothing else.
                 if run.needs_base:
-                    self._command(twist)
+                    self._command(ZERO if self._is_held else twist)
                 return
         except Exception as error:  # noqa: BLE001 - a fault in one maneuver must not end the server
             self.fail(run, error)

@@ -118,10 +118,10 @@ class DriveGuard:
         """Return the velocity, or the end of the goal when the base does not follow.
 
         Without a recent scan and odometry the base is held, so that it stands by the time at which
-        they are given up (:meth:`fault`).
+        they are given up (:meth:`fault`). A base that the pilot holds is not expected to follow.
         """
         self._resting_since_s = None
-        if self._age_s(now) > self._tuning.hold_after:
+        if now.is_held or self._age_s(now) > self._tuning.hold_after:
             twist = ZERO
         linear, angular = self._progress
         blocked = linear.update(now.time_s, self.distance, twist.linear) or angular.update(

@@ -9,6 +9,7 @@ from pathlib import Path
 from rclpy.executors import Executor
 from std_msgs.msg import Float64
 
+from action_servers.core.executive_watch import ExecutiveLimits
 from action_servers.core.maneuver import Action, Maneuver
 from action_servers.core.pilot import Interlock, Pilot
 from action_servers.core.tuning import FRONTIERS, NAVIGATION, TUNING
@@ -113,7 +114,7 @@ class ServersNode(RobotNode):
         self._adapters = [self._offered(action) for action in mine if action.name in first]
         self._not_yet = [action for action in mine if action.name not in first]
         if not options.lean:
-            watch_executives(self, self._lose_base)
+            watch_executives(self, self.declare_all(ExecutiveLimits()), self._pilot)
         self._control_timer = self.create_timer(1.0 / robot.control_rate, self._pilot.step)
         self._missing: tuple[str, ...] = ()
 

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any
 
+from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from bt_mission.behaviours.control import Guard, Timeout
 from bt_mission.behaviours.evaluator import Evaluator
 from bt_mission.behaviours.leaves import ClientLeaf, LeafProgress
 from bt_mission.behaviours.runtime import read_field, scalars
+from bt_mission.core.dds.liveliness import EXECUTIVE_LOST
 from bt_mission.goals.attempt import Attempt, Limits
 from bt_mission.goals.goal import Goal, GoalClient
 from bt_mission.goals.outcome import AttemptResult, Outcome
@@ -91,6 +95,43 @@ class ActionLeaf(ClientLeaf):
         if ending.outcome is Outcome.CANCELED_BY_CONDITION:
             return Status.SUCCESS if self._node.on_cancel == "success" else Status.FAILURE
         return Status.FAILURE
+
+    @property
+    def was_cut_off(self) -> bool:
+        """Was its last goal aborted because the server took this process for dead?"""
+        ending = self.attempt.ending if self.attempt else None
+        return (
+            ending is not None
+            and ending.outcome is Outcome.ABORTED
+            and getattr(ending.result, "error_code", 0) == EXECUTIVE_LOST
+        )
+
+    @property
+    def has_outcome(self) -> bool:
+        """Is it known how its goal ends, though no tick may have told yet?"""
+        return self.attempt is not None and self.attempt.is_decided
+
+    def supervise(self) -> None:
+        """Keep the limits of a goal that was sent, while the tree is not ticked.
+
+        What ends the goal is told by the next tick.
+        """
+        attempt, now_ns = self.attempt, self._runtime.now_ns
+        if attempt is None or attempt.goal is None or attempt.ending is not None:
+            return
+        why = next(filter(None, (node.why_over() for node in self._bounds_around())), "")
+        ending = attempt.poll(now_ns)
+        if ending is None and why:
+            attempt.halt(now_ns, why)
+            ending = attempt.ending
+        self.feedback_message = self._doing(attempt) if ending is None else _say(ending)
+
+    def _bounds_around(self) -> Iterator[Guard | Timeout]:
+        node: Behaviour | None = self.parent
+        while node is not None:
+            if isinstance(node, Guard | Timeout):
+                yield node
+            node = node.parent
 
     def terminate(self, new_status: Status) -> None:
         """Hand a goal still under way to the ledger when the tree halts this leaf."""

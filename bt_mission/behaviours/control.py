@@ -158,6 +158,11 @@ class Guard(HookedDecorator):
         self.stop(Status.FAILURE)
         yield self
 
+    def why_over(self) -> str:
+        """Return why the child may run no more, as of now; empty where it may."""
+        verdict = self._question()
+        return "" if verdict.holds else f"'{self.name}': {verdict.text}"
+
     def update(self) -> Status:
         """End as the child does."""
         return self.decorated.status
@@ -192,6 +197,11 @@ class Timeout(HookedDecorator):
     def restore_state(self, state: dict[str, Any], now_ns: int) -> None:
         """Have as much time as was left."""
         self._until_ns, self._limit_s = now_ns + state["left_ns"], state["limit_s"]
+
+    def why_over(self) -> str:
+        """Return why the child may run no more, as of now; empty where it may."""
+        is_over = self._runtime.now_ns >= self._until_ns
+        return f"'{self.name}': not done within {self._limit_s:g} s" if is_over else ""
 
     def update(self) -> Status:
         """Look at the ROS clock after the child was ticked."""

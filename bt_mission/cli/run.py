@@ -160,6 +160,7 @@ def _run_in_lines(options: argparse.Namespace, mission: Any) -> tuple[Report, re
         recording.recorder_for(options, session) as keeping,
     ):
         report = drive(session, view, speed=_speed(options), trace_file=options.trace)
+        _tell_resumable(options, session)
         return report, keeping.finish(report)
 
 
@@ -188,7 +189,13 @@ def _run_on_screen(options: argparse.Namespace, mission: Any) -> tuple[Report, r
         marks = marks_for(sys.stdout.encoding)
         settle_memory()
         report = RunApp(graph, marks, graph.name, steps, interrupts).run_to_the_end()
+        _tell_resumable(options, session)
         return report, keeping.finish(report)
+
+
+def _tell_resumable(options: argparse.Namespace, session: Any) -> None:
+    if options.journal and session.executive.is_resumable:
+        print(f"to go on with it: --journal {options.journal} --resume", file=sys.stderr)
 
 
 def _speed(options: argparse.Namespace) -> float | None:

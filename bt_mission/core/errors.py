@@ -28,3 +28,8 @@ def described(error: BaseException) -> str:
     frames = traceback.extract_tb(error.__traceback__)
     place = f" ({Path(frames[-1].filename).name}:{frames[-1].lineno})" if frames else ""
     return f"{type(error).__name__}: {error}{place}"
+
+
+def cause_of(error: Exception) -> str:
+    """An error of ours in its own words; any other with the place that raised it."""
+    return str(error) if isinstance(error, BtMissionError) else described(error)

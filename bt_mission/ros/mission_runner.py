@@ -25,7 +25,7 @@ from std_msgs.msg import Empty
 
 from bt_mission.behaviours.builder import build_tree
 from bt_mission.behaviours.runtime import Scope
-from bt_mission.core.dds.liveliness import LEASE_S, TOPIC
+from bt_mission.core.dds.liveliness import ASSURED_S, TOPIC
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.stamps import NS
 from bt_mission.core.wall_clock import Stopwatch
@@ -49,7 +49,7 @@ TICK_RATE_HZ = 20.0
 PRESENCE = QoSProfile(
     depth=1,
     liveliness=LivelinessPolicy.AUTOMATIC,
-    liveliness_lease_duration=Duration(nanoseconds=round(LEASE_S * 1e9)),
+    liveliness_lease_duration=Duration(nanoseconds=round(ASSURED_S * 1e9)),
 )
 CANCEL_GRACE_NS = 3_000_000_000
 """How long a mission waits for goals that it no longer wants (the default cancel limit)."""

@@ -79,7 +79,7 @@ class StatusPublisher:
         self._has_tree = False
         """Has the tree been told?"""
         self._pending: list[NodeStatus] = []
-        self._seen: tuple[str, str | None, str] | None = None
+        self._seen: tuple[str, str, bool] | None = None
         self._shown: tuple[str, str] | None = None
         self._topics: dict[str, Any] = {}
         self._details: MissionDetailsBuilder | None = None
@@ -172,11 +172,11 @@ class StatusPublisher:
             self._pending = []
             self._tell("changes", changes)
         executive = self._executive
-        seen = (executive.status, executive.paused, executive.reason)
+        seen = (executive.status, executive.explanation, executive.paused is not None)
         if seen == self._seen:
             return False
         self._seen = seen
-        self._tell_state(executive.state, executive.paused or executive.reason)
+        self._tell_state(executive.state, executive.explanation)
         return True
 
     def _publish_details(self, details: MissionDetailsBuilder, *, at_once: bool) -> None:

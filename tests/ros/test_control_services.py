@@ -53,7 +53,7 @@ def test_paused_goals_are_cancelled_and_start_anew(ros: Any) -> None:
 
 
 def test_paused_goals_may_be_kept(ros: Any) -> None:
-    """They run on unwatched; what they came to is seen after the pause."""
+    """They run on; what they came to is seen after the pause."""
     turn = ros.server()
     node = ros.mission(TWO, has_controls=True)
     ros.until(lambda: turn.goals)
@@ -66,6 +66,27 @@ def test_paused_goals_may_be_kept(ros: Any) -> None:
     took = ros.until(lambda: node.executive.is_done) - 100
     assert (node.executive.state, turn.goal.cancels) == ("success", 0)
     assert took == pytest.approx(1.1, abs=0.2)
+
+
+def test_a_kept_goal_keeps_its_limits(ros: Any, heard: dict[str, list[Any]]) -> None:
+    """The timeout of 60 s cancels it in the pause, and the state tells what is under way."""
+    turn = ros.server(cancels=None)
+    ros.mission(TWO, has_controls=True)
+    ros.until(lambda: turn.goals)
+    ros.call(PauseMission, "/bt_mission/pause", keep_goals=True)
+    ros.run(59.0)
+    assert turn.goal.cancels == 0
+    ros.run(1.0)
+    assert turn.goal.cancels == 1
+    turn.goal.answer_cancel()
+    turn.goal.cancel()
+    ros.run(100.0)
+    assert [(one.status, one.reason) for one in heard["state"]] == [
+        ("running", ""),
+        ("paused", "paused on request; still under way: 'turn'"),
+        ("paused", "paused on request; still under way: 'turn' (canceling)"),
+        ("paused", "paused on request"),
+    ]
 
 
 def test_steps_are_single_ticks(ros: Any) -> None:

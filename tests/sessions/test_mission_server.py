@@ -8,8 +8,10 @@ import pytest
 from action_msgs.msg import GoalStatus
 from bt_mission_interfaces.action import ExecuteMission
 from bt_mission_interfaces.msg import MissionState
+from bt_mission_interfaces.srv import SetBreakpoint
 from nav_msgs.msg import Odometry
 from rclpy.action import ActionClient
+from std_srvs.srv import Trigger
 
 from bt_mission.ros.graph import LATCHED
 from bt_mission.sessions.served_missions import ServedMissions
@@ -83,6 +85,26 @@ def test_a_mission_runs_and_its_result_tells(ros: Any, send: Any) -> None:
     assert [one.doing[0] for one in mission.feedback if one.doing][-1].startswith(
         "current_angle 10.00"
     )
+
+
+def test_a_paused_mission_keeps_the_limits_of_its_goals(ros: Any, send: Any) -> None:
+    """A step has sent the goal; feedback tells what it does, and its timeout cancels it."""
+    ros.serve()
+    turn = ros.server()
+    ros.call(SetBreakpoint, "/bt_mission/breakpoint", node="turn")
+    mission = send(text=TURN.replace("timeout: 60", "timeout: 5"))
+    ros.until(lambda: mission.feedback and mission.feedback[-1].status == "paused")
+    ros.call(Trigger, "/bt_mission/step")
+    ros.until(lambda: turn.goals)
+    turn.goal.feed(current_angle=10.0)
+    ros.run(4.5)
+    assert mission.feedback[-1].doing[0].startswith("current_angle 10.00")
+    assert turn.goal.cancels == 0
+    ros.run(2.0)
+    assert (mission.feedback[-1].status, turn.goal.cancels) == ("paused", 1)
+    ros.call(Trigger, "/bt_mission/resume")
+    _, result = mission.end()
+    assert result.error_msg == "'turn' canceled by timeout: not done within 5 s"
 
 
 def test_a_mission_that_fails_says_where(ros: Any, send: Any) -> None:

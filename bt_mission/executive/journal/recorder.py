@@ -75,6 +75,8 @@ class JournalRecorder:
         now_ns = self._runtime.now_ns
         if not self._executive.started_ns:
             return  # what it is to go on from stands here already
+        if self._executive.is_resumable:
+            return  # it can go on from before the tick that ended it
         if self._executive.is_done:
             end = {"status": str(self._executive.status), "reason": self._executive.reason}
             self._write({"t": now_ns, "end": end})

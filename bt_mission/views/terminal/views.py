@@ -62,10 +62,11 @@ class Quiet:
 
 
 class PlainView(Quiet):
-    """A line for each leaf that starts or ends."""
+    """A line for each leaf that starts or ends, and for each change of a pause."""
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
+        self._pause = ""
         self._session: Session | None = None
         self._lines = PlainLines(stream, lambda: self._session.start_ns if self._session else 0)
 
@@ -77,6 +78,16 @@ class PlainView(Quiet):
     def on_change(self, change: Change) -> None:
         """Show a change."""
         self._lines.on_change(change)
+
+    def refresh(self) -> None:
+        """Tell that the mission is paused, and which of its goals are still under way."""
+        if self._session is None:
+            return
+        executive = self._session.executive
+        pause = "" if executive.paused is None else f"mission paused  {executive.explanation}"
+        if pause != self._pause:
+            self._pause = pause
+            self.say(pause or f"mission {executive.state}")
 
     def say(self, text: str) -> None:
         """Show what the mission says."""
@@ -107,8 +118,9 @@ class LiveView(Quiet):
         def header() -> str:
             virtual_s = (session.now_ns - session.start_ns) / 1e9
             factor = virtual_s / wall.elapsed_s if wall.elapsed_s > 0 else 0.0
-            status = session.executive.status
-            return f"{_title(session)}   {virtual_s:.1f} s   {factor:.0f} x real time   {status}"
+            executive = session.executive
+            state = ": ".join(filter(None, (executive.state, executive.explanation)))
+            return f"{_title(session)}   {virtual_s:.1f} s   {factor:.0f} x real time   {state}"
 
         self._tree = LiveTree(self._console, session.executive, header)
         self._live.start()
