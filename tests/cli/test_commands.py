@@ -128,7 +128,7 @@ def test_wrong_options_exit_with_2(arguments: list[str]) -> None:
     ("options", "words"),
     [
         (["--attach", "--speed", "2"], "--speed: an attached run has the pace of the graph"),
-        (["--attach", "--visible"], "--visible: an attached run is on the network anyway"),
+        (["--attach", "--visible"], "--visible: an attached run is seen anyway"),
         (["--wall-clock"], "--wall-clock goes with --attach"),
     ],
 )
