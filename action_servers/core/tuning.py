@@ -1,7 +1,8 @@
 """Limits, tolerances and rates of the maneuvers that are a matter of choice.
 
-Each is a ROS parameter of the servers' node, read when it starts. What follows from the robot's
-build stands in its model, and what belongs to one goal is a field of the goal.
+Each is a ROS parameter of the servers' node; a goal keeps the values of the moment it came. What
+follows from the robot's build stands in its model, and what belongs to one goal is a field of the
+goal.
 """
 
 from __future__ import annotations
@@ -96,7 +97,11 @@ class Tuning:
         0.01, 0.0001, 1.0, "Share of the picture that find_colour looks for by default."
     )
     side_goals: int = number(
-        8, 1, 100, "Most goals at a time that do not drive: pictures, distances, waiting."
+        8,
+        1,
+        100,
+        "Most goals at a time that do not drive: pictures, distances, waiting.",
+        is_fixed=True,
     )
 
 

@@ -47,6 +47,7 @@ class MapperTuning:
         2.0,
         "How often a scan is added, s: every scan of an LDS-01, every other one of a Waffle in "
         "simulation.",
+        is_fixed=True,
     )
     updates_per_map: int = number(
         5, 1, 100, "Updates from one map to the next; with the default period, one a second."

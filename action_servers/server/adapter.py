@@ -79,9 +79,18 @@ class ActionAdapter:
             cancel_service_qos_profile=BURST,
         )
 
+    @property
+    def action_name(self) -> str:
+        """The action's name, relative to the namespace."""
+        return self._action.name
+
     def close(self, reason: str) -> None:
         """Refuse every goal from now on."""
         self._closed = reason
+
+    def plan_by(self, action: Action) -> None:
+        """Plan goals that come from now on by another form of this action."""
+        self._action = action
 
     def interpose(self, before: Before) -> Callable[[], None]:
         """Ask before each step of this action's maneuvers; gives a function that ends it."""

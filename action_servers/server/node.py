@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rclpy.parameter import Parameter
 from std_msgs.msg import Float64
 
 from action_servers.core.action import Action
@@ -19,7 +20,7 @@ from action_servers.mapping.tuning import FRONTIERS
 from action_servers.navigation.tuning import NAVIGATION
 from action_servers.robot_io.base import CommandPublisher, CommandWiring
 from action_servers.robot_io.command_types import Choice
-from action_servers.robot_io.node import NodeOptions, RobotNode, run
+from action_servers.robot_io.node import NO_ARGUMENTS, NodeOptions, ProcessOptions, RobotNode, run
 from action_servers.robot_io.sensors import SensorSubscriptions, SensorWiring
 from action_servers.server.actions import ServerContext, actions
 from action_servers.server.adapter import ActionAdapter
@@ -99,7 +100,7 @@ class ServersNode(RobotNode):
         self._interlock = Interlock(self._pilot)
         self._switches = Switches(self, self._interlock)
         self._distance = self.create_publisher(Float64, "total_distance", 10)
-        kit = ServerContext(
+        self._kit = ServerContext(
             robot=robot,
             tuning=tuning,
             navigation=self.declare_all(NAVIGATION, "navigation."),
@@ -110,11 +111,13 @@ class ServersNode(RobotNode):
             publish_distance=lambda metres: self._distance.publish(Float64(data=metres)),
             publish_path=PlanTopic(self, lean=options.lean).publish,
         )
-        table = {action.name: action for action in (*actions(kit), *options.extra_actions)}
+        self._extra = tuple(options.extra_actions)
+        table = self._table()
         mine = [action for name, action in table.items() if name not in options.without]
         first = set(table) if options.at_first is None else set(options.at_first)
         self._adapters = [self._offered(action) for action in mine if action.name in first]
-        self._not_yet = [action for action in mine if action.name not in first]
+        self._not_yet = [action.name for action in mine if action.name not in first]
+        self.add_post_set_parameters_callback(self._retune)
         if not options.lean:
             watch_executives(self, self._lose_base)
         self._control_timer = self.create_timer(1.0 / robot.control_rate, self._pilot.step)
@@ -138,7 +141,8 @@ class ServersNode(RobotNode):
 
     def offer_all(self) -> None:
         """Offer what was not offered at first."""
-        self._adapters += map(self._offered, self._not_yet)
+        table = self._table()
+        self._adapters += [self._offered(table[name]) for name in self._not_yet]
         self._not_yet = []
 
     def interpose(self, action: str, before: Before) -> Callable[[], None]:
@@ -190,6 +194,22 @@ class ServersNode(RobotNode):
             executor.spin_once(timeout_sec=0.0)
         self._base.wait_until_stopped(LAST_WORDS_S)
 
+    def _table(self) -> dict[str, Action]:
+        """Return every action by its name."""
+        return {action.name: action for action in (*actions(self._kit), *self._extra)}
+
+    def _retune(self, _parameters: Sequence[Parameter]) -> None:
+        """Have the goals that come from now on planned with the present parameters."""
+        self._kit = replace(
+            self._kit,
+            tuning=self.read_all(TUNING),
+            navigation=self.read_all(NAVIGATION, "navigation."),
+            frontiers=self.read_all(FRONTIERS, "frontiers."),
+        )
+        table = self._table()
+        for adapter in self._adapters:
+            adapter.plan_by(self._base.guarded(table[adapter.action_name]))
+
     def _lose_base(self, reason: str) -> None:
         if not self._pilot.idle:
             self._pilot.stop(reason)
@@ -209,11 +229,11 @@ def main(
     namespace: str = "",
     use_sim_time: bool = False,
     command_type: Choice = "stamped",
-    parameters: Path | None = None,
+    process: ProcessOptions = NO_ARGUMENTS,
 ) -> int:
     """Serve until SIGINT or SIGTERM, then stop the robot and end every goal.
 
-    `robot` is a name or a path, `parameters` a ROS parameter file. Returns the exit code 0; raises
+    `robot` is a name or a path. Returns the exit code 0; raises
     BtMissionError for a robot or a file that cannot be used. A second signal leaves at once.
     """
     model = load_robot(robot)
@@ -223,4 +243,4 @@ def main(
         use_sim_time=use_sim_time,
         command_type=command_type,
     )
-    return run(NODE_NAME, parameters, options, lambda options: ServersNode(model, options))
+    return run(NODE_NAME, process, options, lambda options: ServersNode(model, options))

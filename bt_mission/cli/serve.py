@@ -7,6 +7,7 @@ import sys
 from typing import Any
 
 from bt_mission.cli.exits import INTERRUPTED, SUCCESS
+from bt_mission.cli.ros_arguments import TAKEN, checked, of_node
 from bt_mission.core.dds.middleware import prepare_middleware
 
 EPILOG = """\
@@ -19,6 +20,8 @@ examples:
 in a mission:
   - execute_mission: {path: missions/patrol.yaml}
     timeout: 300
+
+ROS arguments may follow: --ros-args -r __ns:=/robot1 -r __node:=executive -p use_sim_time:=true
 
 exit codes: 0 ended by Ctrl-C with every goal ended, 2 bad input, 130 left at once
 """
@@ -51,7 +54,7 @@ def add_parser(commands: Any) -> None:
         action="store_true",
         help="keep to this machine's clock, without looking for /clock first",
     )
-    parser.set_defaults(command=serve)
+    parser.set_defaults(command=serve, **TAKEN)
 
 
 def serve(options: argparse.Namespace) -> int:
@@ -78,7 +81,8 @@ def _serve(options: argparse.Namespace) -> int:
         say(f"{mission.name} (seed {mission.seed})")
         executive.listeners.append(PlainLines(sys.stdout, lambda: executive.started_ns).on_change)
 
-    graph = GraphConnection(wall_clock=options.wall_clock)
+    ros_args = of_node(checked(options.ros_args), NodeOptions().name)
+    graph = GraphConnection(wall_clock=options.wall_clock, ros_args=ros_args)
     try:
         node = MissionServer(
             graph.host,

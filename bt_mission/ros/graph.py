@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any, Self
@@ -101,13 +102,18 @@ class GraphConnection:
 
     Args:
         wall_clock: Keep to this machine's clock, without looking for ``/clock``.
+        ros_args: What follows ``--ros-args``, for all nodes of the context.
     """
 
-    def __init__(self, *, wall_clock: bool = False) -> None:
+    def __init__(self, *, wall_clock: bool = False, ros_args: Sequence[str] = ()) -> None:
         self._probe: Node | None = None
         with ExitStack() as made:
             self.context = rclpy.Context()
-            rclpy.init(context=self.context, signal_handler_options=SignalHandlerOptions.NO)
+            rclpy.init(
+                context=self.context,
+                args=["--ros-args", *ros_args],
+                signal_handler_options=SignalHandlerOptions.NO,
+            )
             made.callback(self.context.shutdown)
             self.executor = SingleThreadedExecutor(context=self.context)
             made.callback(self.executor.shutdown)

@@ -65,7 +65,7 @@ class MissionServer(Node):
         drop: No longer, and destroys it.
         node: How to make this node, and that of each mission.
         on_new_goal: What a mission does that comes while another runs: ``replace`` or ``refuse``;
-            the value of the parameter of that name.
+            the default of the parameter of that name.
         say: Told of what happens; None is the ROS log.
         on_mission_started: Given each mission that starts, with its executive.
     """
@@ -80,13 +80,13 @@ class MissionServer(Node):
         say: Callable[[str], None] | None = None,
         on_mission_started: Callable[[Mission, Executive], None] = lambda *_: None,
     ) -> None:
-        super().__init__(**node.arguments(on_new_goal=on_new_goal))
+        super().__init__(**node.arguments())
         self._host = host
         self._drop = drop
         self._options = node
         self._say = say or self._log_line
         self._on_mission_started = on_mission_started
-        self._declare_on_new_goal()
+        self._declare_on_new_goal(on_new_goal)
         self._closed: str | None = None
         self._run: _Run | None = None
         self._waiting: ServerGoalHandle | None = None
@@ -153,13 +153,13 @@ class MissionServer(Node):
 
     # ---- the action ----------------------------------------------------------------------
 
-    def _declare_on_new_goal(self) -> None:
+    def _declare_on_new_goal(self, default: str) -> None:
         what = "What a mission does that comes while another runs: replace it, which ends first and"
         what += " is aborted, or be refused."
         descriptor = ParameterDescriptor(
             description=what, additional_constraints=" or ".join(ON_NEW_GOAL), read_only=True
         )
-        chosen = self.declare_parameter("on_new_goal", ON_NEW_GOAL[0], descriptor).value
+        chosen = self.declare_parameter("on_new_goal", default, descriptor).value
         if chosen not in ON_NEW_GOAL:
             raise BtMissionError(f"on_new_goal: expected {' or '.join(ON_NEW_GOAL)}, got {chosen}")
         self._replaces = chosen == "replace"
