@@ -22,7 +22,6 @@ from action_servers.navigation.waypoints import FollowWaypoints
 from bt_mission.core.geometry import Pose2D, composed, relative, yaw_of
 from bt_mission.core.robot.model import RobotModel
 
-_FRAMES = ("map", "odom")
 _UNIT_TOLERANCE = 0.01
 
 
@@ -32,12 +31,9 @@ def plan_navigate_to_pose(
     robot: RobotModel,
     tuning: NavigationTuning = NAVIGATION,
 ) -> NavigateToPose | Refusal:
-    """Check a goal of NavigateToPose; a pose in `odom` is moved to the map as of now."""
+    """Check a goal of NavigateToPose; a pose in another frame is moved to the map as of now."""
     if goal.behavior_tree:
-        return Refusal(
-            f"behavior_tree must be empty, got '{goal.behavior_tree}': "
-            "this server is no tree; run it on a Nav2 robot"
-        )
+        return _no_tree(goal.behavior_tree)
     unready = _unready(now)
     if unready is not None:
         return Refusal(unready)
@@ -67,6 +63,12 @@ def plan_follow_waypoints(
     )
 
 
+def _no_tree(name: str) -> Refusal:
+    return Refusal(
+        f"behavior_tree must be empty, got '{name}': this server is no tree; run it on a Nav2 robot"
+    )
+
+
 def _unready(now: Observation) -> str | None:
     old = stale(now)
     return missing(now) or (None if old is None else old.reason)
@@ -91,11 +93,16 @@ def _on_map(stamped: PoseStamped, name: str, now: Observation) -> Pose2D | Refus
     if abs(norm - 1.0) > _UNIT_TOLERANCE:
         return Refusal(f"{name}.pose.orientation must have length 1, got {norm:g}")
     frame = stamped.header.frame_id
-    if frame not in ("", *_FRAMES):
-        return Refusal(f"{name}.header.frame_id must be one of {', '.join(_FRAMES)}, got '{frame}'")
     pose = Pose2D(position.x, position.y, yaw_of(turn))
-    if frame != "odom":
+    if frame in {"", "map"}:
         return pose
-    if now.map_pose is None or now.odom is None:
-        return Refusal(f"{name} is given in odom, whose place on the map is not known yet")
-    return composed(now.map_pose, relative(now.odom, pose))
+    if frame == "odom":
+        if now.map_pose is None or now.odom is None:
+            return Refusal(f"{name} is given in odom, whose place on the map is not known yet")
+        return composed(now.map_pose, relative(now.odom, pose))
+    if now.frame_on_map is None:
+        return Refusal(f"{name}.header.frame_id must be one of map, odom, got '{frame}'")
+    origin = now.frame_on_map(frame)
+    if isinstance(origin, Refusal):
+        return Refusal(f"{name}: {origin.reason}")
+    return composed(origin, pose)

@@ -51,6 +51,7 @@ class NodeOptions:
         use_sim_time: Follow `/clock`.
         lean: No parameter services, log topic or type description, and only warnings in the log,
             as on the stage.
+        has_parameters: Parameter services all the same, where others look on.
         parameters: Values of parameters by name, instead of their defaults; those of the process's
             ROS arguments come first.
     """
@@ -59,6 +60,7 @@ class NodeOptions:
     namespace: str | None = None
     use_sim_time: bool = False
     lean: bool = False
+    has_parameters: bool = False
     parameters: Mapping[str, Any] = field(default_factory=dict)
 
 
@@ -71,7 +73,7 @@ class RobotNode(Node):
             context=options.context,
             namespace=options.namespace,
             enable_rosout=not options.lean,
-            start_parameter_services=not options.lean,
+            start_parameter_services=not options.lean or options.has_parameters,
             parameter_overrides=[
                 Parameter(name, value=value)
                 for name, value, is_set in (

@@ -17,6 +17,7 @@ from action_servers.core.pilot import Pilot
 from action_servers.core.step_hooks import Before
 from action_servers.core.tuning import TUNING
 from action_servers.mapping.tuning import FRONTIERS
+from action_servers.navigation.senses import missing
 from action_servers.navigation.tuning import NAVIGATION
 from action_servers.robot_io.base import CommandPublisher, CommandWiring
 from action_servers.robot_io.command_types import Choice
@@ -30,7 +31,7 @@ from action_servers.server.parameters import (
     declare_server_parameters,
     limited,
 )
-from action_servers.server.topics import PlanTopic, Switches, watch_executives
+from action_servers.server.topics import PlanTopic, Switches, answer_as_navigator, watch_executives
 from bt_mission.core.robot.model import RobotModel, load_robot
 
 if TYPE_CHECKING:
@@ -120,6 +121,7 @@ class ServersNode(RobotNode):
         self.add_post_set_parameters_callback(self._retune)
         if not options.lean:
             watch_executives(self, self._lose_base)
+            answer_as_navigator(self, lambda: missing(self._sensors.observe(on_map=True)) is None)
         self._control_timer = self.create_timer(1.0 / robot.control_rate, self._pilot.step)
         self._missing: tuple[str, ...] = ()
 

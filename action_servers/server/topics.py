@@ -1,4 +1,4 @@
-"""What the servers hear and tell beside their actions: stop, release, motors, executives, plan."""
+"""What the servers hear and tell beside their actions: stop, motors, executives, plan, state."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from geometry_msgs.msg import PoseStamped
+from lifecycle_msgs.msg import State
+from lifecycle_msgs.srv import GetState
 from nav_msgs.msg import Path
 from rclpy.duration import Duration
 from rclpy.event_handler import SubscriptionEventCallbacks
@@ -97,3 +99,23 @@ class PlanTopic:
             pose.pose.position.x, pose.pose.position.y = x, y
             path.poses.append(pose)
         self._publisher.publish(path)
+
+
+def answer_as_navigator(node: Node, is_ready: Callable[[], bool]) -> None:
+    """Offer `bt_navigator/get_state`, which programs for Nav2 ask until they hear "active".
+
+    Args:
+        node: Of the servers.
+        is_ready: Whether navigation has all that it needs; "inactive" until then.
+    """
+
+    def answer(_request: Any, response: Any) -> Any:
+        state = response.current_state
+        state.id, state.label = (
+            (State.PRIMARY_STATE_ACTIVE, "active")
+            if is_ready()
+            else (State.PRIMARY_STATE_INACTIVE, "inactive")
+        )
+        return response
+
+    node.create_service(GetState, "bt_navigator/get_state", answer)

@@ -42,6 +42,7 @@ class NodeOptions:
         context: The rclpy context; None is the default one.
         use_sim_time: Follow ``/clock``.
         lean: No parameter services, log topic or type description for others to find.
+        has_parameters: Parameter services all the same, where others look on.
     """
 
     name: str = "bt_mission"
@@ -49,6 +50,7 @@ class NodeOptions:
     context: Context | None = None
     use_sim_time: bool = False
     lean: bool = False
+    has_parameters: bool = False
 
     def arguments(self, **parameters: Any) -> dict[str, Any]:
         """Return the arguments of rclpy's constructor, with values of parameters."""
@@ -61,7 +63,7 @@ class NodeOptions:
             "namespace": self.namespace,
             "context": self.context,
             "enable_rosout": not self.lean,
-            "start_parameter_services": not self.lean,
+            "start_parameter_services": not self.lean or self.has_parameters,
             "parameter_overrides": [Parameter(name, value=it) for name, it in parameters.items()],
         }
 

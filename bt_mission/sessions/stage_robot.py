@@ -106,6 +106,7 @@ class FleetRun:
         self._server_options = ServerOptions(
             image_folder=images / member.name,
             lean=True,
+            has_parameters=options.visible,
             context=context,
             namespace=member.name or None,
             without=options.without,
@@ -118,7 +119,8 @@ class FleetRun:
         self.has_servers = True
         self.mapper: MapperNode | None = None
         if member.mission.map == "unknown":
-            self.mapper = MapperNode(robot.robot, MapperOptions(lean=True, context=context))
+            mapping = MapperOptions(lean=True, has_parameters=options.visible, context=context)
+            self.mapper = MapperNode(robot.robot, mapping)
 
     def _make_servers(self) -> ServersNode:
         options = replace(self._server_options, at_first=self._at_first())
@@ -136,7 +138,12 @@ class FleetRun:
             why_rejected=self._why_rejected,
             on_mission_started=self._options.on_mission_started,
         )
-        node = NodeOptions(namespace=name or None, context=self._context, lean=True)
+        node = NodeOptions(
+            namespace=name or None,
+            context=self._context,
+            lean=True,
+            has_parameters=self._options.visible,
+        )
         self.node = MissionNode(mission, options, node=node)
         self.runner = self.node.runner
         if options.has_controls:

@@ -25,6 +25,7 @@ from bt_mission.core.stamps import set_ns
 from sim.physics.names import STEP_NS
 from sim.physics.spawn import RobotSpawn
 from sim.robot.robot import SimulatedRobot
+from sim.ros.localization import localise
 from sim.ros.pictures import CameraTopics
 from sim.ros.schedule import Schedule
 from sim.ros.topics import (
@@ -55,6 +56,7 @@ class SimOptions:
         context: The rclpy context; None is the default one.
         namespace: Of the robot's topics.
         lean: No parameter services, no /rosout, and only warnings in the log.
+        has_parameters: Parameter services all the same, where others look on.
         camera: Whether there are cameras.
         with_map: Whether the map of the world is published.
         localises: Whether `tf` has the place of `odom` on the map; else something else has to
@@ -68,6 +70,7 @@ class SimOptions:
     context: Context | None = None
     namespace: str | None = None
     lean: bool = False
+    has_parameters: bool = False
     camera: bool = True
     with_map: bool = True
     localises: bool = True
@@ -103,7 +106,7 @@ class SimNode(Node):
             NODE_NAME,
             context=options.context,
             namespace=options.namespace,
-            start_parameter_services=not lean,
+            start_parameter_services=not lean or options.has_parameters,
             enable_rosout=not lean,
             parameter_overrides=[Parameter("start_type_description_service", value=not lean)],
         )
@@ -132,6 +135,8 @@ class SimNode(Node):
                     localises=options.localises,
                 )
             )
+            if options.localises and not lean:
+                localise(self, self._schedule, self._stamp, one)
             if options.camera and one.robot.camera is not None:
                 made = CameraTopics(self, self._schedule, self._stamp, one, one.robot.camera)
                 self._cameras.append(made)
