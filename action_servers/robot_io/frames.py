@@ -50,7 +50,10 @@ class Frames:
             parent, transform = links[at]
             if _upright(transform.rotation) < _LEAST_UPRIGHT:
                 return Refusal(f"the frame '{frame}' is tilted, at the transform to '{at}'")
-            pose, at = composed(transform_of(transform), pose), parent
+            placed = transform_of(transform)
+            if placed is None:
+                return Refusal(f"the transform from '{parent}' to '{at}' holds no finite numbers")
+            pose, at = composed(placed, pose), parent
         known = ", ".join(sorted({self._map_frame, *links})) or "none"
         return Refusal(
             f"the frame '{frame}' has no transform to '{self._map_frame}' (known frames: {known})"

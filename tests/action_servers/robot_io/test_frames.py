@@ -80,3 +80,11 @@ def test_frames_in_a_circle_end_in_a_refusal():
     made = Frames("map")
     made.take_moving(message(("a", "b", 0.0, 0.0, 0.0), ("b", "a", 0.0, 0.0, 0.0)))
     assert isinstance(made.on_map("a"), Refusal)
+
+
+def test_a_transform_without_finite_numbers_is_refused(frames):
+    """A localisation that has lost itself publishes such."""
+    frames.take_moving(message(("map", "odom", math.nan, 0.0, 0.0)))
+    found = frames.on_map("base_link")
+    assert isinstance(found, Refusal)
+    assert "'map' to 'odom' holds no finite numbers" in found.reason

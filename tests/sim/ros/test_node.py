@@ -101,7 +101,7 @@ def test_programs_for_nav2_find_the_robot_localised(stage):
     """They ask AMCL for its state, and wait for a pose of its."""
     here = stage(lean=False)
     asked = here.ear.create_client(GetState, "amcl/get_state").call_async(GetState.Request())
-    poses = []
+    poses: list[PoseWithCovarianceStamped] = []
     qos = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
     here.ear.create_subscription(PoseWithCovarianceStamped, "amcl_pose", poses.append, qos)
     here.run(1 * S + 100 * MS)
