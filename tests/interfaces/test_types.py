@@ -33,6 +33,7 @@ from nav2_msgs.action import (
     BackUp,
     DriveOnHeading,
     FollowWaypoints,
+    NavigateThroughPoses,
     NavigateToPose,
     Spin,
     Wait,
@@ -153,6 +154,20 @@ FIELDS = [
         ),
     ),
     (
+        NavigateThroughPoses.Goal,
+        "sequence<geometry_msgs/PoseStamped> poses, string behavior_tree",
+    ),
+    (NavigateThroughPoses.Result, "uint16 error_code, string error_msg"),
+    (
+        NavigateThroughPoses.Feedback,
+        (
+            "geometry_msgs/PoseStamped current_pose, "
+            "builtin_interfaces/Duration navigation_time, "
+            "builtin_interfaces/Duration estimated_time_remaining, "
+            "int16 number_of_recoveries, float distance_remaining, int16 number_of_poses_remaining"
+        ),
+    ),
+    (
         FollowWaypoints.Goal,
         "uint32 number_of_loops, uint32 goal_index, sequence<geometry_msgs/PoseStamped> poses",
     ),
@@ -268,6 +283,7 @@ def test_follow_waypoints_has_the_codes_of_nav2():
         FindColour,
         ExploreFrontiers,
         NavigateToPose,
+        NavigateThroughPoses,
         FollowWaypoints,
         Spin,
         BackUp,
