@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import FollowWaypoints as FollowWaypointsAction
+from nav2_msgs.action import NavigateThroughPoses as NavigateThroughPosesAction
 from nav2_msgs.action import NavigateToPose as NavigateToPoseAction
 
 from action_servers.core.checks import stale
@@ -17,6 +18,7 @@ from action_servers.core.maneuver import Observation, Refusal
 from action_servers.navigation.navigate import NavigateToPose
 from action_servers.navigation.senses import missing
 from action_servers.navigation.surroundings import Surroundings
+from action_servers.navigation.through_poses import NavigateThroughPoses
 from action_servers.navigation.tuning import NAVIGATION, NavigationTuning
 from action_servers.navigation.waypoints import FollowWaypoints
 from bt_mission.core.geometry import Pose2D, composed, relative, yaw_of
@@ -61,6 +63,26 @@ def plan_follow_waypoints(
     return FollowWaypoints(
         poses, robot, loops=goal.number_of_loops, first=goal.goal_index, tuning=tuning
     )
+
+
+def plan_navigate_through_poses(
+    goal: NavigateThroughPosesAction.Goal,
+    now: Observation,
+    robot: RobotModel,
+    tuning: NavigationTuning = NAVIGATION,
+) -> NavigateThroughPoses | Refusal:
+    """Check a goal of NavigateThroughPoses."""
+    if goal.behavior_tree:
+        return _no_tree(goal.behavior_tree)
+    unready = _unready(now)
+    if unready is not None:
+        return Refusal(unready)
+    poses = _all_on_map(goal.poses, now)
+    if isinstance(poses, Refusal):
+        return poses
+    if not poses:
+        return Refusal("poses must hold at least one pose")
+    return NavigateThroughPoses(poses, robot, Surroundings(robot, tuning))
 
 
 def _no_tree(name: str) -> Refusal:

@@ -64,6 +64,11 @@ class NavigateToPose:
         """What it knows of the world."""
         return self._around
 
+    @property
+    def recoveries(self) -> int:
+        """How often it has recovered or planned around something."""
+        return self._recoveries
+
     def step(self, now: Observation) -> Twist2D | Finished:
         """Return the twist for this control step, or how the goal ends."""
         if self._senses is None:

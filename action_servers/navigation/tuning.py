@@ -71,6 +71,13 @@ class NavigationTuning:
     arrival_angle: float = number(
         0.02, 0.005, 3.2, "The last turn ends this close to the goal's yaw, rad."
     )
+    passing_distance: float = number(
+        0.4,
+        0.05,
+        5.0,
+        "How near the robot comes to a pose of navigate_through_poses, but the last, until it goes "
+        "on to the next, m.",
+    )
     stop_on_failure: bool = number(
         True,
         0,

@@ -26,6 +26,7 @@ TYPES = (
     "bt_mission_interfaces.action.Turn",
     "bt_mission_interfaces.msg.Collision",
     "nav2_msgs.action.FollowWaypoints",
+    "nav2_msgs.action.NavigateThroughPoses",
     "nav2_msgs.action.NavigateToPose",
     "tf2_msgs.msg.TFMessage",
 )

@@ -50,6 +50,9 @@ _OURS = {
     ),
     "execute_mission": ActionName("execute_mission", "bt_mission_interfaces/action/ExecuteMission"),
     "navigate_to_pose": ActionName("navigate_to_pose", "nav2_msgs/action/NavigateToPose"),
+    "navigate_through_poses": ActionName(
+        "navigate_through_poses", "nav2_msgs/action/NavigateThroughPoses"
+    ),
     "follow_waypoints": ActionName("follow_waypoints", "nav2_msgs/action/FollowWaypoints"),
     "spin": ActionName("spin", "nav2_msgs/action/Spin"),
     "back_up": ActionName("backup", "nav2_msgs/action/BackUp"),
