@@ -46,6 +46,11 @@ from tf2_msgs.msg import TFMessage
 from action_servers.core.maneuver import ErrorCode
 
 ELAPSED = "builtin_interfaces/Duration total_elapsed_time, uint16 error_code, string error_msg"
+NAVIGATED = (
+    "geometry_msgs/PoseStamped current_pose, builtin_interfaces/Duration navigation_time, "
+    "builtin_interfaces/Duration estimated_time_remaining, "
+    "int16 number_of_recoveries, float distance_remaining"
+)
 STRAIGHT = "geometry_msgs/Point target, float speed, builtin_interfaces/Duration time_allowance"
 
 FIELDS = [
@@ -144,15 +149,7 @@ FIELDS = [
     ),
     (NavigateToPose.Goal, "geometry_msgs/PoseStamped pose, string behavior_tree"),
     (NavigateToPose.Result, "uint16 error_code, string error_msg"),
-    (
-        NavigateToPose.Feedback,
-        (
-            "geometry_msgs/PoseStamped current_pose, "
-            "builtin_interfaces/Duration navigation_time, "
-            "builtin_interfaces/Duration estimated_time_remaining, "
-            "int16 number_of_recoveries, float distance_remaining"
-        ),
-    ),
+    (NavigateToPose.Feedback, NAVIGATED),
     (
         NavigateThroughPoses.Goal,
         "sequence<geometry_msgs/PoseStamped> poses, string behavior_tree",
@@ -160,12 +157,7 @@ FIELDS = [
     (NavigateThroughPoses.Result, "uint16 error_code, string error_msg"),
     (
         NavigateThroughPoses.Feedback,
-        (
-            "geometry_msgs/PoseStamped current_pose, "
-            "builtin_interfaces/Duration navigation_time, "
-            "builtin_interfaces/Duration estimated_time_remaining, "
-            "int16 number_of_recoveries, float distance_remaining, int16 number_of_poses_remaining"
-        ),
+        f"{NAVIGATED}, int16 number_of_poses_remaining",
     ),
     (
         FollowWaypoints.Goal,

@@ -5,9 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from geometry_msgs.msg import PoseWithCovarianceStamped
-from lifecycle_msgs.srv import GetState
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 
 from sim.sensors.camera import Camera
 from sim.sensors.canvas import NoCameraError
@@ -95,27 +93,6 @@ def test_map_and_the_way_to_it_are_left_to_others(stage):
         for one in message.transforms
     ]
     assert set(frames) == {("odom", "base_footprint")}
-
-
-def test_programs_for_nav2_find_the_robot_localised(stage):
-    """They ask AMCL for its state, and wait for a pose of its."""
-    here = stage(lean=False)
-    asked = here.ear.create_client(GetState, "amcl/get_state").call_async(GetState.Request())
-    poses: list[PoseWithCovarianceStamped] = []
-    qos = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-    here.ear.create_subscription(PoseWithCovarianceStamped, "amcl_pose", poses.append, qos)
-    here.run(1 * S + 100 * MS)
-    assert asked.result().current_state.label == "active"
-    place = poses[0].pose.pose
-    assert (place.position.x, place.position.y) == pytest.approx((-0.5, 0.25), abs=0.01)
-    assert place.orientation.z == pytest.approx(math.sin(math.pi / 4), abs=0.01)
-
-
-def test_amcl_is_left_to_others_with_the_map(stage):
-    """Two answers to one question would come, and one of them be wrong."""
-    node = stage(lean=False, with_map=False, localises=False).sim
-    names = {name for name, _ in node.get_service_names_and_types()}
-    assert not {name for name in names if "amcl" in name}
 
 
 def test_names_are_relative(stage):
