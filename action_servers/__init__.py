@@ -15,15 +15,17 @@ They are imported when first asked for: the import of this package does not load
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from bt_mission.core.lazy import lazy_names
 
 if TYPE_CHECKING:
-    from action_servers.core.action import Action
-    from action_servers.core.checks import outside, refusal, stale
+    from action_servers.core.checks import refusal, stale
+    from action_servers.core.limits import outside
     from action_servers.core.maneuver import (
         SUCCEEDED,
         ZERO,
+        Action,
         ErrorCode,
         Finished,
         Grid,
@@ -64,27 +66,19 @@ __all__ = [
     "stale",
 ]
 
-_HOMES = {
-    "action_servers.core.action": ("Action",),
-    "action_servers.core.checks": ("outside", "refusal", "stale"),
-    "action_servers.core.maneuver": (
-        *("SUCCEEDED", "ZERO", "ErrorCode", "Finished", "Grid", "Image"),
-        *("Maneuver", "Observation", "Refusal", "Scan"),
-    ),
-    "action_servers.core.tuning": ("Tuning",),
-    "action_servers.driving.drive": ("DriveGuard",),
-    "action_servers.server.node": ("ServerOptions", "ServersNode"),
-    "bt_mission.core.geometry": ("Pose2D", "Twist2D"),
-    "bt_mission.core.robot.model": ("RobotModel", "load_robot"),
-}
-
-
-def __getattr__(name: str) -> Any:
-    """Import a public name from where it is defined (PEP 562)."""
-    for module, names in _HOMES.items():
-        if name in names:
-            return getattr(importlib.import_module(module), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+__getattr__ = lazy_names(
+    __name__,
+    {
+        **dict.fromkeys(__all__, "action_servers.core.maneuver"),
+        **dict.fromkeys(("refusal", "stale"), "action_servers.core.checks"),
+        **dict.fromkeys(("ServerOptions", "ServersNode"), "action_servers.server.node"),
+        **dict.fromkeys(("Pose2D", "Twist2D"), "bt_mission.core.geometry"),
+        **dict.fromkeys(("RobotModel", "load_robot"), "bt_mission.core.robot.model"),
+        "DriveGuard": "action_servers.driving.drive",
+        "Tuning": "action_servers.core.tuning",
+        "outside": "action_servers.core.limits",
+    },
+)
 
 
 def __dir__() -> list[str]:

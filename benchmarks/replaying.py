@@ -16,7 +16,7 @@ from pathlib import Path
 
 from report import record
 
-from bt_mission.recording.replay.seeker import TimelineSeeker
+from bt_mission.recording.replay.player import TimelineSeeker
 from bt_mission.recording.replay.timeline import read_timeline
 
 

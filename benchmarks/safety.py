@@ -1,7 +1,7 @@
 """How safely the base stops: the figures of docs/explanation/safety.md, which this command writes.
 
 All but the killed processes runs on the virtual clock, seeded, and is the same on every run.
-Run it as: python benchmarks/safety.py [--poses N] [--only drives|stops|kills]
+Run it as: python benchmarks/safety.py [--poses N] [--only drives|movers|stops|kills|alarms]
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from itertools import chain
 from multiprocessing import get_context
 from pathlib import Path
 
+from safety_alarms import BUSY, Alarms, alarms
 from safety_kills import Kill, kill
 from safety_movers import WORLDS as MOVING_WORLDS
 from safety_movers import Outing, outing
@@ -85,12 +86,26 @@ def outing_table(found: list[Outing]) -> Iterator[str]:
 
 def kill_table(found: Iterable[Kill]) -> Iterator[str]:
     """Yield a row for each process that was killed."""
-    yield "| killed | between servers and base | stands after | within 0.5 s | goes on for |"
-    yield "|---|---|---|---|---|"
+    yield (
+        "| killed | between servers and base | stands after | after the last command sent "
+        "| within 0.5 s | goes on for |"
+    )
+    yield "|---|---|---|---|---|---|"
     for one in found:
         way = "arbiter" if one.with_arbiter else "nothing"
         held = "yes" if one.stood_after_s <= 0.5 + 1e-6 else "**no**"
-        yield f"| {one.killed} | {way} | {one.stood_after_s:.2f} s | {held} | {one.way_m:.2f} m |"
+        yield (
+            f"| {one.killed} | {way} | {one.stood_after_s:.2f} s | {one.after_command_s:.2f} s "
+            f"| {held} | {one.way_m:.2f} m |"
+        )
+
+
+def alarm_table(found: Alarms) -> Iterator[str]:
+    """Yield the one row."""
+    yield "| attached missions | busy processes | load | succeeded | base held | taken for dead |"
+    yield "|---|---|---|---|---|---|"
+    counts = f"| {found.runs} | {found.busy} | {found.load:.0f} | {found.succeeded} "
+    yield f"{counts}| {found.held} times | {found.given_up} |"
 
 
 def write(mark: str, lines: Iterable[str]) -> None:
@@ -113,7 +128,9 @@ def main() -> None:
     parser.add_argument("--processes", type=int, default=2, help="worlds at a time")
     parser.add_argument("--kills", type=int, default=3, help="times that each process is killed")
     parser.add_argument("--outings", type=int, default=20, help="seeds in each moving world")
-    parser.add_argument("--only", choices=["drives", "movers", "stops", "kills"])
+    parser.add_argument("--busy", type=int, default=BUSY, help="processes that compute beside them")
+    parser.add_argument("--alarms", type=int, default=25, help="missions on a busy machine")
+    parser.add_argument("--only", choices=["drives", "movers", "stops", "kills", "alarms"])
     options = parser.parse_args()
     if options.only in (None, "drives"):
         runs = [(world, options.poses, appears) for appears in (False, True) for world in WORLDS]
@@ -139,6 +156,10 @@ def main() -> None:
                 for _ in range(options.kills)
             ),
         )
+    if options.only in (None, "alarms"):
+        counted = alarms(options.alarms, options.busy)
+        write("false alarms", alarm_table(counted))
+        print("\n".join(counted.others))
 
 
 def _mm(metres: float) -> str:

@@ -10,22 +10,26 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Self
+from typing import IO, Any, Self
 
 import rclpy
+import yaml
 from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 
+from bt_mission.core.stamps import to_ns
 from bt_mission.core.wall_clock import Stopwatch
 
 SPEED = 0.26
-PATIENCE_S = 60.0
+TRUTH_PERIOD_S = 0.05
+"""Between two messages of the true motion."""
+PATIENCE_S = 180.0
 """Seconds of the wall clock until the robot must drive, and after the kill, stand."""
 WATCHED_S = 1.0
 """Seconds of the simulation for which the base is watched once it stands."""
@@ -39,11 +43,6 @@ tree:
     explore_forward: {{fwd_velocity: {speed}, stopping_distance: 0.3}}
     timeout: 100
 """
-PARAMETERS = """\
-bt_mission_servers:
-  ros__parameters:
-    topics.cmd_vel: cmd_vel_mission
-"""
 
 
 @dataclass(frozen=True)
@@ -55,6 +54,8 @@ class Kill:
     stood_after_s: float
     way_m: float
     """How far the base still went."""
+    after_command_s: float = float("inf")
+    """When it stood, after the time at which the last command that moves was sent."""
     commands: tuple[tuple[float, float], ...] = ()
     """What the base was told from then on, in order: m/s ahead, rad/s to the left."""
     stayed: bool = False
@@ -78,6 +79,8 @@ class Truth:
         self._exit.callback(self._executor.shutdown)
         self.seen: list[tuple[float, float, float, float]] = []
         self.commands: list[tuple[float, float]] = []
+        self.commanded_s = 0.0
+        """When the last command that moves was sent."""
 
     def __enter__(self) -> Self:
         return self
@@ -98,6 +101,8 @@ class Truth:
 
     def _take_command(self, message: Any) -> None:
         self.commands.append((message.twist.linear.x, message.twist.angular.z))
+        if message.twist.linear.x or message.twist.angular.z:
+            self.commanded_s = to_ns(message.header.stamp) / 1e9
 
     def stands(self) -> bool:
         """Tell whether the base stands, by the newest truth that was heard."""
@@ -116,12 +121,14 @@ class Truth:
 
 
 @contextmanager
-def process(*arguments: str) -> Iterator[subprocess.Popen[bytes]]:
-    """Run ``bt-mission`` in a process that is killed at the end."""
+def process(
+    *arguments: str, log: int | IO[bytes] = subprocess.DEVNULL
+) -> Iterator[subprocess.Popen[bytes]]:
+    """Run ``bt-mission`` in a process that is killed at the end, with its log somewhere."""
     started = subprocess.Popen(  # noqa: S603 - starts our own program
         [sys.executable, "-m", "bt_mission", *arguments],
         stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
+        stderr=log,
     )
     try:
         yield started
@@ -130,24 +137,37 @@ def process(*arguments: str) -> Iterator[subprocess.Popen[bytes]]:
         started.wait()
 
 
-def kill(what: str, *, with_arbiter: bool, world: str = "empty_arena") -> Kill:
-    """Kill "servers" or "executive" when the base drives at full speed.
+@contextmanager
+def driving(
+    *,
+    with_arbiter: bool,
+    world: str = "empty_arena",
+    log: int | IO[bytes] = subprocess.DEVNULL,
+    parameters: Mapping[str, Any] | None = None,
+) -> Iterator[tuple[dict[str, subprocess.Popen[bytes]], Truth]]:
+    """Have a base drive at full speed: the processes "servers" and "executive", and the truth.
 
-    Raises RuntimeError when it never does.
+    The servers have these parameters, and their log goes to `log`. Raises RuntimeError when it
+    never drives.
     """
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-        mission, parameters = folder / "drive.yaml", folder / "parameters.yaml"
+        mission, file = folder / "drive.yaml", folder / "parameters.yaml"
         mission.write_text(MISSION.format(world=world, speed=SPEED), encoding="utf-8")
-        parameters.write_text(PARAMETERS, encoding="utf-8")
-        options = ["--params", str(parameters)] if with_arbiter else []
+        topic = "cmd_vel_mission" if with_arbiter else "cmd_vel"
+        values = {"topics.cmd_vel": topic, **(parameters or {})}
+        file.write_text(
+            yaml.safe_dump({"bt_mission_servers": {"ros__parameters": values}}), encoding="utf-8"
+        )
+        options = ["--images", str(folder / "images"), "--params", str(file)]
         stack.enter_context(process("sim", "--world", world, "--no-camera"))
         if with_arbiter:
             stack.enter_context(process("arbiter"))
-        victims = {
+        images = str(folder / "images")
+        processes = {
             "servers": stack.enter_context(
-                process("servers", "--images", str(folder / "images"), *options)
+                process("servers", "--images", images, *options, log=log)
             ),
             "executive": stack.enter_context(process("run", str(mission), "--attach")),
         }
@@ -156,9 +176,18 @@ def kill(what: str, *, with_arbiter: bool, world: str = "empty_arena") -> Kill:
         while truth.newest()[2] < 0.98 * SPEED:
             if watch.elapsed_s > PATIENCE_S:
                 raise RuntimeError("the robot never drove; are the processes alive?")
+        yield processes, truth
+
+
+def kill(what: str, *, with_arbiter: bool, world: str = "empty_arena") -> Kill:
+    """Kill "servers" or "executive" when the base drives at full speed.
+
+    Raises RuntimeError when it never does.
+    """
+    with driving(with_arbiter=with_arbiter, world=world) as (processes, truth):
         killed_s, killed_x, *_ = truth.newest()
         before = len(truth.commands)
-        victims[what].kill()
+        processes[what].kill()
         watch = Stopwatch()
         while True:
             stood_s, x, *_ = truth.newest()
@@ -169,5 +198,12 @@ def kill(what: str, *, with_arbiter: bool, world: str = "empty_arena") -> Kill:
         stayed = True
         while truth.newest()[0] < stood_s + WATCHED_S:
             stayed = stayed and truth.stands()
-        commands = tuple(truth.commands[before:])
-        return Kill(what, with_arbiter, stood_s - killed_s, x - killed_x, commands, stayed)
+        return Kill(
+            what,
+            with_arbiter,
+            stood_after_s=stood_s - killed_s,
+            way_m=x - killed_x,
+            after_command_s=stood_s - truth.commanded_s,
+            commands=tuple(truth.commands[before:]),
+            stayed=stayed,
+        )

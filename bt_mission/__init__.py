@@ -24,7 +24,6 @@ from bt_mission.core import deprecated_paths
 from bt_mission.core.lazy import lazy_names
 
 if TYPE_CHECKING:
-    from bt_mission.btcpp.py_trees_leaves import port_leaves
     from bt_mission.core.diagnostics import Diagnostic, InputError
     from bt_mission.core.errors import BtMissionError
     from bt_mission.executive.executive import Executive
@@ -34,14 +33,14 @@ if TYPE_CHECKING:
     from bt_mission.language.action_names import ActionName
     from bt_mission.language.loader import load_text
     from bt_mission.language.mission import Mission
-    from bt_mission.recording.options import RecordingOptions
+    from bt_mission.recording.contents import RecordingOptions
     from bt_mission.recording.reader import read_run as read_recording
     from bt_mission.recording.writer import record
     from bt_mission.ros.graph import NodeOptions
     from bt_mission.ros.mission_node import MissionNode
     from bt_mission.ros.mission_runner import MissionRunner, RunnerOptions
     from bt_mission.sessions.check import check
-    from bt_mission.sessions.load import convert, load
+    from bt_mission.sessions.load import convert, load, port_leaves
     from bt_mission.sessions.stage import Stage
     from bt_mission.sessions.stage_robot import FleetRobot, StageOptions
 
@@ -90,7 +89,7 @@ _load = lazy_names(
         "MissionRunner": "bt_mission.ros.mission_runner",
         "NodeOptions": "bt_mission.ros.graph",
         "Outcome": "bt_mission.goals.outcome",
-        "RecordingOptions": "bt_mission.recording.options",
+        "RecordingOptions": "bt_mission.recording.contents",
         "Report": "bt_mission.executive.report",
         "RunnerOptions": "bt_mission.ros.mission_runner",
         "Stage": "bt_mission.sessions.stage",
@@ -99,7 +98,7 @@ _load = lazy_names(
         "convert": "bt_mission.sessions.load",
         "load": "bt_mission.sessions.load",
         "load_text": "bt_mission.language.loader",
-        "port_leaves": "bt_mission.btcpp.py_trees_leaves",
+        "port_leaves": "bt_mission.sessions.load",
         "read_recording": "bt_mission.recording.reader:read_run",
         "record": "bt_mission.recording.writer",
     },

@@ -2,10 +2,19 @@
 
 import ast
 import fnmatch
+import inspect
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from py_trees.behaviour import Behaviour
+from rclpy.action import ActionClient
+from rclpy.client import Client
+from rclpy.executors import Executor
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.service import Service
+from rclpy.subscription import Subscription
 
 from tests.support.project import ROOT
 from tools import check_layers
@@ -35,7 +44,18 @@ WALL_CLOCK_NAMES = (
     "*.tick_tock",
 )
 
+HOOKS = ("__getattr__",)
+"""What Python itself asks for in that way: of modules (PEP 562)."""
+
 KNOWN = check_layers.modules()
+
+PATCHABLE = frozenset(
+    name
+    for kind in (Behaviour, Node, Publisher, Subscription, Client, Service, ActionClient, Executor)
+    for name, _ in inspect.getmembers(kind, inspect.isroutine)
+    if not name.startswith("__")
+)
+"""Methods of other people's classes."""
 
 
 def _imports(text: str) -> Iterator[str]:
@@ -58,6 +78,66 @@ def _dotted_names(text: str) -> Iterator[str]:
     yield from _imports(text)
 
 
+def _is_own(target: ast.expr) -> bool:
+    """Does an object here change itself, or a class itself?"""
+    return isinstance(target, ast.Name) and target.id in ("self", "cls")
+
+
+def _changed(node: ast.AST) -> Iterator[tuple[ast.expr, str | None, ast.expr | None]]:
+    """Each attribute that a statement sets or deletes: of what, its name if known, and to what."""
+    targets: list[ast.expr] = []
+    value: ast.expr | None = None
+    if isinstance(node, ast.Assign):
+        targets, value = node.targets, node.value
+    elif isinstance(node, ast.AnnAssign) and node.value is not None:
+        targets, value = [node.target], node.value
+    elif isinstance(node, ast.Delete):
+        targets = node.targets
+    elif isinstance(node, ast.Call) and ast.unparse(node.func) in (
+        "setattr",
+        "delattr",
+        "object.__setattr__",
+    ):
+        name = node.args[1]
+        known = str(name.value) if isinstance(name, ast.Constant) else None
+        yield node.args[0], known, node.args[2] if len(node.args) > 2 else None
+    for target in targets:
+        pairs = [(target, value)]
+        if isinstance(target, ast.Tuple):
+            values = value.elts if isinstance(value, ast.Tuple) else [None] * len(target.elts)
+            pairs = list(zip(target.elts, values, strict=False))
+        for one, its in pairs:
+            if isinstance(one, ast.Attribute):
+                yield one.value, one.attr, its
+
+
+def patches(text: str) -> Iterator[str]:
+    """What text does to live objects that their classes do not provide for."""
+    tree = ast.parse(text)
+    functions = {
+        one.name
+        for scope in ast.walk(tree)
+        if not isinstance(scope, ast.ClassDef)
+        for one in ast.iter_child_nodes(scope)
+        if isinstance(one, ast.FunctionDef)
+    }
+    for node in ast.walk(tree):
+        for target, attribute, value in _changed(node):
+            where = f"line {target.lineno}: {ast.unparse(node).splitlines()[0]}"
+            is_function = isinstance(value, ast.Lambda) or (
+                isinstance(value, ast.Name) and value.id in functions
+            )
+            if attribute == "__class__":
+                yield f"{where} changes the class of an object"
+            elif _is_own(target):
+                continue
+            elif attribute in PATCHABLE or (is_function and attribute not in HOOKS):
+                yield f"{where} replaces a method of another object; give its class a hook"
+    for number, line in enumerate(text.splitlines(), start=1):
+        if "type: ignore[method-assign]" in line and not any(hook in line for hook in HOOKS):
+            yield f"line {number}: replaces a method of an object; give its class a hook"
+
+
 def faults(name: str, text: str) -> list[str]:
     """What breaks the rules in the module of this name, one line each."""
     found = []
@@ -71,6 +151,7 @@ def faults(name: str, text: str) -> list[str]:
             for one in _imports(text)
             if any(fnmatch.fnmatchcase(one.partition(".")[0], pattern) for pattern in ROS_NAMES)
         ]
+    found += [f"{name}: {one}" for one in patches(text)]
     if name != WALL_CLOCK:
         found += [
             f"{name}: {one} reads the wall clock; use the node's ROS clock"
@@ -82,7 +163,7 @@ def faults(name: str, text: str) -> list[str]:
 
 @pytest.mark.parametrize("name", KNOWN)
 def test_every_module_keeps_the_rules(name):
-    """No module imports upwards, speaks ROS where it may not, or reads the wall clock."""
+    """No module imports upwards, speaks ROS where it may not, reads the clock, or patches."""
     assert faults(name, KNOWN[name].read_text(encoding="utf-8")) == []
 
 
@@ -145,6 +226,22 @@ def test_the_tool_says_what_it_found(capsys):
         ("bt_mission.core.text", "from py_trees.decorators import Timeout\n", "Timeout reads"),
         ("bt_mission.core.text", "def run(tree):\n    tree.tick_tock(100)\n", "tick_tock reads"),
         ("bt_mission.core.text", "x = 1\n" * (MAX_LINES + 1), "at most"),
+        ("bt_mission.core.text", "def f(x):\n    x.__class__ = int\n", "changes the class of"),
+        ("bt_mission.core.text", "setattr(x, '__class__', int)\n", "changes the class of"),
+        ("bt_mission.core.text", "node.tick = wrapped(node)\n", "replaces a method of another"),
+        ("bt_mission.core.text", "a, b.update = 1, c\n", "replaces a method of another"),
+        ("bt_mission.core.text", "del node.tick\n", "replaces a method of another"),
+        ("bt_mission.core.text", "x.any_name = lambda: 1\n", "replaces a method of another"),
+        (
+            "bt_mission.core.text",
+            "def f(x, name):\n    def call(): ...\n    setattr(x, name, call)\n",
+            "replaces a method of another",
+        ),
+        (
+            "bt_mission.core.text",
+            "leaf.begin = g()  # type: ignore[method-assign]\n",
+            "replaces a method of an object",
+        ),
     ],
 )
 def test_a_violation_is_found(name, text, expected):
@@ -163,6 +260,8 @@ def test_a_violation_is_found(name, text, expected):
         ("bt_mission.sessions.stage", "import rclpy\nfrom sim.ros.node import SimNode\n"),
         ("bt_mission.core.wall_clock", "import time\nnow = time.monotonic\n"),
         ("bt_mission.cli.run", "import action_servers.server.node\n"),
+        ("bt_mission.core.text", "ledger.on_event = self._on_goal\nself.call = lambda: 1\n"),
+        ("bt_mission.core.text", "node.start_hook = self._stop\nsetattr(x, name, value)\n"),
         ("bt_mission.executive.trace", "from py_trees.composites import Sequence\nimport time\n"),
     ],
 )

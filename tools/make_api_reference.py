@@ -60,8 +60,8 @@ def _annotation(shown: Any) -> str:
 
 
 def _parameter(one: inspect.Parameter) -> str:
-    stars = {one.VAR_POSITIONAL: "*", one.VAR_KEYWORD: "**"}.get(one.kind, "")
-    text = stars + one.name
+    stars: dict[Any, str] = {one.VAR_POSITIONAL: "*", one.VAR_KEYWORD: "**"}
+    text: str = stars.get(one.kind, "") + one.name
     if one.annotation is not one.empty:
         text += f": {_annotation(one.annotation)}"
     if one.default is not one.empty:

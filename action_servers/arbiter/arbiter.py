@@ -6,6 +6,7 @@ Pure: times are nanoseconds of whatever clock the caller keeps.
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -29,10 +30,38 @@ SOURCES = (
     CommandSource("cmd_vel_stop", 0.5, stops=True),
     CommandSource("cmd_vel_joy", 0.5),
     # Servers speak 20 times a second. Three missed commands, and the 0.26 s that braking from full
-    # speed takes, leave a base standing within 0.5 s after its servers have died.
+    # speed takes, leave a base standing within 0.5 s after its servers have died. The time counts
+    # from when a command was sent, and the base's own timeout, too: they do not add up.
     CommandSource("cmd_vel_mission", 0.15),
 )
 """From the highest rank to the lowest."""
+
+WINDOW_NS = 2_000_000_000
+"""Time, ns, over which the fastest way of a command to the arbiter is looked for."""
+
+
+class CommandAge:
+    """How long ago the commands of a source were sent, by their stamps.
+
+    The clocks of source and arbiter need not agree: the difference between arrival and stamp grows
+    by what a command is late, compared with the fastest of the last :data:`WINDOW_NS`, or with the
+    one before it. A source's clock that is set is followed after that time.
+    """
+
+    def __init__(self) -> None:
+        self._differences: deque[tuple[int, int]] = deque()
+
+    def of(self, stamp_ns: int, now_ns: int) -> int:
+        """Return the age of a command that arrives now, ns; 0 for one without a stamp."""
+        if stamp_ns == 0:
+            return 0
+        seen, difference = self._differences, now_ns - stamp_ns
+        while len(seen) > 1 and not 0 <= now_ns - seen[0][0] < WINDOW_NS:
+            seen.popleft()
+        while seen and seen[-1][1] >= difference:
+            seen.pop()
+        seen.append((now_ns, difference))
+        return difference - seen[0][1]
 
 
 class Arbiter:
@@ -50,17 +79,20 @@ class Arbiter:
         """Return the topic that drives, or None when nobody does."""
         return next((topic for topic in self._sources if self._counts(topic, now_ns)), None)
 
-    def take(self, topic: str, twist: Twist2D, now_ns: int) -> Twist2D | None:
+    def take(self, topic: str, twist: Twist2D, now_ns: int, age_ns: int = 0) -> Twist2D | None:
         """Take in a command; return what to send at once, or None when a higher source drives.
 
-        Raises ValueError for a command that is not finite; the source is then as if silent.
+        A command counts from when it was sent, `age_ns` ago: one that has come too late counts not
+        at all. That of a source that `stops` counts however late it comes. Raises ValueError for a
+        command that is not finite; the source is then as if silent.
         """
         if not (math.isfinite(twist.linear) and math.isfinite(twist.angular)):
             raise ValueError(f"{topic} commanded {twist.linear} m/s, {twist.angular} rad/s")
-        self._heard_ns[topic] = now_ns
+        stops = self._sources[topic].stops
+        self._heard_ns[topic] = now_ns if stops else now_ns - age_ns
         if self.leader(now_ns) != topic:
             return None
-        return ZERO if self._sources[topic].stops else twist
+        return ZERO if stops else twist
 
     def step(self, now_ns: int) -> Twist2D | None:
         """Return zero velocity while nobody drives, else None; to be called again and again."""

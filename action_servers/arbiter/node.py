@@ -4,21 +4,27 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from geometry_msgs.msg import TwistStamped
+from rclpy.executors import Executor
+from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 
-from action_servers.arbiter.arbiter import SOURCES, Arbiter, CommandSource
+from action_servers.arbiter.arbiter import SOURCES, Arbiter, CommandAge, CommandSource
 from action_servers.core.maneuver import ZERO
 from action_servers.core.parameters import ParameterSpec
 from action_servers.robot_io.base import CommandPublisher, CommandWiring
 from action_servers.robot_io.command_types import Choice
-from action_servers.robot_io.node import NO_ARGUMENTS, NodeOptions, ProcessOptions, RobotNode, run
+from action_servers.robot_io.node import (
+    NO_ARGUMENTS,
+    ProcessOptions,
+    RobotNode,
+    RobotNodeOptions,
+    run,
+)
 from bt_mission.core.geometry import Twist2D
-
-if TYPE_CHECKING:
-    from rclpy.executors import Executor
+from bt_mission.core.stamps import to_ns
 
 NODE_NAME = "bt_mission_arbiter"
 CHECK_HZ = 50.0
@@ -27,11 +33,14 @@ CHECK_HZ = 50.0
 LAST_WORDS_S = 0.5
 """Seconds to wait until the robot has confirmed the last command."""
 
+NEWEST = QoSProfile(depth=1)
+"""Of commands that have waited, the newest is heard alone."""
+
 SHORTEST_S, LONGEST_S = 0.1, 5.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ArbiterOptions(NodeOptions):
+class ArbiterOptions(RobotNodeOptions):
     """How the arbiter is made. `command_type`: of `cmd_vel`; "auto" is what the robot takes."""
 
     command_type: Choice = "stamped"
@@ -52,6 +61,7 @@ class ArbiterNode(RobotNode):
             replace(source, timeout_s=self.declare(*_timeout(source))) for source in SOURCES
         ]
         self._arbiter = Arbiter(self._sources)
+        self._ages = {source.topic: CommandAge() for source in self._sources}
         self._leader: str | None = None
         self._inputs: list[Subscription] = []
         self._base = CommandPublisher(self, wiring, lambda _: self._listen())
@@ -79,7 +89,7 @@ class ArbiterNode(RobotNode):
         elif not self._inputs:
             self._inputs = [
                 self.create_subscription(
-                    TwistStamped, source.topic, partial(self._take, source.topic), 10
+                    TwistStamped, source.topic, partial(self._take, source.topic), NEWEST
                 )
                 for source in self._sources
             ]
@@ -92,14 +102,16 @@ class ArbiterNode(RobotNode):
     def _take(self, topic: str, message: Any) -> None:
         twist = Twist2D(message.twist.linear.x, message.twist.angular.z)
         now_ns = self._now_ns()
+        age_ns = self._ages[topic].of(to_ns(message.header.stamp), now_ns)
         try:
-            answer = self._arbiter.take(topic, twist, now_ns)
+            answer = self._arbiter.take(topic, twist, now_ns, age_ns)
         except ValueError as error:
             self._log.warning(f"passed over: {error}", throttle_duration_sec=5.0)
             return
         self._report(now_ns)
         if answer is not None:
-            self._base.command(answer)
+            # Stamped with when it was sent: the base's own timeout does not begin anew.
+            self._base.command(answer, now_ns - age_ns)
 
     def _check(self) -> None:
         self._listen()

@@ -2,30 +2,86 @@
 
 from __future__ import annotations
 
+import io
 import math
-from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
 from typing import Protocol
 
+from PIL import Image as Picture
+
 from action_servers.camera.camera import CameraSwitch, Snapshot
-from action_servers.core.checks import outside, refusal, stale
+from action_servers.core.checks import refusal, stale
+from action_servers.core.goal_limits import camera_sweep_limits
+from action_servers.core.limits import faults
 from action_servers.core.maneuver import (
     SUCCEEDED,
     ZERO,
     ErrorCode,
+    Fields,
     Finished,
     Image,
     Observation,
     Refusal,
-    Value,
 )
+from action_servers.core.ticker import News
 from action_servers.core.tuning import TUNING, Tuning
 from action_servers.driving.drive import DriveGuard
-from action_servers.driving.rotation import ARRIVED_WITHIN, Rotation
+from action_servers.driving.turn import ARRIVED_WITHIN, Rotation
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
 
-MAX_ANGLE_DEG = 180.0
-"""The limit of the Sheffield course's camera sweep for Jazzy, whose missions run here too."""
+# The lowest level that compresses at all: seven times faster than Pillow's default for files a
+# fifth larger, and a picture is written between two control steps.
+COMPRESS_LEVEL = 1
+
+
+class ImageFolder:
+    """The folder of one goal, `root`/`name`; `name` may be set until it is opened.
+
+    Where that name is taken, a number is added: the pictures of an earlier goal are never touched.
+    """
+
+    def __init__(self, root: Path, name: str = "images") -> None:
+        self.name = name
+        self._root = root
+        self._path: Path | None = None
+
+    @property
+    def folder(self) -> str:
+        """Full path of the folder; empty until it is opened."""
+        return str(self._path or "")
+
+    def open(self) -> None:
+        """Make the folder, and those above it. Raises OSError."""
+        root = self._root.expanduser().resolve()
+        root.mkdir(parents=True, exist_ok=True)
+        path, number = root / self.name, 1
+        while True:
+            try:
+                path.mkdir()
+            except FileExistsError:
+                number += 1
+                path = root / f"{self.name}_{number}"
+            else:
+                self._path = path
+                return
+
+    def save(self, number: int, image: Image) -> str:
+        """Write `image_NN.png` and return its full path; no part of it is left on OSError."""
+        if self._path is None:
+            raise FileNotFoundError("the folder has not been opened")
+        encoded = io.BytesIO()
+        Picture.fromarray(image.rgb).save(encoded, "PNG", compress_level=COMPRESS_LEVEL)
+        path = self._path / f"image_{number:02d}.png"
+        try:
+            path.write_bytes(encoded.getbuffer())
+        except OSError:
+            with suppress(OSError):
+                path.unlink(missing_ok=True)
+            raise
+        return str(path)
 
 
 class CameraSweepGoal(Protocol):
@@ -37,47 +93,21 @@ class CameraSweepGoal(Protocol):
     """Number of pictures, one at the end of each equal part of the angle."""
 
 
-class ImageStore(Protocol):
-    """Where the pictures of one goal go. Each method may raise OSError."""
-
-    name: str
-    """Name of the folder; may be set until it is opened."""
-
-    @property
-    def folder(self) -> str:
-        """Path of the folder; empty until it is opened."""
-
-    def open(self) -> None:
-        """Make the folder."""
-
-    def save(self, number: int, image: Image) -> str:
-        """Write picture `number` (1, 2, ...) and return its path."""
-
-
 def plan(
     goal: CameraSweepGoal,
     now: Observation,
     robot: RobotModel,
     camera: CameraSwitch,
-    store: ImageStore,
+    store: ImageFolder,
     tuning: Tuning = TUNING,
 ) -> CameraSweep | Refusal:
     """Check a goal against the robot and what it sees."""
     if robot.camera is None:
         return Refusal(f"the robot '{robot.name}' has no camera")
-    refused = refusal(
-        _outside_angle(goal.sweep_angle),
-        outside("image_count", goal.image_count, 1, tuning.sweep_images, "images"),
-        unready=stale(now, tuning.sensor_timeout),
-    )
+    wrong = faults(goal, camera_sweep_limits(tuning))
+    refused = refusal(*wrong, unready=stale(now, tuning.sensor_timeout))
     angle = math.radians(goal.sweep_angle)
     return refused or CameraSweep(angle, goal.image_count, robot, camera, store, tuning)
-
-
-def _outside_angle(angle_deg: float) -> str | None:
-    if angle_deg <= 0.0:
-        return f"sweep_angle must be above 0 and at most {MAX_ANGLE_DEG:g} deg, got {angle_deg:g}"
-    return outside("sweep_angle", angle_deg, 0.0, MAX_ANGLE_DEG, "deg")
 
 
 class CameraSweep:
@@ -96,7 +126,7 @@ class CameraSweep:
         count: int,
         robot: RobotModel,
         camera: CameraSwitch,
-        store: ImageStore,
+        store: ImageFolder,
         tuning: Tuning = TUNING,
     ) -> None:
         self._angle = angle
@@ -110,7 +140,7 @@ class CameraSweep:
         self._camera_works = False
         self._opened = False
         self._paths: list[str] = []
-        self._told: tuple[int, float] | None = None
+        self._news = News()
 
     def step(self, now: Observation) -> Twist2D | Finished:
         """Take the picture that is due, and turn on."""
@@ -125,15 +155,12 @@ class CameraSweep:
             return self._drive.rest(now) or ZERO
         return self._rotation.towards(now, self._angle, self._speed) or ZERO
 
-    def feedback(self) -> Mapping[str, Value] | None:
+    def feedback(self) -> Fields | None:
         """Return pictures taken and angle turned, when either has changed."""
-        telling = (len(self._paths), self._drive.yaw)
-        if telling == self._told:
-            return None
-        self._told = telling
-        return {"current_image": telling[0], "current_angle": math.degrees(telling[1])}
+        angle = math.degrees(self._drive.yaw)
+        return self._news.of({"current_image": len(self._paths), "current_angle": angle})
 
-    def result(self) -> Mapping[str, Value]:
+    def result(self) -> Fields:
         """Return the folder (empty when none was made) and the path of every picture taken."""
         return {"image_path": self.store.folder, "image_paths": tuple(self._paths)}
 
@@ -146,7 +173,8 @@ class CameraSweep:
             self._ask(now)
             taken = self._snapshot.take(now)
             if isinstance(taken, Finished):
-                return self._without_image(taken)
+                done = f"{len(self._paths)} of {self._count} taken"
+                return replace(taken, reason=f"{taken.reason}, {done}")
             if taken is None:
                 return None
             if self._camera_works:
@@ -171,7 +199,3 @@ class CameraSweep:
         """Return whether the robot has turned to where picture `number` is taken."""
         angle = self._angle * min(number, self._count) / self._count
         return self._drive.yaw >= angle - ARRIVED_WITHIN
-
-    def _without_image(self, end: Finished) -> Finished:
-        done = f"{len(self._paths)} of {self._count} taken"
-        return Finished(end.status, end.error_code, f"{end.reason}, {done}")

@@ -3,30 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Protocol
 
 from action_servers.camera.camera import CameraSwitch
-from action_servers.camera.colours import HUES_DEG, ColourPatch, largest_patch
-from action_servers.core.checks import outside, refusal
+from action_servers.camera.colours import ColourPatch, largest_patch
+from action_servers.core.checks import refusal
+from action_servers.core.goal_limits import FIND_COLOUR
+from action_servers.core.limits import faults
 from action_servers.core.maneuver import (
     SUCCEEDED,
     ZERO,
     ErrorCode,
+    Fields,
     Finished,
     Image,
     Observation,
     Refusal,
-    Value,
 )
 from action_servers.core.tuning import TUNING, Tuning
-from bt_mission.core.diagnostics import did_you_mean, listed
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
 from bt_mission.core.robot.parts import CameraModel
-
-SMALLEST_SHARE = 1e-4
-"""Eight pixels of a picture of 320 x 240: less is no patch."""
 
 
 class FindColourGoal(Protocol):
@@ -44,14 +41,8 @@ def plan(
     """Check a goal."""
     if robot.camera is None:
         return Refusal(f"the robot '{robot.name}' has no camera")
-    if goal.colour not in HUES_DEG:
-        near = did_you_mean(goal.colour, HUES_DEG)
-        return Refusal(
-            f"no such colour '{goal.colour[:40]}' (known: {listed(HUES_DEG)})"
-            + (f"; {near}" if near else "")
-        )
     share = goal.min_share or tuning.colour_share
-    refused = refusal(outside("min_share", share, SMALLEST_SHARE, 1.0, "of the picture"))
+    refused = refusal(*faults(goal, FIND_COLOUR))
     return refused or FindColour(goal.colour, share, robot.camera, camera, tuning)
 
 
@@ -92,14 +83,14 @@ class FindColour:
         found = self._patch is not None and self._patch.share >= self._share
         return SUCCEEDED if found else ZERO
 
-    def feedback(self) -> Mapping[str, Value] | None:
+    def feedback(self) -> Fields | None:
         """Return what the newest picture shows."""
         if self._image is self._told:
             return None
         self._told = self._image
         return self.result()
 
-    def result(self) -> Mapping[str, Value]:
+    def result(self) -> Fields:
         """Return bearing and share of the largest patch in the newest picture; NaN and 0 if none.
 
         The bearing is that of a camera without distortion that looks straight ahead.

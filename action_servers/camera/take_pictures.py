@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Mapping
+from dataclasses import replace
 from typing import Protocol
 
 from PIL import Image as Picture
 
 from action_servers.camera.camera import CameraSwitch, Snapshot
-from action_servers.core.checks import outside, refusal
+from action_servers.core.checks import refusal
+from action_servers.core.goal_limits import take_pictures_limits
+from action_servers.core.limits import faults
 from action_servers.core.maneuver import (
     SUCCEEDED,
     ZERO,
+    Fields,
     Finished,
     Image,
     Observation,
     Refusal,
-    Value,
 )
 from action_servers.core.ticker import Ticker
 from action_servers.core.tuning import TUNING, Tuning
@@ -38,7 +40,7 @@ def plan(
     """Check a goal. So many pictures that memory would suffer are refused."""
     if robot.camera is None:
         return Refusal(f"the robot '{robot.name}' has no camera")
-    refused = refusal(outside("nseconds", goal.nseconds, 1, tuning.pictures, "s"))
+    refused = refusal(*faults(goal, take_pictures_limits(tuning)))
     return refused or TakePictures(goal.nseconds, camera, tuning)
 
 
@@ -53,7 +55,7 @@ class TakePictures:
         self.camera = camera
         self._snapshot = Snapshot(camera, tuning.image_timeout)
         self._ticker = Ticker()
-        self._pictures: list[Mapping[str, Value]] = []
+        self._pictures: list[Fields] = []
         self._told = 0
 
     def step(self, now: Observation) -> Twist2D | Finished:
@@ -61,10 +63,8 @@ class TakePictures:
         self._ticker.update(now.time_s)
         taken = self._snapshot.take(now)
         if isinstance(taken, Finished):
-            number = len(self._pictures)
-            return Finished(
-                taken.status, taken.error_code, f"{taken.reason}, {number} of {self._count} taken"
-            )
+            done = f"{len(self._pictures)} of {self._count} taken"
+            return replace(taken, reason=f"{taken.reason}, {done}")
         if taken is not None:
             self._pictures.append(compressed(taken, self._quality))
         if len(self._pictures) == self._count:
@@ -73,19 +73,19 @@ class TakePictures:
             self._snapshot.ask(now)
         return ZERO
 
-    def feedback(self) -> Mapping[str, Value] | None:
+    def feedback(self) -> Fields | None:
         """Return the picture that was just taken."""
         if len(self._pictures) == self._told:
             return None
         self._told = len(self._pictures)
         return {"last_image": self._pictures[-1]}
 
-    def result(self) -> Mapping[str, Value]:
+    def result(self) -> Fields:
         """Return the pictures taken."""
         return {"all_pictures": tuple(self._pictures)}
 
 
-def compressed(image: Image, quality: int) -> Mapping[str, Value]:
+def compressed(image: Image, quality: int) -> Fields:
     """Return the fields of a `sensor_msgs/CompressedImage`: a JPEG of 1 to 95 of `quality`."""
     encoded = io.BytesIO()
     Picture.fromarray(image.rgb).save(encoded, "JPEG", quality=quality)

@@ -1,29 +1,12 @@
-"""Checks of goals, and of what is known of the robot: every refusal says what was expected."""
+"""Checks of what is known of the robot when a goal comes: a refusal says what was expected."""
 
 from __future__ import annotations
-
-import math
 
 from action_servers.core.maneuver import ErrorCode, Finished, Observation, Refusal
 from action_servers.core.tuning import TUNING
 
-# A goal field is a float32: 1.82 arrives as 1.8200000525, and must still be within 1.82.
-FLOAT32_ROUNDING = 1e-6
-
 STALE_AFTER_S = TUNING.sensor_timeout
 """Age in seconds at which a scan or odometry is no longer trusted, unless tuned otherwise."""
-
-
-def outside(name: str, value: float, low: float, high: float, unit: str) -> str | None:
-    """Return why `value` is no number from `low` to `high`, or None when it is one.
-
-    NaN and infinities are always outside. Both limits belong to the range.
-    """
-    low_slack = FLOAT32_ROUNDING * abs(low)
-    high_slack = FLOAT32_ROUNDING * abs(high)
-    if math.isfinite(value) and low - low_slack <= value <= high + high_slack:
-        return None
-    return f"{name} must be from {low:g} to {high:g} {unit}, got {value:g}"
 
 
 def refusal(*faults: str | None, unready: Finished | None = None) -> Refusal | None:

@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -23,6 +24,7 @@ from bt_mission.core.geometry import Pose2D
 from bt_mission.core.robot.parts import Hull, LidarModel
 
 Points = npt.NDArray[np.float64]
+Reals = npt.NDArray[np.floating[Any]]
 
 NOISE = 0.03
 """Metres: three standard deviations of a ray (0.01 m in ROBOTIS's simulation)."""
@@ -56,6 +58,17 @@ def _directions(rays: int, angle_min: float, angle_increment: float) -> Points:
     directions = np.stack([np.cos(angles), np.sin(angles)])
     directions.flags.writeable = False  # shared by every scan of this geometry
     return directions
+
+
+def ray_towards(scan: Scan, bearings: Reals) -> tuple[npt.NDArray[np.intp], bool]:
+    """Return the ray nearest to each bearing, rad from the first; and whether they go all round.
+
+    Where they do not, it may be one beyond the last.
+    """
+    step, count = abs(scan.angle_increment), len(scan.ranges)
+    # A lidar that turns to the right counts its rays the other way round.
+    turned = np.mod(math.copysign(1.0, scan.angle_increment) * bearings, math.tau)
+    return np.rint(turned / step).astype(np.intp), abs(count * step - math.tau) < 1.5 * step
 
 
 def ahead(

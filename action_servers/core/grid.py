@@ -63,15 +63,6 @@ class Survey:
         rows, columns = self.shape
         return 0 <= row < rows and 0 <= column < columns
 
-    def centres(self, rows: npt.NDArray[np.intp], columns: npt.NDArray[np.intp]) -> Floats:
-        """Return the centres of cells, `n x 2`."""
-        return np.column_stack(
-            (
-                self.origin_x + (columns + 0.5) * self.resolution,
-                self.origin_y + (rows + 0.5) * self.resolution,
-            )
-        )
-
     @property
     def centre_clearance(self) -> Floats:
         """Clearance of the centre of every cell, `rows x columns`."""
@@ -131,6 +122,14 @@ class Survey:
             self.known | marks,
             np.minimum(self.clearance, _clearance(marks, self.resolution)),
         )
+
+
+def centres(
+    grid: Grid | Survey, rows: npt.NDArray[np.intp], columns: npt.NDArray[np.intp]
+) -> Floats:
+    """Return the centres of cells of a grid, `n x 2`."""
+    across, along = (columns + 0.5) * grid.resolution, (rows + 0.5) * grid.resolution
+    return np.column_stack((grid.origin_x + across, grid.origin_y + along))
 
 
 def survey(grid: Grid) -> Survey:

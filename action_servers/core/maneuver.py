@@ -11,13 +11,15 @@ those of ``base_footprint``, the point on the floor below the middle of the axle
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Literal, Protocol, TypeAlias, Union
+from typing import Any, Literal, Protocol, TypeAlias, Union
 
 import numpy as np
 import numpy.typing as npt
 
+from bt_mission.core.dds.liveliness import EXECUTIVE_LOST
 from bt_mission.core.geometry import Pose2D, Twist2D
 
 
@@ -34,6 +36,7 @@ class ErrorCode(IntEnum):
     BLOCKED = 906
     MOTORS_OFF = 907
     NO_MAP = 908
+    EXECUTIVE_LOST = EXECUTIVE_LOST
 
 
 ZERO = Twist2D()
@@ -93,6 +96,7 @@ class Observation:
     `frame_on_map` gives the pose on the map of a frame by its name, or why it is not known.
     Anything that has not arrived yet is None. `scan`, `grid` and `image` are the same objects
     from step to step until a newer message comes, so an identity test tells whether they are new.
+    While `is_held`, the pilot commands zero velocity, whatever a maneuver answers.
     """
 
     time_s: float
@@ -104,6 +108,7 @@ class Observation:
     grid: Grid | None = None
     image: Image | None = None
     frame_on_map: Callable[[str], Pose2D | Refusal] | None = None
+    is_held: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,9 +133,8 @@ class Refusal:
 # A field of a feedback or result message. A Pose2D fills a Pose, or a PoseStamped in the map
 # frame; a number of seconds fills a Duration or a Time; bytes fill a sequence of uint8; a mapping
 # fills a nested message.
-Value: TypeAlias = Union[
-    bool, int, float, str, bytes, Pose2D, Twist2D, "Mapping[str, Value]", "Sequence[Value]"
-]
+Value: TypeAlias = Union[bool, int, float, str, bytes, Pose2D, Twist2D, "Fields", "Sequence[Value]"]
+Fields: TypeAlias = Mapping[str, Value]
 
 
 class Maneuver(Protocol):
@@ -151,3 +155,29 @@ class Maneuver(Protocol):
 
         Valid at any time: also before the first step, and when canceled or replaced.
         """
+
+
+def _nothing(_maneuver: Maneuver, _goal_id: str) -> AbstractContextManager[None]:
+    return nullcontext()
+
+
+@dataclass(frozen=True, slots=True)
+class Action:
+    """An action that the servers offer.
+
+    Args:
+        name: Its name, relative to the namespace of the servers.
+        type: Its generated type. Where a result has `error_code` and `error_msg`, they tell how
+            the goal ended.
+        plan: Checks a goal message against what is known of the robot; returns the maneuver that
+            carries it out, or why it is refused.
+        needs_map: Whether its observations hold the map, and the robot's pose on it.
+        during: Entered when a goal is accepted, with its maneuver and its id (32 hexadecimal
+            digits), and left at its end.
+    """
+
+    name: str
+    type: Any
+    plan: Callable[[Any, Observation], Maneuver | Refusal]
+    needs_map: bool = False
+    during: Callable[[Any, str], AbstractContextManager[None]] = _nothing

@@ -44,13 +44,13 @@ class ParameterSpec:
 
 
 def number(
-    default: float, low: float, high: float, description: str, *, is_fixed: bool = False
+    default: float, limits: tuple[float, float], description: str, *, is_fixed: bool = False
 ) -> Any:
     """Return a field of a dataclass that is a number, or a switch, as a parameter.
 
     Unless `is_fixed`, it may be set while the node runs, and holds from the next goal on.
     """
-    spec = ParameterSpec(default, description, low, high, is_fixed=is_fixed)
+    spec = ParameterSpec(default, description, *limits, is_fixed=is_fixed)
     return field(default=default, metadata={"spec": spec})
 
 

@@ -8,15 +8,20 @@ zero velocity is commanded before anybody hears of the end.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
-from typing import Literal, TypeAlias
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Literal
 
-from action_servers.core.maneuver import ZERO, ErrorCode, Finished, Maneuver, Observation, Value
+from action_servers.core.maneuver import (
+    ZERO,
+    ErrorCode,
+    Fields,
+    Finished,
+    Maneuver,
+    Observation,
+)
 from action_servers.core.tuning import TUNING
 from bt_mission.core.geometry import Twist2D
-
-Fields: TypeAlias = Mapping[str, Value]
 
 REFUSED_WHILE_DRIVING = "another goal drives the robot; it is not replaced (on_new_goal: refuse)"
 
@@ -34,21 +39,17 @@ class ManeuverOutcome:
     """What the maneuver raised, if it did."""
 
 
+@dataclass(slots=True, eq=False)
 class ManeuverRun:
     """One maneuver in the pilot's care; `on_end` is called exactly once."""
 
-    __slots__ = ("maneuver", "needs_base", "on_end", "on_feedback")
+    maneuver: Maneuver
+    on_feedback: Callable[[Fields], None]
+    on_end: Callable[[ManeuverOutcome], None]
+    needs_base: bool = field(init=False)
 
-    def __init__(
-        self,
-        maneuver: Maneuver,
-        on_feedback: Callable[[Fields], None],
-        on_end: Callable[[ManeuverOutcome], None],
-    ) -> None:
-        self.maneuver = maneuver
-        self.needs_base = maneuver.needs_base
-        self.on_feedback = on_feedback
-        self.on_end = on_end
+    def __post_init__(self) -> None:
+        self.needs_base = self.maneuver.needs_base
 
 
 class Pilot:
@@ -78,6 +79,7 @@ class Pilot:
         self._side_goals = side_goals
         self._runs: list[ManeuverRun] = []
         self._stepped_s: float | None = None
+        self._is_held = False
 
     @property
     def idle(self) -> bool:
@@ -115,10 +117,20 @@ class Pilot:
         """End a maneuver at once, because of an exception; nothing happens if it has ended."""
         self._end(run, raised(error))
 
-    def stop(self, reason: str) -> None:
+    def stop(self, reason: str, code: ErrorCode = ErrorCode.STOPPED) -> None:
         """End every maneuver, and command zero velocity even if there was none."""
-        self._end_all(reason, list(self._runs))
+        self._end_all(reason, list(self._runs), code)
         self._command(ZERO)
+
+    def hold(self) -> None:
+        """Hold the base from now on: maneuvers go on, but nothing except zero is commanded."""
+        self._is_held = True
+        if self._driving:
+            self._command(ZERO)
+
+    def release(self) -> None:
+        """Let the maneuver that drives command the base again."""
+        self._is_held = False
 
     def stop_driving(self, reason: str, code: ErrorCode) -> None:
         """End the maneuver that drives, if any, with a code and a reason."""
@@ -136,6 +148,8 @@ class Pilot:
             for run in runs:
                 self.fail(run, error)
             return
+        if self._is_held:
+            now = replace(now, is_held=True)
         before_s, self._stepped_s = self._stepped_s, now.time_s
         if before_s is not None and now.time_s < before_s:
             # What a maneuver does for a time, it would do for so much longer.
@@ -155,7 +169,7 @@ class Pilot:
                 self._tell(run)
                 # Last, so that whatever raises above is followed by zero and nothing else.
                 if run.needs_base:
-                    self._command(twist)
+                    self._command(ZERO if self._is_held else twist)
                 return
         except Exception as error:  # noqa: BLE001 - a fault in one maneuver must not end the server
             self.fail(run, error)
@@ -202,3 +216,44 @@ def raised(error: Exception) -> ManeuverOutcome:
     """Return how a goal ends whose maneuver raised."""
     reason = f"{type(error).__name__}: {error}"
     return ManeuverOutcome("aborted", ErrorCode.UNKNOWN, reason, cause=error)
+
+
+STOPPED = "stopped"
+MOTORS_OFF = "motors off"
+
+
+class Interlock:
+    """Ends what the pilot does, and refuses goals until the cause is gone.
+
+    A stop ends and refuses everything; motors that are off, only what drives.
+    """
+
+    def __init__(self, pilot: Pilot) -> None:
+        self._pilot = pilot
+        self._stopped = False
+        self._motors_on = True
+
+    def stop(self) -> str:
+        """Stop the base and end every goal, however often; return what was done, in words."""
+        already, self._stopped = self._stopped, True
+        self._pilot.stop(STOPPED)
+        return "stopped already" if already else "stopped; goals are refused until release"
+
+    def release(self) -> str:
+        """Let goals be accepted again; return what was done, in words."""
+        was_stopped, self._stopped = self._stopped, False
+        return "released" if was_stopped else "was not stopped"
+
+    def set_motors(self, *, on: bool) -> None:
+        """Take in whether the motors are on; they are until told otherwise."""
+        self._motors_on = on
+        if not on:
+            self._pilot.stop_driving(MOTORS_OFF, ErrorCode.MOTORS_OFF)
+
+    def refusal(self, *, needs_base: bool) -> str | None:
+        """Return why a goal is not accepted now, or None."""
+        if self._stopped:
+            return f"{STOPPED}; call the service release to go on"
+        if needs_base and not self._motors_on:
+            return f"{MOTORS_OFF}; switch them on with the service motor_power"
+        return self._pilot.refusal(needs_base=needs_base)

@@ -1,6 +1,10 @@
-"""Whole seconds of a goal, counted from its first control step."""
+"""When a goal tells something: at whole seconds from its first control step, or when it changes."""
 
 from __future__ import annotations
+
+import math
+
+from action_servers.core.maneuver import Fields
 
 ROUNDING_S = 1e-6
 
@@ -36,3 +40,20 @@ class Ticker:
         """Return whether a second has become full since the last call."""
         told, self._told = self._told, self.count
         return self._told > told
+
+
+class News:
+    """Feedback that is told when it has changed, and after `again_s` seconds even if it has not."""
+
+    def __init__(self, again_s: float = math.inf) -> None:
+        self._again_s = again_s
+        self._told: tuple[Fields, float] | None = None
+
+    def of(self, fields: Fields, time_s: float = 0.0) -> Fields | None:
+        """Return the fields when they are to be told now, else None."""
+        if self._told is not None:
+            told, told_s = self._told
+            if told == fields and time_s - told_s < self._again_s - ROUNDING_S:
+                return None
+        self._told = fields, time_s
+        return fields

@@ -3,24 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Protocol
 
-from action_servers.core.checks import outside, refusal, stale
+from action_servers.core.checks import refusal, stale
 from action_servers.core.clearance import ObstaclePoint, ahead, nearest_in_front, obstacle_points
-from action_servers.core.drive_limits import speed_to_stop_in
-from action_servers.core.maneuver import SUCCEEDED, Finished, Observation, Refusal, Scan, Value
+from action_servers.core.goal_limits import explore_forward_limits
+from action_servers.core.limits import faults
+from action_servers.core.maneuver import (
+    SUCCEEDED,
+    Fields,
+    Finished,
+    Observation,
+    Refusal,
+    Scan,
+)
+from action_servers.core.ticker import News
 from action_servers.core.tuning import TUNING, Tuning
-from action_servers.driving.drive import DriveGuard
+from action_servers.driving.drive import ARRIVED_WITHIN, DriveGuard
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
-
-SLOWEST = 0.01
-"""m/s: the lowest speed that is accepted, and the one at which the last millimetres are driven."""
-
-ARRIVED_WITHIN = 0.003
-"""Metres before the stopping distance at which the robot has arrived."""
-
 
 GONE_BEYOND = 0.05
 """Metres beyond the stopping distance at which an obstacle that was there has left."""
@@ -39,15 +40,8 @@ def plan(
     goal: ExploreForwardGoal, now: Observation, robot: RobotModel, tuning: Tuning = TUNING
 ) -> ExploreForward | Refusal:
     """Check a goal against the robot and what it sees."""
-    lidar, front = robot.lidar, robot.hull.front
-    blind = lidar.min_range - (front - lidar.x)
-    reach = lidar.max_range - (front - lidar.x)
-    nearest = tuning.explore_nearest + max(0.0, blind)
-    refused = refusal(
-        outside("fwd_velocity", goal.fwd_velocity, SLOWEST, robot.max_linear_velocity, "m/s"),
-        outside("stopping_distance", goal.stopping_distance, nearest, reach, "m"),
-        unready=stale(now, tuning.sensor_timeout),
-    )
+    wrong = faults(goal, explore_forward_limits(robot, tuning))
+    refused = refusal(*wrong, unready=stale(now, tuning.sensor_timeout))
     return refused or ExploreForward(goal.fwd_velocity, goal.stopping_distance, robot, tuning)
 
 
@@ -70,8 +64,6 @@ class ExploreForward:
         self._speed = speed
         self._stopping_distance = stopping_distance
         self._robot = robot
-        # Half of what the base can do, so that it follows the slowing down with ease.
-        self._deceleration = 0.5 * robot.max_linear_acceleration
         self._side_margin = tuning.side_margin
         self._drive = DriveGuard(robot, tuning)
         self._arrived = False
@@ -79,7 +71,7 @@ class ExploreForward:
         self._ahead: ObstaclePoint | None = None
         self._aside: ObstaclePoint | None = None
         self._distance_at_scan = 0.0
-        self._told: tuple[float, float] | None = None
+        self._news = News()
 
     def step(self, now: Observation) -> Twist2D | Finished:
         """Drive on, slow down, or end."""
@@ -96,21 +88,15 @@ class ExploreForward:
             if remaining <= GONE_BEYOND:
                 return SUCCEEDED
             self._arrived = False  # what it stopped for has left
-        within_braking = speed_to_stop_in(
-            remaining, deceleration=self._deceleration, delay_s=self._drive.delay_s(now)
-        )
-        speed = min(self._speed, max(SLOWEST, within_braking))
+        speed = self._drive.speed_ahead(now, remaining, self._speed)
         return self._drive.command(now, Twist2D(speed, 0.0))
 
-    def feedback(self) -> Mapping[str, Value] | None:
+    def feedback(self) -> Fields | None:
         """Return distance driven and gap ahead, when either has changed."""
-        telling = (self._drive.distance, self._gap())
-        if telling == self._told:
-            return None
-        self._told = telling
-        return {"current_distance_travelled": telling[0], "closest_obstacle": telling[1]}
+        done = self._drive.distance
+        return self._news.of({"current_distance_travelled": done, "closest_obstacle": self._gap()})
 
-    def result(self) -> Mapping[str, Value]:
+    def result(self) -> Fields:
         """Return distance driven, gap ahead (inf when nothing is seen there) and its bearing."""
         return {
             "total_distance_travelled": self._drive.distance,

@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Protocol
 
-from action_servers.core.checks import outside, refusal, stale
-from action_servers.core.maneuver import SUCCEEDED, ErrorCode, Finished, Observation, Refusal, Value
+from action_servers.core.checks import refusal, stale
+from action_servers.core.goal_limits import move_limits
+from action_servers.core.limits import faults
+from action_servers.core.maneuver import (
+    SUCCEEDED,
+    ErrorCode,
+    Fields,
+    Finished,
+    Observation,
+    Refusal,
+)
 from action_servers.core.ticker import Ticker
 from action_servers.core.tuning import TUNING, Tuning
-from action_servers.driving.drive import DriveGuard
-from action_servers.driving.path import Way
+from action_servers.driving.drive import DriveGuard, Way
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
 
@@ -33,13 +40,8 @@ def plan(
     goal: MoveGoal, now: Observation, robot: RobotModel, tuning: Tuning = TUNING
 ) -> Move | Refusal:
     """Check a goal against the robot and what it sees."""
-    fastest, sharpest = robot.max_linear_velocity, robot.max_angular_velocity
-    refused = refusal(
-        outside("secs", goal.secs, 1, tuning.duration_limit, "s"),
-        outside("linear_velocity", goal.linear_velocity, -fastest, fastest, "m/s"),
-        outside("angular_velocity", goal.angular_velocity, -sharpest, sharpest, "rad/s"),
-        unready=stale(now, tuning.sensor_timeout),
-    )
+    wrong = faults(goal, move_limits(robot, tuning))
+    refused = refusal(*wrong, unready=stale(now, tuning.sensor_timeout))
     twist = Twist2D(goal.linear_velocity, goal.angular_velocity)
     if twist == Twist2D():
         twist = Twist2D(DEFAULT_SPEED, 0.0)
@@ -76,13 +78,13 @@ class Move:
             return Finished("aborted", ErrorCode.BLOCKED, f"{obstacle}, after {self._done()}")
         return self._drive.command(now, self._twist)
 
-    def feedback(self) -> Mapping[str, Value] | None:
+    def feedback(self) -> Fields | None:
         """Return what is done so far, once a second."""
         if not self._ticker.take() or self._ticker.count > self._secs:
             return None
         return {"feedback": f"driving, {self._done()} so far"}
 
-    def result(self) -> Mapping[str, Value]:
+    def result(self) -> Fields:
         """Return real duration and distance."""
         return {"status": f"drove for {self._done()}"}
 

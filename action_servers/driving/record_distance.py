@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Protocol
 
-from action_servers.core.checks import outside, refusal, stale_odometry
+from action_servers.core.checks import refusal, stale_odometry
+from action_servers.core.goal_limits import record_distance_limits
+from action_servers.core.limits import faults
 from action_servers.core.maneuver import (
     SUCCEEDED,
     ZERO,
     ErrorCode,
+    Fields,
     Finished,
     Observation,
     Refusal,
-    Value,
 )
-from action_servers.core.odometer import Odometer
 from action_servers.core.ticker import Ticker
 from action_servers.core.tuning import TUNING, Tuning
+from action_servers.driving.drive import Odometer
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
 
@@ -38,7 +40,7 @@ def plan(
 ) -> RecordDistance | Refusal:
     """Check a goal; `publish` is told the distance so far, in metres, once a second."""
     refused = refusal(
-        outside("seconds", goal.seconds, 1, tuning.duration_limit, "s"),
+        *faults(goal, record_distance_limits(tuning)),
         unready=stale_odometry(now, tuning.sensor_timeout),
     )
     return refused or RecordDistance(goal.seconds, robot, publish, tuning)
@@ -77,12 +79,12 @@ class RecordDistance:
             self._publish(self._odometer.distance)
         return SUCCEEDED if self._ticker.has_reached(self._seconds) else ZERO
 
-    def feedback(self) -> Mapping[str, Value] | None:
+    def feedback(self) -> Fields | None:
         """Return the distance so far, once a second."""
         tell, self._tell = self._tell, False
         return {"current_dist": self._odometer.distance} if tell else None
 
-    def result(self) -> Mapping[str, Value]:
+    def result(self) -> Fields:
         """Return the distance, and whether the whole time was measured."""
         return {
             "status": self._ticker.has_reached(self._seconds),

@@ -1,4 +1,4 @@
-"""What Nav2's recoveries have in common: codes, a time allowance, and goals that are no use.
+"""What Nav2's recoveries have in common, and its Wait: codes, a time allowance, useless goals.
 
 Behaviour and codes follow the behaviour server of Nav2 for ROS 2 Jazzy: a goal that cannot be
 carried out is accepted and then aborted, a time allowance of 0 is none, and every result has the
@@ -8,12 +8,22 @@ rejected, which a client of Nav2 understands, too.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
-from action_servers.core.maneuver import ErrorCode, Finished, Observation, Value
-from action_servers.core.ticker import ROUNDING_S, Ticker
+from action_servers.core.checks import refusal
+from action_servers.core.goal_limits import WAIT
+from action_servers.core.limits import faults
+from action_servers.core.maneuver import (
+    SUCCEEDED,
+    ZERO,
+    ErrorCode,
+    Fields,
+    Finished,
+    Observation,
+    Refusal,
+)
+from action_servers.core.ticker import ROUNDING_S, News, Ticker
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.stamps import NS, to_ns
 
@@ -59,11 +69,6 @@ def seconds_of(duration: Duration) -> float:
     return to_ns(duration) / NS
 
 
-def negative(name: str, seconds: float) -> str | None:
-    """Return why a duration that must not be negative is wrong, or None."""
-    return None if seconds >= 0.0 else f"{name} must not be negative, got {seconds:g} s"
-
-
 class Allowance(Ticker):
     """The time since the first control step, and whether more is used than `seconds` (0: any)."""
 
@@ -93,10 +98,46 @@ class Useless:
         """End."""
         return self._end
 
-    def feedback(self) -> Mapping[str, Value] | None:
+    def feedback(self) -> Fields | None:
         """Return nothing: nothing was done."""
         return None
 
-    def result(self) -> Mapping[str, Value]:
+    def result(self) -> Fields:
         """Return that no time was used."""
         return {"total_elapsed_time": 0.0}
+
+
+class WaitGoal(Protocol):
+    """The goal fields of `nav2_msgs/action/Wait`."""
+
+    time: Duration
+    """How long to wait."""
+
+
+def plan_wait(goal: WaitGoal) -> WaitManeuver | Refusal:
+    """Check a goal; 0 s end at once."""
+    return refusal(*faults(goal, WAIT)) or WaitManeuver(seconds_of(goal.time))
+
+
+class WaitManeuver:
+    """Ends after `seconds` of ROS time."""
+
+    needs_base = False
+
+    def __init__(self, seconds: float) -> None:
+        self._seconds = seconds
+        self._ticker = Ticker()
+        self._news = News()
+
+    def step(self, now: Observation) -> Twist2D | Finished:
+        """Wait on, or end."""
+        self._ticker.update(now.time_s)
+        return SUCCEEDED if self._ticker.has_reached(self._seconds) else ZERO
+
+    def feedback(self) -> Fields | None:
+        """Return the time that is left, when it has changed."""
+        return self._news.of({"time_left": max(0.0, self._seconds - self._ticker.elapsed_s)})
+
+    def result(self) -> Fields:
+        """Return the time that has passed."""
+        return {"total_elapsed_time": self._ticker.elapsed_s}

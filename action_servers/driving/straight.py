@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Protocol
 
-from action_servers.core.checks import outside, refusal, stale
-from action_servers.core.drive_limits import speed_to_stop_in
-from action_servers.core.maneuver import SUCCEEDED, ErrorCode, Finished, Observation, Refusal, Value
+from action_servers.core.checks import refusal, stale
+from action_servers.core.goal_limits import straight_limits, straight_misfit
+from action_servers.core.limits import faults
+from action_servers.core.maneuver import (
+    SUCCEEDED,
+    ErrorCode,
+    Fields,
+    Finished,
+    Observation,
+    Refusal,
+)
+from action_servers.core.ticker import News
 from action_servers.core.tuning import TUNING, Tuning
-from action_servers.driving.drive import DriveGuard
-from action_servers.driving.path import Way
+from action_servers.driving.drive import ARRIVED_WITHIN, DriveGuard, Way
 from action_servers.driving.recoveries import (
     BACK_UP,
     DRIVE_ON_HEADING,
@@ -19,17 +26,10 @@ from action_servers.driving.recoveries import (
     Codes,
     Duration,
     Useless,
-    negative,
     seconds_of,
 )
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
-
-SLOWEST = 0.01
-"""m/s at which the last millimetres are driven."""
-
-ARRIVED_WITHIN = 0.003
-"""Metres before the end at which the robot is told to stop."""
 
 
 class Point(Protocol):
@@ -78,24 +78,16 @@ def _plan(
     tuning: Tuning,
 ) -> Straight | Useless | Refusal:
     distance, speed = way
-    fastest, longest = robot.max_linear_velocity, tuning.distance_limit
     allowance = seconds_of(goal.time_allowance)
     refused = refusal(
-        outside("target.x", distance, -longest, longest, "m"),
+        *faults(goal, straight_limits(robot, tuning)),
         None if math.isfinite(goal.target.y + goal.target.z) else "target must be finite",
-        outside("speed", speed, -fastest, fastest, "m/s"),
-        negative("time_allowance", allowance),
     )
     if refused is not None:
         return refused
-    if goal.target.y != 0.0 or goal.target.z != 0.0:
-        reason = f"target.y and target.z must be 0, got {goal.target.y:g} and {goal.target.z:g}"
-        return Useless(codes.invalid_input, reason)
-    if codes is DRIVE_ON_HEADING and (distance > 0.0) != (speed > 0.0):
-        reason = f"target.x and speed must have one sign, got {distance:g} m and {speed:g} m/s"
-        return Useless(codes.invalid_input, reason)
-    if abs(speed) < SLOWEST and distance != 0.0:
-        return Useless(codes.invalid_input, f"speed must be {SLOWEST:g} m/s or more, got {speed:g}")
+    misfit = straight_misfit(goal, backwards=codes is BACK_UP)
+    if misfit is not None:
+        return Useless(codes.invalid_input, misfit)
     refused = refusal(unready=stale(now, tuning.sensor_timeout))
     return refused or Straight(distance, abs(speed), allowance, codes, robot, tuning)
 
@@ -121,12 +113,10 @@ class Straight:
         self._direction = math.copysign(1.0, distance)
         self._speed = speed
         self._codes = codes
-        # Half of what the base can do, so that it follows the slowing down with ease.
-        self._deceleration = 0.5 * robot.max_linear_acceleration
         self._drive = DriveGuard(robot, tuning)
         self._way = Way(robot, tuning)
         self._allowance = Allowance(allowance_s, codes)
-        self._told: float | None = None
+        self._news = News()
 
     def step(self, now: Observation) -> Twist2D | Finished:
         """Drive on, slow down, or end."""
@@ -136,14 +126,11 @@ class Straight:
             return self._codes.of(answer)
         return late or answer
 
-    def feedback(self) -> Mapping[str, Value] | None:
+    def feedback(self) -> Fields | None:
         """Return the distance driven, when it has changed."""
-        if self._drive.distance == self._told:
-            return None
-        self._told = self._drive.distance
-        return {"distance_traveled": self._drive.distance}
+        return self._news.of({"distance_traveled": self._drive.distance})
 
-    def result(self) -> Mapping[str, Value]:
+    def result(self) -> Fields:
         """Return the time used."""
         return {"total_elapsed_time": self._allowance.elapsed_s}
 
@@ -151,10 +138,7 @@ class Straight:
         remaining = self._length - self._drive.distance
         if remaining <= ARRIVED_WITHIN:
             return self._drive.rest(now) or SUCCEEDED
-        within_braking = speed_to_stop_in(
-            remaining, deceleration=self._deceleration, delay_s=self._drive.delay_s(now)
-        )
-        speed = min(self._speed, max(SLOWEST, within_braking))
+        speed = self._drive.speed_ahead(now, remaining, self._speed)
         twist = Twist2D(self._direction * speed, 0.0)
         obstacle = self._way.blocked(now, twist)
         if obstacle is not None:

@@ -1,24 +1,91 @@
-"""Turn on the spot by an angle."""
+"""Turn on the spot by an angle, and not into an obstacle; and the same as Nav2's Spin."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Protocol
 
-from action_servers.core.checks import outside, refusal, stale
-from action_servers.core.maneuver import SUCCEEDED, Finished, Observation, Refusal, Value
+from action_servers.core.checks import refusal, stale
+from action_servers.core.clearance import obstacle_points
+from action_servers.core.goal_limits import spin_limits, turn_limits
+from action_servers.core.guard import footprint, free_angle
+from action_servers.core.limits import faults
+from action_servers.core.maneuver import (
+    SUCCEEDED,
+    ErrorCode,
+    Fields,
+    Finished,
+    Observation,
+    Refusal,
+    Scan,
+)
+from action_servers.core.ticker import News
 from action_servers.core.tuning import TUNING, Tuning
 from action_servers.driving.drive import DriveGuard
-from action_servers.driving.rotation import Rotation
+from action_servers.driving.recoveries import SPIN, Allowance, Duration, seconds_of
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
 
-SLOWEST = 0.05
-"""rad/s: the lowest speed that is accepted."""
-
 DEFAULT_SPEED = 1.0
 """rad/s, taken for 0: the upper end of what Nav2's spin behaviour turns at (0.4 to 1.0)."""
+
+ARRIVED_WITHIN = math.radians(0.3)
+"""Distance to the target at which the robot is told to stop."""
+
+
+class Rotation:
+    """Turns the base so that the odometer of `drive` reads a target.
+
+    The room to turn comes from the scan: the corners behind the wheels sweep a circle that is
+    wider than the robot. Between two scans it counts on with odometry.
+    """
+
+    def __init__(self, drive: DriveGuard, robot: RobotModel, tuning: Tuning = TUNING) -> None:
+        self._drive = drive
+        self._robot = robot
+        self._margin = math.radians(tuning.turn_margin)
+        self._footprint = footprint(robot)
+        self._seen: tuple[Scan | None, float] = (None, 0.0)
+        self._end_of_room = math.inf
+
+    def towards(self, now: Observation, target: float, speed: float) -> Twist2D | Finished | None:
+        """Return the velocity towards `target` (radians) at up to `speed` (rad/s).
+
+        None when the target is reached; the end of the goal when something stands in the way or
+        the base does not turn.
+        """
+        remaining = target - self._drive.yaw
+        if abs(remaining) <= ARRIVED_WITHIN:
+            return None
+        direction = math.copysign(1.0, remaining)
+        self._look(now, direction)
+        room = self._end_of_room - direction * self._drive.yaw
+        if room <= 0.0:
+            side = "left" if remaining > 0.0 else "right"
+            return Finished(
+                "aborted",
+                ErrorCode.BLOCKED,
+                f"no room to turn {side}: an obstacle stands within the circle of "
+                f"{self._robot.turning_radius:.3f} m that the robot sweeps; "
+                f"{math.degrees(abs(remaining)):.0f} deg were left",
+            )
+        rate = self._drive.rate_towards(now, min(abs(remaining), room), speed)
+        return self._drive.command(now, Twist2D(0.0, math.copysign(rate, remaining)))
+
+    def _look(self, now: Observation, direction: float) -> None:
+        """Find the odometer's reading, times `direction`, at which the room to turn ends."""
+        scan = now.scan
+        if scan is None or self._seen == (scan, direction):
+            return
+        self._seen = (scan, direction)
+        points = obstacle_points(scan, self._robot.lidar).T
+        free = free_angle(points, self._footprint, direction * math.tau)
+        if free >= math.tau:
+            self._end_of_room = math.inf
+            return
+        rate = now.velocity.angular if now.velocity else 0.0
+        yaw_at_scan = self._drive.yaw - rate * (now.odom_stamp_s - scan.stamp_s)
+        self._end_of_room = direction * yaw_at_scan + free - self._margin
 
 
 class TurnGoal(Protocol):
@@ -40,11 +107,8 @@ def plan(
     """Check a goal against the robot and what it sees. An angle of 0 succeeds without moving."""
     fastest = robot.max_angular_velocity
     speed = goal.angular_velocity
-    refused = refusal(
-        outside("angle", goal.angle, -tuning.turn_limit, tuning.turn_limit, "deg"),
-        None if speed == 0.0 else outside("angular_velocity", speed, SLOWEST, fastest, "rad/s"),
-        unready=stale(now, tuning.sensor_timeout),
-    )
+    wrong = faults(goal, turn_limits(robot, tuning))
+    refused = refusal(*wrong, unready=stale(now, tuning.sensor_timeout))
     return refused or Turn(
         math.radians(goal.angle), speed or min(default_speed, fastest), robot, tuning
     )
@@ -67,7 +131,7 @@ class Turn:
         self._rotation = Rotation(self._drive, robot, tuning)
         self._tolerance = math.radians(tuning.turn_tolerance)
         self._resting = False
-        self._told: float | None = None
+        self._news = News()
 
     @property
     def yaw(self) -> float:
@@ -92,17 +156,61 @@ class Turn:
         self._resting = True
         return self._drive.rest(now) or SUCCEEDED
 
-    def feedback(self) -> Mapping[str, Value] | None:
+    def feedback(self) -> Fields | None:
         """Return the angle turned and the one that remains, when they have changed."""
-        turned = self._drive.yaw
-        if turned == self._told:
-            return None
-        self._told = turned
-        return {
-            "current_angle": math.degrees(turned),
-            "remaining_angle": math.degrees(self._angle - turned),
-        }
+        turned, remaining = self._drive.yaw, self._angle - self._drive.yaw
+        return self._news.of(
+            {"current_angle": math.degrees(turned), "remaining_angle": math.degrees(remaining)}
+        )
 
-    def result(self) -> Mapping[str, Value]:
+    def result(self) -> Fields:
         """Return the angle turned, degrees."""
         return {"angle_turned": math.degrees(self._drive.yaw)}
+
+
+class SpinGoal(Protocol):
+    """The goal fields of `nav2_msgs/action/Spin`."""
+
+    target_yaw: float
+    """How far to turn, rad, left positive, not wrapped."""
+    time_allowance: Duration
+    """When to give up; 0 for never."""
+
+
+def plan_spin(
+    goal: SpinGoal, now: Observation, robot: RobotModel, tuning: Tuning = TUNING
+) -> Spin | Refusal:
+    """Check a goal against what the robot sees."""
+    wrong = faults(goal, spin_limits(tuning))
+    refused = refusal(*wrong, unready=stale(now, tuning.sensor_timeout))
+    return refused or Spin(goal.target_yaw, seconds_of(goal.time_allowance), robot, tuning)
+
+
+class Spin:
+    """A :class:`Turn` with Nav2's fields and codes."""
+
+    needs_base = True
+
+    def __init__(
+        self, angle: float, allowance_s: float, robot: RobotModel, tuning: Tuning = TUNING
+    ) -> None:
+        speed = min(tuning.spin_velocity, robot.max_angular_velocity)
+        self._turn = Turn(angle, speed, robot, tuning)
+        self._allowance = Allowance(allowance_s, SPIN)
+        self._news = News()
+
+    def step(self, now: Observation) -> Twist2D | Finished:
+        """Turn on, or end."""
+        late = self._allowance.late(now)
+        answer = self._turn.step(now)
+        if isinstance(answer, Finished):
+            return SPIN.of(answer)
+        return late or answer
+
+    def feedback(self) -> Fields | None:
+        """Return the angle turned, when it has changed."""
+        return self._news.of({"angular_distance_traveled": self._turn.yaw})
+
+    def result(self) -> Fields:
+        """Return the time used."""
+        return {"total_elapsed_time": self._allowance.elapsed_s}

@@ -3,36 +3,31 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Protocol
 
-from action_servers.core.checks import outside, refusal
+from action_servers.core.checks import refusal
+from action_servers.core.goal_limits import EXPLORE_FRONTIERS
+from action_servers.core.limits import faults
 from action_servers.core.maneuver import (
     SUCCEEDED,
     ZERO,
     ErrorCode,
+    Fields,
     Finished,
     Grid,
     Observation,
     Refusal,
     Value,
 )
+from action_servers.core.ticker import News
+from action_servers.core.tuning import FRONTIERS, NAVIGATION, FrontierTuning, NavigationTuning
 from action_servers.mapping.frontiers import Frontier, Target, choose, frontiers
-from action_servers.mapping.tuning import FRONTIERS, FrontierTuning
-from action_servers.navigation.codes import Code
 from action_servers.navigation.navigate import NavigateToPose
 from action_servers.navigation.planner import Point
-from action_servers.navigation.senses import missing
+from action_servers.navigation.senses import Code, missing
 from action_servers.navigation.surroundings import Surroundings
-from action_servers.navigation.tuning import NAVIGATION, NavigationTuning
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
-
-LEAST_MIN_FRONTIER_M = 0.05
-"""One cell of a map of the usual resolution, m."""
-
-MOST_MIN_FRONTIER_M = 100.0
-LONGEST_S = 86_400.0
 
 GIVEN_UP_M = 0.35
 """Frontier cells within this distance of one that was given up are not tried again."""
@@ -72,13 +67,7 @@ def plan(
 ) -> ExploreFrontiers | Refusal:
     """Check a goal. A map that has not come yet is no reason to refuse: it is waited for."""
     shortest = goal.min_frontier
-    refused = refusal(
-        outside("max_duration", goal.max_duration, 0.0, LONGEST_S, "s"),
-        None
-        if shortest == 0.0
-        else outside("min_frontier", shortest, LEAST_MIN_FRONTIER_M, MOST_MIN_FRONTIER_M, "m"),
-    )
-    return refused or ExploreFrontiers(
+    return refusal(*faults(goal, EXPLORE_FRONTIERS)) or ExploreFrontiers(
         robot, goal.max_duration, shortest or tuning.min_length, tuning, navigation
     )
 
@@ -105,7 +94,8 @@ class ExploreFrontiers:
         self._tuning = tuning
         self._max_duration = max_duration or math.inf
         self._shortest = shortest
-        self._around = Surroundings(robot, navigation)
+        self.surroundings = Surroundings(robot, navigation)
+        """What it knows of the world."""
         self._grid: Grid | None = None
         self._maps = 0
         self._area = 0.0
@@ -122,12 +112,7 @@ class ExploreFrontiers:
         self._visited = 0
         self._start_s: float | None = None
         self._time_s = 0.0
-        self._told: tuple[tuple[int, float], float] | None = None
-
-    @property
-    def surroundings(self) -> Surroundings:
-        """What it knows of the world."""
-        return self._around
+        self._news = News(again_s=_SIGN_OF_LIFE_S)
 
     def step(self, now: Observation) -> Twist2D | Finished:
         """Return the twist for this control step, or how the goal ends."""
@@ -148,22 +133,18 @@ class ExploreFrontiers:
         self._twist = ZERO if isinstance(answer, Finished) else answer
         return answer
 
-    def feedback(self) -> Mapping[str, Value] | None:
+    def feedback(self) -> Fields | None:
         """Return frontiers left and area known: when they change, and once a second."""
-        telling = (len(self._left), self._area)
-        told = self._told
-        if told and told[0] == telling and self._time_s - told[1] < _SIGN_OF_LIFE_S - 1e-6:
-            return None
-        self._told = (telling, self._time_s)
-        return {"frontiers_left": telling[0], "area_mapped": telling[1]}
+        telling: dict[str, Value] = {"frontiers_left": len(self._left), "area_mapped": self._area}
+        return self._news.of(telling, self._time_s)
 
-    def result(self) -> Mapping[str, Value]:
+    def result(self) -> Fields:
         """Return the number of frontiers that were driven to until gone, and the area known."""
         return {"frontiers_visited": self._visited, "area_mapped": self._area}
 
     def _take_in(self, now: Observation) -> None:
         """Look at a new map: what is known, which frontiers are left, is the target one of them."""
-        self._around.observe(now)
+        self.surroundings.observe(now)
         grid = now.grid
         if grid is None or grid is self._grid:
             return
@@ -239,13 +220,13 @@ class ExploreFrontiers:
     def _choose(self, now: Observation, *, settled: bool) -> Twist2D | Finished:
         """Begin a leg to the best frontier; look again before believing that there is none."""
         self._target = None
-        if now.map_pose is None or not self._around.ready:
+        if now.map_pose is None or not self.surroundings.ready:
             return self._not_ready(now)
-        self._target, _ = choose(self._left, self._around.roads, now.map_pose)
+        self._target, _ = choose(self._left, self.surroundings.roads, now.map_pose)
         if self._target is None:
             return self._all_done() if settled else self._settle(now)
         self._area_at_choice = self._area
-        self._leg = NavigateToPose(self._target.pose, self._robot, self._around, self._twist)
+        self._leg = NavigateToPose(self._target.pose, self._robot, self.surroundings, self._twist)
         answer = self._leg.step(now)
         # A leg that is over at once is looked into at the next step.
         return ZERO if isinstance(answer, Finished) else answer

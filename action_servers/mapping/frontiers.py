@@ -14,7 +14,7 @@ from scipy import ndimage
 from scipy.sparse import csgraph
 from scipy.spatial import cKDTree
 
-from action_servers.core.grid import OCCUPIED_FROM, Bools, Floats, Survey
+from action_servers.core.grid import OCCUPIED_FROM, Bools, Floats, Survey, centres
 from action_servers.core.maneuver import Grid
 from action_servers.mapping.occupancy import UNKNOWN
 from action_servers.navigation.planner import PRICE_UNIT_M, Point, RoadMap, departures
@@ -85,12 +85,7 @@ def frontiers(
     """
     edges = edge_cells(grid)
     rows, columns = np.nonzero(edges)
-    places = np.column_stack(
-        (
-            grid.origin_x + (columns + 0.5) * grid.resolution,
-            grid.origin_y + (rows + 0.5) * grid.resolution,
-        )
-    )
+    places = centres(grid, rows, columns)
     for x, y in given_up:
         left_out = np.hypot(places[:, 0] - x, places[:, 1] - y) < around
         edges[rows[left_out], columns[left_out]] = False

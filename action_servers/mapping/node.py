@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import array
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,12 +14,18 @@ from std_srvs.srv import Trigger
 
 from action_servers.core.maneuver import Grid, Scan
 from action_servers.core.parameters import ParameterSpec
+from action_servers.core.tuning import MapperTuning
 from action_servers.mapping.coverage import Measure, VisitedArea
 from action_servers.mapping.files import MapFileError, save
 from action_servers.mapping.occupancy import FREE, OccupancyMapper
-from action_servers.mapping.tuning import MapperTuning
-from action_servers.navigation.history import PoseHistory
-from action_servers.robot_io.node import NO_ARGUMENTS, NodeOptions, ProcessOptions, RobotNode, run
+from action_servers.navigation.senses import PoseHistory
+from action_servers.robot_io.node import (
+    NO_ARGUMENTS,
+    ProcessOptions,
+    RobotNode,
+    RobotNodeOptions,
+    run,
+)
 from action_servers.robot_io.sensors import LATCHED, SensorSubscriptions, SensorWiring
 from bt_mission.core.robot.model import RobotModel, load_robot
 
@@ -28,7 +34,7 @@ MAP_PREFIX = "map_prefix"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class MapperOptions(NodeOptions):
+class MapperOptions(RobotNodeOptions):
     """How the mapper is made. `map_prefix`: where `save_map` writes, .pgm and .yaml appended."""
 
     map_prefix: str = "map"
@@ -52,14 +58,16 @@ class MapperNode(RobotNode):
     def __init__(self, robot: RobotModel, options: MapperOptions | None = None) -> None:
         options = options or MapperOptions()
         super().__init__(NODE_NAME, options)
-        self.declare(
+        prefix = self.declare(
             MAP_PREFIX,
             ParameterSpec(
                 options.map_prefix,
-                "Where save_map writes; .pgm and .yaml are appended.",
+                "Where save_map writes; .pgm and .yaml are appended. A new value must lie in "
+                "the folder that it had at first, or below.",
                 is_fixed=False,
             ),
         )
+        self._map_folder = Path(prefix).expanduser().resolve().parent
         self._tuning = self.declare_all(MapperTuning())
         self.add_post_set_parameters_callback(self._retune)
         self._mapper = OccupancyMapper(robot.lidar)
@@ -120,12 +128,7 @@ class MapperNode(RobotNode):
         measure = self._coverage.measure(self._grid)
         if self._told != (measure.area, measure.zones_visited):
             self._told = (measure.area, measure.zones_visited)
-            message = CoverageMessage(
-                area=measure.area,
-                fraction=measure.fraction,
-                zones_visited=measure.zones_visited,
-                zones=measure.zones,
-            )
+            message = CoverageMessage(**asdict(measure))
             self._stamp(message.header)
             self._coverage_out.publish(message)
 
@@ -147,12 +150,21 @@ class MapperNode(RobotNode):
     def _save(self, _request: Any, response: Any) -> Any:
         prefix = Path(self.get_parameter(MAP_PREFIX).value)
         try:
+            self._refuse_other_folder(prefix)
             _, about = save(self._mapper.grid(), prefix)
         except MapFileError as error:
             response.success, response.message = False, str(error)
         else:
             response.success, response.message = True, f"map saved: {about}"
         return response
+
+    def _refuse_other_folder(self, prefix: Path) -> None:
+        """Raise MapFileError where a client of ours would have a file written anywhere."""
+        if not prefix.expanduser().resolve().is_relative_to(self._map_folder):
+            raise MapFileError(
+                f"{MAP_PREFIX}: {prefix} lies outside of {self._map_folder}, where the mapper was "
+                "started to write; start it anew with another --save-as"
+            )
 
 
 def main(

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from action_servers.core.clearance import ray_towards
 from action_servers.core.maneuver import Grid, Scan
 from bt_mission.core.geometry import Pose2D, composed
 from bt_mission.core.robot.parts import LidarModel
@@ -184,14 +185,11 @@ class OccupancyMapper:
         y = (np.arange(*rows, dtype=np.float32) + 0.5) * size - lidar.y
         x, y = x.astype(np.float32)[None, :], y.astype(np.float32)[:, None]
         gaps = np.sqrt(x * x + y * y)
-        step, count = abs(scan.angle_increment), rays.clear.size
-        if step < _FINEST_RAD:
+        count = rays.clear.size
+        if abs(scan.angle_increment) < _FINEST_RAD:
             return np.zeros(gaps.shape, dtype=np.bool_)
         bearings = np.arctan2(y, x) - np.float32(lidar.yaw + scan.angle_min)
-        # A lidar that turns to the right counts its rays the other way round.
-        turned = np.mod(math.copysign(1.0, scan.angle_increment) * bearings, np.float32(math.tau))
-        ray = np.rint(turned / np.float32(step)).astype(np.intp)
-        whole_turn = abs(count * step - math.tau) < 1.5 * step
+        ray, whole_turn = ray_towards(scan, bearings)
         ray = ray % count if whole_turn else np.minimum(ray, count)
         # A last value, 0, stands for every direction that the scan does not cover.
         clear = np.append(rays.clear, np.float32(0.0))

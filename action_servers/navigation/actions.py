@@ -13,13 +13,14 @@ from nav2_msgs.action import FollowWaypoints as FollowWaypointsAction
 from nav2_msgs.action import NavigateThroughPoses as NavigateThroughPosesAction
 from nav2_msgs.action import NavigateToPose as NavigateToPoseAction
 
-from action_servers.core.checks import stale
+from action_servers.core.checks import refusal, stale
+from action_servers.core.goal_limits import through_poses_misfit, waypoints_misfit
 from action_servers.core.maneuver import Observation, Refusal
+from action_servers.core.tuning import NAVIGATION, NavigationTuning
 from action_servers.navigation.navigate import NavigateToPose
 from action_servers.navigation.senses import missing
 from action_servers.navigation.surroundings import Surroundings
 from action_servers.navigation.through_poses import NavigateThroughPoses
-from action_servers.navigation.tuning import NAVIGATION, NavigationTuning
 from action_servers.navigation.waypoints import FollowWaypoints
 from bt_mission.core.geometry import Pose2D, composed, relative, yaw_of
 from bt_mission.core.robot.model import RobotModel
@@ -36,9 +37,9 @@ def plan_navigate_to_pose(
     """Check a goal of NavigateToPose; a pose in another frame is moved to the map as of now."""
     if goal.behavior_tree:
         return _no_tree(goal.behavior_tree)
-    unready = _unready(now)
+    unready = refusal(missing(now), unready=stale(now))
     if unready is not None:
-        return Refusal(unready)
+        return unready
     pose = _on_map(goal.pose, "pose", now)
     if isinstance(pose, Refusal):
         return pose
@@ -52,14 +53,15 @@ def plan_follow_waypoints(
     tuning: NavigationTuning = NAVIGATION,
 ) -> FollowWaypoints | Refusal:
     """Check a goal of FollowWaypoints. An empty list is accepted and then aborted, as by Nav2."""
-    unready = _unready(now)
+    unready = refusal(missing(now), unready=stale(now))
     if unready is not None:
-        return Refusal(unready)
+        return unready
     poses = _all_on_map(goal.poses, now)
     if isinstance(poses, Refusal):
         return poses
-    if poses and goal.goal_index >= len(poses):
-        return Refusal(f"goal_index must be from 0 to {len(poses) - 1}, got {goal.goal_index}")
+    misfit = waypoints_misfit(goal) if poses else None
+    if misfit is not None:
+        return Refusal(misfit)
     return FollowWaypoints(
         poses, robot, loops=goal.number_of_loops, first=goal.goal_index, tuning=tuning
     )
@@ -74,14 +76,15 @@ def plan_navigate_through_poses(
     """Check a goal of NavigateThroughPoses."""
     if goal.behavior_tree:
         return _no_tree(goal.behavior_tree)
-    unready = _unready(now)
+    unready = refusal(missing(now), unready=stale(now))
     if unready is not None:
-        return Refusal(unready)
+        return unready
     poses = _all_on_map(goal.poses, now)
     if isinstance(poses, Refusal):
         return poses
-    if not poses:
-        return Refusal("poses must hold at least one pose")
+    misfit = through_poses_misfit(goal)
+    if misfit is not None:
+        return Refusal(misfit)
     return NavigateThroughPoses(poses, robot, Surroundings(robot, tuning))
 
 
@@ -89,11 +92,6 @@ def _no_tree(name: str) -> Refusal:
     return Refusal(
         f"behavior_tree must be empty, got '{name}': this server is no tree; run it on a Nav2 robot"
     )
-
-
-def _unready(now: Observation) -> str | None:
-    old = stale(now)
-    return missing(now) or (None if old is None else old.reason)
 
 
 def _all_on_map(poses: Sequence[PoseStamped], now: Observation) -> list[Pose2D] | Refusal:

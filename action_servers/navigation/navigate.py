@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 
 from action_servers.core.drive_limits import Ramp, limits
 from action_servers.core.guard import footprint, held_back
-from action_servers.core.maneuver import SUCCEEDED, ZERO, Finished, Observation, Value
-from action_servers.navigation.codes import Code
+from action_servers.core.maneuver import SUCCEEDED, ZERO, Fields, Finished, Observation
 from action_servers.navigation.escape import Escape, way_out
 from action_servers.navigation.follower import Follower
 from action_servers.navigation.planner import NoPath, at, plan, road_map
-from action_servers.navigation.senses import ProgressChecker, Senses
+from action_servers.navigation.senses import Code, ProgressChecker, Senses
 from action_servers.navigation.surroundings import Surroundings
 from bt_mission.core.geometry import Pose2D, Twist2D, distance
 from bt_mission.core.robot.model import RobotModel
@@ -41,8 +39,9 @@ class NavigateToPose:
         """
         self._goal = goal
         self._step_s = 1.0 / robot.control_rate
-        self._around = surroundings or Surroundings(robot)
-        self._tuning = self._around.tuning
+        self.surroundings = surroundings or Surroundings(robot)
+        """What it knows of the world."""
+        self._tuning = self.surroundings.tuning
         self._body = footprint(robot)
         self._limits = limits(robot)
         self._ramp = Ramp(self._limits, twist)
@@ -60,11 +59,6 @@ class NavigateToPose:
         self._pose: Pose2D | None = None
 
     @property
-    def surroundings(self) -> Surroundings:
-        """What it knows of the world."""
-        return self._around
-
-    @property
     def recoveries(self) -> int:
         """How often it has recovered or planned around something."""
         return self._recoveries
@@ -75,8 +69,10 @@ class NavigateToPose:
             self._senses = Senses(now.time_s, self._tuning)
             self._start_s = now.time_s
         self._time_s = now.time_s
-        self._around.observe(now)
-        sound = self._senses.check(now, self._around.seen_s, driving=self._follower is not None)
+        self.surroundings.observe(now)
+        sound = self._senses.check(
+            now, self.surroundings.seen_s, driving=self._follower is not None
+        )
         if isinstance(sound, Finished):
             return sound
         if not sound or now.map_pose is None:
@@ -85,7 +81,7 @@ class NavigateToPose:
         ended = self._mind_the_time(now.map_pose) or self._find_path(now.map_pose)
         return ended or self._drive(now.map_pose)
 
-    def feedback(self) -> Mapping[str, Value] | None:
+    def feedback(self) -> Fields | None:
         """Return the fields of Nav2's feedback: metres, seconds, poses in the map frame."""
         if self._pose is None:
             return None
@@ -99,7 +95,7 @@ class NavigateToPose:
             "distance_remaining": left,
         }
 
-    def result(self) -> Mapping[str, Value]:
+    def result(self) -> Fields:
         """Return nothing: Nav2's result has no fields of its own."""
         return {}
 
@@ -117,7 +113,7 @@ class NavigateToPose:
         elif idle_s >= self._tuning.recover_after and not self._recovered:
             self._recovered = True
             self._recoveries += 1
-            self._around.forget()
+            self.surroundings.forget()
             self._follower = self._escape = None
             # The next scans show again what is really there.
             self._plan_at_s = self._time_s + self._tuning.wait
@@ -143,10 +139,10 @@ class NavigateToPose:
 
     def _plan(self, pose: Pose2D) -> Finished | None:
         start, goal = (pose.x, pose.y), (self._goal.x, self._goal.y)
-        path = plan(self._around.roads, start, goal, self._tuning)
+        path = plan(self.surroundings.roads, start, goal, self._tuning)
         if isinstance(path, NoPath):
             if self._no_path is None:
-                known = road_map(self._around.mapped, self._around.cost)
+                known = road_map(self.surroundings.mapped, self.surroundings.cost)
                 hopeless = plan(known, start, goal, self._tuning)
                 if isinstance(hopeless, NoPath) and hopeless.code is not Code.START_OCCUPIED:
                     return Finished("aborted", hopeless.code, hopeless.reason)
@@ -157,11 +153,11 @@ class NavigateToPose:
         if self._plan_at_s is not None and self._follower is not None:
             self._recoveries += 1
         self._no_path = self._plan_at_s = None
-        survey, cost = self._around.survey, self._around.cost
-        self._around.on_path(path.points)
+        survey, cost = self.surroundings.survey, self.surroundings.cost
+        self.surroundings.on_path(path.points)
         self._follower = Follower(path, self._goal.yaw, self._limits, cost, survey, self._tuning)
         if survey.clearance_of(*start) < cost.radius - 1.5 * cost.margin:
-            way = way_out(pose, self._around.near(pose), self._body, survey, cost.radius)
+            way = way_out(pose, self.surroundings.near(pose), self._body, survey, cost.radius)
             self._escape = None if way is None else Escape(way, self._limits)
         return None
 
@@ -169,7 +165,7 @@ class NavigateToPose:
         wanted, blocked = self._wanted(pose)
         if wanted is None:
             return SUCCEEDED
-        allowed = held_back(wanted, self._around.near(pose), self._body, self._limits)
+        allowed = held_back(wanted, self.surroundings.near(pose), self._body, self._limits)
         if blocked or (allowed == ZERO and wanted != ZERO):
             if self._plan_at_s is None:
                 self._plan_at_s = self._time_s + self._tuning.wait
@@ -186,7 +182,7 @@ class NavigateToPose:
             self._escape = self._follower = None
         if self._follower is None:
             return ZERO, False
-        survey = self._around.survey
+        survey = self.surroundings.survey
         ahead = self._follower.blocked_in(survey)
         limit = self._limits.approach(ahead - _STOP_BEFORE_M) if ahead < math.inf else math.inf
         wanted = self._follower.steer(pose, survey, self._ramp.twist.linear, limit)

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
-from action_servers.core.clearance import into_frame
-from action_servers.core.grid import Bools, Floats, Survey
+from action_servers.core.clearance import into_frame, ray_towards
+from action_servers.core.grid import Bools, Floats, Survey, centres
 from action_servers.core.maneuver import Scan
-from action_servers.navigation.tuning import NAVIGATION
+from action_servers.core.tuning import NAVIGATION
 from bt_mission.core.geometry import Pose2D
 
 _MARK_RANGE_M = 3.0
@@ -35,7 +33,7 @@ class ObstacleLayer:
         """Return a layer over another map, with the marks that are no obstacles of that map."""
         layer = ObstacleLayer(survey, self._memory_s)
         rows, columns = np.nonzero(self.marks)
-        layer.mark(self._survey.centres(rows, columns), self._seen[rows, columns], 0.0)
+        layer.mark(centres(self._survey, rows, columns), self._seen[rows, columns], 0.0)
         return layer
 
     def update(self, scan: Scan, hits: Floats, lidar: Pose2D) -> bool:
@@ -66,17 +64,13 @@ class ObstacleLayer:
         rows, columns = np.nonzero(self.marks)
         if not rows.size or scan.angle_increment == 0.0:
             return
-        points = into_frame(lidar, self._survey.centres(rows, columns))
+        points = into_frame(lidar, centres(self._survey, rows, columns))
         gaps = np.hypot(points[:, 0], points[:, 1])
         bearings = np.arctan2(points[:, 1], points[:, 0]) - scan.angle_min
+        ray, whole_turn = ray_towards(scan, bearings)
         count = len(scan.ranges)
-        # A lidar that turns to the right counts its rays the other way round.
-        step = abs(scan.angle_increment)
-        turned = np.mod(np.copysign(1.0, scan.angle_increment) * bearings, math.tau)
-        ray = np.rint(turned / step).astype(np.intp)
         # The two rays beside it as well: a mark is cleared only if all three pass it.
         rays = ray[:, None] + np.array([-1, 0, 1])
-        whole_turn = abs(count * step - math.tau) < 1.5 * step
         rays = rays % count if whole_turn else np.clip(rays, 0, count - 1)
         beside = scan.ranges[rays]
         seen_through = (

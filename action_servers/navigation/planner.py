@@ -11,10 +11,10 @@ import numpy.typing as npt
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from action_servers.core.grid import Floats, Survey
-from action_servers.navigation.codes import Code
+from action_servers.core.grid import Floats, Survey, centres
+from action_servers.core.tuning import NAVIGATION, NavigationTuning
 from action_servers.navigation.path import CostModel, Path, smooth, straighten
-from action_servers.navigation.tuning import NAVIGATION, NavigationTuning
+from action_servers.navigation.senses import Code
 
 Point: TypeAlias = tuple[float, float]
 _Number = TypeVar("_Number", np.int32, np.float64)
@@ -82,7 +82,7 @@ def road_map(survey: Survey, cost: CostModel) -> RoadMap:
         ),
         shape=(count, count),
     )
-    return RoadMap(survey, cost, node, survey.centres(*np.nonzero(free)), edges)
+    return RoadMap(survey, cost, node, centres(survey, *np.nonzero(free)), edges)
 
 
 def plan(
@@ -97,13 +97,9 @@ def plan(
     survey = roads.survey
     if not survey.contains(*start):
         return NoPath(Code.START_OUTSIDE_MAP, f"the robot, at {at(start)}, is outside the map")
-    if not survey.contains(*goal):
-        return NoPath(Code.GOAL_OUTSIDE_MAP, f"the goal {at(goal)} is outside the map")
-    nearby = roads.free_near(goal, tuning.goal_distance)
-    if not nearby:
-        return NoPath(
-            Code.GOAL_OCCUPIED, f"the robot does not fit at the goal {_room(roads, goal)}"
-        )
+    nearby = goal_nodes(roads, goal, tuning)
+    if isinstance(nearby, NoPath):
+        return nearby
     # Searched from the goal, because a robot in a tight place has several cells to begin at.
     price, towards = csgraph.dijkstra(roads.edges, indices=nearby[0], return_predecessors=True)
     starts = departures(roads, start, tuning.start_reach)
@@ -123,6 +119,18 @@ def plan(
     ends = [goal] if turns_at_goal else [roads.centres[nearby[0]]]
     points = np.concatenate(([start], roads.centres[nodes], ends))
     return smooth(straighten(points, survey, roads.cost), survey, roads.cost)
+
+
+def goal_nodes(
+    roads: RoadMap, goal: Point, tuning: NavigationTuning = NAVIGATION
+) -> list[int] | NoPath:
+    """Return the nodes at which a path to a point in metres may end, nearest first; or why none."""
+    if not roads.survey.contains(*goal):
+        return NoPath(Code.GOAL_OUTSIDE_MAP, f"the goal {at(goal)} is outside the map")
+    nearby = roads.free_near(goal, tuning.goal_distance)
+    if nearby:
+        return nearby
+    return NoPath(Code.GOAL_OCCUPIED, f"the robot does not fit at the goal {_room(roads, goal)}")
 
 
 def departures(roads: RoadMap, start: Point, reach: float = NAVIGATION.start_reach) -> list[int]:

@@ -1,14 +1,39 @@
-"""Whether the robot still sees, knows where it is, and gets anywhere."""
+"""Whether the robot still sees, knows where it is, and gets anywhere; and codes that say so."""
 
 from __future__ import annotations
 
+from collections import deque
+from enum import IntEnum
+
 from action_servers.core.maneuver import Finished, Observation
-from action_servers.navigation.codes import Code
-from action_servers.navigation.tuning import NAVIGATION, NavigationTuning
-from bt_mission.core.geometry import Pose2D, distance, wrap
+from action_servers.core.tuning import NAVIGATION, NavigationTuning
+from bt_mission.core.geometry import Pose2D, between, distance, wrap
 
 _MOVED_M = 0.05
 _TURNED_RAD = 0.2
+
+
+class Code(IntEnum):
+    """`error_code` of the results of NavigateToPose and FollowWaypoints.
+
+    The controller's codes are those of `nav2_msgs/action/FollowPath`, the planner's those of
+    `ComputePathToPose`, the last two those of `FollowWaypoints`.
+    """
+
+    NONE = 0
+
+    TF_ERROR_WHILE_DRIVING = 102
+    FAILED_TO_MAKE_PROGRESS = 105
+    CONTROLLER_TIMED_OUT = 107
+
+    TF_ERROR_WHILE_PLANNING = 202
+    START_OUTSIDE_MAP = 203
+    GOAL_OUTSIDE_MAP = 204
+    START_OCCUPIED = 205
+    GOAL_OCCUPIED = 206
+    NO_VALID_PATH = 208
+
+    WAYPOINTS_UNKNOWN = 600
 
 
 def missing(now: Observation) -> str | None:
@@ -84,3 +109,42 @@ class ProgressChecker:
     def restart(self) -> None:
         """Begin to measure anew."""
         self._anchor = None
+
+
+_HISTORY_S = 1.0
+_GUESS_S = 0.15
+
+
+class PoseHistory:
+    """The poses of the last second, to place a scan by its stamp.
+
+    A robot that turns at 1 rad/s would otherwise smear a wall 2 m away over 0.2 m between two
+    scans.
+    """
+
+    def __init__(self) -> None:
+        self._poses: deque[tuple[float, Pose2D]] = deque()
+
+    def remember(self, stamp_s: float, pose: Pose2D) -> None:
+        """Take in the newest pose."""
+        poses = self._poses
+        # Older than the last means that the clock was set back; as old, that only the correction of
+        # the map frame is new.
+        while poses and poses[-1][0] >= stamp_s:
+            poses.pop()
+        poses.append((stamp_s, pose))
+        while poses[0][0] < stamp_s - _HISTORY_S:
+            poses.popleft()
+
+    def at(self, stamp_s: float) -> Pose2D | None:
+        """Return the pose at a time, or None when it was too long ago or is yet to come."""
+        poses = self._poses
+        if not poses or stamp_s < poses[0][0] - _GUESS_S or stamp_s > poses[-1][0] + _GUESS_S:
+            return None
+        later = next((index for index, (at, _) in enumerate(poses) if at >= stamp_s), None)
+        if later is None:
+            return poses[-1][1]
+        if later == 0:
+            return poses[0][1]
+        (before_s, before), (after_s, after) = poses[later - 1], poses[later]
+        return between(before, after, (stamp_s - before_s) / (after_s - before_s))

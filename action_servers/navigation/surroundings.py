@@ -9,11 +9,11 @@ import numpy as np
 from action_servers.core.clearance import into_frame, obstacle_points, out_of_frame
 from action_servers.core.grid import Floats, Survey, survey
 from action_servers.core.maneuver import Grid, Observation, Scan
-from action_servers.navigation.history import PoseHistory
+from action_servers.core.tuning import NAVIGATION, NavigationTuning
 from action_servers.navigation.obstacles import ObstacleLayer
 from action_servers.navigation.path import CostModel, cost_model
 from action_servers.navigation.planner import RoadMap, road_map
-from action_servers.navigation.tuning import NAVIGATION, NavigationTuning
+from action_servers.navigation.senses import PoseHistory
 from bt_mission.core.geometry import Pose2D, composed
 from bt_mission.core.robot.model import RobotModel
 

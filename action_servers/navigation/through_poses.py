@@ -27,18 +27,14 @@ class NavigateThroughPoses:
         """Make a maneuver through `poses`, at least one, in the map frame."""
         self._poses = tuple(poses)
         self._robot = robot
-        self._around = surroundings
+        self.surroundings = surroundings
+        """What it knows of the world."""
         self._index = 0
         self._twist = ZERO
         self._leg = self._new_leg()
         self._start_s: float | None = None
         self._time_s = 0.0
         self._recoveries = 0
-
-    @property
-    def surroundings(self) -> Surroundings:
-        """What it knows of the world."""
-        return self._around
 
     def step(self, now: Observation) -> Twist2D | Finished:
         """Return the twist for this control step, or how the goal ends."""
@@ -88,7 +84,7 @@ class NavigateThroughPoses:
 
     def _passes(self, pose: Pose2D | None) -> bool:
         away = math.inf if pose is None else distance(pose, self._poses[self._index])
-        return away < self._around.tuning.passing_distance
+        return away < self.surroundings.tuning.passing_distance
 
     def _go_on(self) -> None:
         self._recoveries += self._leg.recoveries
@@ -96,4 +92,4 @@ class NavigateThroughPoses:
         self._leg = self._new_leg()
 
     def _new_leg(self) -> NavigateToPose:
-        return NavigateToPose(self._poses[self._index], self._robot, self._around, self._twist)
+        return NavigateToPose(self._poses[self._index], self._robot, self.surroundings, self._twist)

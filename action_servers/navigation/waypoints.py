@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
-from action_servers.core.maneuver import SUCCEEDED, ZERO, Finished, Observation, Value
-from action_servers.navigation.codes import Code
+from action_servers.core.maneuver import SUCCEEDED, ZERO, Fields, Finished, Observation, Value
+from action_servers.core.ticker import News
+from action_servers.core.tuning import NAVIGATION, NavigationTuning
 from action_servers.navigation.navigate import NavigateToPose
+from action_servers.navigation.senses import Code
 from action_servers.navigation.surroundings import Surroundings
-from action_servers.navigation.tuning import NAVIGATION, NavigationTuning
 from bt_mission.core.geometry import Pose2D, Twist2D
 from bt_mission.core.robot.model import RobotModel
 
@@ -36,19 +37,15 @@ class FollowWaypoints:
         """
         self._poses = tuple(poses)
         self._robot = robot
-        self._around = Surroundings(robot, tuning)
+        self.surroundings = Surroundings(robot, tuning)
+        """What it knows of the world."""
         self._loops_left = loops
         self._index = first
         self._stop_on_failure = tuning.stop_on_failure
         self._leg: NavigateToPose | None = None
-        self._missed: list[Mapping[str, Value]] = []
+        self._missed: list[Fields] = []
         self._time_s: float | None = None
-        self._told: tuple[int, float] | None = None
-
-    @property
-    def surroundings(self) -> Surroundings:
-        """What it knows of the world."""
-        return self._around
+        self._news = News(again_s=_SIGN_OF_LIFE_S)
 
     def step(self, now: Observation) -> Twist2D | Finished:
         """Return the twist for this control step, or how the goal ends."""
@@ -56,7 +53,7 @@ class FollowWaypoints:
         if not self._poses:
             return Finished("aborted", Code.WAYPOINTS_UNKNOWN, "the list of poses is empty")
         if self._leg is None:
-            self._leg = NavigateToPose(self._poses[self._index], self._robot, self._around)
+            self._leg = NavigateToPose(self._poses[self._index], self._robot, self.surroundings)
         answer = self._leg.step(now)
         if not isinstance(answer, Finished):
             return answer
@@ -73,17 +70,13 @@ class FollowWaypoints:
                 return Finished("aborted", Code.WAYPOINTS_UNKNOWN, reason)
         return SUCCEEDED if self._last_leg() else ZERO
 
-    def feedback(self) -> Mapping[str, Value] | None:
+    def feedback(self) -> Fields | None:
         """Return the index of the pose driven to: when it changes, and once a second."""
         if not self._poses or self._time_s is None:
             return None
-        told = self._told
-        if told and told[0] == self._index and self._time_s - told[1] < _SIGN_OF_LIFE_S - 1e-6:
-            return None
-        self._told = (self._index, self._time_s)
-        return {"current_waypoint": self._index}
+        return self._news.of({"current_waypoint": self._index}, self._time_s)
 
-    def result(self) -> Mapping[str, Value]:
+    def result(self) -> Fields:
         """Return the poses that were not reached, each with the code that says why."""
         return {"missed_waypoints": list(self._missed)}
 

@@ -13,8 +13,7 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.serialization import serialize_message
 
-from action_servers.core.action import Action
-from action_servers.core.maneuver import Maneuver, Observation, Refusal
+from action_servers.core.maneuver import Action, Maneuver, Observation, Refusal
 from action_servers.core.parameters import text
 from action_servers.robot_io.command_types import CHOICES, STAMPED, Choice, Listeners
 from bt_mission.core.cdr.writer import MessageTemplate
@@ -89,14 +88,17 @@ class CommandPublisher:
         """Full name of the type that is sent; None until it is known."""
         return self._listeners.type
 
-    def command(self, twist: Twist2D) -> None:
-        """Send a velocity; without a listener there is none to send it to."""
+    def command(self, twist: Twist2D, stamp_ns: int | None = None) -> None:
+        """Send a velocity; without a listener there is none to send it to.
+
+        `stamp_ns` is when it was decided upon, ns of ROS time; None is now.
+        """
         publisher = self._publisher
         if publisher is None or not self._node.context.ok():
             return  # whoever shut the context down has taken the publisher away
         (numbers,) = self._message.numbers
         numbers.linear.x, numbers.angular.z = twist.linear, twist.angular
-        set_ns(self._stamp, self._clock.now().nanoseconds)
+        set_ns(self._stamp, self._clock.now().nanoseconds if stamp_ns is None else stamp_ns)
         publisher.publish(self._message.packed())
 
     def watch(self) -> str | None:

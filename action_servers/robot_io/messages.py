@@ -5,14 +5,14 @@ from __future__ import annotations
 import importlib
 import math
 from array import array
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from action_servers.core.maneuver import Grid, Image, Scan, Value
+from action_servers.core.maneuver import Fields, Grid, Image, Scan
 from bt_mission.core.geometry import Pose2D, Twist2D, set_planar, yaw_of
 from bt_mission.core.robot.parts import LidarModel
 from bt_mission.core.stamps import NS, set_ns, to_ns
@@ -141,7 +141,7 @@ def _rgb(pixels: npt.NDArray[np.uint8], encoding: str) -> npt.NDArray[np.uint8]:
     return colours[:, :, ::-1] if encoding.startswith("bgr") else colours
 
 
-def fill(message: Any, fields: Mapping[str, Value], now: Callable[[], Any]) -> Any:
+def fill(message: Any, fields: Fields, now: Callable[[], Any]) -> Any:
     """Set fields of a message from plain values, and return it.
 
     A Pose2D fills a Pose, or a PoseStamped in the map frame at the time that `now` gives (a

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import rclpy
 from rcl_interfaces.msg import (
@@ -14,8 +14,9 @@ from rcl_interfaces.msg import (
     ParameterDescriptor,
     SetParametersResult,
 )
+from rclpy.context import Context
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.logging import LoggingSeverity
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -27,13 +28,9 @@ from bt_mission.core.diagnostics import InputError, did_you_mean
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.interrupts import InterruptSignals
 
-if TYPE_CHECKING:
-    from rclpy.context import Context
-    from rclpy.executors import Executor
-
 D = TypeVar("D", bound=Any)
 N = TypeVar("N", bound="RobotNode")
-Options = TypeVar("Options", bound="NodeOptions")
+Options = TypeVar("Options", bound="RobotNodeOptions")
 
 SIM_TIME = "use_sim_time"
 
@@ -42,7 +39,7 @@ LOOK_S = 0.1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class NodeOptions:
+class RobotNodeOptions:
     """How a node joins the graph.
 
     Args:
@@ -67,7 +64,7 @@ class NodeOptions:
 class RobotNode(Node):
     """A node made with our options, whose parameters are declared by their specs."""
 
-    def __init__(self, name: str, options: NodeOptions) -> None:
+    def __init__(self, name: str, options: RobotNodeOptions) -> None:
         super().__init__(
             name,
             context=options.context,

@@ -107,7 +107,7 @@ class CameraStream:
         self.topic = node.resolve_topic_name(topic)
         """Full name of the topic."""
         self._node = node
-        self._latest = Latest(_unpack_image, image_of)
+        self._latest = Latest(partial(deserialize_message, message_type=ImageMessage), image_of)
         self._subscription: Subscription | None = None
         self._users: set[CameraUser] = set()
 
@@ -173,7 +173,7 @@ class SensorSubscriptions:
             decoder_of("sensor_msgs/msg/LaserScan").decode, partial(scan_of, lidar=lidar)
         )
         self._odometry = Latest(decoder_of("nav_msgs/msg/Odometry").decode, odometry_of)
-        self._grid = Latest(_unpack_grid, grid_of)
+        self._grid = Latest(partial(deserialize_message, message_type=OccupancyGrid), grid_of)
         self._transforms: deque[bytes] = deque(maxlen=100)
         self._map_to_odom: Pose2D | None = None
         self._map_users = 0
@@ -232,14 +232,6 @@ class SensorSubscriptions:
                 self._map_to_odom = found
                 self._transforms.clear()
         return self._map_to_odom and composed(self._map_to_odom, odometry.pose)
-
-
-def _unpack_image(data: bytes) -> Any:
-    return deserialize_message(data, ImageMessage)
-
-
-def _unpack_grid(data: bytes) -> Any:
-    return deserialize_message(data, OccupancyGrid)
 
 
 def _transform(parent: str, child: str, transforms: list[Any]) -> Pose2D | None:

@@ -31,28 +31,24 @@ from nav2_msgs.action import (
 
 from action_servers.camera import camera_sweep, find_colour, take_pictures
 from action_servers.camera.camera import CameraSwitch
-from action_servers.camera.storage import ImageFolder
-from action_servers.core.action import Action
+from action_servers.camera.camera_sweep import ImageFolder
 from action_servers.core.grid import Floats
-from action_servers.core.maneuver import Maneuver, Observation, Refusal
-from action_servers.core.tuning import Tuning
+from action_servers.core.maneuver import Action, Maneuver, Observation, Refusal
+from action_servers.core.tuning import FrontierTuning, NavigationTuning, Tuning
 from action_servers.driving import (
     explore_forward,
     move,
     record_distance,
-    spin,
+    recoveries,
     straight,
     turn,
-    wait,
 )
 from action_servers.mapping import explore
-from action_servers.mapping.tuning import FrontierTuning
 from action_servers.navigation.actions import (
     plan_follow_waypoints,
     plan_navigate_through_poses,
     plan_navigate_to_pose,
 )
-from action_servers.navigation.tuning import NavigationTuning
 from action_servers.robot_io.sensors import SensorSubscriptions
 from bt_mission.core.robot.model import RobotModel
 
@@ -77,12 +73,20 @@ class ServerContext:
 
 def actions(kit: ServerContext) -> tuple[Action, ...]:
     """Return every action that the servers offer."""
-    return (*_driving(kit), *_watching(kit), *_recoveries(kit))
-
-
-def _driving(kit: ServerContext) -> tuple[Action, ...]:
     common: dict[str, Any] = {"robot": kit.robot, "tuning": kit.tuning}
+    return (
+        *_driving(kit, common),
+        *_watching(kit, common),
+        Action("spin", Spin, partial(turn.plan_spin, **common)),
+        Action("backup", BackUp, partial(straight.plan_back_up, **common)),
+        Action(
+            "drive_on_heading", DriveOnHeading, partial(straight.plan_drive_on_heading, **common)
+        ),
+        Action("wait", Wait, lambda goal, _: recoveries.plan_wait(goal)),
+    )
 
+
+def _driving(kit: ServerContext, common: dict[str, Any]) -> tuple[Action, ...]:
     def plan_turn(goal: Any, now: Observation) -> Maneuver | Refusal:
         return turn.plan(goal, now, default_speed=kit.turn_velocity(), **common)
 
@@ -116,9 +120,7 @@ def _driving(kit: ServerContext) -> tuple[Action, ...]:
     )
 
 
-def _watching(kit: ServerContext) -> tuple[Action, ...]:
-    common: dict[str, Any] = {"robot": kit.robot, "tuning": kit.tuning}
-
+def _watching(kit: ServerContext, common: dict[str, Any]) -> tuple[Action, ...]:
     def with_camera(plan: Callable[[CameraSwitch], Maneuver | Refusal]) -> Maneuver | Refusal:
         planned = plan(kit.sensors.camera.user())
         if isinstance(planned, Refusal) or kit.sensors.camera.is_sent:
@@ -156,19 +158,4 @@ def _watching(kit: ServerContext) -> tuple[Action, ...]:
         Action("take_pictures", TakePictures, plan_pictures, during=looking),
         Action("find_colour", FindColour, plan_colour, during=looking),
         Action("record_distance", RecordDistance, record),
-    )
-
-
-def _recoveries(kit: ServerContext) -> tuple[Action, ...]:
-    common: dict[str, Any] = {"robot": kit.robot, "tuning": kit.tuning}
-
-    def plan_wait(goal: Any, _now: Observation) -> Maneuver | Refusal:
-        return wait.plan(goal)
-
-    on_heading = partial(straight.plan_drive_on_heading, **common)
-    return (
-        Action("spin", Spin, partial(spin.plan, **common)),
-        Action("backup", BackUp, partial(straight.plan_back_up, **common)),
-        Action("drive_on_heading", DriveOnHeading, on_heading),
-        Action("wait", Wait, plan_wait),
     )

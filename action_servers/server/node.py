@@ -5,26 +5,29 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from rclpy.executors import Executor
 from rclpy.parameter import Parameter
 from std_msgs.msg import Float64
 
-from action_servers.core.action import Action
-from action_servers.core.interlock import Interlock
-from action_servers.core.maneuver import Maneuver
-from action_servers.core.pilot import Pilot
-from action_servers.core.step_hooks import Before
-from action_servers.core.tuning import TUNING
-from action_servers.mapping.tuning import FRONTIERS
+from action_servers.core.executive_watch import ExecutiveLimits
+from action_servers.core.maneuver import Action, Maneuver
+from action_servers.core.pilot import Interlock, Pilot
+from action_servers.core.tuning import FRONTIERS, NAVIGATION, TUNING
 from action_servers.navigation.senses import missing
-from action_servers.navigation.tuning import NAVIGATION
+from action_servers.robot_io.adapter import ActionAdapter, Before
 from action_servers.robot_io.base import CommandPublisher, CommandWiring
 from action_servers.robot_io.command_types import Choice
-from action_servers.robot_io.node import NO_ARGUMENTS, NodeOptions, ProcessOptions, RobotNode, run
+from action_servers.robot_io.node import (
+    NO_ARGUMENTS,
+    ProcessOptions,
+    RobotNode,
+    RobotNodeOptions,
+    run,
+)
+from action_servers.robot_io.publisher_watch import PublisherWatch
 from action_servers.robot_io.sensors import SensorSubscriptions, SensorWiring
 from action_servers.server.actions import ServerContext, actions
-from action_servers.server.adapter import ActionAdapter
 from action_servers.server.parameters import (
     DEFAULT_TURN_VELOCITY,
     ON_NEW_GOAL,
@@ -32,10 +35,8 @@ from action_servers.server.parameters import (
     limited,
 )
 from action_servers.server.topics import PlanTopic, Switches, answer_as_navigator, watch_executives
+from bt_mission.core.dds.publishers import CLOCK
 from bt_mission.core.robot.model import RobotModel, load_robot
-
-if TYPE_CHECKING:
-    from rclpy.executors import Executor
 
 NODE_NAME = "bt_mission_servers"
 
@@ -47,7 +48,7 @@ LAST_WORDS_S = 0.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ServerOptions(NodeOptions):
+class ServerOptions(RobotNodeOptions):
     """How the servers' node is made.
 
     Args:
@@ -56,6 +57,7 @@ class ServerOptions(NodeOptions):
             drive are refused while it would not hear.
         extra_actions: Actions of a user's own. One with the name of one of ours takes its place.
         without: Names of actions that are left to others.
+        allow_duplicates: Drive also while several nodes publish the same odometry or clock.
         at_first: Names of the actions that are offered before `ServersNode.offer_all`; None is
             all.
     """
@@ -64,6 +66,7 @@ class ServerOptions(NodeOptions):
     command_type: Choice = "stamped"
     extra_actions: Sequence[Action] = ()
     without: Collection[str] = ()
+    allow_duplicates: bool = False
     at_first: Collection[str] | None = None
 
 
@@ -99,6 +102,7 @@ class ServersNode(RobotNode):
             side_goals=tuning.side_goals,
         )
         self._interlock = Interlock(self._pilot)
+        self._publisher_watch = self._watch_publishers(sensors.odom, options)
         self._switches = Switches(self, self._interlock)
         self._distance = self.create_publisher(Float64, "total_distance", 10)
         self._kit = ServerContext(
@@ -120,7 +124,7 @@ class ServersNode(RobotNode):
         self._not_yet = [action.name for action in mine if action.name not in first]
         self.add_post_set_parameters_callback(self._retune)
         if not options.lean:
-            watch_executives(self, self._lose_base)
+            watch_executives(self, self.declare_all(ExecutiveLimits()), self._pilot)
             answer_as_navigator(self, lambda: missing(self._sensors.observe(on_map=True)) is None)
         self._control_timer = self.create_timer(1.0 / robot.control_rate, self._pilot.step)
         self._missing: tuple[str, ...] = ()
@@ -220,8 +224,18 @@ class ServersNode(RobotNode):
         guarded = self._base.guarded(action)
         return ActionAdapter(self, self._pilot, guarded, self._sensors, self._refusal)
 
+    def _watch_publishers(self, odometry: str, options: ServerOptions) -> PublisherWatch | None:
+        """Look out for a second robot; on a stage, which is lean, there is no other."""
+        if options.lean or options.allow_duplicates:
+            return None
+        topics = (odometry, CLOCK) if options.use_sim_time else (odometry,)
+        return PublisherWatch(self, topics, self._lose_base)
+
     def _refusal(self, maneuver: Maneuver) -> str | None:
-        return self._interlock.refusal(needs_base=maneuver.needs_base)
+        reason = self._interlock.refusal(needs_base=maneuver.needs_base)
+        if reason is None and maneuver.needs_base and self._publisher_watch is not None:
+            reason = self._publisher_watch.look()
+        return reason
 
 
 def main(
@@ -232,6 +246,7 @@ def main(
     use_sim_time: bool = False,
     command_type: Choice = "stamped",
     process: ProcessOptions = NO_ARGUMENTS,
+    allow_duplicates: bool = False,
 ) -> int:
     """Serve until SIGINT or SIGTERM, then stop the robot and end every goal.
 
@@ -244,5 +259,6 @@ def main(
         namespace=namespace,
         use_sim_time=use_sim_time,
         command_type=command_type,
+        allow_duplicates=allow_duplicates,
     )
     return run(NODE_NAME, process, options, lambda options: ServersNode(model, options))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from action_servers.core.goal_limits import SLOWEST_TURN
 from action_servers.core.parameters import ParameterSpec
 from action_servers.driving import turn
 from action_servers.robot_io.node import RobotNode
@@ -67,7 +68,7 @@ def declare_server_parameters(node: RobotNode, robot: RobotModel, image_folder: 
         ParameterSpec(
             min(turn.DEFAULT_SPEED, fastest),
             "Speed of a turn whose goal asks for 0, rad/s.",
-            turn.SLOWEST,
+            SLOWEST_TURN,
             fastest,
             is_fixed=False,
         ),

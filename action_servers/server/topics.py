@@ -3,33 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from typing import Any
 
 from geometry_msgs.msg import PoseStamped
 from lifecycle_msgs.msg import State
 from lifecycle_msgs.srv import GetState
 from nav_msgs.msg import Path
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
 from rclpy.duration import Duration
 from rclpy.event_handler import SubscriptionEventCallbacks
+from rclpy.node import Node
 from rclpy.qos import LivelinessPolicy, QoSProfile
 from std_msgs.msg import Bool, Empty
 from std_srvs.srv import Trigger
 
-from action_servers.core.interlock import Interlock
+from action_servers.core.executive_watch import LOOK_S, ExecutiveLimits, ExecutiveWatch
+from action_servers.core.grid import Floats
+from action_servers.core.maneuver import ErrorCode
+from action_servers.core.pilot import Interlock, Pilot
 from action_servers.robot_io.messages import MAP_FRAME
 from action_servers.robot_io.sensors import LATCHED
-from bt_mission.core.dds.liveliness import LEASE_S, TOPIC
-
-if TYPE_CHECKING:
-    from rclpy.node import Node
-
-    from action_servers.core.grid import Floats
-
-PRESENCE = QoSProfile(
-    depth=1,
-    liveliness=LivelinessPolicy.AUTOMATIC,
-    liveliness_lease_duration=Duration(nanoseconds=round(LEASE_S * 1e9)),
-)
+from bt_mission.core.dds.liveliness import TOPIC
 
 
 class Switches:
@@ -41,17 +37,12 @@ class Switches:
     def __init__(self, node: Node, interlock: Interlock) -> None:
         self._log: Any = node.get_logger()
         self._interlock = interlock
-        node.create_service(Trigger, "stop", self._stop)
-        node.create_service(Trigger, "release", self._release)
+        node.create_service(Trigger, "stop", partial(self._serve, interlock.stop))
+        node.create_service(Trigger, "release", partial(self._serve, interlock.release))
         node.create_subscription(Bool, "motors_on", self._hear_of_motors, LATCHED)
 
-    def _stop(self, _request: Any, response: Any) -> Any:
-        return self._answered(response, self._interlock.stop())
-
-    def _release(self, _request: Any, response: Any) -> Any:
-        return self._answered(response, self._interlock.release())
-
-    def _answered(self, response: Any, done: str) -> Any:
+    def _serve(self, act: Callable[[], str], _request: Any, response: Any) -> Any:
+        done = act()
         self._log.info(done)
         response.success, response.message = True, done
         return response
@@ -60,20 +51,41 @@ class Switches:
         self._interlock.set_motors(on=message.data)
 
 
-def watch_executives(node: Node, on_lost: Callable[[str], None]) -> None:
-    """Tell `on_lost` why, when an executive dies, and when the last one leaves.
+def watch_executives(node: Node, limits: ExecutiveLimits, pilot: Pilot) -> None:
+    """Hold the base while an executive is late; end its goals when it has died or left.
 
     A client that is no executive of ours is not watched.
     """
+    log: Any = node.get_logger()
+
+    def be_late(why: str) -> None:
+        if not pilot.idle:
+            log.warning(why)
+        pilot.hold()
+        timer.reset()
+
+    def lose(why: str) -> None:
+        if not pilot.idle:
+            pilot.stop(why, ErrorCode.EXECUTIVE_LOST)
+
+    def be_back() -> None:
+        timer.cancel()
+        pilot.release()
+
+    watch = ExecutiveWatch(limits, be_late, be_back, lose)
+    timer = node.create_timer(LOOK_S, watch.look, clock=Clock(clock_type=ClockType.STEADY_TIME))
+    timer.cancel()
 
     def changed(status: Any) -> None:
-        if status.not_alive_count_change > 0:
-            on_lost(f"the executive has died: its liveliness lease of {LEASE_S:g} s expired")
-        elif status.alive_count_change < 0 and status.alive_count == 0:
-            on_lost("the executive has left")
+        watch.update(status.alive_count, status.not_alive_count)
 
     events = SubscriptionEventCallbacks(liveliness=changed, use_default_callbacks=False)
-    node.create_subscription(Empty, TOPIC, lambda _: None, PRESENCE, event_callbacks=events)
+    presence = QoSProfile(
+        depth=1,
+        liveliness=LivelinessPolicy.AUTOMATIC,
+        liveliness_lease_duration=Duration(nanoseconds=round(limits.executive_lease * 1e9)),
+    )
+    node.create_subscription(Empty, TOPIC, lambda _: None, presence, event_callbacks=events)
 
 
 class PlanTopic:

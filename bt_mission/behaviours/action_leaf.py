@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any
 
+from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from bt_mission.behaviours.control import Guard, Timeout
 from bt_mission.behaviours.evaluator import Evaluator
-from bt_mission.behaviours.leaves import Leaf
-from bt_mission.behaviours.progress import LeafProgress
-from bt_mission.behaviours.runtime import Runtime, placed, read_field, scalars
+from bt_mission.behaviours.leaves import ClientLeaf, LeafProgress
+from bt_mission.behaviours.runtime import read_field, scalars
+from bt_mission.core.dds.liveliness import EXECUTIVE_LOST
 from bt_mission.goals.attempt import Attempt, Limits
 from bt_mission.goals.goal import Goal, GoalClient
 from bt_mission.goals.outcome import AttemptResult, Outcome
 from bt_mission.language.nodes.action import GoalNode
 
 
-class ActionLeaf(Leaf):
+class ActionLeaf(ClientLeaf):
     """Sends one goal each time it starts, and turns the goal's outcome into a status.
 
     Succeeds when the goal does, or when it is cancelled by its condition and `on_cancel` is
@@ -25,22 +28,18 @@ class ActionLeaf(Leaf):
     one.
     """
 
+    _node: GoalNode
+    _client: GoalClient
+
     def __init__(self, node: GoalNode, values: Evaluator) -> None:
-        super().__init__(node.label)
-        self._node = node
-        self._values = values
+        super().__init__(node, values)
         self.attempt: Attempt | None = None
         self._target: tuple[str, float] | None = None
         self._limits = Limits()
         self._started_ns = 0
-        self._runtime: Runtime
-        self._client: GoalClient
 
-    def setup(self, **kwargs: Any) -> None:
-        """Take the runtime and make the client of the action."""
-        self._runtime = kwargs["runtime"]
-        with placed(self._values.place):
-            self._client = self._runtime.goal_client(self._node.ros_name, self._node.type)
+    def _connected(self, name: str, type_name: str) -> GoalClient:
+        return self._runtime.goal_client(name, type_name)
 
     def initialise(self) -> None:
         """Open an attempt of its own for this goal.
@@ -96,6 +95,43 @@ class ActionLeaf(Leaf):
         if ending.outcome is Outcome.CANCELED_BY_CONDITION:
             return Status.SUCCESS if self._node.on_cancel == "success" else Status.FAILURE
         return Status.FAILURE
+
+    @property
+    def was_cut_off(self) -> bool:
+        """Was its last goal aborted because the server took this process for dead?"""
+        ending = self.attempt.ending if self.attempt else None
+        return (
+            ending is not None
+            and ending.outcome is Outcome.ABORTED
+            and getattr(ending.result, "error_code", 0) == EXECUTIVE_LOST
+        )
+
+    @property
+    def has_outcome(self) -> bool:
+        """Is it known how its goal ends, though no tick may have told yet?"""
+        return self.attempt is not None and self.attempt.is_decided
+
+    def supervise(self) -> None:
+        """Keep the limits of a goal that was sent, while the tree is not ticked.
+
+        What ends the goal is told by the next tick.
+        """
+        attempt, now_ns = self.attempt, self._runtime.now_ns
+        if attempt is None or attempt.goal is None or attempt.ending is not None:
+            return
+        why = next(filter(None, (node.why_over() for node in self._bounds_around())), "")
+        ending = attempt.poll(now_ns)
+        if ending is None and why:
+            attempt.halt(now_ns, why)
+            ending = attempt.ending
+        self.feedback_message = self._doing(attempt) if ending is None else _say(ending)
+
+    def _bounds_around(self) -> Iterator[Guard | Timeout]:
+        node: Behaviour | None = self.parent
+        while node is not None:
+            if isinstance(node, Guard | Timeout):
+                yield node
+            node = node.parent
 
     def terminate(self, new_status: Status) -> None:
         """Hand a goal still under way to the ledger when the tree halts this leaf."""

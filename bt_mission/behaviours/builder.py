@@ -6,18 +6,22 @@ from collections.abc import Callable
 from typing import Any
 
 from py_trees.behaviour import Behaviour
-from py_trees.composites import Selector, Sequence
-from py_trees.decorators import FailureIsSuccess, Inverter, SuccessIsFailure
 
 from bt_mission.behaviours import control, decorators, leaves
 from bt_mission.behaviours.action_leaf import ActionLeaf
+from bt_mission.behaviours.decorators import Subtree
 from bt_mission.behaviours.evaluator import BuildContext, Evaluator
-from bt_mission.behaviours.publish_leaf import PublishLeaf
-from bt_mission.behaviours.python_leaf import python_leaf
+from bt_mission.behaviours.hooks import (
+    FailureIsSuccess,
+    Inverter,
+    Selector,
+    Sequence,
+    SuccessIsFailure,
+)
+from bt_mission.behaviours.python_leaf import PythonLeaf
 from bt_mission.behaviours.runtime import Scope
 from bt_mission.behaviours.service_leaf import ServiceLeaf
-from bt_mission.behaviours.subtree import Subtree
-from bt_mission.behaviours.wait_for import WaitFor
+from bt_mission.behaviours.topic_leaves import PublishLeaf, WaitFor
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.decorators import ForceNode
 from bt_mission.language.nodes.fields import LIMIT
@@ -112,6 +116,6 @@ BEHAVIOURS: dict[str, Callable[[Any, Evaluator, list[Behaviour]], Behaviour]] = 
     "wait_for": lambda node, values, _: WaitFor(node, values),
     "publish": lambda node, values, _: PublishLeaf(node, values),
     "tree": _subtree,
-    "python": lambda node, values, _: python_leaf(node, values),
+    "python": lambda node, values, _: PythonLeaf(node, values),
 }
 """How a node of each kind is built, with what computes its values, and the behaviours below it."""

@@ -10,9 +10,10 @@ import py_trees
 from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Composite
-from py_trees.decorators import Decorator
 
-from bt_mission.behaviours.runtime import NS, Runtime
+from bt_mission.behaviours.hooks import Hooked, HookedDecorator
+from bt_mission.behaviours.runtime import Runtime
+from bt_mission.core.stamps import NS
 
 
 @dataclass(frozen=True)
@@ -26,7 +27,7 @@ class ConditionResult:
 Question = Callable[[], ConditionResult]
 
 
-class Parallel(py_trees.composites.Parallel):
+class Parallel(Hooked, py_trees.composites.Parallel):
     """Ticks all children at once; those that have ended are not ticked again.
 
     Args:
@@ -50,7 +51,7 @@ class Parallel(py_trees.composites.Parallel):
         self._finish = finish
         self._decided = Status.RUNNING
 
-    def tick(self) -> Iterator[Behaviour]:
+    def walk(self) -> Iterator[Behaviour]:
         """Tick what has not ended; decide; end when the rest may be left."""
         running, invalid = Status.RUNNING, Status.INVALID
         if self.status is not running:
@@ -107,7 +108,7 @@ class Parallel(py_trees.composites.Parallel):
         return Status.RUNNING, self.children[-1]
 
 
-class Pick(Composite):
+class Pick(Hooked, Composite):
     """Runs the one child that is picked at entry; succeeds where none is.
 
     Args:
@@ -121,7 +122,7 @@ class Pick(Composite):
         super().__init__(name, children)
         self._pick = pick
 
-    def tick(self) -> Iterator[Behaviour]:
+    def walk(self) -> Iterator[Behaviour]:
         """Pick at entry, then tick that child."""
         if self.status != Status.RUNNING:
             for child in self.children:
@@ -140,29 +141,34 @@ class Pick(Composite):
         yield self
 
 
-class Guard(Decorator):
+class Guard(HookedDecorator):
     """Ticks its child as long as a condition holds; then halts it and fails."""
 
     def __init__(self, name: str, child: Behaviour, question: Question) -> None:
         super().__init__(name, child)
         self._question = question
 
-    def tick(self) -> Iterator[Behaviour]:
+    def walk(self) -> Iterator[Behaviour]:
         """Ask, and tick the child only if the answer is yes."""
         verdict = self._question()
         self.feedback_message = verdict.text
         if verdict.holds:
-            yield from super().tick()
+            yield from super().walk()
             return
         self.stop(Status.FAILURE)
         yield self
+
+    def why_over(self) -> str:
+        """Return why the child may run no more, as of now; empty where it may."""
+        verdict = self._question()
+        return "" if verdict.holds else f"'{self.name}': {verdict.text}"
 
     def update(self) -> Status:
         """End as the child does."""
         return self.decorated.status
 
 
-class Timeout(Decorator):
+class Timeout(HookedDecorator):
     """Halts its child, and fails, when it still runs after some seconds of ROS time.
 
     A child that ends on the very tick of its deadline has ended.
@@ -192,6 +198,11 @@ class Timeout(Decorator):
         """Have as much time as was left."""
         self._until_ns, self._limit_s = now_ns + state["left_ns"], state["limit_s"]
 
+    def why_over(self) -> str:
+        """Return why the child may run no more, as of now; empty where it may."""
+        is_over = self._runtime.now_ns >= self._until_ns
+        return f"'{self.name}': not done within {self._limit_s:g} s" if is_over else ""
+
     def update(self) -> Status:
         """Look at the ROS clock after the child was ticked."""
         left_s = (self._until_ns - self._runtime.now_ns) / NS
@@ -205,7 +216,7 @@ class Timeout(Decorator):
         return Status.FAILURE
 
 
-class ForEach(Decorator):
+class ForEach(HookedDecorator):
     """Runs its child once for each element of a list, in order; fails as soon as the child fails.
 
     Args:
@@ -229,7 +240,7 @@ class ForEach(Decorator):
         self._elements: Sequence[Any] = ()
         self._index = 0
 
-    def tick(self) -> Iterator[Behaviour]:
+    def walk(self) -> Iterator[Behaviour]:
         """Read the list at entry; an empty one succeeds at once."""
         if self.status != Status.RUNNING:
             self._elements, self._index = self._read(), 0
@@ -240,7 +251,7 @@ class ForEach(Decorator):
                 yield self
                 return
         self._take(self._elements[self._index])
-        yield from super().tick()
+        yield from super().walk()
 
     def save_state(self, _now_ns: int) -> dict[str, Any]:
         """The list, and how far it has come."""

@@ -3,19 +3,44 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from typing import Any
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from bt_mission.behaviours.control import Question
-from bt_mission.behaviours.progress import LeafProgress
-from bt_mission.behaviours.runtime import NS, Runtime
+from bt_mission.behaviours.evaluator import Evaluator
+from bt_mission.behaviours.hooks import Hooked
+from bt_mission.behaviours.runtime import Runtime, placed
+from bt_mission.core.stamps import NS
+from bt_mission.language.nodes.interfaces import InterfaceNode
 
 RUNNING = Status.RUNNING
 
 
-class Leaf(Behaviour):
+@dataclass(frozen=True)
+class LeafProgress:
+    """How far a running leaf has come towards something that ends it.
+
+    Args:
+        label: What is measured: a field of the feedback, or ``s`` for the leaf's time.
+    """
+
+    label: str
+    value: float
+    limit: float
+
+
+def progress_of(node: Behaviour) -> LeafProgress | None:
+    """The ``progress`` of a node that runs, where it has one."""
+    if node.status is not Status.RUNNING:
+        return None
+    progress = getattr(node, "progress", None)
+    return progress if isinstance(progress, LeafProgress) else None
+
+
+class Leaf(Hooked):
     """A behaviour without children that ticks and stops as py_trees' own do, several times faster.
 
     At each tick and each stop py_trees formats a line for its log, whether or not anybody reads
@@ -23,10 +48,23 @@ class Leaf(Behaviour):
     the type checker sees. Leaves of users keep py_trees' own.
     """
 
+    _runtime: Runtime
+
+    def setup(self, **kwargs: Any) -> None:
+        """Take the runtime."""
+        self._runtime = kwargs["runtime"]
+
     def tick(self) -> Iterator[Behaviour]:
         """Begin, if it does not run; update; stop, if it has ended."""
         if self.status is not RUNNING:
+            # Not by `walk` and a second call: most of what is ticked are leaves.
+            if self.start_hook is not None:
+                yield from self.start_hook(self)
+            if self.call_hooks:
+                self.tell_call_hooks("initialise")
             self.initialise()
+        if self.call_hooks:
+            self.tell_call_hooks("update")
         status = self.update()
         if status is not RUNNING:
             self.stop(status)
@@ -35,9 +73,35 @@ class Leaf(Behaviour):
 
     def stop(self, new_status: Status) -> None:
         """End with this status."""
-        self.terminate(new_status)
+        self.call_terminate(new_status)
         self.status = new_status
         self.iterator = self.tick()
+
+    def call_terminate(self, new_status: Status) -> None:
+        """Terminate without a change of status."""
+        self.tell_call_hooks("terminate")
+        self.terminate(new_status)
+
+
+class ClientLeaf(Leaf):
+    """A leaf of a node that names an action, a service or a topic."""
+
+    _node: Any
+    _client: Any
+
+    def __init__(self, node: InterfaceNode, values: Evaluator) -> None:
+        super().__init__(node.label)
+        self._node = node
+        self._values = values
+
+    def setup(self, **kwargs: Any) -> None:
+        """Take the runtime, and make the client."""
+        super().setup(**kwargs)
+        with placed(self._values.place):
+            self._client = self._connected(self._node.ros_name, self._node.type)
+
+    def _connected(self, name: str, type_name: str) -> Any:
+        raise NotImplementedError
 
 
 class Wait(Leaf):
@@ -48,11 +112,6 @@ class Wait(Leaf):
         self._seconds = seconds
         self._wait_s = 0.0
         self._until_ns = 0
-        self._runtime: Runtime
-
-    def setup(self, **kwargs: Any) -> None:
-        """Take the runtime."""
-        self._runtime = kwargs["runtime"]
 
     def initialise(self) -> None:
         """Fix the end."""
@@ -89,11 +148,6 @@ class Log(Leaf):
     def __init__(self, name: str, text: Callable[[], str]) -> None:
         super().__init__(name)
         self._text = text
-        self._runtime: Runtime
-
-    def setup(self, **kwargs: Any) -> None:
-        """Take the runtime."""
-        self._runtime = kwargs["runtime"]
 
     def update(self) -> Status:
         """Say it."""

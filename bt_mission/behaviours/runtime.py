@@ -13,9 +13,6 @@ from bt_mission.goals.goal import GoalClient
 from bt_mission.goals.ledger import Ledger
 from bt_mission.language.expressions.expression import draws
 
-NS = 1_000_000_000
-"""Nanoseconds in a second."""
-
 
 class MissionFailure(BtMissionError):  # noqa: N818 - it is the mission that fails, not our code
     """A fault of the mission itself that shows only while it runs; it ends the mission."""
@@ -81,7 +78,7 @@ class Scope:
 
 
 class ServiceClient(Protocol):
-    """The client of a service: :class:`bt_mission.ros.service_client.RosServiceClient`, for one."""
+    """The client of a service: :class:`bt_mission.ros.clients.RosServiceClient`, for one."""
 
     name: str
 
@@ -118,7 +115,7 @@ class LatestMessage(Protocol):
 
 
 class Publisher(Protocol):
-    """Messages for a topic: :class:`bt_mission.ros.publisher.TopicPublisher`, for one."""
+    """Messages for a topic: :class:`bt_mission.ros.clients.TopicPublisher`, for one."""
 
     name: str
 
@@ -137,7 +134,10 @@ class Publisher(Protocol):
 
 
 class Runtime(Protocol):
-    """Handed to every node's ``setup`` as ``runtime``."""
+    """Handed to every node's ``setup`` as ``runtime``.
+
+    What makes a client raises BtMissionError for a type that is not installed.
+    """
 
     ledger: Ledger
     scope: Scope
@@ -147,32 +147,16 @@ class Runtime(Protocol):
         """ROS time, ns; the same throughout a tick."""
 
     def goal_client(self, action: str, type_name: str) -> GoalClient:
-        """The client of an action; one for each name and type.
-
-        Raises:
-            BtMissionError: For a type that is not installed.
-        """
+        """The client of an action; one for each name and type."""
 
     def service_client(self, service: str, type_name: str) -> ServiceClient:
-        """The client of a service; one for each name and type.
-
-        Raises:
-            BtMissionError: For a type that is not installed.
-        """
+        """The client of a service; one for each name and type."""
 
     def subscriber(self, topic: str, type_name: str) -> LatestMessage:
-        """The messages of a topic; one for each name and type.
-
-        Raises:
-            BtMissionError: For a type that is not installed.
-        """
+        """The messages of a topic; one for each name and type."""
 
     def publisher(self, topic: str, type_name: str) -> Publisher:
-        """The publisher of a topic; one for each name and type.
-
-        Raises:
-            BtMissionError: For a type that is not installed.
-        """
+        """The publisher of a topic; one for each name and type."""
 
     def log(self, text: str) -> None:
         """Say something to the people who watch the mission."""

@@ -8,13 +8,14 @@ from typing import Any
 from py_trees.common import Status
 
 from bt_mission.behaviours.evaluator import Evaluator
-from bt_mission.behaviours.leaves import Leaf
-from bt_mission.behaviours.runtime import NS, Runtime, ServiceClient, placed
+from bt_mission.behaviours.leaves import ClientLeaf
+from bt_mission.behaviours.runtime import ServiceClient
+from bt_mission.core.stamps import NS
 from bt_mission.language.nodes.fields import LIMIT
 from bt_mission.language.nodes.interfaces import ServiceNode
 
 
-class ServiceLeaf(Leaf):
+class ServiceLeaf(ClientLeaf):
     """Calls a service each time it starts; the answer makes it succeed.
 
     It fails when there is no server or no answer in time, and when the response has a field
@@ -22,23 +23,19 @@ class ServiceLeaf(Leaf):
     after the leaf has ended, or was halted, changes nothing.
     """
 
+    _node: ServiceNode
+    _client: ServiceClient
+
     def __init__(self, node: ServiceNode, values: Evaluator) -> None:
-        super().__init__(node.label)
-        self._node = node
-        self._values = values
+        super().__init__(node, values)
         self._answer_s = 0.0
         self._request: Any = None
         self._since_ns = 0
         self._answers: list[Any] = []
         self._forget: Callable[[], None] | None = None
-        self._runtime: Runtime
-        self._client: ServiceClient
 
-    def setup(self, **kwargs: Any) -> None:
-        """Take the runtime and make the client of the service."""
-        self._runtime = kwargs["runtime"]
-        with placed(self._values.place):
-            self._client = self._runtime.service_client(self._node.ros_name, self._node.type)
+    def _connected(self, name: str, type_name: str) -> ServiceClient:
+        return self._runtime.service_client(name, type_name)
 
     def initialise(self) -> None:
         """Begin anew; nothing that was called before is heard any more.

@@ -13,10 +13,10 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from bt_mission.btcpp.elements import At, Attribute
+from bt_mission.btcpp.elements import Attribute
 from bt_mission.btcpp.yaml_text import escaped, flow
 from bt_mission.core.diagnostics import InputError, did_you_mean, listed, quoted
-from bt_mission.core.yaml.composer import MAX_INTEGER, Place, compose
+from bt_mission.core.yaml.composer import MAX_INTEGER, At, Place, compose
 
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 VARIABLE_NAME = re.compile(r"\$?([A-Za-z_][A-Za-z0-9_]*)")
@@ -147,12 +147,6 @@ def read_reference(attribute: Attribute) -> LocatedValue | None:
     return located(f"${found[1]}", attribute.value_at) if found else None
 
 
-def written_reference(text: Any) -> str | None:
-    """Return `{name}` for `$name`, or None."""
-    found = _VARIABLE.fullmatch(text) if isinstance(text, str) else None
-    return f"{{{found[1]}}}" if found else None
-
-
 def read_variable(attribute: Attribute, report: FaultReport) -> LocatedValue:
     """Return the name of the variable that an attribute such as `out_x="{name}"` holds."""
     found = read_reference(attribute)
@@ -183,7 +177,8 @@ def read_text(attribute: Attribute, report: FaultReport) -> LocatedValue:
 def written_text(text: str) -> str:
     """Return the value of an attribute that `read_text` takes for this text."""
     is_plain = _unquoted(text) is None and not _is_braced(text) and not is_illegal(text)
-    return written_reference(text) or (text if is_plain else _json_quoted(text))
+    found = _VARIABLE.fullmatch(text)
+    return VARIABLE.write(found[1]) if found else text if is_plain else _json_quoted(text)
 
 
 def read_value(attribute: Attribute, report: FaultReport) -> LocatedValue:

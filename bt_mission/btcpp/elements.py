@@ -13,11 +13,9 @@ from dataclasses import dataclass, field
 from typing import Any, NoReturn
 from xml.parsers import expat
 
-from bt_mission.core.diagnostics import Diagnostic, InputError, quoted
+from bt_mission.core.diagnostics import InputError, fault_at, quoted
+from bt_mission.core.yaml.composer import At
 from bt_mission.core.yaml.document import refuse_large
-
-At = tuple[int, int]
-"""Line and column, from 1."""
 
 MAX_DEPTH = 100
 """Elements within each other."""
@@ -82,14 +80,6 @@ class XmlSource:
     file: str
     root: Element
     lines: tuple[str, ...]
-
-
-def fault_in(
-    file: str, lines: tuple[str, ...], at: At, message: str, hint: str | None = None
-) -> Diagnostic:
-    """Return a fault at a line and column of a file with these lines."""
-    source = lines[at[0] - 1] if 0 < at[0] <= len(lines) else ""
-    return Diagnostic(message, file, at[0], at[1], source, hint)
 
 
 def parse(text: str, file: str) -> XmlSource:
@@ -191,7 +181,7 @@ class _XmlParser:
         return line, offset - self._starts[line - 1] + 1
 
     def _fail(self, message: str, at: At, hint: str | None = None) -> NoReturn:
-        raise InputError([fault_in(self._file, self._lines, at, message, hint)]) from None
+        raise InputError([fault_at(at, self._file, self._lines, message, hint)]) from None
 
 
 @dataclass(frozen=True)

@@ -28,8 +28,9 @@ from bt_mission.btcpp.attributes import (
     mapping,
     refuse_attribute,
 )
-from bt_mission.btcpp.elements import At, Element
+from bt_mission.btcpp.elements import Element
 from bt_mission.core.diagnostics import quoted
+from bt_mission.core.yaml.composer import At
 from bt_mission.core.yaml.document import Key
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.nodes.base import NodeModel

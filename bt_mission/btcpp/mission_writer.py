@@ -15,10 +15,11 @@ from bt_mission.btcpp.document import FORMAT, METADATA
 from bt_mission.btcpp.elements import Tag, xml_text
 from bt_mission.btcpp.leaves import Path as At
 from bt_mission.btcpp.nodes import NodeWriter
-from bt_mission.btcpp.palette import ShapesOf, leaf_models
+from bt_mission.btcpp.palette import leaf_models
 from bt_mission.btcpp.ports import LABELS, written_port_value
 from bt_mission.core.diagnostics import Diagnostic, InputError, in_order
 from bt_mission.core.yaml.document import Document
+from bt_mission.language.checks.types import FindShapes
 from bt_mission.language.file import MissionFile, TreeDefinition
 from bt_mission.language.goal_limits import GoalLimitsTable
 from bt_mission.language.loader import draft
@@ -30,7 +31,7 @@ _ID = re.compile(r"[A-Za-z_][\w-]*")
 _RESERVED = ("name", "ID")
 
 
-def mission_xml(document: Document, shapes: ShapesOf | None = None) -> str:
+def mission_xml(document: Document, shapes: FindShapes | None = None) -> str:
     """Return a mission file as XML. Raises InputError with everything that XML cannot say.
 
     `shapes` tells what ROS types hold, so that the ports of every leaf are listed.
@@ -42,7 +43,7 @@ def mission_xml(document: Document, shapes: ShapesOf | None = None) -> str:
 
 
 class _Writer:
-    def __init__(self, document: Document, mission: Mission, shapes: ShapesOf | None) -> None:
+    def __init__(self, document: Document, mission: Mission, shapes: FindShapes | None) -> None:
         self._document = document
         self._mission = mission
         self._shapes = shapes

@@ -8,11 +8,12 @@ from typing import Any
 
 from bt_mission.btcpp.attributes import LocatedValue, located
 from bt_mission.btcpp.built_in import BUILT_IN, KINDS
-from bt_mission.btcpp.elements import At, Element, Tag, XmlSource, fault_in
+from bt_mission.btcpp.elements import Element, Tag, XmlSource
 from bt_mission.btcpp.leaves import LEAVES, Path, read_leaf, write_leaf
 from bt_mission.btcpp.node_parts import NodeData, NodeElement
 from bt_mission.btcpp.ports import SUBTREE, TreePorts, read_use, write_use
-from bt_mission.core.diagnostics import MOST_FAULTS, Diagnostic, did_you_mean, quoted
+from bt_mission.core.diagnostics import MOST_FAULTS, Diagnostic, did_you_mean, fault_at, quoted
+from bt_mission.core.yaml.composer import At
 from bt_mission.core.yaml.document import Document
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.goal_limits import DEFAULTS, GoalLimitsTable
@@ -41,8 +42,8 @@ class XmlNodeReader:
     def report(self, at: At, message: str, hint: str | None = None) -> None:
         """Note a fault."""
         if len(self.faults) < MOST_FAULTS:
-            fault = fault_in(self.source.file, self.source.lines, at, message, hint)
-            self.faults.append(fault)
+            source = self.source
+            self.faults.append(fault_at(at, source.file, source.lines, message, hint))
 
     def node(self, element: Element) -> LocatedValue:
         """Return an element and all below it as a node."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 from bt_mission.btcpp.document import FORMAT
 from bt_mission.btcpp.elements import Tag, xml_text
@@ -10,26 +10,19 @@ from bt_mission.btcpp.leaves import LEAVES, OUT, LeafElement
 from bt_mission.btcpp.ports import LABELS
 from bt_mission.core.errors import BtMissionError
 from bt_mission.language.action_names import ACTION_NAMES
-from bt_mission.language.message_types import (
-    ActionShapes,
-    ListOf,
-    MessageShape,
-    Scalar,
-    ServiceShapes,
-    Shape,
-)
-
-ShapesOf = Callable[[str], ActionShapes | ServiceShapes | MessageShape]
-"""Tells what a ROS type holds. Raises UnknownType."""
+from bt_mission.language.checks.types import FindShapes
+from bt_mission.language.message_types import ActionShapes, Shape, value_type
 
 
-def palette_xml(shapes: ShapesOf | None = None) -> str:
+def palette_xml(shapes: FindShapes | None = None) -> str:
     """Return the models of all leaves, as a file without a tree, for Groot 2 to load."""
     models = Tag("TreeNodesModel", {}, tuple(leaf_models(dict.fromkeys(LEAVES, ()), shapes)))
     return xml_text(Tag("root", {"BTCPP_format": FORMAT}, (models,)))
 
 
-def leaf_models(used: Mapping[str, Iterable[str]], shapes: ShapesOf | None = None) -> Iterator[Tag]:
+def leaf_models(
+    used: Mapping[str, Iterable[str]], shapes: FindShapes | None = None
+) -> Iterator[Tag]:
     """Yield the models of leaves, by kind; those attributes are listed as well that are `used`."""
     for kind, attributes in used.items():
         ports = _ports(LEAVES[kind], shapes)
@@ -38,7 +31,7 @@ def leaf_models(used: Mapping[str, Iterable[str]], shapes: ShapesOf | None = Non
         yield Tag("Condition" if kind == "check" else "Action", {"ID": kind}, tags)
 
 
-def _ports(leaf: LeafElement, shapes: ShapesOf | None) -> dict[str, str | None]:
+def _ports(leaf: LeafElement, shapes: FindShapes | None) -> dict[str, str | None]:
     """Return the ports of a leaf that are known without a mission, each with its type."""
     found = action_shapes(leaf, shapes)
     goal, result = (found.goal.fields, found.result.fields) if found else ({}, {})
@@ -51,7 +44,7 @@ def _ports(leaf: LeafElement, shapes: ShapesOf | None) -> dict[str, str | None]:
     }
 
 
-def action_shapes(leaf: LeafElement, shapes: ShapesOf | None) -> ActionShapes | None:
+def action_shapes(leaf: LeafElement, shapes: FindShapes | None) -> ActionShapes | None:
     """Return what the type of an action with a short name holds, as far as that is known."""
     if shapes is None or leaf.kind not in ACTION_NAMES:
         return None
@@ -68,9 +61,5 @@ def _port(name: str, label: str | None) -> Tag:
 
 
 def _label(shape: Shape) -> str | None:
-    match shape:
-        case Scalar():
-            return LABELS[shape.type]
-        case ListOf():
-            return LABELS["list"]
-    return None
+    kind = value_type(shape)
+    return LABELS[kind] if kind else None

@@ -20,10 +20,11 @@ from bt_mission.btcpp.attributes import (
     read_reference,
     refuse_attribute,
 )
-from bt_mission.btcpp.elements import At, Attribute, Element, Tag
+from bt_mission.btcpp.elements import Attribute, Element, Tag
 from bt_mission.btcpp.leaves import Path, Refuse
 from bt_mission.btcpp.yaml_text import flow
 from bt_mission.core.diagnostics import did_you_mean, listed, quoted
+from bt_mission.core.yaml.composer import At
 from bt_mission.language.node_reader import Signature
 
 SUBTREE = "SubTree"

@@ -28,12 +28,13 @@ from bt_mission.behaviours.builder import build_tree
 from bt_mission.behaviours.runtime import MissionFailure, Runtime, Scope
 from bt_mission.btcpp.elements import Attribute, Element
 from bt_mission.btcpp.leaves import LEAVES, LeafElement, read_leaf
-from bt_mission.btcpp.palette import ShapesOf, action_shapes
+from bt_mission.btcpp.palette import action_shapes
 from bt_mission.core.diagnostics import Diagnostic, InputError
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.yaml.composer import Place
 from bt_mission.core.yaml.document import Document
 from bt_mission.language.checks.mission import type_faults
+from bt_mission.language.checks.types import FindShapes
 from bt_mission.language.loader import draft
 from bt_mission.language.message_types import Scalar, Shape
 
@@ -56,7 +57,7 @@ _TYPES: Mapping[str, Any] = {
 class _Known:
     """What the leaves of one registry share: what ROS types hold, and a seed for each leaf."""
 
-    shapes: ShapesOf | None
+    shapes: FindShapes | None
     seeds: Iterator[int]
 
 
@@ -172,13 +173,10 @@ class PortLeaf(PortsMixin, Behaviour):
             yield port, Attribute(port, value, (0, 0), (0, 0))
 
 
-def port_leaves(shapes: ShapesOf | None = None, seed: int = 0) -> dict[str, type[PortLeaf]]:
-    """Our leaves for py_trees' loader: hand them over as its ``node_registry``.
+def leaf_classes(shapes: FindShapes | None, seed: int) -> dict[str, type[PortLeaf]]:
+    """Return the classes of all leaves by their tags.
 
-    Args:
-        shapes: Tells what ROS types hold, as :func:`bt_mission.ros.interface_types.shapes` does;
-            without it, fields of goals take constants only, and there are no outputs.
-        seed: Everything random follows from it, and from the order of the leaves in the file.
+    Without `shapes`, fields of goals take constants only, and there are no outputs.
     """
     known = _Known(shapes, itertools.count(seed * 100_003))
     return {

@@ -8,12 +8,11 @@ without one coming first; so both together need parentheses.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from typing import Any
 
 from bt_mission.core.diagnostics import quoted
 from bt_mission.language.expressions.expression import Expression
-from bt_mission.language.expressions.parser import RESERVED
+from bt_mission.language.expressions.parser import RESERVED, Token
 from bt_mission.language.expressions.values import ExpressionError
 
 _TOKEN = re.compile(
@@ -34,23 +33,8 @@ _VALUES = frozenset(("true", "false"))
 _LARGEST = 2**63 - 1
 
 
-class ScriptError(Exception):
-    """A script that has no expression of ours; `column` counts from 1."""
-
-    def __init__(self, message: str, column: int, hint: str | None = None) -> None:
-        super().__init__(message)
-        self.message = message
-        self.column = column
-        self.hint = hint
-
-
-@dataclass(frozen=True)
-class ScriptToken:
-    """A piece of a script, and its column (from 1)."""
-
-    kind: str
-    text: str
-    column: int
+class ScriptError(ExpressionError):
+    """A script that has no expression of ours."""
 
 
 def from_script(code: str) -> str:
@@ -161,8 +145,8 @@ def _assignment(statement: str, offset: int, taken: set[str]) -> tuple[str, int,
         raise ScriptError(error.message, at, error.hint) from None
 
 
-def _tokens(code: str) -> list[ScriptToken]:
-    tokens: list[ScriptToken] = []
+def _tokens(code: str) -> list[Token]:
+    tokens: list[Token] = []
     at = 0
     while at < len(code):
         found = _TOKEN.match(code, at)
@@ -172,12 +156,12 @@ def _tokens(code: str) -> list[ScriptToken]:
         kind = found.lastgroup or ""
         if kind == "number" and found.group().isdigit() and int(found.group()) > _LARGEST:
             raise ScriptError(f"the number {quoted(found.group())} is too large", at + 1)
-        tokens.append(ScriptToken(kind, found.group(), at + 1))
+        tokens.append(Token(kind, found.group(), at + 1))
         at = found.end()
     return tokens
 
 
-def _refuse_ambiguity(tokens: list[ScriptToken]) -> None:
+def _refuse_ambiguity(tokens: list[Token]) -> None:
     """Refuse what BehaviorTree.CPP and Python read differently."""
     solid = [token for token in tokens if token.kind != "blank"]
     logic = [""]
@@ -205,7 +189,7 @@ def _refuse_ambiguity(tokens: list[ScriptToken]) -> None:
 _BEFORE_SIGN = frozenset(("(", "&&", "||", "<", "<=", ">", ">=", "==", "!=", "+", "-", "*", "/"))
 
 
-def _refuse_loose_not(solid: list[ScriptToken], index: int) -> None:
+def _refuse_loose_not(solid: list[Token], index: int) -> None:
     """Refuse a `!` whose operand does not end with a name or a closed parenthesis."""
     at = index + 1
     depth = 0

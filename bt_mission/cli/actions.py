@@ -9,26 +9,9 @@ from collections.abc import Mapping
 from contextlib import closing
 from typing import TYPE_CHECKING, Any
 
+from bt_mission.cli import graph_command
 from bt_mission.cli.argument_types import seconds
-from bt_mission.cli.exits import (
-    ABORTED,
-    CANCELED,
-    INTERRUPTED,
-    LOST,
-    NO_SERVER,
-    REJECTED,
-    SUCCESS,
-)
-from bt_mission.cli.graph_command import (
-    add_graph_options,
-    add_json_option,
-    add_list,
-    add_name,
-    add_type,
-    joined,
-    named,
-    subcommands,
-)
+from bt_mission.cli.exits import ABORTED, CANCELED, INTERRUPTED, LOST, NO_SERVER, REJECTED, SUCCESS
 from bt_mission.cli.options import add_plain_option
 from bt_mission.core.errors import BtMissionError
 
@@ -54,8 +37,10 @@ GOAL = "fields of the goal in YAML, such as 'angle: 90'; - reads standard input 
 
 def add_parser(commands: Any) -> None:
     """Add the command to the command line."""
-    kinds = subcommands(commands, "actions", "list, send, cancel and watch goals by hand", EPILOG)
-    add_list(kinds, "action", "the actions of the graph, and who serves them")
+    kinds = graph_command.subcommands(
+        commands, "actions", "list, send, cancel and watch goals by hand", EPILOG
+    )
+    graph_command.add_list(kinds, "action", "the actions of the graph, and who serves them")
     _add_info(kinds)
     _add_send(kinds)
     _add_cancel(kinds)
@@ -67,7 +52,7 @@ def _add_info(kinds: Any) -> None:
         "info", help="an action's nodes and the fields of its messages, with units and comments"
     )
     _add_action(parser, "the action")
-    add_json_option(parser, "one object")
+    graph_command.add_json_option(parser, "one object")
     parser.set_defaults(command=info)
 
 
@@ -89,7 +74,7 @@ def _add_send(kinds: Any) -> None:
         "--timeout", type=seconds, metavar="SECONDS", help="cancel the goal after this time"
     )
     add_plain_option(parser)
-    add_json_option(parser, "an object a line for each thing that happens")
+    graph_command.add_json_option(parser, "an object a line for each thing that happens")
     parser.set_defaults(command=send)
 
 
@@ -111,7 +96,7 @@ def _add_watch(kinds: Any) -> None:
         description="Shows what becomes of each goal of an action, and its feedback, until Ctrl-C.",
     )
     _add_action(parser, "the action")
-    add_json_option(parser, "an object a line")
+    graph_command.add_json_option(parser, "an object a line")
     parser.set_defaults(command=watch)
 
 
@@ -119,12 +104,12 @@ def _add_action(
     parser: argparse.ArgumentParser, what: str, late: str = "", words: str = ""
 ) -> None:
     """Add the action, a word that may stand after it, its type, and where to look for `what`."""
-    add_name(parser, "action", "/turn")
+    graph_command.add_name(parser, "action", "/turn")
     if late:
         parser.add_argument(late, nargs="?", default="", help=words)
         parser.set_defaults(late=late)
-    add_type(parser, "the action's")
-    add_graph_options(parser, what)
+    graph_command.add_type(parser, "the action's")
+    graph_command.add_graph_options(parser, what)
 
 
 def info(options: argparse.Namespace) -> int:
@@ -133,8 +118,8 @@ def info(options: argparse.Namespace) -> int:
     from bt_mission.graph_tools.interface_description import describe_interface
     from bt_mission.graph_tools.values import as_json
 
-    with joined(options) as session:
-        name, type_name = named(session, options)
+    with graph_command.joined(options) as session:
+        name, type_name = graph_command.named(session, options)
         graph_query.query_graph(session, options.wait)
         found = {one.name: one for one in graph_query.entries(session.node, "action")}
         entry = found.get(name, graph_query.GraphEntry(name, (type_name,)))
@@ -156,8 +141,8 @@ def send(options: argparse.Namespace) -> int:
     if options.form:
         _refuse_form(options)
     text = sys.stdin.read() if options.goal == "-" else options.goal
-    with joined(options) as session:
-        name, type_name = named(session, options)
+    with graph_command.joined(options) as session:
+        name, type_name = graph_command.named(session, options)
         fields = read_fields(text, describe_interface(type_name).part("goal").shape, "goal")
         sender = GoalSender(
             session, name, type_name, server_s=options.wait, limit_s=options.timeout
@@ -199,8 +184,8 @@ def cancel(options: argparse.Namespace) -> int:
     """Cancel goals and wait for their end."""
     from bt_mission.graph_tools.action_goals import cancel_goals
 
-    with joined(options) as session:
-        name, _ = named(session, options)
+    with graph_command.joined(options) as session:
+        name, _ = graph_command.named(session, options)
         done = cancel_goals(session, name, options.goal, print, server_s=options.wait)
         return SUCCESS if done.all_ended else LOST if done.all_taken else REJECTED
 
@@ -211,12 +196,12 @@ def watch(options: argparse.Namespace) -> int:
     from bt_mission.graph_tools.goal_views import goal_view_for
     from bt_mission.graph_tools.interface_description import describe_interface
 
-    with joined(options) as session:
-        name, type_name = named(session, options)
+    with graph_command.joined(options) as session:
+        name, type_name = graph_command.named(session, options)
         about = describe_interface(type_name)
         goals = GoalWatch(session, name, type_name)
         with closing(goal_view_for(sys.stdout, about, json=options.json, plain=False)) as view:
-            while not session.interrupts:
+            while not session.interrupts.count:
                 session.step()
                 for event in goals.take():
                     view.show(event)

@@ -24,16 +24,12 @@ def speed(text: str) -> float:
 
 def count(text: str) -> int:
     """Read a number of things, 1 or more."""
-    if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"expected an integer from 1, got '{text}'")
-    return int(text)
+    return _integer(text, 1)
 
 
 def seed(text: str) -> int:
     """Read the seed of a mission's random numbers, 0 or more."""
-    if not text.isdecimal():
-        raise argparse.ArgumentTypeError(f"expected an integer from 0, got '{text}'")
-    return int(text)
+    return _integer(text, 0)
 
 
 def assignment(text: str) -> tuple[str, str]:
@@ -42,6 +38,12 @@ def assignment(text: str) -> tuple[str, str]:
     if not equals or not name:
         raise argparse.ArgumentTypeError(f"expected NAME=VALUE, got '{text}'")
     return name, value
+
+
+def _integer(text: str, least: int) -> int:
+    if not text.isdecimal() or int(text) < least:
+        raise argparse.ArgumentTypeError(f"expected an integer from {least}, got '{text}'")
+    return int(text)
 
 
 def _number(text: str) -> float:

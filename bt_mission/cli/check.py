@@ -7,11 +7,14 @@ import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.exits import BAD_INPUT, SUCCESS
-from bt_mission.cli.options import add_overrides, mission_file
-from bt_mission.core.dds.middleware import prepare_middleware
+from bt_mission.cli.network import add_network_option, prepare_graph
+from bt_mission.cli.options import add_overrides, add_python_option, mission_file
+
+if TYPE_CHECKING:
+    from bt_mission.language.permissions import Permissions
 
 
 def add_parser(commands: Any) -> None:
@@ -20,7 +23,8 @@ def add_parser(commands: Any) -> None:
         "check",
         help="find every fault of mission files",
         description="Reads missions, checks them against the real ROS types, worlds and robots, "
-        "and prints every fault with its file, line and column. Nothing moves.",
+        "and prints every fault with its file, line and column. Nothing moves, and no code of the "
+        "missions runs unless --import-python is given.",
     )
     parser.add_argument(
         "files",
@@ -31,6 +35,13 @@ def add_parser(commands: Any) -> None:
     )
     add_overrides(parser)
     parser.add_argument(
+        "--import-python",
+        action="store_true",
+        help="import the missions' Python leaves, which runs their code, and check their inputs "
+        "(default: only name them)",
+    )
+    add_python_option(parser)
+    parser.add_argument(
         "--json",
         action="store_true",
         help="print a list with an object for each fault and warning, for editors and programs",
@@ -38,16 +49,20 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--against",
         action="store_true",
-        help="also look for the mission's actions, services and topics in the running ROS graph",
+        help="also look for the mission's actions, services and topics in the running ROS graph, "
+        "and compare its goals with the limits of the servers there",
     )
     parser.add_argument(
         "--namespace", help="with --against: the robot's namespace (default: none)", default=None
     )
+    add_network_option(parser)
     parser.set_defaults(command=check_files)
 
 
 def load_checked(options: argparse.Namespace) -> Any:
     """Load the mission that the options name and check it; warnings go to standard error.
+
+    The goals are compared with the limits of our servers, unless they go to those of a graph.
 
     Raises:
         InputError: With every fault.
@@ -67,6 +82,7 @@ def examined(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
     from bt_mission.core.diagnostics import InputError
     from bt_mission.core.robot.model import load_robot
     from bt_mission.sessions.check import examine
+    from bt_mission.sessions.goal_checks import OUR_SERVERS
     from sim.world.loader import load_world
 
     mission, faults = examine(
@@ -75,6 +91,8 @@ def examined(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
         seed=options.seed,
         world=options.world,
         robot=options.robot,
+        servers=None if goes_to_a_graph(options) else OUR_SERVERS,
+        permissions=_permissions(options),
     )
     if mission is None:
         raise InputError(faults)
@@ -82,6 +100,24 @@ def examined(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
         load_world(mission.world, near=mission.file)
     load_robot(mission.robot, near=mission.file)
     return mission, faults
+
+
+def goes_to_a_graph(options: argparse.Namespace) -> bool:
+    """Tell whether the mission's goals are for servers that run already."""
+    given = vars(options)
+    return bool(given.get("attach") or (given.get("against") and not given["json"]))
+
+
+def _permissions(options: argparse.Namespace) -> Permissions:
+    """What the mission may bring in: `run` imports Python leaves, `check` only where told to."""
+    from bt_mission.language.permissions import Permissions
+
+    if options.no_python:
+        return Permissions(python="refuse", hint="--no-python was given")
+    if getattr(options, "import_python", True):
+        return Permissions()
+    hint = "--import-python imports it and checks its inputs, --no-python refuses it"
+    return Permissions(python="name", hint=hint)
 
 
 def check_files(options: argparse.Namespace) -> int:
@@ -103,21 +139,21 @@ def _check_file(options: argparse.Namespace) -> int:
         mission = load_checked(options)
     except InputError as error:
         print(error, file=sys.stderr)
-        count = len(error.faults)
+        count = sum(fault.severity == "error" for fault in error.faults)
         print(f"{count} error{'s' if count > 1 else ''}", file=sys.stderr)
         return BAD_INPUT
     count = sum(1 for _ in mission.tree.walk())
     nodes = "1 node" if count == 1 else f"{count} nodes"
     print(f"{mission.file}: mission '{mission.name}' is valid ({nodes})")
-    return _check_against(mission, options.namespace) if options.against else SUCCESS
+    return _check_against(mission, options) if options.against else SUCCESS
 
 
-def _check_against(mission: Any, namespace: str | None) -> int:
+def _check_against(mission: Any, options: argparse.Namespace) -> int:
     """Print what the running graph has of what the mission uses."""
-    prepare_middleware()
+    prepare_graph(options)
     from bt_mission.ros.graph_check import find_missing
 
-    findings = find_missing(mission, namespace)
+    findings = find_missing(mission, options.namespace)
     width = max((len(one.wanted.name) for one in findings), default=0)
     for one in findings:
         sign = "there" if one.is_there else "of another type" if one.types else "missing"
@@ -126,7 +162,28 @@ def _check_against(mission: Any, namespace: str | None) -> int:
     for fault in missing:
         print(fault, file=sys.stderr)
     print(f"{len(findings) - len(missing)} of {len(findings)} are in the graph")
-    return BAD_INPUT if missing else SUCCESS
+    refused = _print_refusals(mission, options.namespace)
+    return BAD_INPUT if missing or refused else SUCCESS
+
+
+def _print_refusals(mission: Any, namespace: str | None) -> bool:
+    """Print which goals the servers of a graph refuse by their parameters; tell if there is one."""
+    from action_servers.server.node import NODE_NAME
+    from bt_mission.ros.graph_check import find_servers
+    from bt_mission.sessions.check import check
+    from bt_mission.sessions.goal_checks import PARAMETERS, with_parameters
+
+    servers = find_servers(NODE_NAME, PARAMETERS, namespace)
+    if servers is None:
+        print(f"no node {NODE_NAME} answers, so the limits of goals were not checked")
+        return False
+    known = set(check(mission, servers=None))
+    settings = with_parameters(servers.parameters, servers.actions)
+    faults = [fault for fault in check(mission, servers=settings) if fault not in known]
+    for fault in faults:
+        print(fault, file=sys.stderr)
+    print(f"goals that do not fit the limits of {NODE_NAME}: {len(faults)}")
+    return any(fault.severity == "error" for fault in faults)
 
 
 def _check_for_programs(each: Sequence[argparse.Namespace]) -> int:

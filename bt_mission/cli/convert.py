@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from bt_mission.cli.exits import SUCCESS
-from bt_mission.cli.options import write_output
+from bt_mission.cli.options import add_force_option, refuse_existing, write_output
 from bt_mission.core.errors import BtMissionError
 
 DESCRIPTION = """\
@@ -45,6 +45,7 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "-o", "--output", type=Path, help="the file to write (default: standard output)"
     )
+    add_force_option(parser)
     parser.add_argument(
         "--palette",
         action="store_true",
@@ -57,6 +58,7 @@ def convert(options: argparse.Namespace) -> int:
     """Write the other form of a file."""
     if (options.file is None) != options.palette:
         raise BtMissionError("expected the file of a mission, or --palette")
+    refuse_existing(options, options.output)
     text = _converted(options.file)
     if options.output is None:
         print(text, end="")

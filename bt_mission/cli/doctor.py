@@ -16,7 +16,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from bt_mission.core.dds.discovery import RANGE
+from bt_mission.core.dds.discovery import MACHINE, PROCESS, RANGE
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -24,16 +24,7 @@ if TYPE_CHECKING:
 PROBE_LIMIT_S = 30.0
 """How long a probe may take before it counts as hung, in seconds of the wall clock."""
 
-PACKAGES = (
-    "mujoco",
-    "py-trees",
-    "numpy",
-    "scipy",
-    "pillow",
-    "pydantic",
-    "pyyaml",
-    "rich",
-)
+PACKAGES = ("mujoco", "py-trees", "numpy", "scipy", "pillow", "pydantic", "pyyaml", "rich")
 RMW = "RMW_IMPLEMENTATION"
 """Where it names a middleware that is absent, importing rclpy ends the process."""
 
@@ -104,13 +95,13 @@ def probe(
     """Run one of `bt_mission.cli.doctor_probes` in a process of its own.
 
     Args:
-        name: of the probe.
-        arguments: of the probe.
-        otherwise: the state of the result where the probe fails; its text is the reason then.
-        remedy: what to do about it.
-        without: names of variables that the probe shall not find in its environment.
-        limit_s: seconds of the wall clock after which it counts as hung.
-        is_local: it hears this machine only, whatever the environment says.
+        name: Of the probe.
+        arguments: Of the probe.
+        otherwise: The state of the result where the probe fails; its text is the reason then.
+        remedy: What to do about it.
+        without: Names of variables that the probe shall not find in its environment.
+        limit_s: Seconds of the wall clock after which it counts as hung.
+        is_local: It hears this machine only, whatever the environment says.
     """
 
     def failed(reason: str) -> CheckResult:
@@ -142,9 +133,9 @@ def _command(name: str, *arguments: str) -> list[str]:
 
 def _environment(without: tuple[str, ...] = (), *, is_local: bool = True) -> dict[str, str]:
     # As every command that lets a second terminal attach: this machine, and no further.
-    mine = {RANGE: "LOCALHOST", **os.environ}
-    if is_local:
-        mine[RANGE] = "LOCALHOST"
+    mine = dict(os.environ)
+    if is_local or not mine.get(RANGE):
+        mine[RANGE] = MACHINE
     return {name: value for name, value in mine.items() if name not in without}
 
 
@@ -204,6 +195,22 @@ def middleware(environ: Mapping[str, str] = os.environ) -> CheckResult:
     return answer
 
 
+def discovery(environ: Mapping[str, str] = os.environ) -> CheckResult:
+    """Which machines find our processes, and how that is changed."""
+    domain, reach = environ.get("ROS_DOMAIN_ID") or "0", environ.get(RANGE)
+    if not reach:
+        return CheckResult(
+            "ok", f"ROS domain {domain}, this machine only; for a robot's own computer: --network"
+        )
+    found = f"ROS domain {domain}, {RANGE}={reach}"
+    if reach == PROCESS:
+        return CheckResult("warning", found, f"unset {RANGE} to join other processes")
+    if reach == MACHINE:
+        return CheckResult("ok", f"{found}: this machine only")
+    remedy = f"every machine of the network may drive what runs here; unset {RANGE} for simulations"
+    return CheckResult("warning", found, remedy)
+
+
 def loopback() -> CheckResult:
     """DDS between two processes on this machine, as --attach and a second terminal need it."""
     topic = f"bt_mission_doctor_{os.getpid()}"
@@ -232,6 +239,7 @@ CHECKS = (
         needs=("ROS 2",),
     ),
     DoctorCheck("middleware", middleware, needs=("ROS 2",)),
+    DoctorCheck("discovery", discovery),
     DoctorCheck("DDS between processes", loopback, needs=("ROS 2", "middleware")),
     DoctorCheck(
         "topic types",
@@ -239,11 +247,7 @@ CHECKS = (
         needs=("ROS 2", "middleware"),
     ),
     DoctorCheck(
-        "virtual clock",
-        partial(
-            probe, "lockstep", remedy="run in real time: bt-mission sim, servers, run --attach"
-        ),
-        needs=("ROS 2", "middleware"),
+        "virtual clock", partial(probe, "lockstep", remedy=REAL_TIME), needs=("ROS 2", "middleware")
     ),
     DoctorCheck(
         "off-screen rendering",

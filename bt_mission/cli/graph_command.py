@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.argument_types import seconds
 from bt_mission.cli.exits import SUCCESS
-from bt_mission.core.dds.middleware import prepare_middleware
+from bt_mission.cli.network import add_network_option, prepare_graph
 
 if TYPE_CHECKING:
     from bt_mission.graph_tools.graph_query import Kind
@@ -57,6 +57,7 @@ def add_type(parser: argparse.ArgumentParser, whose: str = "its") -> None:
 def add_graph_options(parser: argparse.ArgumentParser, what: str) -> None:
     """Add where to look, and for how long."""
     parser.add_argument("--namespace", default="", help="of names without a leading slash")
+    add_network_option(parser)
     parser.add_argument(
         "--wait",
         type=seconds,
@@ -77,7 +78,7 @@ def joined(options: argparse.Namespace) -> Iterator[GraphSession]:
     from bt_mission.cli.run import leaving_at_once
 
     with leaving_at_once():
-        prepare_middleware()
+        prepare_graph(options)
         from bt_mission.graph_tools.graph_session import GraphSession
 
         with GraphSession(options.namespace) as session:

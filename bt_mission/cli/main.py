@@ -32,21 +32,10 @@ from bt_mission.cli.ros_arguments import split
 from bt_mission.core.errors import BtMissionError, NotThereError
 
 PARSERS: tuple[Callable[[Any], None], ...] = (
-    run.add_parser,
-    watch.add_parser,
-    check.add_parser,
-    convert.add_parser,
-    tree.add_parser,
+    *(one.add_parser for one in (run, watch, check, convert, tree)),
     check.add_schema_parser,
-    serve.add_parser,
-    actions.add_parser,
-    topics.add_parser,
-    services.add_parser,
-    node_command.add_parser,
-    replay.add_parser,
-    report.add_parser,
-    diff.add_parser,
-    doctor.add_parser,
+    *(one.add_parser for one in (serve, actions, topics, services, node_command)),
+    *(one.add_parser for one in (replay, report, diff, doctor)),
 )
 
 TRACEBACK = "BT_MISSION_TRACEBACK"

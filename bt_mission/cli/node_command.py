@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from bt_mission.cli.network import add_duplicates_option, add_network_option, prepare_graph
 from bt_mission.cli.ros_arguments import EPILOG, TAKEN, checked
 from bt_mission.cli.view import add_view_option
-from bt_mission.core.dds.discovery import RANGE
-from bt_mission.core.dds.middleware import prepare_middleware
 from bt_mission.core.files import find
 
 
@@ -82,6 +80,7 @@ def _add_servers(commands: Any) -> None:
         help="serve a real robot: this machine's clock, and commands of the type it listens for",
     )
     _add_parameters(parser, ", or the name of a shipped one")
+    add_duplicates_option(parser)
     _set_command(parser, servers)
 
 
@@ -131,6 +130,7 @@ def _set_command(parser: argparse.ArgumentParser, command: Callable[..., int]) -
 
 def _add_namespace(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--namespace", default="", help="namespace of the robot's topics")
+    add_network_option(parser)
 
 
 def _add_wall_clock(parser: argparse.ArgumentParser, when: str = "") -> None:
@@ -145,9 +145,7 @@ def _add_parameters(parser: argparse.ArgumentParser, more: str = "") -> None:
 
 def sim(options: argparse.Namespace) -> int:
     """Simulate until interrupted."""
-    prepare_middleware()
-    # Who starts a simulation next to a robot does not mean to drive that robot with it.
-    os.environ.setdefault(RANGE, "LOCALHOST")
+    prepare_graph(options)
     from sim.ros.live import main
     from sim.ros.node import SimOptions
 
@@ -170,15 +168,20 @@ def sim(options: argparse.Namespace) -> int:
 
 def servers(options: argparse.Namespace) -> int:
     """Serve until interrupted."""
-    prepare_middleware()
+    prepare_graph(options)
     from action_servers.server.node import main
 
-    return main(robot=options.robot, image_folder=options.images, **_driving(options))
+    return main(
+        robot=options.robot,
+        image_folder=options.images,
+        allow_duplicates=options.allow_duplicates,
+        **_driving(options),
+    )
 
 
 def mapper(options: argparse.Namespace) -> int:
     """Map until interrupted."""
-    prepare_middleware()
+    prepare_graph(options)
     from action_servers.mapping.node import main
 
     return main(robot=options.robot, map_prefix=options.save_as, **_common(options))
@@ -186,7 +189,7 @@ def mapper(options: argparse.Namespace) -> int:
 
 def arbiter(options: argparse.Namespace) -> int:
     """Arbitrate until interrupted."""
-    prepare_middleware()
+    prepare_graph(options)
     from action_servers.arbiter.node import main
 
     return main(**_driving(options))

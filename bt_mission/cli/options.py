@@ -11,12 +11,6 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import find
 
 
-def add_mission_options(parser: argparse.ArgumentParser) -> None:
-    """The mission file and what may be overridden in it."""
-    add_mission_file(parser)
-    add_overrides(parser)
-
-
 def add_overrides(parser: argparse.ArgumentParser) -> None:
     """What may be overridden in a mission."""
     add_set_option(parser)
@@ -50,6 +44,31 @@ def add_plain_option(parser: Any) -> None:
     """Add the choice of plain lines to a parser, or to a group of options."""
     parser.add_argument(
         "--plain", action="store_true", help="plain lines, also when the output is a terminal"
+    )
+
+
+def add_force_option(parser: argparse.ArgumentParser) -> None:
+    """Add the leave to overwrite files."""
+    parser.add_argument("--force", action="store_true", help="overwrite files that exist")
+
+
+def refuse_existing(options: argparse.Namespace, *paths: Path | None) -> None:
+    """Refuse to overwrite files, unless ``--force`` is given; devices are no files.
+
+    Raises:
+        BtMissionError: When one of them exists.
+    """
+    for path in paths:
+        if path is not None and path.is_file() and not options.force:
+            raise BtMissionError(f"{path} exists; give another name, or --force to overwrite it")
+
+
+def add_python_option(parser: argparse.ArgumentParser) -> None:
+    """Add the refusal of the code that a mission brings."""
+    parser.add_argument(
+        "--no-python",
+        action="store_true",
+        help="refuse a mission with Python leaves: code of its author's that runs as you",
     )
 
 

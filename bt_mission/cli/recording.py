@@ -10,12 +10,13 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
+from bt_mission.cli.options import add_force_option, refuse_existing
 from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
     from bt_mission.executive.report import Report
     from bt_mission.recording.writer import RunRecorder
-    from bt_mission.sessions.observers import ObservableSession
+    from bt_mission.sessions.session import ObservableSession
     from bt_mission.views.video.recorder import VideoRecorder
 
 Kept = dict[str, str | int]
@@ -31,10 +32,7 @@ def add_recording_options(parser: argparse.ArgumentParser) -> None:
         help="record the run: every topic, the tree, goals and feedback (docs/how-to/recording.md)",
     )
     parser.add_argument(
-        "--report",
-        type=Path,
-        metavar="FILE.html",
-        help="make a page of the run, for any browser",
+        "--report", type=Path, metavar="FILE.html", help="make a page of the run, for any browser"
     )
     parser.add_argument(
         "--record-camera",
@@ -45,11 +43,18 @@ def add_recording_options(parser: argparse.ArgumentParser) -> None:
         "camera then draws all the time, which takes long",
     )
     parser.add_argument(
+        "--record-raw-actions",
+        action="store_true",
+        help="with --record: name the types of goals and feedback as ROS does "
+        "(Turn_SendGoal_Event), which mcap-ros2-support and rosbags refuse",
+    )
+    parser.add_argument(
         "--video",
         type=Path,
         metavar="FILE.mp4",
         help="film the simulated run: from above, and by the camera (docs/how-to/recording.md)",
     )
+    add_force_option(parser)
 
 
 def refuse_recording(options: argparse.Namespace) -> None:
@@ -60,9 +65,14 @@ def refuse_recording(options: argparse.Namespace) -> None:
     """
     if options.record_camera and not (options.record or options.report):
         raise BtMissionError("--record-camera: name the file to record to with --record FILE.mcap")
+    if options.record_raw_actions and not options.record:
+        raise BtMissionError(
+            "--record-raw-actions: name the file to record to with --record FILE.mcap"
+        )
     if options.report is not None and not options.report.parent.is_dir():
         raise BtMissionError(f"{options.report}: there is no folder {options.report.parent}")
     _refuse_video(options)
+    refuse_existing(options, options.record, options.report, options.video)
 
 
 def _refuse_video(options: argparse.Namespace) -> None:
@@ -99,10 +109,12 @@ def recorder_for(options: argparse.Namespace, session: ObservableSession) -> Ite
         if path is None:
             yield RunFiles(None, None, None, film)
             return
-        from bt_mission.recording.options import RecordingOptions
+        from bt_mission.recording.contents import RecordingOptions
         from bt_mission.recording.writer import RunRecorder
 
-        wanted = RecordingOptions(camera=options.record_camera or "none")
+        wanted = RecordingOptions(
+            camera=options.record_camera or "none", raw_actions=options.record_raw_actions
+        )
         recorder = stack.enter_context(RunRecorder(session, path, wanted))
         yield RunFiles(recorder, options.record, options.report, film)
 
@@ -146,7 +158,7 @@ class RunFiles:
             return {}
         film.finish()
         return {
-            "video": str(film.path),
+            "video": str(film.file.path),
             "video_frames": film.file.frames,
             "video_bytes": film.file.bytes,
             "video_lacks": film.missing,

@@ -12,6 +12,7 @@ from bt_mission.cli.argument_types import seconds, speed
 from bt_mission.cli.exits import SUCCESS
 from bt_mission.cli.options import add_plain_option
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.stamps import NS
 
 if TYPE_CHECKING:
     from bt_mission.executive.stored_trace import StoredTrace
@@ -84,7 +85,7 @@ def _replay_recording(options: argparse.Namespace) -> int:
     from bt_mission.recording.replay.timeline import read_timeline
 
     film = read_timeline(options.file)
-    duration_s = (film.end_ns - film.start_ns) / 1e9
+    duration_s = (film.end_ns - film.start_ns) / NS
     if options.at > duration_s:
         raise BtMissionError(f"--at {options.at:g}: the recording ends at {duration_s:.2f} s")
     if options.once:
@@ -130,12 +131,12 @@ def _tell_recording(options: argparse.Namespace, film: Timeline) -> int:
 def _tell_log(options: argparse.Namespace, film: Timeline) -> None:
     """Print what a recording without a trace tells."""
     from bt_mission.core.wall_clock import Pacer
-    from bt_mission.recording.replay.seeker import entries_of
+    from bt_mission.recording.replay.player import entries_of
     from bt_mission.views.terminal.lines import log_line
     from bt_mission.views.terminal.marks import marks_for
 
     marks = marks_for(sys.stdout.encoding)
-    begin_ns = film.start_ns + round(options.at * 1e9)
+    begin_ns = film.start_ns + round(options.at * NS)
     pacer = Pacer(options.speed, begin_ns)
     for entry in entries_of(film):
         if entry.time_ns >= begin_ns:
@@ -145,11 +146,10 @@ def _tell_log(options: argparse.Namespace, film: Timeline) -> None:
 
 def _tell_trace(options: argparse.Namespace, trace: StoredTrace) -> int:
     from bt_mission.core.wall_clock import Pacer
-    from bt_mission.events.status_marks import glyphs_for
-    from bt_mission.events.trace_lines import line_of
+    from bt_mission.events.log import glyphs_for, line_of
 
     glyphs = glyphs_for(sys.stdout.encoding)
-    pacer = Pacer(options.speed, trace.start_ns + round(options.at * 1e9))
+    pacer = Pacer(options.speed, trace.start_ns + round(options.at * NS))
     for event in trace.events:
         if trace.seconds(event) < options.at or (event["event"] == "pose" and not options.poses):
             continue

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from bt_mission.cli.exits import SUCCESS
+from bt_mission.cli.options import add_force_option, refuse_existing
 
 
 def add_parser(commands: Any) -> None:
@@ -27,12 +28,14 @@ def add_parser(commands: Any) -> None:
         metavar="FILE.html",
         help="the page (default: beside the recording, with its name)",
     )
+    add_force_option(parser)
     parser.set_defaults(command=report)
 
 
 def report(options: argparse.Namespace) -> int:
     """Make the page; gives the exit code."""
     output = options.output or options.file.with_suffix(".html")
+    refuse_existing(options, output)
     write_page(options.file, output)
     print(output)
     return SUCCESS

@@ -13,15 +13,15 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bt_mission.cli import recording
 from bt_mission.cli.argument_types import speed
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
-from bt_mission.cli.options import add_mission_options, add_plain_option
-from bt_mission.cli.recording import (
-    Kept,
-    add_recording_options,
-    recorder_for,
-    refuse_recording,
-    told,
+from bt_mission.cli.network import add_duplicates_option, add_network_option, prepare_graph
+from bt_mission.cli.options import (
+    add_mission_file,
+    add_overrides,
+    add_plain_option,
+    add_python_option,
 )
 from bt_mission.cli.view import add_view_option, refuse_view, window_on
 from bt_mission.core.dds.middleware import prepare_middleware
@@ -44,7 +44,9 @@ def add_parser(commands: Any) -> None:
         "Ctrl-C leaves at once.",
         epilog="exit codes: 0 success, 1 mission failed, 2 bad input, 130 interrupted",
     )
-    add_mission_options(parser)
+    add_mission_file(parser)
+    add_overrides(parser)
+    add_python_option(parser)
     parser.add_argument(
         "--speed",
         type=speed,
@@ -81,6 +83,8 @@ def add_parser(commands: Any) -> None:
         action="store_true",
         help="let other processes of this machine see the simulated run (and be heard by it)",
     )
+    add_network_option(parser)
+    add_duplicates_option(parser, "with --attach: ")
     parser.add_argument("--json", action="store_true", help="print one JSON object at the end")
     add_plain_option(parser)
     parser.add_argument(
@@ -98,7 +102,7 @@ def add_parser(commands: Any) -> None:
         help="where camera sweeps make their folders (default: images)",
     )
     add_view_option(parser)
-    add_recording_options(parser)
+    recording.add_recording_options(parser)
     parser.set_defaults(command=run)
 
 
@@ -113,15 +117,18 @@ def _run(options: argparse.Namespace) -> int:
     from bt_mission.cli.watch import is_drawable
     from bt_mission.executive.status import MissionStatus
 
-    prepare_middleware()
     refuse_contradictions(options)
+    if options.attach or options.visible:
+        prepare_graph(options)
+    else:
+        prepare_middleware()
     mission = load_checked(options)
     run_shown = _run_on_screen if options.tui and is_drawable() else _run_in_lines
     report, kept = run_shown(options, mission)
     if options.json:
         print(json.dumps({**report.as_dict(), **kept}))
     else:
-        print("\n".join([report.as_text(), *_leaves(report), *told(kept)]))
+        print("\n".join([report.as_text(), *_leaves(report), *recording.told(kept)]))
     codes = {
         MissionStatus.SUCCESS: SUCCESS,
         MissionStatus.INTERRUPTED: INTERRUPTED,
@@ -141,7 +148,7 @@ def _leaves(report: Report) -> list[str]:
     return leaf_table(report.leaves, width, marks_for(sys.stdout.encoding))
 
 
-def _run_in_lines(options: argparse.Namespace, mission: Any) -> tuple[Report, Kept]:
+def _run_in_lines(options: argparse.Namespace, mission: Any) -> tuple[Report, recording.Kept]:
     """Carry the mission out, shown in lines."""
     from bt_mission.sessions.session import drive
     from bt_mission.views.terminal.views import view_for
@@ -150,13 +157,14 @@ def _run_in_lines(options: argparse.Namespace, mission: Any) -> tuple[Report, Ke
     with (
         _open_session(options, mission, view.say) as session,
         window_on(session, wanted=options.view),
-        recorder_for(options, session) as keeping,
+        recording.recorder_for(options, session) as keeping,
     ):
         report = drive(session, view, speed=_speed(options), trace_file=options.trace)
+        _tell_resumable(options, session)
         return report, keeping.finish(report)
 
 
-def _run_on_screen(options: argparse.Namespace, mission: Any) -> tuple[Report, Kept]:
+def _run_on_screen(options: argparse.Namespace, mission: Any) -> tuple[Report, recording.Kept]:
     """Carry the mission out on a full screen, in real time unless another speed is asked for."""
     from contextlib import closing
 
@@ -172,7 +180,7 @@ def _run_on_screen(options: argparse.Namespace, mission: Any) -> tuple[Report, K
         _open_session(options, mission, lambda _: None) as session,
         closing(LocalExecutive(session)) as graph,
         window_on(session, wanted=options.view),
-        recorder_for(options, session) as keeping,
+        recording.recorder_for(options, session) as keeping,
     ):
         interrupts = InterruptSignals()
         steps = driving(
@@ -181,7 +189,13 @@ def _run_on_screen(options: argparse.Namespace, mission: Any) -> tuple[Report, K
         marks = marks_for(sys.stdout.encoding)
         settle_memory()
         report = RunApp(graph, marks, graph.name, steps, interrupts).run_to_the_end()
+        _tell_resumable(options, session)
         return report, keeping.finish(report)
+
+
+def _tell_resumable(options: argparse.Namespace, session: Any) -> None:
+    if options.journal and session.executive.is_resumable:
+        print(f"to go on with it: --journal {options.journal} --resume", file=sys.stderr)
 
 
 def _speed(options: argparse.Namespace) -> float | None:
@@ -212,14 +226,18 @@ def refuse_contradictions(options: argparse.Namespace) -> None:
     """
     if options.tui and (options.json or options.plain):
         raise BtMissionError("--tui: a full screen leaves no room for --json or --plain")
-    refuse_recording(options)
+    recording.refuse_recording(options)
     refuse_view(options)
     if options.attach and options.speed is not None:
         raise BtMissionError("--speed: an attached run has the pace of the graph that it joins")
     if options.attach and (options.world or options.robot):
         raise BtMissionError("--world, --robot: an attached run has those of its graph")
     if options.attach and options.visible:
-        raise BtMissionError("--visible: an attached run is on the network anyway")
+        raise BtMissionError("--visible: an attached run is seen anyway")
+    if options.network and not (options.attach or options.visible):
+        raise BtMissionError("--network goes with --attach or --visible: nobody hears another run")
+    if options.allow_duplicates and not options.attach:
+        raise BtMissionError("--allow-duplicates goes with --attach: a simulation is alone")
     if options.journal and not options.attach:
         raise BtMissionError("--journal goes with --attach: a simulation ends with its process")
     if options.resume and not options.journal:
@@ -238,6 +256,7 @@ def _open_session(options: argparse.Namespace, mission: Any, say: Any) -> Attach
             wall_clock=options.wall_clock,
             journal=options.journal,
             resume=options.resume,
+            allow_duplicates=options.allow_duplicates,
             say=say,
         )
     if options.namespace:
@@ -249,5 +268,5 @@ def _open_session(options: argparse.Namespace, mission: Any, say: Any) -> Attach
         mission,
         image_folder=options.images,
         say=say,
-        options=StageOptions(visible=options.visible, watched=options.tui),
+        options=StageOptions(visible=options.visible, network=options.network, watched=options.tui),
     )

@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import argparse
 import sys
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.exits import INTERRUPTED, SUCCESS
+from bt_mission.cli.network import add_duplicates_option, add_network_option, prepare_graph
 from bt_mission.cli.ros_arguments import TAKEN, checked, of_node
-from bt_mission.core.dds.middleware import prepare_middleware
+
+if TYPE_CHECKING:
+    from bt_mission.sessions.served_missions import ServedMissions
 
 EPILOG = """\
 examples:
   bt-mission serve
+  bt-mission serve --missions ~/patrols --missions ~/tests --allow-python
   bt-mission actions send /execute_mission "{path: missions/patrol.yaml, seed: 3}"
   bt-mission services call /bt_mission/pause
   bt-mission services call /bt_mission/resume
@@ -35,13 +40,32 @@ def add_parser(commands: Any) -> None:
         description="Offers the action /execute_mission, one mission at a time, against the action "
         "servers of a running ROS graph; the services /bt_mission/pause, resume, step, stop and "
         "breakpoint hold the mission that runs, and /bt_mission/tree, changes and state tell how "
-        "it goes. Ctrl-C sees every goal ended and the robot stopped; a second Ctrl-C leaves at "
-        "once.",
+        "it goes. Only missions from the folders of --missions are carried out. Ctrl-C sees every "
+        "goal ended and the robot stopped; a second Ctrl-C leaves at once.",
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
         "--namespace", default="", help="namespace of the robot whose servers carry missions out"
+    )
+    parser.add_argument(
+        "--missions",
+        action="append",
+        type=Path,
+        default=[],
+        metavar="DIR",
+        help="serve the missions of this folder and below, and no others; may be repeated "
+        "(default: ./missions, or where there is none those that come with bt-mission)",
+    )
+    parser.add_argument(
+        "--allow-python",
+        action="store_true",
+        help="import the Python leaves of these missions, from files of these folders and plug-ins",
+    )
+    parser.add_argument(
+        "--allow-text",
+        action="store_true",
+        help="accept missions in the text of a goal, which use no other files and no Python",
     )
     parser.add_argument(
         "--on-new-goal",
@@ -54,14 +78,23 @@ def add_parser(commands: Any) -> None:
         action="store_true",
         help="keep to this machine's clock, without looking for /clock first",
     )
+    add_network_option(parser)
+    add_duplicates_option(parser)
     parser.set_defaults(command=serve, **TAKEN)
+
+
+def _offered(missions: ServedMissions) -> str:
+    folders = ", ".join(str(folder.resolve()) for folder in missions.folders) or "no folder"
+    python = "imported" if missions.allow_python else "refused (--allow-python)"
+    texts = "accepted" if missions.allow_text else "refused (--allow-text)"
+    return f"missions of {folders}; Python leaves {python}, missions in texts {texts}"
 
 
 def serve(options: argparse.Namespace) -> int:
     """Serve until interrupted; gives the exit code."""
     from bt_mission.cli.run import leaving_at_once
 
-    prepare_middleware()
+    prepare_graph(options)
     with leaving_at_once():
         return _serve(options)
 
@@ -71,7 +104,8 @@ def _serve(options: argparse.Namespace) -> int:
     from bt_mission.executive.executive import Executive
     from bt_mission.language.mission import Mission
     from bt_mission.ros.graph import GraphConnection, NodeOptions
-    from bt_mission.sessions.mission_server import MissionServer
+    from bt_mission.sessions.mission_server import MissionServer, MissionServerOptions
+    from bt_mission.sessions.served_missions import ServedMissions, folders_to_serve
     from bt_mission.views.terminal.lines import PlainLines
 
     def say(text: str) -> None:
@@ -81,6 +115,11 @@ def _serve(options: argparse.Namespace) -> int:
         say(f"{mission.name} (seed {mission.seed})")
         executive.listeners.append(PlainLines(sys.stdout, lambda: executive.started_ns).on_change)
 
+    missions = ServedMissions(
+        folders_to_serve(options.missions),
+        allow_python=options.allow_python,
+        allow_text=options.allow_text,
+    )
     ros_args = of_node(checked(options.ros_args), NodeOptions().name)
     graph = GraphConnection(wall_clock=options.wall_clock, ros_args=ros_args)
     try:
@@ -92,13 +131,18 @@ def _serve(options: argparse.Namespace) -> int:
                 context=graph.context,
                 use_sim_time=graph.has_clock,
             ),
-            on_new_goal=options.on_new_goal,
-            say=say,
-            on_mission_started=watch,
+            options=MissionServerOptions(
+                missions=missions,
+                on_new_goal=options.on_new_goal,
+                allow_duplicates=options.allow_duplicates,
+                say=say,
+                on_mission_started=watch,
+            ),
         )
         graph.host(node)
         name = node.resolve_topic_name("execute_mission")
         say(f"{name} waits for missions ({'/clock' if graph.has_clock else 'wall clock'})")
+        say(_offered(missions))
         with InterruptSignals() as interrupts:
             while not (interrupts.count and not node.is_busy):
                 if interrupts.count == 1:

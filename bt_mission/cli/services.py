@@ -6,19 +6,9 @@ import argparse
 import sys
 from typing import Any
 
+from bt_mission.cli import graph_command
 from bt_mission.cli.argument_types import seconds
 from bt_mission.cli.exits import ABORTED, LOST, SUCCESS
-from bt_mission.cli.graph_command import (
-    WAIT_S,
-    add_graph_options,
-    add_json_option,
-    add_list,
-    add_name,
-    add_type,
-    joined,
-    named,
-    subcommands,
-)
 from bt_mission.core.errors import NotThereError
 
 EPILOG = """\
@@ -34,26 +24,26 @@ exit codes of call: 0 answered, 1 answered with success: false, 2 bad input, 5 n
 
 def add_parser(commands: Any) -> None:
     """Add the command to the command line."""
-    kinds = subcommands(commands, "services", "list and call services", EPILOG)
-    add_list(kinds, "service", "the services of the graph")
+    kinds = graph_command.subcommands(commands, "services", "list and call services", EPILOG)
+    graph_command.add_list(kinds, "service", "the services of the graph")
     call_ = kinds.add_parser("call", help="call a service and print its answer")
-    add_name(call_, "service", "/stop")
+    graph_command.add_name(call_, "service", "/stop")
     call_.add_argument(
         "request",
         nargs="?",
         default="",
         help="fields of the request in YAML, such as 'data: true'; - reads standard input",
     )
-    add_type(call_)
+    graph_command.add_type(call_)
     call_.add_argument(
         "--timeout",
         type=seconds,
-        default=WAIT_S,
+        default=graph_command.WAIT_S,
         metavar="SECONDS",
-        help=f"how long to wait for the answer (default: {WAIT_S:g})",
+        help=f"how long to wait for the answer (default: {graph_command.WAIT_S:g})",
     )
-    add_graph_options(call_, "a server")
-    add_json_option(call_, "one object")
+    graph_command.add_graph_options(call_, "a server")
+    graph_command.add_json_option(call_, "one object")
     call_.set_defaults(command=call, late="request")
 
 
@@ -62,11 +52,11 @@ def call(options: argparse.Namespace) -> int:
     from bt_mission.graph_tools.graph_session import wait
     from bt_mission.graph_tools.interface_description import describe_interface
     from bt_mission.graph_tools.values import as_json, as_yaml, plain, read_fields
-    from bt_mission.ros.service_client import RosServiceClient
+    from bt_mission.ros.clients import RosServiceClient
 
     text = sys.stdin.read() if options.request == "-" else options.request
-    with joined(options) as session:
-        name, type_name = named(session, options)
+    with graph_command.joined(options) as session:
+        name, type_name = graph_command.named(session, options)
         client = RosServiceClient(session.node, name, type_name)
         shape = describe_interface(type_name).part("request").shape
         request = client.prepare(read_fields(text, shape, "request"))

@@ -6,18 +6,9 @@ import argparse
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
+from bt_mission.cli import graph_command
 from bt_mission.cli.argument_types import count
 from bt_mission.cli.exits import INTERRUPTED, SUCCESS
-from bt_mission.cli.graph_command import (
-    add_graph_options,
-    add_json_option,
-    add_list,
-    add_name,
-    add_type,
-    joined,
-    named,
-    subcommands,
-)
 
 if TYPE_CHECKING:
     from bt_mission.graph_tools.graph_session import GraphSession
@@ -33,8 +24,10 @@ examples:
 
 def add_parser(commands: Any) -> None:
     """Add the command to the command line."""
-    kinds = subcommands(commands, "topics", "list topics, show their messages and rates", EPILOG)
-    add_list(kinds, "topic", "the topics of the graph, with publishers > subscribers")
+    kinds = graph_command.subcommands(
+        commands, "topics", "list topics, show their messages and rates", EPILOG
+    )
+    graph_command.add_list(kinds, "topic", "the topics of the graph, with publishers > subscribers")
 
     echo_ = kinds.add_parser(
         "echo",
@@ -48,7 +41,7 @@ def add_parser(commands: Any) -> None:
     amount.add_argument("--count", type=count, metavar="N", help="so many messages")
     echo_.add_argument("--field", help="only this field, by its dotted name")
     echo_.add_argument("--full", action="store_true", help="whole lists")
-    add_json_option(echo_, "a message a line, whole")
+    graph_command.add_json_option(echo_, "a message a line, whole")
     echo_.set_defaults(command=echo)
 
     rate = kinds.add_parser(
@@ -67,22 +60,22 @@ def add_parser(commands: Any) -> None:
     )
     rate.add_argument("--count", type=count, metavar="N", help="leave after so many lines")
     rate.add_argument("--sim-time", action="store_true", help="seconds of /clock")
-    add_json_option(rate, "an object a line")
+    graph_command.add_json_option(rate, "an object a line")
     rate.set_defaults(command=hz)
 
 
 def _add_topic(parser: argparse.ArgumentParser) -> None:
-    add_name(parser, "topic", "/odom")
-    add_type(parser)
-    add_graph_options(parser, "the topic")
+    graph_command.add_name(parser, "topic", "/odom")
+    graph_command.add_type(parser)
+    graph_command.add_graph_options(parser, "the topic")
 
 
 def echo(options: argparse.Namespace) -> int:
     """Print messages until there are enough, or until Ctrl-C."""
     from bt_mission.graph_tools.topic_messages import MessageTexts, TopicSubscriber
 
-    with joined(options) as session:
-        name, type_name = named(session, options)
+    with graph_command.joined(options) as session:
+        name, type_name = graph_command.named(session, options)
         shown = MessageTexts(type_name, options.field, full=options.full, json=options.json)
         subscriber = TopicSubscriber(session, name, type_name, shown.take)
 
@@ -97,8 +90,8 @@ def hz(options: argparse.Namespace) -> int:
     """Print the rate each second until Ctrl-C."""
     from bt_mission.graph_tools.topic_rate import RateLines
 
-    with joined(options) as session:
-        name, type_name = named(session, options)
+    with graph_command.joined(options) as session:
+        name, type_name = graph_command.named(session, options)
         lines = RateLines(
             session, name, type_name, options.window, sim_time=options.sim_time, json=options.json
         )
@@ -110,7 +103,7 @@ def _print_until(
 ) -> int:
     """Print what each step gives until there is enough, or until Ctrl-C."""
     left = count
-    while not session.interrupts:
+    while not session.interrupts.count:
         for text in step(left):
             print(text, flush=True)
             left = None if left is None else left - 1

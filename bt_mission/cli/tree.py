@@ -8,7 +8,14 @@ from pathlib import Path
 from typing import Any
 
 from bt_mission.cli.exits import SUCCESS
-from bt_mission.cli.options import add_mission_file, add_set_option, mission_file, write_output
+from bt_mission.cli.options import (
+    add_force_option,
+    add_mission_file,
+    add_set_option,
+    mission_file,
+    refuse_existing,
+    write_output,
+)
 from bt_mission.core.errors import BtMissionError
 
 FORMATS = ("text", "dot", "svg", "png")
@@ -37,6 +44,7 @@ def add_parser(commands: Any) -> None:
         "--format", choices=FORMATS, help="default: the suffix of the output file, else text"
     )
     parser.add_argument("-o", "--output", type=Path, help="write to this file")
+    add_force_option(parser)
     parser.set_defaults(command=tree)
 
 
@@ -46,6 +54,7 @@ def tree(options: argparse.Namespace) -> int:
     from bt_mission.views.drawing.nodes import drawn, heading
 
     form = _format(options)
+    refuse_existing(options, options.output)
     mission = load(mission_file(options), set=dict(options.set))
     root, title = drawn(mission), heading(mission)
     if options.output is None and form == "text":
@@ -89,7 +98,7 @@ def _made(form: str, root: Any, title: str) -> bytes:
         from bt_mission.views.drawing.dot import dot
 
         return dot(root, title).encode()
-    from bt_mission.views.drawing.outline import legend, outline
+    from bt_mission.views.drawing.nodes import legend, outline
 
     rows = [title, *map(str, outline(root)), "", legend(root)]
     return "".join(f"{row}\n" for row in rows).encode()
@@ -112,15 +121,15 @@ def _print(root: Any, title: str) -> None:
     from rich.text import Text
 
     from bt_mission.core.text import escape_control
-    from bt_mission.views.drawing.outline import can_show, legend, outline
-    from bt_mission.views.drawing.scene import STROKES
+    from bt_mission.views.drawing.nodes import can_show, legend, outline
+    from bt_mission.views.drawing.scene import COLOURS
 
     console = Console(highlight=False)
     ascii_only = not can_show(console.encoding)
     lines = [Text(escape_control(title), style="bold")]
     for row in outline(root, ascii_only=ascii_only):
         line = Text(row.branches, style="dim")
-        line.append(f"{row.sign} ", style=f"bold {STROKES[row.family]}")
+        line.append(f"{row.sign} ", style=f"bold {COLOURS[row.family][1]}")
         line.append(escape_control(row.name), style="bold")
         line.append(f"  {escape_control(row.details)}" if row.details else "", style="dim")
         lines.append(line)

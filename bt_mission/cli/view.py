@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
-    from bt_mission.sessions.observers import ObservableSession
+    from bt_mission.sessions.session import ObservableSession
 
 
 def add_view_option(parser: argparse.ArgumentParser) -> None:

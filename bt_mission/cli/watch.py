@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.argument_types import seconds
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
+from bt_mission.cli.network import add_network_option, prepare_graph
 from bt_mission.cli.options import add_plain_option
-from bt_mission.core.dds.middleware import prepare_middleware
 
 if TYPE_CHECKING:
     from bt_mission.events.mission_state import MissionState
@@ -70,12 +70,13 @@ def add_parser(commands: Any) -> None:
         help="leave with code 1 when there is nobody to watch after this time (default: keep "
         "looking)",
     )
+    add_network_option(parser)
     parser.set_defaults(command=watch)
 
 
 def watch(options: argparse.Namespace) -> int:
     """Look on until told to leave; gives the exit code."""
-    prepare_middleware()
+    prepare_graph(options)
     from bt_mission.ros.discovery import ExecutiveDirectory
 
     with ExecutiveDirectory() as observer:
@@ -104,19 +105,14 @@ def is_drawable() -> bool:
 
 
 def _draw(observer: ExecutiveDirectory, options: argparse.Namespace) -> int:
-    from bt_mission.events.attachment import nobody, wanted_name
+    from bt_mission.events.source import nobody, wanted_name
     from bt_mission.views.terminal.marks import marks_for
     from bt_mission.views.tui.app import WatchApp
     from bt_mission.views.tui.view_app import settle_memory
 
     name = wanted_name(options.executive)
     settle_memory()
-    app = WatchApp(
-        observer,
-        marks_for(sys.stdout.encoding),
-        name,
-        wait_s=options.wait,
-    )
+    app = WatchApp(observer, marks_for(sys.stdout.encoding), name, wait_s=options.wait)
     app.run()
     if app.return_code:
         print(nobody(name, (), observer.where), file=sys.stderr)
@@ -127,7 +123,7 @@ def _draw(observer: ExecutiveDirectory, options: argparse.Namespace) -> int:
 def _look_for(observer: ExecutiveDirectory, options: argparse.Namespace) -> MissionClient | None:
     """The executive to watch, once it is there; None when it is not in time."""
     from bt_mission.core.wall_clock import Stopwatch
-    from bt_mission.events.attachment import choose, nobody, wanted_name
+    from bt_mission.events.source import choose, nobody, wanted_name
 
     wanted = wanted_name(options.executive)
     since, since_found = Stopwatch(), None
@@ -185,8 +181,7 @@ def _is_complete(mission: MissionState) -> bool:
 def _follow(observer: ExecutiveDirectory, link: MissionClient, *, as_json: bool) -> int:
     """Print what happens, until whoever reads has left."""
     from bt_mission.events.events import MissionStarted
-    from bt_mission.events.json_stream import as_line, as_object
-    from bt_mission.events.log import entry_of
+    from bt_mission.events.log import entry_of, json_line
     from bt_mission.events.mission_state import MissionState
     from bt_mission.views.terminal.lines import log_line, whole_tree
     from bt_mission.views.terminal.marks import marks_for
@@ -199,7 +194,7 @@ def _follow(observer: ExecutiveDirectory, link: MissionClient, *, as_json: bool)
         for message in link.take(needs_statuses=mission.needs_statuses).messages:
             for one in mission.take(message):
                 if as_json:
-                    print(as_line(as_object(one)), flush=True)
+                    print(json_line(one), flush=True)
                 elif isinstance(one, MissionStarted):
                     print("\n".join(whole_tree(mission, marks, None)), flush=True)
                 elif (entry := entry_of(one)) is not None and mission.tree is not None:

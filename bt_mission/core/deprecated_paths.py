@@ -12,13 +12,8 @@ from types import ModuleType
 from typing import Any
 
 MOVED: Mapping[str, Mapping[str, str]] = {
-    "bt_mission.lockstep": {
-        "LockstepExecutor": "bt_mission.virtual_time.VirtualTimeExecutor",
-    },
-    "bt_mission.mission": {
-        "load": "bt_mission.load",
-        "load_text": "bt_mission.load_text",
-    },
+    "bt_mission.lockstep": {"LockstepExecutor": "bt_mission.virtual_time.VirtualTimeExecutor"},
+    "bt_mission.mission": {"load": "bt_mission.load", "load_text": "bt_mission.load_text"},
     "bt_mission.mission.short_names": {"ShortName": "bt_mission.ActionName"},
     "bt_mission.node": {"MissionNode": "bt_mission.MissionNode"},
     "bt_mission.recording.recorder": {"Recorder": "bt_mission.recording.writer.RunRecorder"},
@@ -26,7 +21,7 @@ MOVED: Mapping[str, Mapping[str, str]] = {
     "bt_mission.stage": {"Stage": "bt_mission.Stage"},
     "bt_mission.testing.drawn": {},
     "bt_mission.testing.drawn.strategies": {
-        "scenarios": "bt_mission.testing.generators.strategies.scenarios",
+        "scenarios": "bt_mission.testing.generators.strategies.scenarios"
     },
     "bt_mission.tree": {},
     "bt_mission.tree.ports": {"port_leaves": "bt_mission.port_leaves"},

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from typing import Literal
@@ -51,6 +51,20 @@ class Diagnostic:
             return head
         shown, caret = _excerpt(self.source, self.column)
         return f"{head}\n    {shown}\n    {caret}^"
+
+
+def fault_at(
+    place: tuple[int, int],
+    file: str,
+    lines: Sequence[str],
+    message: str,
+    hint: str | None = None,
+    severity: Severity = "error",
+) -> Diagnostic:
+    """Return a fault at a line and column (from 1) of a file with these lines."""
+    line, column = place
+    source = lines[line - 1] if 0 < line <= len(lines) else ""
+    return Diagnostic(message, file, line, column, source, hint, severity)
 
 
 class InputError(BtMissionError):
@@ -104,18 +118,15 @@ def describe(value: object) -> str:
         case list() | tuple():
             return f"a list of {len(value)}" if value else "an empty list"
         case dict():
-            return (
-                f"a mapping with {listed((str(key) for key in value), 6)}"
-                if value
-                else "an empty mapping"
-            )
+            keys = listed(map(str, value), 6)
+            return f"a mapping with {keys}" if value else "an empty mapping"
         case _:
             return f"a value of type {type(value).__name__}"
 
 
-def quoted(text: str, most: int = 60) -> str:
-    """Return the text in single quotes on one line, cut after `most` characters."""
-    cut = text if len(text) <= most else text[: most - 3] + "..."
+def quoted(text: str) -> str:
+    """Return the text in single quotes on one line, cut after 60 characters."""
+    cut = text if len(text) <= 60 else text[:57] + "..."
     return f"'{_on_one_line(cut)}'"
 
 

@@ -47,7 +47,7 @@ def look_for(kind: Kind, name_or_path: str | Path, near: str | Path | None = Non
             for folder in [*beside, *folders(kind)]
             for suffix in SUFFIXES
         ]
-    return next((path for path in candidates if _is_file(path)), None)
+    return next((path for path in candidates if is_file(path)), None)
 
 
 def names(kind: Kind) -> list[str]:
@@ -72,7 +72,8 @@ def _folder(near: Path) -> Path:
     return near if near.is_dir() else near.parent
 
 
-def _is_file(path: Path) -> bool:
+def is_file(path: Path) -> bool:
+    """Return whether there is a file; a name that is too long is none."""
     try:
         return path.is_file()
     except (OSError, ValueError):  # a name that is too long, or a folder that may not be read

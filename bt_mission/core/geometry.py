@@ -63,9 +63,7 @@ def relative(outer: Pose2D, pose: Pose2D) -> Pose2D:
     cosine, sine = math.cos(outer.yaw), math.sin(outer.yaw)
     across, along = pose.x - outer.x, pose.y - outer.y
     return Pose2D(
-        cosine * across + sine * along,
-        cosine * along - sine * across,
-        wrap(pose.yaw - outer.yaw),
+        cosine * across + sine * along, cosine * along - sine * across, wrap(pose.yaw - outer.yaw)
     )
 
 

@@ -13,6 +13,7 @@ def to_ns(stamp: Any) -> int:
     return int(stamp.sec) * NS + int(stamp.nanosec)
 
 
-def set_ns(stamp: Any, time_ns: int) -> None:
-    """Set a Time or a Duration to so many ns."""
+def set_ns(stamp: Any, time_ns: int) -> Any:
+    """Set a Time or a Duration to so many ns, and return it."""
     stamp.sec, stamp.nanosec = divmod(time_ns, NS)
+    return stamp

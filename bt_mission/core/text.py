@@ -18,3 +18,12 @@ def _escaped(character: str) -> str:
     code = ord(character)
     simple = {"\n": "\\n", "\t": "\\t", "\r": "\\r"}.get(character)
     return simple or (f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}")
+
+
+def can_encode(text: str, encoding: str | None) -> bool:
+    """Return whether a stream of this encoding can show a text; None is ASCII."""
+    try:
+        text.encode(encoding or "ascii")
+    except (UnicodeEncodeError, LookupError):
+        return False
+    return True

@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Callable
 
-NS = 1_000_000_000
+from bt_mission.core.stamps import NS
 
 LONGEST_SLEEP_S = 0.1
 """How long Ctrl-C waits at most."""
@@ -41,10 +41,7 @@ class Pacer:
     """
 
     def __init__(
-        self,
-        speed: float | None,
-        start_ns: int,
-        wall_ns: Callable[[], int] = time.perf_counter_ns,
+        self, speed: float | None, start_ns: int, wall_ns: Callable[[], int] = time.perf_counter_ns
     ) -> None:
         self._wall_ns = wall_ns
         self.set_speed(speed, start_ns)

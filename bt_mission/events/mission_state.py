@@ -102,29 +102,25 @@ class MissionState:
 
     def take(self, message: messages.Told | messages.Robot) -> list[MissionEvent]:
         """Take in what an executive or its robot tells; gives what has happened, in order."""
-        if isinstance(message, ROBOT):
-            self.robot.take(message)
-            return []
-        happened = list(self._take_told(message))
-        for one in happened:
-            if (entry := entry_of(one)) is not None:
-                self.log.append(entry)
-        return happened
-
-    def _take_told(self, message: messages.Told) -> Iterator[MissionEvent]:
         match message:
             case MissionStarted():
-                return self._begin(message)
+                happening = self._begin(message)
             case messages.Changes():
-                return self._take_changes(message)
+                happening = self._take_changes(message)
             case messages.Statuses():
-                return self._take_statuses(message)
+                happening = self._take_statuses(message)
             case MissionStateChanged():
-                return self._take_state(message)
+                happening = self._take_state(message)
             case messages.DetailsUpdate():
-                return self._take_details(message)
+                happening = self._take_details(message)
             case LogLine():
-                return self._take_line(message)
+                happening = self._take_line(message)
+            case _:
+                self.robot.take(message)
+                return []
+        happened = list(happening)
+        self.log.extend(entry for one in happened if (entry := entry_of(one)) is not None)
+        return happened
 
     def _begin(self, tree: MissionStarted) -> Iterator[MissionEvent]:
         if self.tree is not None and tree.run == self.tree.run:

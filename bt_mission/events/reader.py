@@ -5,23 +5,17 @@ Messages that were decoded from a recording do as well as rclpy's own.
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from py_trees.common import Status
 
+from bt_mission.core.geometry import yaw_of
+from bt_mission.core.stamps import to_ns as time_ns
 from bt_mission.events import events
 from bt_mission.events import messages as told
 
 STATUSES = (Status.INVALID, Status.RUNNING, Status.SUCCESS, Status.FAILURE)
 """In the order of the values of ``bt_mission_interfaces/msg/NodeStatus``."""
-
-NS = 1_000_000_000
-
-
-def time_ns(stamp: Any) -> int:
-    """Return a ``builtin_interfaces/Time`` in ns."""
-    return int(stamp.sec) * NS + int(stamp.nanosec)
 
 
 def tree(message: Any) -> events.MissionStarted:
@@ -78,19 +72,16 @@ def said(message: Any) -> events.LogLine:
 
 def transforms(message: Any) -> tuple[told.FrameTransform, ...]:
     """Return a ``tf2_msgs/TFMessage``, seen from above."""
-    found = []
-    for one in message.transforms:
-        move, turn = one.transform.translation, one.transform.rotation
-        found.append(
-            told.FrameTransform(
-                one.header.frame_id.lstrip("/"),
-                one.child_frame_id.lstrip("/"),
-                move.x,
-                move.y,
-                yaw(turn),
-            )
+    return tuple(
+        told.FrameTransform(
+            one.header.frame_id.lstrip("/"),
+            one.child_frame_id.lstrip("/"),
+            one.transform.translation.x,
+            one.transform.translation.y,
+            yaw_of(one.transform.rotation),
         )
-    return tuple(found)
+        for one in message.transforms
+    )
 
 
 def scan(message: Any) -> told.ScanPoints:
@@ -115,7 +106,7 @@ def grid(message: Any) -> told.Map:
         info.height,
         at.position.x,
         at.position.y,
-        yaw(at.orientation),
+        yaw_of(at.orientation),
         memoryview(message.data).tobytes(),
     )
 
@@ -123,16 +114,6 @@ def grid(message: Any) -> told.Map:
 def battery(message: Any) -> told.BatteryState:
     """Return a ``BatteryState``."""
     return told.BatteryState(message.percentage, message.voltage)
-
-
-def yaw(turn: Any) -> float:
-    """Return the angle about the vertical axis of a quaternion, rad."""
-    return yaw_of(turn.x, turn.y, turn.z, turn.w)
-
-
-def yaw_of(x: float, y: float, z: float, w: float) -> float:
-    """Return the angle about the vertical axis, rad."""
-    return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
 
 
 def _standings(messages: Any) -> tuple[told.NodeStatus, ...]:

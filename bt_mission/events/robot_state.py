@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Collection, Iterable
-from dataclasses import dataclass
 
+from bt_mission.core.geometry import Pose2D, composed
 from bt_mission.events import messages
 
 BASES = ("base_footprint", "base_link")
@@ -21,41 +21,23 @@ FRAME_LEVELS = 50
 """Frames between the root and a sensor; more are a circle."""
 
 
-@dataclass(frozen=True)
-class FloorPose:
-    """A place on the floor: m, m, rad."""
-
-    x: float
-    y: float
-    yaw: float
-
-    def __matmul__(self, inner: FloorPose) -> FloorPose:
-        """What is at ``inner`` in this pose's own frame."""
-        cos, sin = math.cos(self.yaw), math.sin(self.yaw)
-        return FloorPose(
-            self.x + cos * inner.x - sin * inner.y,
-            self.y + sin * inner.x + cos * inner.y,
-            self.yaw + inner.yaw,
-        )
-
-
-Frames = dict[str, tuple[str, FloorPose]]
+Frames = dict[str, tuple[str, Pose2D]]
 """Of each frame its parent, and where it is in that."""
 
 
 def frames_of(transforms: Iterable[messages.FrameTransform]) -> Frames:
     """Return the frames that transforms tell of."""
-    return {one.child: (one.parent, FloorPose(one.x, one.y, one.yaw)) for one in transforms}
+    return {one.child: (one.parent, Pose2D(one.x, one.y, one.yaw)) for one in transforms}
 
 
-def locate(frames: Frames, frame: str, roots: Collection[str] = ()) -> tuple[str, FloorPose]:
+def locate(frames: Frames, frame: str, roots: Collection[str] = ()) -> tuple[str, Pose2D]:
     """Return the root above a frame, or the first of ``roots``, and where the frame is in it."""
-    pose = FloorPose(0.0, 0.0, 0.0)
+    pose = Pose2D(0.0, 0.0, 0.0)
     for _ in range(FRAME_LEVELS):
         if frame not in frames or frame in roots:
             break
         frame, step = frames[frame]
-        pose = step @ pose
+        pose = composed(step, pose)
     return frame, pose
 
 
@@ -94,13 +76,16 @@ class RobotState:
         return self.battery.charge * (1 if self._is_percent else 100)
 
     @property
-    def pose(self) -> FloorPose | None:
+    def pose(self) -> Pose2D | None:
         """Where the robot is in its root frame; None where it is not known."""
-        for base in BASES:
-            for frame in self._frames:
-                if frame.rpartition("/")[2] == base:
-                    return locate(self._frames, frame)[1]
-        return None
+        base = self._base
+        return None if base is None else locate(self._frames, base)[1]
+
+    @property
+    def _base(self) -> str | None:
+        """The frame that is the robot; None where there is none yet."""
+        found = [frame for frame in self._frames if frame.rpartition("/")[2] in BASES]
+        return min(found, key=lambda frame: BASES.index(frame.rpartition("/")[2]), default=None)
 
     def scan_points(self) -> list[tuple[float, float]]:
         """Where the newest scan has seen something, in the root frame, m."""
@@ -118,11 +103,11 @@ class RobotState:
         return points
 
     def _extend_trail(self) -> None:
-        pose = self.pose
-        if pose is None or not math.isfinite(pose.x + pose.y):
+        if (base := self._base) is None:
             return
-        base = next(one for one in self._frames if one.rpartition("/")[2] in BASES)
-        root = locate(self._frames, base)[0]
+        root, pose = locate(self._frames, base)
+        if not math.isfinite(pose.x + pose.y):
+            return
         if root != self.frame:
             self.frame = root
             self.trail.clear()

@@ -1,8 +1,8 @@
 """Breakpoints: a tick that stops just before a node starts, and goes on later from there.
 
 A tick of py_trees is a generator, and every composite and decorator passes on what comes from the
-generators below it. So a node with a breakpoint first hands out a mark of ours; whoever ticks the
-tree sees it, and leaves the generator alone until the tick may go on.
+generators below it. So a node with a breakpoint first hands out a mark of ours, by its start hook;
+whoever ticks the tree sees it, and leaves the generator alone until the tick may go on.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from collections.abc import Iterator, Mapping
 
 from py_trees.behaviour import Behaviour
 from py_trees.behaviours import Success
-from py_trees.common import Status
 
+from bt_mission.behaviours.hooks import Hooked
 from bt_mission.core.diagnostics import did_you_mean
 from bt_mission.core.errors import BtMissionError
 
@@ -30,7 +30,7 @@ class Breakpoints:
         self.reached: Behaviour | None = None
         """The node before which the last tick stopped."""
         self._paths = paths
-        self._set: dict[str, list[Behaviour]] = {}
+        self._set: dict[str, list[Hooked]] = {}
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -41,16 +41,22 @@ class Breakpoints:
         """Stop before each node of this name or path; gives how many there are.
 
         Raises:
-            BtMissionError: When there is none.
+            BtMissionError: When there is none, or only nodes inside a behaviour of a user's.
         """
         found = [node for node, path in self._paths.items() if name in (node.name, path)]
         if not found:
             hint = did_you_mean(name, sorted({node.name for node in self._paths}))
             raise BtMissionError(f"no node is called '{name}'" + (f"; {hint}" if hint else ""))
-        self._set[name] = found
-        for node in found:
-            node.tick = self._stopping(node)  # type: ignore[method-assign]  # of this node alone
-        return len(found)
+        ours = [node for node in found if isinstance(node, Hooked)]
+        if not ours:
+            raise BtMissionError(
+                f"'{name}' is inside a behaviour written in Python, which is ticked as a whole; "
+                "set the breakpoint at that behaviour"
+            )
+        self._set[name] = ours
+        for node in ours:
+            node.start_hook = self._stop
+        return len(ours)
 
     def remove(self, name: str) -> None:
         """No longer stop before these.
@@ -64,13 +70,8 @@ class Breakpoints:
         still = {node for nodes in self._set.values() for node in nodes}
         for node in found:
             if node not in still:
-                del node.tick  # what its class does is there again
+                node.start_hook = None
 
-    def _stopping(self, node: Behaviour) -> type[Iterator[Behaviour]]:
-        def tick() -> Iterator[Behaviour]:
-            if node.status is not Status.RUNNING:
-                self.reached = node
-                yield self.mark
-            yield from type(node).tick(node)
-
-        return tick  # type: ignore[return-value]  # a function that makes such an iterator
+    def _stop(self, node: Behaviour) -> Iterator[Behaviour]:
+        self.reached = node
+        yield self.mark

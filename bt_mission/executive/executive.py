@@ -5,9 +5,9 @@ clock. It goes through three stages: it ticks the tree until the root has a fina
 exception, or an interruption halts it); it waits until the ledger has seen every goal to its
 confirmed end, which is bounded by the ledger's grace period; then it is done.
 
-It can be paused: then the tree is not ticked, or one tick at a time, while goals that nobody wants
-are still seen to their end. A breakpoint pauses it in the middle of a tick, just before a node
-starts.
+It can be paused: then the tree is not ticked, or one tick at a time. Goals that are still under way
+keep their limits and conditions, and those that nobody wants are still seen to their end. A
+breakpoint pauses it in the middle of a tick, just before a node starts.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from py_trees.common import Status
 
 from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.behaviours.runtime import Runtime
-from bt_mission.core.errors import BtMissionError, described
+from bt_mission.core.errors import BtMissionError, cause_of, described
 from bt_mission.executive.breakpoints import Breakpoints
-from bt_mission.executive.status import Change, MissionStatus
+from bt_mission.executive.status import Change, MissionStatus, failed_node
 from bt_mission.executive.trace import Trace
 from bt_mission.goals.goal import Goal
 
@@ -55,6 +55,8 @@ class Executive:
         """ROS time of the first tick, ns; 0 before it."""
         self.ended_ns = 0
         """ROS time of the end, ns; 0 before it."""
+        self.is_resumable = False
+        """Did it fail because a server took this process for dead? A journal can go on then."""
         self.paused: str | None = None
         """Why it is paused; None while it is not."""
         self.listeners: list[Callable[[Change], None]] = []
@@ -110,6 +112,8 @@ class Executive:
             if self.paused is None or self._steps > 0:
                 self._steps = 0
                 self._tick_tree()
+            else:
+                self._supervise_goals()
         self._runtime.ledger.update(self._runtime.now_ns)
         if self.status is MissionStatus.ENDING and self._runtime.ledger.is_settled:
             self._finish()
@@ -148,6 +152,14 @@ class Executive:
         return "paused" if is_paused else str(self.status)
 
     @property
+    def explanation(self) -> str:
+        """Why it is paused, with the goals that are still under way; else the reason."""
+        if self.paused is None:
+            return self.reason
+        under_way = ", ".join(self._runtime.ledger.describe_under_way())
+        return self.paused + (f"; still under way: {under_way}" if under_way else "")
+
+    @property
     def nodes(self) -> tuple[Behaviour, ...]:
         """Every node, depth first."""
         return tuple(self._paths)
@@ -161,16 +173,17 @@ class Executive:
         """Tick the tree no more until resumed. ROS time, and with it every limit, goes on.
 
         Args:
-            keep_goals: Let goals run on, while no limit and no condition is looked at; else they
-                are cancelled, and their leaves start anew after the pause.
+            keep_goals: Let goals run on: their limits and conditions, and each `timeout` and
+                `guard` around them, still cancel them, and the next tick tells the outcome. Else
+                they are cancelled now, and their leaves start anew after the pause.
         """
         if self.status is not MissionStatus.RUNNING:
             return
         self.paused = reason
         self._trace.record(self._runtime.now_ns, "paused", reason=reason, keep_goals=keep_goals)
         if not keep_goals:
-            for leaf in self.running_leaves:
-                if isinstance(leaf, ActionLeaf):
+            for leaf in self._goal_leaves:
+                if not leaf.has_outcome:
                     leaf.stop(Status.INVALID)
             self._note_halted()
 
@@ -214,6 +227,17 @@ class Executive:
         for listener in self.goal_listeners:
             listener(what, goal)
 
+    @property
+    def _goal_leaves(self) -> list[ActionLeaf]:
+        return [leaf for leaf in self.running_leaves if isinstance(leaf, ActionLeaf)]
+
+    def _supervise_goals(self) -> None:
+        try:
+            for leaf in self._goal_leaves:
+                leaf.supervise()
+        except Exception as error:  # noqa: BLE001 - a condition may raise as in a tick
+            self._end(MissionStatus.FAILURE, cause_of(error))
+
     def _tick_tree(self) -> None:
         if self._walk is None:
             self.ticks += 1
@@ -228,15 +252,16 @@ class Executive:
                     self._note(node)
             self._walk = None
             self._note_halted()
-        except BtMissionError as error:
-            self._end(MissionStatus.FAILURE, str(error))
         except Exception as error:  # noqa: BLE001 - a user's leaf may raise anything
-            self._end(MissionStatus.FAILURE, described(error))
+            self._end(MissionStatus.FAILURE, cause_of(error))
         else:
             if self.root.status is Status.SUCCESS:
                 self._end(MissionStatus.SUCCESS, "")
             elif self.root.status is not Status.RUNNING:
-                self._end(MissionStatus.FAILURE, self._why_failed())
+                culprit = failed_node(self.root)
+                self.is_resumable = isinstance(culprit, ActionLeaf) and culprit.was_cut_off
+                said = culprit.feedback_message or "failed"
+                self._end(MissionStatus.FAILURE, f"'{culprit.name}' {said}")
 
     def _begin_walk(self) -> Iterator[Behaviour]:
         walk: Iterator[Behaviour] = self.root.tick()
@@ -306,7 +331,7 @@ class Executive:
                 if node.status is Status.RUNNING:
                     node.stop(Status.INVALID)
                 elif isinstance(node, ActionLeaf):
-                    node.terminate(Status.INVALID)  # its own update may have raised
+                    node.call_terminate(Status.INVALID)  # its own update may have raised
             except Exception as error:  # noqa: BLE001 - the others must still be stopped
                 faults.append(f"stopping '{node.name}' raised {described(error)}")
         return faults
@@ -321,17 +346,3 @@ class Executive:
                 self._verdict = MissionStatus.FAILURE
         self.status, self.ended_ns = self._verdict, self._runtime.now_ns
         self._trace.record(self.ended_ns, "mission", status=str(self.status), reason=self.reason)
-
-    def _why_failed(self) -> str:
-        failed = [
-            node
-            for node in self.root.iterate()
-            if node.status is Status.FAILURE and not node.children
-        ]
-        tip = self.root.tip()
-        culprit = tip if tip is not None and tip.status is Status.FAILURE else None
-        if culprit is None and failed:
-            culprit = failed[-1]
-        if culprit is None:
-            return f"'{self.root.name}' failed"
-        return f"'{culprit.name}' {culprit.feedback_message or 'failed'}"

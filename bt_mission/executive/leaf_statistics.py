@@ -10,9 +10,8 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from bt_mission.behaviours.action_leaf import ActionLeaf
+from bt_mission.core.stamps import NS
 from bt_mission.executive.status import Change
-
-NS = 1_000_000_000
 
 
 @dataclass(frozen=True)

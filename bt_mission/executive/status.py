@@ -1,4 +1,4 @@
-"""Where a mission stands, and a change of one of its nodes."""
+"""Where a mission stands, a change of one of its nodes, and why its tree has failed."""
 
 from __future__ import annotations
 
@@ -28,3 +28,14 @@ class Change:
     path: str
     status: Status
     message: str
+
+
+def failed_node(root: Behaviour) -> Behaviour:
+    """Return which leaf made a tree fail; the root where that is not known."""
+    failed = [node for node in root.iterate() if node.status is Status.FAILURE]
+    leaves = [node for node in failed if not node.children]
+    tip = root.tip()
+    culprit = tip if tip is not None and tip.status is Status.FAILURE else None
+    if culprit is None and leaves:
+        culprit = leaves[-1]
+    return root if culprit is None else culprit

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from itertools import zip_longest
 from typing import Any
 
-from bt_mission.events.trace_lines import line_of
+from bt_mission.events.log import line_of
 from bt_mission.executive.stored_trace import StoredTrace
 
 Event = dict[str, Any]

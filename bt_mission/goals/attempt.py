@@ -14,11 +14,11 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
+from bt_mission.core.stamps import NS
 from bt_mission.goals.goal import Event, Goal, GoalClient, GoalStatus, Phase
 from bt_mission.goals.ledger import Ledger
 from bt_mission.goals.outcome import AttemptResult, Outcome
 
-NS = 1_000_000_000
 SERVER_CHECK_NS = NS // 4
 """How often a working goal's server is looked for in the graph."""
 
@@ -119,6 +119,12 @@ class Attempt:
             return "waiting for acceptance"
         return "canceling" if self._cause else "active"
 
+    @property
+    def is_decided(self) -> bool:
+        """Is it known how it ends, whether or not that was looked at?"""
+        has_ended = self.goal is not None and self.goal.phase is Phase.ENDED
+        return self.ending is not None or has_ended
+
     def is_quiet(self, now_ns: int) -> bool:
         """Is the goal under way, with nothing new and no limit due? Then a poll finds nothing."""
         goal = self.goal
@@ -136,11 +142,11 @@ class Attempt:
             self.ending = self._advance(now_ns)
         return self.ending
 
-    def halt(self, now_ns: int) -> None:
+    def halt(self, now_ns: int, reason: str = "halted by the tree") -> None:
         """End now: the ledger sees the goal to its end, without blocking."""
         if self.ending is not None:
             return
-        self.ending = AttemptResult(Outcome.CANCELED_BY_HALT, "halted by the tree")
+        self.ending = AttemptResult(Outcome.CANCELED_BY_HALT, reason)
         if self.goal is not None:
             self._ledger.release_goal(self.goal, now_ns)
 

@@ -19,6 +19,8 @@ RETRY_NS = 1_000_000_000
 FOUND_GRACE_NS = 10_000_000_000
 """How long a goal of another process may take to end; its server has only just been found."""
 
+WANTED = (Phase.SENT, Phase.ACTIVE)
+"""Phases of a goal that nobody has asked to end."""
 
 GoalListener = Callable[[int, str, Goal], None]
 """Takes the ROS time, ns, of an event of a goal, the event, and the goal."""
@@ -149,6 +151,14 @@ class Ledger:
             elif now_ns >= self._retry_ns[goal.id]:
                 self._retry_ns[goal.id] = now_ns + RETRY_NS
                 goal.on(Event.UNWANTED)
+
+    def describe_under_way(self) -> tuple[str, ...]:
+        """Who has sent each goal that may still be worked on; in brackets, that it is cancelled."""
+        return tuple(
+            f"'{goal.owner}'" + ("" if goal.phase in WANTED else " (canceling)")
+            for goal in self._open.values()
+            if goal.is_live
+        )
 
     def describe_left_behind(self) -> tuple[str, ...]:
         """One line for each goal whose end nobody confirmed."""

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
+
+from bt_mission.core.geometry import yaw_of
 
 MOST = 1000
 """Places of one goal that are looked at."""
@@ -41,7 +42,4 @@ def _found(request: Any) -> Iterator[NamedPose]:
 
 def _place(stamped: Any) -> NamedPose:
     at, turn = stamped.pose.position, stamped.pose.orientation
-    yaw = math.atan2(
-        2 * (turn.w * turn.z + turn.x * turn.y), 1 - 2 * (turn.y * turn.y + turn.z * turn.z)
-    )
-    return NamedPose(at.x, at.y, yaw, stamped.header.frame_id)
+    return NamedPose(at.x, at.y, yaw_of(turn), stamped.header.frame_id)

@@ -13,6 +13,7 @@ from unique_identifier_msgs.msg import UUID
 
 from bt_mission.core.diagnostics import listed
 from bt_mission.core.errors import BtMissionError, NotThereError
+from bt_mission.core.stamps import NS
 from bt_mission.graph_tools.goal_events import FeedbackReceived, GoalEvent, GoalStateChanged
 from bt_mission.graph_tools.goal_request import ANSWER_S, GRACE_S
 from bt_mission.graph_tools.graph_query import FEEDBACK, STATUS
@@ -43,16 +44,7 @@ FEEDBACK_DEPTH = 100
 
 
 class GoalWatch:
-    """Hears each change of a goal's state, and all feedback.
-
-    Args:
-        session: its node owns the subscriptions.
-        action: the action's full name.
-        type_name: of the action.
-
-    Raises:
-        UnknownType: when the type is not installed.
-    """
+    """Hears each change of a goal's state, and all feedback. Raises UnknownType."""
 
     def __init__(self, session: GraphSession, action: str, type_name: str) -> None:
         self._session = session
@@ -90,7 +82,7 @@ class GoalWatch:
 
     def _since_s(self, goal: str) -> float:
         first_ns = self._since_ns.setdefault(goal, self._session.now_ns)
-        return (self._session.now_ns - first_ns) / 1e9
+        return (self._session.now_ns - first_ns) / NS
 
 
 @dataclass(frozen=True)

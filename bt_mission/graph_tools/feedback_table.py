@@ -8,6 +8,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from bt_mission.core.text import can_encode
 from bt_mission.graph_tools.interface_description import InterfaceDescription
 from bt_mission.graph_tools.progress_bounds import ProgressBounds
 from bt_mission.graph_tools.values import SHOWN_ITEMS, flat, plain, short
@@ -22,13 +23,7 @@ NARROW = 60
 
 
 class FeedbackTable:
-    """Draws the feedback of one goal.
-
-    Args:
-        about: the action's type.
-        goal: the goal message; None where it is not known.
-        encoding: of the terminal.
-    """
+    """Draws the feedback of one goal, whose message is None where it is not known."""
 
     def __init__(self, about: InterfaceDescription, goal: Any, encoding: str | None) -> None:
         self._units = about.part("feedback").units()
@@ -64,11 +59,7 @@ class FeedbackTable:
 
 def signs_for(encoding: str | None) -> tuple[str, str]:
     """The signs for full and empty that a terminal of this encoding can show."""
-    try:
-        "".join(SIGNS).encode(encoding or "ascii")
-    except (UnicodeEncodeError, LookupError):
-        return ASCII_SIGNS
-    return SIGNS
+    return SIGNS if can_encode("".join(SIGNS), encoding) else ASCII_SIGNS
 
 
 def bar(value: float, bound: float, signs: tuple[str, str]) -> str:

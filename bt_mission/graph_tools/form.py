@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from rich.console import RenderableType
 from rich.text import Text
-from textual import on
+from textual import events, on
 from textual.app import App, ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical, VerticalScroll
@@ -15,15 +15,9 @@ from textual.widgets import Checkbox, Footer, Input, Label, Static
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.text import escape_control
+from bt_mission.graph_tools import goal_events
 from bt_mission.graph_tools.feedback_table import ASCII_SIGNS, FeedbackTable, signs_for
 from bt_mission.graph_tools.form_fields import FormField, lines_of, nested, texts
-from bt_mission.graph_tools.goal_events import (
-    CancelRefused,
-    FeedbackReceived,
-    GoalEnded,
-    GoalEvent,
-    GoalResult,
-)
 from bt_mission.graph_tools.goal_request import GoalRequest
 from bt_mission.graph_tools.goal_views import event_lines
 
@@ -48,21 +42,12 @@ class FormLine(Vertical):
         with Horizontal(classes="row"):
             yield Label(self.line.name, classes="name", markup=False)
             if self.line.is_truth:
-                ticked = (self._text or self.line.default) == "true"
+                ticked = (self._text or self.line.placeholder) == "true"
                 yield Checkbox(value=ticked, compact=True)
             else:
-                yield Input(self._text, placeholder=self.line.default, compact=True)
+                yield Input(self._text, placeholder=self.line.placeholder, compact=True)
             yield Label(self.line.kind, classes="kind", markup=False)
         yield Static(escape_control(self.line.note), classes="note", markup=False)
-
-    def on_mount(self) -> None:
-        """What was filled in before may be wrong."""
-        self.check()
-
-    @on(Input.Changed)
-    def check_while_typed(self) -> None:
-        """Say what is wrong with the field while it is typed."""
-        self.check()
 
     def read(self) -> tuple[Any, str] | None:
         """Value and fault; None where the default is to stay."""
@@ -71,6 +56,8 @@ class FormLine(Vertical):
         text = self.query_one(Input).value
         return self.line.read(text) if text.strip() else None
 
+    @on(events.Mount)
+    @on(Input.Changed)
     def check(self) -> bool:
         """Show what is wrong, if anything is; gives whether nothing is."""
         found = self.read()
@@ -80,17 +67,15 @@ class FormLine(Vertical):
         return not fault
 
 
-class GoalForm(App[GoalResult | None]):
+class GoalForm(App[goal_events.GoalResult | None]):
     """Fills in a goal, sends it, shows its feedback; gives the end of the last goal.
 
     Its ``last_words`` are the end and the result of that goal, for people.
 
     Args:
-        session: served while the form is open.
-        sender: of the action's goals.
-        fields: of the goal, to begin with.
-        encoding: of the terminal; what it cannot show is drawn in ASCII.
-        period_s: how often to serve what has come, s; None leaves it to the caller.
+        fields: Of the goal, to begin with.
+        encoding: Of the terminal; what it cannot show is drawn in ASCII.
+        period_s: How often to serve what has come, s; None leaves it to the caller.
     """
 
     ENABLE_COMMAND_PALETTE = False
@@ -134,7 +119,7 @@ class GoalForm(App[GoalResult | None]):
         self._period_s = period_s
         self._goal: GoalRequest | None = None
         self._table: FeedbackTable | None = None
-        self._end: GoalResult | None = None
+        self._end: goal_events.GoalResult | None = None
         self._state = ""
         self._is_leaving = False
         self._interrupts = 0
@@ -164,8 +149,8 @@ class GoalForm(App[GoalResult | None]):
     def serve(self) -> None:
         """Serve what has come, and look after the goal."""
         self._session.glance()
-        if self._session.interrupts > self._interrupts:
-            self._interrupts = self._session.interrupts
+        if self._session.interrupts.count > self._interrupts:
+            self._interrupts = self._session.interrupts.count
             self.action_leave()
         if self._goal is not None and self._goal.poll(self._session.now_ns) is not None:
             self._goal = None
@@ -227,21 +212,21 @@ class GoalForm(App[GoalResult | None]):
 
     # ---- what becomes of the goal --------------------------------------------------------------
 
-    def show(self, event: GoalEvent) -> None:
+    def show(self, event: goal_events.GoalEvent) -> None:
         """Show what has happened to the goal."""
         match event:
-            case FeedbackReceived():
+            case goal_events.FeedbackReceived():
                 self._say(f"{self._state}   {event.since_s:.1f} s")
                 assert self._table is not None
                 self._show(self._table.render(event.message, self.size.width - 2))
-            case GoalEnded():
+            case goal_events.GoalEnded():
                 self._end = event.end
                 self.last_words = event_lines(event, self._about, {})
                 first, *rest = self.last_words
                 self._say(first)
                 if rest:
                     self._show(Text("\n".join(rest)))
-            case CancelRefused():
+            case goal_events.CancelRefused():
                 self._say(str(event))
             case _:
                 self._state = str(event)

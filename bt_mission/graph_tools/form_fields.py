@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,54 +15,42 @@ LARGEST_SHOWN = 2**16
 
 
 @dataclass(frozen=True)
-class FormField:
-    """One line of a form.
-
-    Args:
-        field: What it fills in: a number, a text, a truth, a list, or a message that can be written
-            as one value, such as a pose.
-    """
-
-    field: InterfaceField
-
-    @property
-    def name(self) -> str:
-        """Dotted."""
-        return self.field.name
+class FormField(InterfaceField):
+    """One line of a form: a number, a text, a truth, a list, or a message that is one value."""
 
     @property
     def kind(self) -> str:
         """Unit and type for people: ``deg float32``."""
-        return " ".join(filter(None, (self.field.unit, self.field.type)))
+        return " ".join(filter(None, (self.unit, self.type)))
 
     @property
     def is_truth(self) -> bool:
         """Is it true or false, to be ticked?"""
-        return isinstance(self.field.shape, Scalar) and self.field.shape.type == "bool"
+        return isinstance(self.shape, Scalar) and self.shape.type == "bool"
 
     @property
-    def default(self) -> str:
+    def placeholder(self) -> str:
         """What an empty line stands for."""
-        return "" if isinstance(self.field.shape, MessageShape) else short(self.field.default)
+        return "" if isinstance(self.shape, MessageShape) else short(self.default)
 
     @property
     def note(self) -> str:
         """What is to be known of it: the author's comment, how to write it, its limits."""
-        return "; ".join(filter(None, (self._form(), _limits(self.field.shape), self.field.text)))
+        return "; ".join(filter(None, (self._form(), _limits(self.shape), self.text)))
 
     def read(self, text: str) -> tuple[Any, str]:
         """Its value, and what is wrong with it; a text is taken as it is typed, the rest is YAML.
 
         An empty line is neither: it leaves the field at its default.
         """
-        shape = self.field.shape
+        shape = self.shape
         if isinstance(shape, Scalar) and shape.type == "text":
             fits = len(text) <= shape.most
             return text, "" if fits else f"expected at most {shape.most} characters"
         return read_value(text, shape)
 
     def _form(self) -> str:
-        match self.field.shape:
+        match self.shape:
             case MessageShape(name=name):
                 return SHORTHANDS[name][0] if name in SHORTHANDS else ""
             case ListOf():
@@ -72,20 +60,13 @@ class FormField:
 
 def lines_of(part: InterfacePart) -> list[FormField]:
     """The lines of a form for a message; messages that cannot be written as one are unfolded."""
-    return list(_lines(part.fields()))
-
-
-def _lines(fields: list[InterfaceField]) -> Iterator[FormField]:
-    done = ""
-    for field in fields:
-        if done and field.name.startswith(done):
-            continue
+    lines: list[FormField] = []
+    for field in part.fields():
         is_message = isinstance(field.shape, MessageShape)
-        if is_message and field.shape.name not in SHORTHANDS:
-            continue  # its own fields follow
-        if is_message:
-            done = f"{field.name}."
-        yield FormField(field)
+        is_unfolded = is_message and field.shape.name not in SHORTHANDS
+        if not is_unfolded and not (lines and field.name.startswith(f"{lines[-1].name}.")):
+            lines.append(FormField(**vars(field)))
+    return lines
 
 
 def nested(values: Mapping[str, Any]) -> dict[str, Any]:

@@ -84,10 +84,7 @@ class GoalEnded:
 class FeedbackReceived:
     """Feedback came, `since_s` seconds after our goal was accepted or another was first seen.
 
-    Args:
-        message: the feedback as a ROS message.
-        since_s: seconds.
-        goal: id of a goal that somebody else sent; empty for our own.
+    `goal` is the id of a goal that somebody else sent; empty for our own.
     """
 
     message: Any

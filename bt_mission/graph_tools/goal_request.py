@@ -10,7 +10,8 @@ import secrets
 from collections.abc import Callable
 from typing import Any
 
-from bt_mission.goals.attempt import NS, SERVER_CHECK_NS
+from bt_mission.core.stamps import NS
+from bt_mission.goals.attempt import SERVER_CHECK_NS
 from bt_mission.goals.goal import Goal, GoalClient, GoalStatus, Phase
 from bt_mission.goals.ledger import Ledger
 from bt_mission.graph_tools.goal_events import (
@@ -39,12 +40,10 @@ class GoalRequest:
     """Sends one goal and sees it to its end.
 
     Args:
-        client: the server.
-        message: the goal, in the client's form.
-        tell: called with each event, once.
-        server_s: how long to wait for a server.
-        limit_s: after which the goal is cancelled; None is no limit.
-        why_rejected: gives what the server's log says of a rejection; empty where nothing is known.
+        tell: Called with each event, once.
+        server_s: How long to wait for a server.
+        limit_s: After which the goal is cancelled; None is no limit.
+        why_rejected: Gives what the server's log says of a rejection; empty where nothing is known.
     """
 
     def __init__(

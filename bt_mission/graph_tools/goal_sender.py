@@ -24,17 +24,10 @@ ROSOUT_DEPTH = 50
 
 
 class GoalSender:
-    """Sends goals of one action.
-
-    Args:
-        session: its node owns the client.
-        action: the action's full name.
-        type_name: of the action.
-        server_s: how long to wait for a server.
-        limit_s: after which a goal is cancelled; None is no limit.
+    """Sends goals of one action, and cancels one that takes longer than `limit_s`.
 
     Raises:
-        BtMissionError: when the type is not installed, or the action has another one.
+        BtMissionError: When the type is not installed, or the action has another one.
     """
 
     def __init__(
@@ -70,12 +63,7 @@ class GoalSender:
 
 
 class RosoutListener:
-    """Hears why a server rejects a goal: the answer has no words for it, but servers log them.
-
-    Args:
-        node: owns the subscription to ``/rosout``.
-        action: the action's full name.
-    """
+    """Hears why a server rejects a goal: the answer has no words for it, but servers log them."""
 
     def __init__(self, node: Node, action: str) -> None:
         self._node = node
@@ -101,14 +89,15 @@ def step_to_end(session: GraphSession, goal: GoalRequest) -> GoalResult:
     The first Ctrl-C, and a reader of our output that leaves, cancel the goal and wait for its end;
     a second Ctrl-C leaves at once.
     """
+    signals = session.interrupts
     while True:
         try:
             if (end := goal.poll(session.now_ns)) is not None:
                 return end
-            if session.interrupts == 1:
-                goal.cancel(f"interrupted by {session.interrupted_by}", session.now_ns)
-            elif session.interrupts > 1:
-                goal.leave(f"left at once after a second {session.interrupted_by}", session.now_ns)
+            if signals.count == 1:
+                goal.cancel(f"interrupted by {signals.name}", session.now_ns)
+            elif signals.count > 1:
+                goal.leave(f"left at once after a second {signals.name}", session.now_ns)
         except BrokenPipeError:
             goal.mute()
             goal.cancel("nobody reads the output any more", session.now_ns)

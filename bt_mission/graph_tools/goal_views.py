@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import sys
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import Any, Protocol, TextIO
+from typing import Any, TextIO
 
 from rich.console import Console, Group, RenderableType
 from rich.live import Live
@@ -33,13 +34,14 @@ STYLES = {GoalOutcome.SUCCEEDED: "green", GoalOutcome.CANCELED: "yellow"}
 HEAD_STYLES = {ServerAwaited: "dim", GoalAccepted: "bold", CancelRequested: "yellow"}
 
 
-class GoalView(Protocol):
+class GoalView(ABC):
     """Shows events of goals."""
 
+    @abstractmethod
     def show(self, event: GoalEvent) -> None:
         """Show what has happened."""
 
-    def close(self) -> None:
+    def close(self) -> None:  # noqa: B027 - most draw nothing in place
         """Take away what is drawn in place."""
 
 
@@ -48,12 +50,7 @@ def goal_view_for(
 ) -> GoalView:
     """Choose the view: a picture on a terminal, lines in a pipe, objects for programs.
 
-    Args:
-        stream: where to write.
-        about: the action's type.
-        goal: the message of our own goal, if there is one.
-        json: objects are wanted.
-        plain: lines are wanted, also on a terminal.
+    `goal` is the message of our own goal; with `plain`, lines are wanted also on a terminal.
     """
     if json:
         return GoalObjects(stream)
@@ -63,7 +60,7 @@ def goal_view_for(
     return GoalPicture(console, about, goal)
 
 
-class GoalLines:
+class GoalLines(GoalView):
     """Writes a line for each event; feedback whenever it has changed."""
 
     def __init__(self, stream: TextIO, about: InterfaceDescription) -> None:
@@ -84,18 +81,9 @@ class GoalLines:
         for line in event_lines(event, self._about, self._units):
             print(line, file=self._stream, flush=True)
 
-    def close(self) -> None:
-        """Nothing is drawn in place."""
 
-
-class GoalPicture:
-    """Draws the newest feedback anew in place; how goals ended and what they came to stays.
-
-    Args:
-        console: a terminal.
-        about: the action's type.
-        goal: the message of our own goal, if there is one.
-    """
+class GoalPicture(GoalView):
+    """Draws the newest feedback anew in place; how goals ended and what they came to stays."""
 
     def __init__(self, console: Console, about: InterfaceDescription, goal: Any = None) -> None:
         self._console = console
@@ -150,7 +138,7 @@ class GoalPicture:
         return Group(*rows, *map(_cut, self._others.values()))
 
 
-class GoalObjects:
+class GoalObjects(GoalView):
     """Writes one JSON object a line: an event of our goal, a state or a feedback of another's."""
 
     def __init__(self, stream: TextIO) -> None:
@@ -165,9 +153,6 @@ class GoalObjects:
         if isinstance(event, GoalAccepted):
             self._own = event.goal
         print(as_json(self._object(event)), file=self._stream, flush=True)
-
-    def close(self) -> None:
-        """Nothing is drawn in place."""
 
     def _object(self, event: GoalEvent) -> Mapping[str, Any]:
         name, more = "accepted", dict[str, Any]()
@@ -197,13 +182,7 @@ class GoalObjects:
 def event_lines(
     event: GoalEvent, about: InterfaceDescription, units: Mapping[str, str]
 ) -> list[str]:
-    """Write an event for people.
-
-    Args:
-        event: what happened.
-        about: the action's type.
-        units: of the feedback's fields.
-    """
+    """Write an event for people, with these units of the feedback's fields."""
     match event:
         case GoalEnded(end=end) if end.result is not None:
             head = f"{end.reason} after {event.since_s:.2f} s"

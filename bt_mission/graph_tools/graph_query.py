@@ -13,6 +13,7 @@ from rclpy.validate_full_topic_name import validate_full_topic_name
 
 from bt_mission.core.diagnostics import did_you_mean, listed
 from bt_mission.core.errors import BtMissionError, NotThereError
+from bt_mission.core.stamps import NS
 from bt_mission.graph_tools.graph_session import NODE_PREFIX, GraphSession, wait
 
 if TYPE_CHECKING:
@@ -33,11 +34,7 @@ Kind = Literal["action", "topic", "service"]
 
 @dataclass(frozen=True)
 class GraphEntry:
-    """One name in the graph.
-
-    Args:
-        offers: Nodes that serve or publish it; :param uses: nodes that call or hear it.
-    """
+    """One name in the graph: who `offers` it serves or publishes, who `uses` it calls or hears."""
 
     name: str
     types: tuple[str, ...]
@@ -60,7 +57,7 @@ def query_graph(session: GraphSession, seconds: float = LOOK_S) -> None:
         if sight != seen:
             seen, still_since_ns = sight, session.now_ns
         has_others = any(not _is_ours(name) for name, _ in sight[0])
-        return has_others and session.now_ns - still_since_ns >= QUIET_S * 1e9
+        return has_others and session.now_ns - still_since_ns >= QUIET_S * NS
 
     wait(session, seconds, is_known)
 
@@ -74,15 +71,10 @@ def _sight(node: Node) -> tuple[Sequence[tuple[str, str]], Any, Any]:
 
 
 def entries(node: Node, kind: Kind, *, hidden: bool = False) -> list[GraphEntry]:
-    """What the graph has of a kind, sorted by name.
+    """What the graph has of a kind, sorted by name; with `hidden`, what ROS hides, too.
 
     Actions count also where they have clients only; topics, where others than we publish or hear
     them.
-
-    Args:
-        node: asked for what it knows of the graph.
-        kind: of the names.
-        hidden: topics and services that ROS hides, too.
     """
     names = sorted(_LOOK_UP[kind](node))
     if kind != "action" and not hidden:
@@ -108,10 +100,7 @@ def is_hidden(name: str) -> bool:
 
 
 def type_of(session: GraphSession, kind: Kind, name: str, seconds: float = LOOK_S) -> str:
-    """Find the type of a name in the graph, waiting for it for some seconds.
-
-    Args:
-        name: Resolved.
+    """Find the type of a resolved name in the graph, waiting for it for some seconds.
 
     Raises:
         NotThereError: When it does not come up.

@@ -12,6 +12,7 @@ from rclpy.clock_type import ClockType
 from rclpy.parameter import Parameter
 
 from bt_mission.core.interrupts import InterruptSignals
+from bt_mission.core.stamps import NS
 from bt_mission.ros.graph import GraphConnection
 
 NODE_PREFIX = "_bt_mission_hand"
@@ -31,7 +32,7 @@ class GraphSession:
     def __init__(self, namespace: str = "") -> None:
         self._clock = Clock(clock_type=ClockType.STEADY_TIME)
         with ExitStack() as made:
-            self._interrupts = made.enter_context(InterruptSignals())
+            self.interrupts = made.enter_context(InterruptSignals())
             self._graph = GraphConnection(wall_clock=True)
             made.callback(self._graph.close)
             self.node = self._graph.host_quiet(f"{NODE_PREFIX}_{os.getpid()}", namespace)
@@ -47,16 +48,6 @@ class GraphSession:
     def now_ns(self) -> int:
         """Steady time, ns."""
         return int(self._clock.now().nanoseconds)
-
-    @property
-    def interrupts(self) -> int:
-        """How often Ctrl-C or SIGTERM came."""
-        return self._interrupts.count
-
-    @property
-    def interrupted_by(self) -> str:
-        """Which of them it was."""
-        return self._interrupts.name
 
     def step(self) -> None:
         """Serve what comes next, for a tenth of a second at most."""
@@ -77,9 +68,9 @@ def wait(session: GraphSession, seconds: float, is_done: Callable[[], bool]) -> 
     Raises:
         KeyboardInterrupt: when Ctrl-C came.
     """
-    end_ns = session.now_ns + round(seconds * 1e9)
+    end_ns = session.now_ns + round(seconds * NS)
     while not is_done():
-        if session.interrupts:
+        if session.interrupts.count:
             raise KeyboardInterrupt
         if session.now_ns >= end_ns:
             return False

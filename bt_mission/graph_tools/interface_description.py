@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-from bt_mission.core.cdr.definitions import share_folders
+from bt_mission.core.cdr.definitions import file_text, share_folders
 from bt_mission.graph_tools.interface_comments import InterfaceText, Section, read_interface
 from bt_mission.graph_tools.values import flat, plain
-from bt_mission.language.message_types import MessageShape, Scalar, Shape
+from bt_mission.language.message_types import MessageShape, Scalar, Shape, field_at
 from bt_mission.ros.interface_types import action_type, message_type, service_type, shape_of
 
 ACTION_PARTS = ("goal", "result", "feedback")
@@ -19,13 +19,7 @@ SERVICE_PARTS = ("request", "response")
 
 @dataclass(frozen=True)
 class InterfaceField:
-    """One field of a message, nested ones after the one that holds them.
-
-    Args:
-        name: Dotted.
-        unit: Empty where none is known.
-        default: A plain value.
-    """
+    """One field of a message, with its dotted name; the unit is empty where none is known."""
 
     name: str
     shape: Shape
@@ -48,9 +42,7 @@ class InterfaceField:
 class InterfacePart:
     """One message of an interface: goal, result, feedback, request, response, or the message.
 
-    Args:
-        cls: Its Python class.
-        section: What the author says of it.
+    `cls` is its Python class, `section` what the author says of it.
     """
 
     name: str
@@ -73,11 +65,7 @@ class InterfacePart:
         return known | {name: "s" for name, _ in flat(plain(self.cls())) if self._is_time(name)}
 
     def _is_time(self, dotted: str) -> bool:
-        shape: Shape = self.shape
-        for name in dotted.split("."):
-            if not isinstance(shape, MessageShape):
-                return False
-            shape = shape.fields[name]
+        shape = field_at(self.shape, dotted)
         return isinstance(shape, MessageShape) and set(shape.fields) == {"sec", "nanosec"}
 
 
@@ -118,14 +106,11 @@ def describe_interface(type_name: str) -> InterfaceDescription:
 @cache
 def _interface(type_name: str) -> InterfaceText:
     """What the installed interface file says; nothing where it is not there."""
-    package, folder, name = type_name.split("/")
-    for share in share_folders():
-        path = share / package / folder / f"{name}.{folder}"
-        try:
-            return read_interface(path.read_text(encoding="utf-8"))
-        except (OSError, UnicodeDecodeError):
-            continue
-    return InterfaceText("", ())
+    try:
+        text = file_text(type_name, share_folders())
+    except (OSError, UnicodeDecodeError):
+        text = None
+    return InterfaceText("", ()) if text is None else read_interface(text)
 
 
 def _fields(

@@ -16,14 +16,15 @@ from bt_mission.graph_tools.values import short
 from bt_mission.language.message_types import ListOf, MessageShape
 
 NOBODY = "nobody"
+FIELD_KEYS = ("name", "type", "unit", "default", "text")
 
 
-def columns(rows: Iterable[Sequence[str]], gap: str = "  ") -> list[str]:
+def columns(rows: Iterable[Sequence[str]]) -> list[str]:
     """Rows of cells as lines, with the cells of a column one below the other."""
     table = [tuple(escape_control(cell) for cell in row) for row in rows]
     widths = [max(map(len, column)) for column in zip(*table, strict=True)]
     return [
-        gap.join(f"{cell:{width}}" for cell, width in zip(row, widths, strict=True)).rstrip()
+        "  ".join(f"{cell:{width}}" for cell, width in zip(row, widths, strict=True)).rstrip()
         for row in table
     ]
 
@@ -102,19 +103,12 @@ def info_object(entry: GraphEntry, about: InterfaceDescription) -> dict[str, obj
         "text": about.text,
         "servers": list(entry.offers),
         "clients": list(entry.uses),
-        **{part.name: [_field_object(field) for field in part.fields()] for part in about.parts},
+        **{
+            part.name: [{key: getattr(field, key) for key in FIELD_KEYS} for field in part.fields()]
+            for part in about.parts
+        },
         "constants": {
             part.name: {one.name: one.value for one in part.section.constants}
             for part in about.parts
         },
-    }
-
-
-def _field_object(field: InterfaceField) -> dict[str, object]:
-    return {
-        "name": field.name,
-        "type": field.type,
-        "unit": field.unit,
-        "default": field.default,
-        "text": field.text,
     }

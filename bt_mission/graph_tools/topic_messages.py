@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.stamps import NS
 from bt_mission.graph_tools.values import SHOWN_ITEMS, as_json, as_yaml, plain
 from bt_mission.language.message_types import UnknownField, field_at
 from bt_mission.ros.interface_types import message_type, shape_of
@@ -21,21 +22,14 @@ DEPTH = 100
 WAITING = 1_000
 """Messages kept for a slow terminal; beyond it the oldest are dropped."""
 
-NS = 1_000_000_000
-
 
 class TopicSubscriber:
     """Subscribes to a topic, and anew when its publishers offer something else.
 
-    Args:
-        session: its node owns the subscription.
-        topic: full name.
-        type_name: such as ``std_msgs/msg/Bool``.
-        take: called with each message, or its bytes.
-        raw: do not unpack messages.
+    `take` gets each message, or with `raw` its bytes.
 
     Raises:
-        UnknownType: when the type is not installed.
+        UnknownType: When the type is not installed.
     """
 
     def __init__(
@@ -77,16 +71,10 @@ class TopicSubscriber:
 
 
 class MessageTexts:
-    """Turns messages into YAML documents, or lines of JSON.
-
-    Args:
-        type_name: of the messages.
-        field: dotted name of the one that is wanted; None is the whole message.
-        full: do not cut lists.
-        json: lines of JSON, whole.
+    """Turns messages, or a field of them by its dotted name, into YAML documents or JSON lines.
 
     Raises:
-        BtMissionError: when there is no such field.
+        BtMissionError: When there is no such field.
     """
 
     def __init__(self, type_name: str, field: str | None, *, full: bool, json: bool) -> None:

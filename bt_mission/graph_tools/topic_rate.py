@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from itertools import pairwise
+from statistics import fmean, pstdev
 from typing import TYPE_CHECKING
 
-from bt_mission.graph_tools.topic_messages import NS, TopicSubscriber
+from bt_mission.core.stamps import NS
+from bt_mission.graph_tools.topic_messages import TopicSubscriber
 from bt_mission.graph_tools.values import as_json
 
 if TYPE_CHECKING:
@@ -29,11 +30,7 @@ class WindowRate:
 
 
 class RateMeter:
-    """Keeps the times of the newest messages.
-
-    Args:
-        window: how many periods the rate is taken over.
-    """
+    """Keeps the times of the newest messages, with `window` periods between them."""
 
     def __init__(self, window: int) -> None:
         self._times_ns: deque[int] = deque(maxlen=window + 1)
@@ -51,24 +48,16 @@ class RateMeter:
         times = list(self._times_ns)
         if len(times) < 2 or times[-1] == times[0]:
             return None
-        periods = [(after - before) / 1e9 for before, after in pairwise(times)]
-        mean = sum(periods) / len(periods)
-        spread = sum((period - mean) ** 2 for period in periods) / len(periods)
-        return WindowRate(
-            1.0 / mean, mean, min(periods), max(periods), math.sqrt(spread), len(periods)
-        )
+        periods = [(after - before) / NS for before, after in pairwise(times)]
+        mean, deviation = fmean(periods), pstdev(periods)
+        return WindowRate(1 / mean, mean, min(periods), max(periods), deviation, len(periods))
 
 
 class RateLines:
     """Notes when messages are received, without unpacking them.
 
-    Args:
-        session: its node owns the subscription.
-        topic: full name.
-        type_name: of the messages.
-        window: messages over which the rate is taken.
-        sim_time: seconds of ``/clock`` instead of the session's own clock.
-        json: lines are objects for programs.
+    The rate is taken over a `window` of messages, in seconds of the session's own clock or, with
+    `sim_time`, of ``/clock``.
     """
 
     def __init__(

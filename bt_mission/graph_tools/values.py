@@ -6,12 +6,14 @@ import json
 import math
 import re
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import yaml  # type: ignore[import-untyped]
 
 from bt_mission.core.diagnostics import InputError
+from bt_mission.core.stamps import NS
 from bt_mission.core.text import escape_control
 from bt_mission.core.yaml.document import read_text
 from bt_mission.language.message_types import MessageShape, Shape, TypeMismatch, Unknowable, conform
@@ -28,15 +30,11 @@ _MARKED = re.compile(rf"(?:,\s+|- )?{MARK}(\d+)(\]?)")
 _NOT_NUMBERS = {math.inf: "Infinity", -math.inf: "-Infinity"}
 
 
+@dataclass(frozen=True)
 class Cut:
-    """Stands for what a list or a text has beyond what is shown.
+    """Stands for what a list has beyond what is shown: so many items are `left`."""
 
-    Args:
-        left: How many items or characters are not shown.
-    """
-
-    def __init__(self, left: int) -> None:
-        self.left = left
+    left: int
 
 
 def plain(value: Any, most: int | None = None) -> Any:
@@ -58,7 +56,7 @@ def plain(value: Any, most: int | None = None) -> Any:
         return value.tolist()
     kept = value if most is None else value[:most]
     items = kept.tolist() if hasattr(kept, "tolist") else [plain(item, most) for item in list(kept)]
-    return items if len(items) == len(value) else [*items, Cut(len(value) - len(items))]
+    return _with_cut(items, value)
 
 
 def _field(value: Any, type_: str, most: int | None) -> Any:
@@ -67,8 +65,12 @@ def _field(value: Any, type_: str, most: int | None) -> Any:
     if isinstance(value, float):
         return float(str(np.float32(value)))
     kept = np.asarray(value if most is None else value[:most], np.float32).astype(str)
-    items = kept.astype(float).tolist()
-    return items if len(items) == len(value) else [*items, Cut(len(value) - len(items))]
+    return _with_cut(kept.astype(float).tolist(), value)
+
+
+def _with_cut(items: list[Any], whole: Any) -> list[Any]:
+    left = len(whole) - len(items)
+    return [*items, Cut(left)] if left else items
 
 
 def short(value: Any) -> str:
@@ -94,7 +96,7 @@ def flat(value: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]
     """The fields of a message by their dotted names; a time or duration stays one, in seconds."""
     for name, part in value.items():
         if isinstance(part, Mapping) and set(part) == {"sec", "nanosec"}:
-            yield prefix + name, part["sec"] + part["nanosec"] / 1e9
+            yield prefix + name, part["sec"] + part["nanosec"] / NS
         elif isinstance(part, Mapping) and part:
             yield from flat(part, f"{prefix}{name}.")
         else:

@@ -23,40 +23,27 @@ class ActionName:
 GROUP = "bt_mission.actions"
 """The entry points by which a package gives its actions short names; each is a `ActionName`."""
 
+_OWN, _NAV2 = "bt_mission_interfaces/action", "nav2_msgs/action"
 _OURS = {
-    "explore_forward": ActionName("explore_forward", "bt_mission_interfaces/action/ExploreForward"),
-    "explore_frontiers": ActionName(
-        "explore_frontiers", "bt_mission_interfaces/action/ExploreFrontiers"
-    ),
-    "move": ActionName("move", "bt_mission_interfaces/action/Move"),
-    "turn": ActionName("turn", "bt_mission_interfaces/action/Turn"),
-    "camera_sweep": ActionName(
-        "camera_sweep", "bt_mission_interfaces/action/CameraSweep", needs_camera=True
-    ),
+    "explore_forward": ActionName("explore_forward", f"{_OWN}/ExploreForward"),
+    "explore_frontiers": ActionName("explore_frontiers", f"{_OWN}/ExploreFrontiers"),
+    "move": ActionName("move", f"{_OWN}/Move"),
+    "turn": ActionName("turn", f"{_OWN}/Turn"),
+    "camera_sweep": ActionName("camera_sweep", f"{_OWN}/CameraSweep", needs_camera=True),
     "take_pictures": ActionName(
-        "take_pictures",
-        "bt_mission_interfaces/action/TakePictures",
-        moves_base=False,
-        needs_camera=True,
+        "take_pictures", f"{_OWN}/TakePictures", moves_base=False, needs_camera=True
     ),
     "find_colour": ActionName(
-        "find_colour",
-        "bt_mission_interfaces/action/FindColour",
-        moves_base=False,
-        needs_camera=True,
+        "find_colour", f"{_OWN}/FindColour", moves_base=False, needs_camera=True
     ),
-    "record_distance": ActionName(
-        "record_distance", "bt_mission_interfaces/action/RecordDistance", moves_base=False
-    ),
-    "execute_mission": ActionName("execute_mission", "bt_mission_interfaces/action/ExecuteMission"),
-    "navigate_to_pose": ActionName("navigate_to_pose", "nav2_msgs/action/NavigateToPose"),
-    "navigate_through_poses": ActionName(
-        "navigate_through_poses", "nav2_msgs/action/NavigateThroughPoses"
-    ),
-    "follow_waypoints": ActionName("follow_waypoints", "nav2_msgs/action/FollowWaypoints"),
-    "spin": ActionName("spin", "nav2_msgs/action/Spin"),
-    "back_up": ActionName("backup", "nav2_msgs/action/BackUp"),
-    "drive_on_heading": ActionName("drive_on_heading", "nav2_msgs/action/DriveOnHeading"),
+    "record_distance": ActionName("record_distance", f"{_OWN}/RecordDistance", moves_base=False),
+    "execute_mission": ActionName("execute_mission", f"{_OWN}/ExecuteMission"),
+    "navigate_to_pose": ActionName("navigate_to_pose", f"{_NAV2}/NavigateToPose"),
+    "navigate_through_poses": ActionName("navigate_through_poses", f"{_NAV2}/NavigateThroughPoses"),
+    "follow_waypoints": ActionName("follow_waypoints", f"{_NAV2}/FollowWaypoints"),
+    "spin": ActionName("spin", f"{_NAV2}/Spin"),
+    "back_up": ActionName("backup", f"{_NAV2}/BackUp"),
+    "drive_on_heading": ActionName("drive_on_heading", f"{_NAV2}/DriveOnHeading"),
 }
 """Those that come with the package. Nav2's `Wait` has none: `wait` is the language's own."""
 

@@ -4,49 +4,36 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import (
-    Field,
-)
+from pydantic import Field
 
-from bt_mission.language.nodes.base import (
-    Trees,
-    Written,
-    WrittenNode,
-)
-from bt_mission.language.nodes.fields import (
-    ActionNameField,
-    FixedLimit,
-    InputValue,
-    Line,
-    TreeName,
-    Variable,
-)
+from bt_mission.language.nodes import fields
+from bt_mission.language.nodes.base import Trees, Written, WrittenNode
 
 
 class GoalLimits(Written):
     """Limits of goals, for a mission or for one server. Times are seconds of ROS time."""
 
-    timeout: FixedLimit | None = None
-    feedback_timeout: FixedLimit | None = None
-    server_timeout: FixedLimit | None = None
-    acceptance_timeout: FixedLimit | None = None
-    cancel_timeout: FixedLimit | None = None
+    timeout: fields.FixedLimit | None = None
+    feedback_timeout: fields.FixedLimit | None = None
+    server_timeout: fields.FixedLimit | None = None
+    acceptance_timeout: fields.FixedLimit | None = None
+    cancel_timeout: fields.FixedLimit | None = None
 
 
 class MissionFile(Written):
     """The whole file."""
 
-    mission: Line
+    mission: fields.Line
     description: str = ""
-    world: Line = ""
-    robot: Line = "waffle"
+    world: fields.Line = ""
+    robot: fields.Line = "waffle"
     seed: Annotated[int, Field(ge=0, lt=2**63)] = 0
     map: Literal["known", "unknown"] = "known"
-    include: list[Line] = []
-    inputs: dict[Variable, InputValue] = {}
+    include: list[fields.Line] = []
+    inputs: dict[fields.Variable, fields.InputValue] = {}
     limits: GoalLimits = GoalLimits()
-    servers: dict[ActionNameField, GoalLimits] = {}
-    trees: dict[TreeName, Trees] = {}
+    servers: dict[fields.ActionNameField, GoalLimits] = {}
+    trees: dict[fields.TreeName, Trees] = {}
     tree: WrittenNode
 
 
@@ -57,14 +44,14 @@ class TreeDefinition(Written):
     """A tree with a name: what it takes, what it gives, and what it does."""
 
     description: str = ""
-    needs: dict[Variable, TypeWord] = {}
-    inputs: dict[Variable, InputValue] = {}
-    outputs: dict[Variable, TypeWord] = {}
+    needs: dict[fields.Variable, TypeWord] = {}
+    inputs: dict[fields.Variable, fields.InputValue] = {}
+    outputs: dict[fields.Variable, TypeWord] = {}
     do: WrittenNode
 
 
 class Library(Written):
     """A file with trees for other files."""
 
-    include: list[Line] = []
-    trees: dict[TreeName, Trees] = {}
+    include: list[fields.Line] = []
+    trees: dict[fields.TreeName, Trees] = {}

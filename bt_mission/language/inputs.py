@@ -17,6 +17,9 @@ from bt_mission.core.diagnostics import (
 from bt_mission.core.yaml.document import read_text
 from bt_mission.language.expressions.values import WORDS, Plain, Type, type_of
 
+SET_OPTION = "--set"
+"""What is named instead of a file where a value from outside is wrong."""
+
 
 def overridden(
     inputs: Mapping[str, Plain], given: Mapping[str, Plain]
@@ -33,15 +36,15 @@ def overridden(
         if name not in inputs:
             message = f"no input {quoted(name)} (the mission's inputs: {listed(inputs)})"
             hint = did_you_mean(name, inputs)
-            faults.append(Diagnostic(message, "--set", 1, 1, source, hint))
+            faults.append(Diagnostic(message, SET_OPTION, 1, 1, source, hint))
             continue
-        wanted = type_of(inputs[name])
+        wanted = _type_of(inputs[name])
         taken = _read(value) if isinstance(value, str) and wanted != "text" else value
-        if _is_plain(taken) and _same(type_of(taken), wanted):
+        if _is_plain(taken) and _type_of(taken) == wanted:
             values[name] = taken
             continue
-        message = f"input {quoted(name)} expects {_words(wanted)}, got {describe(value)}"
-        faults.append(Diagnostic(message, "--set", 1, len(name) + 2, source))
+        message = f"input {quoted(name)} expects {WORDS[wanted]}, got {describe(value)}"
+        faults.append(Diagnostic(message, SET_OPTION, 1, len(name) + 2, source))
     return values, faults
 
 
@@ -60,10 +63,7 @@ def _is_plain(value: Any) -> bool:
     return isinstance(value, str) or (isinstance(value, int | float) and math.isfinite(value))
 
 
-def _same(found: Type | None, wanted: Type | None) -> bool:
-    numbers = ("integer", "number")
-    return found == wanted or (found in numbers and wanted in numbers)
-
-
-def _words(wanted: Type | None) -> str:
-    return WORDS["number" if wanted == "integer" else wanted]
+def _type_of(value: object) -> Type | None:
+    """Return the type of a value; here whole numbers are numbers like others."""
+    found = type_of(value)
+    return "number" if found == "integer" else found

@@ -19,6 +19,7 @@ from bt_mission.language.inputs import overridden
 from bt_mission.language.mission import Mission
 from bt_mission.language.node_reader import NodeReader
 from bt_mission.language.nodes.action import GoalNode
+from bt_mission.language.permissions import ANYTHING, Permissions
 from bt_mission.language.trees import TreeLibrary, all_steps, read_trees, size_faults
 
 
@@ -49,6 +50,7 @@ def draft(
     seed: int | None = None,
     world: str | None = None,
     robot: str | None = None,
+    permissions: Permissions = ANYTHING,
 ) -> Draft:
     """Return what can be read of a mission, with its faults instead of an exception."""
     rename_limits(document)
@@ -57,7 +59,7 @@ def draft(
     if written is None and isinstance(document.data, dict):
         # Without a name or a tree the rest can still be looked at.
         written = _stand_in(document.data)
-    shelf = TreeLibrary()
+    shelf = TreeLibrary(permissions)
     if written is not None:
         shelf.gather(document, written)
         reader.limits = GoalLimitsTable.written(written)

@@ -6,8 +6,9 @@ below and behind it is looked at too; such a draft is never run.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
 import pydantic
@@ -16,7 +17,6 @@ from bt_mission.core.diagnostics import (
     MOST_FAULTS,
     Diagnostic,
     describe,
-    did_you_mean,
     listed,
     quoted,
 )
@@ -26,7 +26,8 @@ from bt_mission.language.action_names import BROKEN
 from bt_mission.language.expressions.values import Type
 from bt_mission.language.file import TreeDefinition
 from bt_mission.language.goal_limits import RENAMED_LIMITS, GoalLimitsTable
-from bt_mission.language.nodes.base import Key, NodeModel, NodePlace, Written
+from bt_mission.language.nodes import remedies
+from bt_mission.language.nodes.base import CompositeNode, Key, NodeModel, NodePlace, Written
 from bt_mission.language.nodes.composites import SequenceNode
 from bt_mission.language.nodes.registry import KINDS
 
@@ -79,7 +80,8 @@ class NodeReader:
         try:
             return model.model_validate(data)
         except pydantic.ValidationError as error:
-            self.faults += model_faults(self.document, error, model, path)
+            found = model_faults(self.document, error, model, path)
+            self.faults += [_remedied(fault, model) for fault in found]
             if error.error_count() > MOST_FAULTS:
                 return None
             for detail in error.errors(include_url=False):
@@ -113,9 +115,12 @@ class NodeReader:
         for key in data:
             if key not in known and not self.is_full:
                 message = f"no modifier {quoted(key)} for {kind} (it takes: {listed(modifiers)})"
-                self.fault((*path, key), message, did_you_mean(key, modifiers), key=True)
+                hint = remedies.unknown_modifier(key, modifiers)
+                self.fault((*path, key), message, hint, key=True)
         fields = {key: data[key] for key in data if key in known}
         fields["@place"] = NodePlace(*self.document.position(path), path)
+        if self.is_misshapen(kind, data[kind], path):
+            return None
         children = {
             place: self.node(part, (*path, *place)) for place, part in model.written_children(data)
         }
@@ -131,6 +136,15 @@ class NodeReader:
             return node
         return _draft(written, below, fields["@place"]) if below else None
 
+    def is_misshapen(self, kind: str, value: Any, path: tuple[Key, ...]) -> bool:
+        """Note where a type of node has one value instead of fields, or nodes without dashes."""
+        wrong = remedies.lone_value(kind, value)
+        if issubclass(KINDS[kind], CompositeNode) and isinstance(value, dict) and value:
+            wrong = f"expected a list, got {describe(value)}", remedies.NO_DASHES
+        if wrong is not None:
+            self.fault((*path, kind), *wrong)
+        return wrong is not None
+
     def has_keys(self, path: tuple[Key, ...]) -> bool:
         """Return whether a mapping stands at a place."""
         return bool(self.document.find(path).keys)
@@ -144,6 +158,8 @@ class NodeReader:
         if not isinstance(data, dict):
             is_kind = isinstance(data, str) and data in KINDS
             hint = f"write '{data}: ...'" if is_kind else None
+            if isinstance(data, list) and data:
+                hint = remedies.LIST_OF_NODES
             self.fault(path, f"expected {NODE}, got {describe(data)}", hint)
             return None
         kinds: list[str] = [key for key in data if key in KINDS]
@@ -162,12 +178,19 @@ class NodeReader:
         else:
             strange = (key for key in data if key not in _MODIFIERS and key != TIMEOUT)
             key = next(strange, next(iter(data)))
-            message = f"unknown node type {quoted(key)} (types: {listed(KINDS)})"
-            hint = did_you_mean(key, KINDS)
+            message, hint = remedies.unknown_kind(key, KINDS, _MODIFIERS)
             if key in BROKEN:
                 message, hint = f"the plug-in {quoted(key)} does not work: {BROKEN[key]}", None
             self.fault((*path, key), message, hint, key=True)
         return None
+
+
+def _remedied(fault: Diagnostic, model: type[Written]) -> Diagnostic:
+    """Return a fault with a remedy where a modifier of a node stands among its settings."""
+    found = _UNKNOWN_KEY.match(fault.message)
+    if found is None or not issubclass(model, NodeModel) or found[1] not in model.keys:
+        return fault
+    return replace(fault, hint=remedies.beside(found[1], model.kind))
 
 
 def _draft(written: NodeModel | None, below: list[NodeModel], place: NodePlace) -> SequenceNode:
@@ -187,5 +210,6 @@ def _without(data: Any, loc: tuple[Key, ...]) -> Any:
     return {**rest, key: _without(inner, loc[1:])} if deeper else rest
 
 
+_UNKNOWN_KEY = re.compile(r"unknown key '([^']*)'")
 _NO_KEYS: set[str] = set()
 _MODIFIERS = frozenset(name for model in KINDS.values() for name in model.keys) - {*KINDS}

@@ -6,35 +6,32 @@ import importlib
 import importlib.util
 import inspect
 import sys
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Any
 
 from py_trees.behaviour import Behaviour
 
-from bt_mission.core.diagnostics import did_you_mean, listed
-from bt_mission.core.errors import BtMissionError
+from bt_mission.core.diagnostics import did_you_mean, listed, quoted
+from bt_mission.core.errors import HintedError
 from bt_mission.language.expressions.values import Type
+from bt_mission.language.permissions import is_within
 
 GROUP = "bt_mission.leaves"
 """The entry points by which a package names its behaviours."""
 
 
-class PythonError(BtMissionError):
-    """A behaviour of a user's that is not there, or cannot be used; `hint` says what might help."""
-
-    def __init__(self, message: str, hint: str | None = None) -> None:
-        super().__init__(message if hint is None else f"{message}; {hint}")
-        self.message = message
-        self.hint = hint
+class PythonError(HintedError):
+    """A behaviour of a user's that is not there, or cannot be used."""
 
 
 def find_class(target: str, file: str) -> type[Behaviour]:
-    """The class that a mission in ``file`` names.
+    """The class that a mission in ``file`` names; its module is imported.
 
     Args:
         target: ``module:Class``, ``file.py:Class`` (a file in the mission's folder or below), or
             the name of an entry point of the group ``bt_mission.leaves``.
+        file: The mission's.
 
     Raises:
         PythonError: When it is not there, is no behaviour, or its module cannot be imported.
@@ -42,7 +39,8 @@ def find_class(target: str, file: str) -> type[Behaviour]:
     where, _, name = target.partition(":")
     if not name:
         return _behaviour(_plugged(where), target)
-    module = _from_file(where, file) if where.endswith(".py") else _imported(where)
+    is_file = where.endswith(".py")
+    module = _from_file(where, _leaf_file(where, file)) if is_file else _imported(where)
     if not hasattr(module, name):
         known = [key for key, value in vars(module).items() if _is_behaviour(value)]
         has = f"behaviours: {listed(known)}" if known else "it has no behaviours"
@@ -50,18 +48,39 @@ def find_class(target: str, file: str) -> type[Behaviour]:
     return _behaviour(getattr(module, name), target)
 
 
-_TYPES: dict[Any, Type] = {
+def locate(target: str, file: str, folders: tuple[Path, ...] | None) -> None:
+    """Look for the code that a mission in ``file`` names, as far as that goes without importing.
+
+    Args:
+        target: As for `find_class`.
+        file: The mission's.
+        folders: Where files of leaves may lie, links followed; modules are refused then. None is
+            the folder of the mission, and any module.
+
+    Raises:
+        PythonError: For an entry point or a file that is not there, or is not allowed.
+    """
+    where, _, name = target.partition(":")
+    if not name:
+        _entry_point(where)
+    elif where.endswith(".py"):
+        path = _leaf_file(where, file)
+        if folders is not None and not is_within(path, folders):
+            raise PythonError(f"{where} lies outside of the folders that missions come from")
+    elif folders is not None:
+        hint = "put the class into a file beside the mission, and write 'file.py:Class'"
+        raise PythonError(f"the module {quoted(where)} may not be imported here", hint)
+
+
+_KINDS: dict[type, Type] = {
     int: "integer",
     float: "number",
     bool: "bool",
     str: "text",
     list: "list",
-    "int": "integer",
-    "float": "number",
-    "bool": "bool",
-    "str": "text",
-    "list": "list",
 }
+_TYPES: dict[Any, Type] = {**_KINDS, **{kind.__name__: word for kind, word in _KINDS.items()}}
+"""The types of annotations, evaluated or as texts."""
 
 
 def attributes_of(kind: type[Behaviour]) -> dict[str, Type | None]:
@@ -83,7 +102,7 @@ def attributes_of(kind: type[Behaviour]) -> dict[str, Type | None]:
     }
 
 
-def _plugged(name: str) -> Any:
+def _entry_point(name: str) -> EntryPoint:
     there = entry_points(group=GROUP)
     found = [one for one in there if one.name == name]
     if not found:
@@ -91,10 +110,15 @@ def _plugged(name: str) -> Any:
         has = f"known: {listed(known)}" if known else f"no package has any of '{GROUP}'"
         hint = did_you_mean(name, known) or "a class is written as 'module:Class'"
         raise PythonError(f"no plug-in is called '{name}' ({has})", hint)
+    return found[0]
+
+
+def _plugged(name: str) -> Any:
+    found = _entry_point(name)
     try:
-        return found[0].load()
+        return found.load()
     except (Exception, SystemExit) as error:
-        raise PythonError(f"the plug-in '{name}' ({found[0].value}) {_why(error)}") from error
+        raise PythonError(f"the plug-in '{name}' ({found.value}) {_why(error)}") from error
 
 
 def _imported(module: str) -> Any:
@@ -104,13 +128,17 @@ def _imported(module: str) -> Any:
         raise PythonError(f"the module {module} {_why(error)}") from error
 
 
-def _from_file(where: str, file: str) -> Any:
+def _leaf_file(where: str, file: str) -> Path:
     folder = Path(file).resolve().parent
     path = (folder / where).resolve()
     if not path.is_relative_to(folder):
         raise PythonError(f"{where} lies outside of the folder of the mission")
     if not path.is_file():
         raise PythonError(f"no such file: {where}", "it is looked for beside the mission")
+    return path
+
+
+def _from_file(where: str, path: Path) -> Any:
     key = f"bt_mission_leaf_{path.with_suffix('').as_posix().strip('/').replace('/', '_')}"
     if key not in sys.modules:
         spec = importlib.util.spec_from_file_location(key, path)

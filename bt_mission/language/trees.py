@@ -22,6 +22,7 @@ from bt_mission.language.mission import Mission, Tree
 from bt_mission.language.node_reader import NodeReader, Signature
 from bt_mission.language.nodes.base import Key, NodeModel
 from bt_mission.language.nodes.subtree import TreeNode
+from bt_mission.language.permissions import ANYTHING, Permissions
 
 MOST_FILES = 100
 """The most files that a mission includes, directly or not."""
@@ -41,6 +42,7 @@ SHOWN_RING = 20
 class TreeLibrary:
     """The named trees of a mission as they are gathered."""
 
+    permissions: Permissions = ANYTHING
     signatures: dict[str, Signature] = field(default_factory=dict)
     faults: list[Diagnostic] = field(default_factory=list)
     _read: set[Path] = field(default_factory=set)
@@ -53,6 +55,10 @@ class TreeLibrary:
     def _gather(
         self, document: Document, written: MissionFile | Library, within: tuple[Path, ...]
     ) -> None:
+        if written.include and not self.permissions.includes:
+            message = "this mission may not include files"
+            self.faults.append(document.fault(("include",), message, self.permissions.hint))
+            written = written.model_copy(update={"include": []})
         for index, entry in enumerate(written.include):
             if index == MOST_FILES:
                 message = f"more than {MOST_FILES} files are included"
@@ -84,7 +90,7 @@ class TreeLibrary:
         self, document: Document, place: tuple[Key, ...], entry: str, within: tuple[Path, ...]
     ) -> None:
         try:
-            shown, path = _located(document, entry)
+            shown, path = _located(document, entry, self.permissions)
         except InputError as error:
             self.faults += [document.fault(place, one.message, one.hint) for one in error.faults]
             return
@@ -201,12 +207,16 @@ def _size(body: NodeModel, sizes: Mapping[str, tuple[int, int]]) -> tuple[int, i
     return count, levels
 
 
-def _located(document: Document, entry: str) -> tuple[Path, Path]:
-    """Return an included file as it is shown, and where it really is. Raises InputError."""
+def _located(document: Document, entry: str, permissions: Permissions) -> tuple[Path, Path]:
+    """Return an included file as it is shown, and where it really is. Raises InputError.
+
+    A file that may not be used is told of as one that is not there.
+    """
     base = Path(document.file).parent
     shipped = [folder.resolve() for folder in files.folders("missions")]
     candidates = [base / entry] if _real(Path(document.file)) else []
     candidates += [folder / entry for folder in files.folders("missions")]
+    candidates = [one for one in candidates if permissions.allows(one, "missions")]
     found = next((one for one in candidates if _real(one) is not None), None)
     if found is None:
         is_link = any(_is_link(one) for one in candidates)

@@ -34,7 +34,7 @@ class ChunkWriter:
 
     def __init__(self, stream: BinaryIO) -> None:
         self._stream = stream
-        self._at = 0
+        self.bytes_written = 0
         self._new: list[records.McapRecord] = []
         self._summary: dict[Opcode, list[records.McapRecord]] = {
             Opcode.SCHEMA: [],
@@ -46,11 +46,6 @@ class ChunkWriter:
         }
         self._counts: dict[int, int] = {}
         self._times: list[int] = []
-
-    @property
-    def bytes_written(self) -> int:
-        """So far."""
-        return self._at
 
     def start(self, profile: str, library: str) -> None:
         """Begin the file."""
@@ -104,7 +99,7 @@ class ChunkWriter:
         self, data: bytes, first_ns: int, last_ns: int, index: Mapping[int, list[int]]
     ) -> None:
         compressed = lz4.frame.compress(data)
-        begin = self._at
+        begin = self.bytes_written
         self._write(
             _packed(
                 records.Chunk(
@@ -117,10 +112,10 @@ class ChunkWriter:
                 )
             )
         )
-        length = self._at - begin
+        length = self.bytes_written - begin
         offsets = {}
         for channel, entries in index.items():
-            offsets[channel] = self._at
+            offsets[channel] = self.bytes_written
             size = 8 * len(entries)
             head = _INDEX_HEAD.pack(Opcode.MESSAGE_INDEX, 6 + size, channel, size)
             self._write(head + struct.pack(f"<{len(entries)}Q", *entries))
@@ -132,7 +127,7 @@ class ChunkWriter:
                 compressed_size=len(compressed),
                 message_start_time=first_ns,
                 message_end_time=last_ns,
-                message_index_length=self._at - begin - length,
+                message_index_length=self.bytes_written - begin - length,
                 message_index_offsets=offsets,
                 uncompressed_size=len(data),
             )
@@ -140,12 +135,12 @@ class ChunkWriter:
 
     def write_attachment(self, name: str, media_type: str, data: bytes, time_ns: int) -> None:
         """Write a file into the file."""
-        begin = self._at
+        begin = self.bytes_written
         self._write(_packed(records.Attachment(0, time_ns, name, media_type, data)))
         self._summary[Opcode.ATTACHMENT_INDEX].append(
             records.AttachmentIndex(
                 offset=begin,
-                length=self._at - begin,
+                length=self.bytes_written - begin,
                 create_time=0,
                 log_time=time_ns,
                 data_size=len(data),
@@ -156,16 +151,16 @@ class ChunkWriter:
 
     def write_metadata(self, name: str, facts: Mapping[str, str]) -> None:
         """Write named facts."""
-        begin = self._at
+        begin = self.bytes_written
         self._write(_packed(records.Metadata(name, dict(facts))))
         self._summary[Opcode.METADATA_INDEX].append(
-            records.MetadataIndex(begin, self._at - begin, name)
+            records.MetadataIndex(begin, self.bytes_written - begin, name)
         )
 
     def finish(self) -> None:
         """Write the summary, and end the file."""
         self._write(_packed(records.DataEnd(0)))
-        begin = self._at
+        begin = self.bytes_written
         self._summary[Opcode.STATISTICS].append(self._statistics())
         summary, offsets = b"", b""
         for opcode, group in self._summary.items():
@@ -198,7 +193,7 @@ class ChunkWriter:
 
     def _write(self, data: bytes) -> None:
         self._stream.write(data)
-        self._at += len(data)
+        self.bytes_written += len(data)
 
 
 def _packed(record: records.McapRecord) -> bytes:

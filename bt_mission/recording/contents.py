@@ -2,32 +2,45 @@
 
 from __future__ import annotations
 
-import json
+import os
 import platform
 from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, Literal
 
 import cv2
 import numpy as np
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import CompressedImage, Image
 
-from bt_mission.goals.goal import GoalStatus
+from bt_mission.core.cdr.decoder import Take
+from bt_mission.language.mission import Mission
 from bt_mission.ros.mission_details import MissionDetailsBuilder
+from bt_mission.ros.mission_runner import MissionRunner
 
-if TYPE_CHECKING:
-    from bt_mission.core.cdr.decoder import Take
-    from bt_mission.language.mission import Mission
-    from bt_mission.ros.mission_runner import MissionRunner
+Camera = Literal["none", "compressed", "raw"]
 
-DEBUG, INFO, WARN, ERROR = 10, 20, 30, 40
-"""Levels of ``rcl_interfaces/msg/Log``."""
+
+@dataclass(frozen=True)
+class RecordingOptions:
+    """What to record besides everything that is always recorded.
+
+    Args:
+        camera: Pictures: none, each as a JPEG, or as they are. A simulated camera draws only while
+            somebody wants its pictures, so with them a run takes far longer.
+        raw_actions: Keep the type names that rosidl makes of actions and services, such as
+            ``Turn_FeedbackMessage`` and ``CancelGoal_Event``. The messages are the same;
+            mcap-ros2-support and rosbags refuse such names.
+    """
+
+    camera: Camera = "none"
+    raw_actions: bool = False
+
 
 PACKAGES = ("bt-mission", "ros-jazzy-rclpy", "mujoco", "py-trees", "numpy", "mcap")
-
 
 JPEG_QUALITY = 85
 PNG_END = b"IEND\xaeB`\x82"
@@ -59,58 +72,15 @@ def files_of(mission: Mission) -> Iterator[tuple[str, str]]:
         document = tree.document
         if document.file not in seen:
             seen.add(document.file)
-            yield document.file, "\n".join(document.lines).rstrip("\n") + "\n"
-
-
-def log_line(line: str) -> tuple[int, str] | None:
-    """What a line of the trace says to people, with a level; None where it says nothing."""
-    if '"event": "pose"' in line:
-        return None  # the most frequent, and nothing for people
-    event: dict[str, Any] = json.loads(line)
-    match event.get("event"):
-        case "log":
-            return INFO, str(event["text"])
-        case "status":
-            return _status(event)
-        case "mission":
-            reason = f": {event['reason']}" if event["reason"] else ""
-            return (
-                INFO if event["status"] == "success" else ERROR,
-                f"mission: {event['status']}{reason}",
+            yield (
+                portable_name(mission, document.file),
+                "\n".join(document.lines).rstrip("\n") + "\n",
             )
-        case "paused" | "resumed" | "clock" as what:
-            return _interlude(what, event)
-        case str(what) if what.startswith("goal "):
-            return _goal(what.removeprefix("goal "), event)
-    return None
 
 
-def _interlude(what: str, event: dict[str, Any]) -> tuple[int, str]:
-    if what == "resumed":
-        return INFO, "resumed"
-    if what == "paused":
-        return WARN, f"paused: {event['reason']}"
-    by_s = event["jump"]
-    said = f"was set back by {-by_s:g} s" if by_s < 0 else f"skipped {by_s:g} s"
-    return WARN, f"the ROS clock {said}"
-
-
-def _status(event: dict[str, Any]) -> tuple[int, str] | None:
-    message = event["message"]
-    if event["status"] not in ("SUCCESS", "FAILURE") or not message:
-        return None
-    return (WARN if event["status"] == "FAILURE" else INFO), f"'{event['node']}' {message}"
-
-
-def _goal(what: str, event: dict[str, Any]) -> tuple[int, str]:
-    came_to = ""
-    if what == "ended" and event["status"] is not None:
-        came_to = f": {GoalStatus(event['status']).name.lower()}"
-    level = WARN if what == "abandoned" else DEBUG
-    return (
-        level,
-        f"goal {event['goal'][:8]} of '{event['owner']}' to {event['action']} {what}{came_to}",
-    )
+def portable_name(mission: Mission, file: str) -> str:
+    """Name a file of a mission without the folders of this machine: from the mission's folder."""
+    return os.path.relpath(file, Path(mission.file).parent) if Path(file).is_absolute() else file
 
 
 class DetailsRecorder:
@@ -128,7 +98,8 @@ class DetailsRecorder:
         self._take = take
         status = mission.status_publisher
         self._details = MissionDetailsBuilder(status.run, mission.run, status.indices)
-        self._is_due = False
+        self.is_due = False
+        """Has something happened, to be told of with the next look?"""
         self._told_ns: int | None = None
         """None before the first: details are of use to nobody before there is a tree."""
 
@@ -136,15 +107,11 @@ class DetailsRecorder:
         """Follow the mission no longer."""
         self._details.close()
 
-    def hasten(self) -> None:
-        """Something has happened: tell of it with the next look."""
-        self._is_due = True
-
     def look(self, now_ns: int) -> None:
         """Tell what is new, if it is time."""
         is_late = self._told_ns is not None and not 0 <= now_ns - self._told_ns < DETAILS_EVERY_NS
-        if self._is_due or is_late:
-            self._is_due, self._told_ns = False, now_ns
+        if self.is_due or is_late:
+            self.is_due, self._told_ns = False, now_ns
             self._take(serialize_message(self._details.describe_news()))
 
 

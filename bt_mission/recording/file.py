@@ -64,12 +64,11 @@ class McapFile:
         return self._writer.add_channel(topic, ENCODING, self._schemas[type_name], metadata)
 
     def write(self, time_ns: int, messages: Iterable[tuple[int, bytes]]) -> None:
-        """Add the messages of one instant, each the number of its channel and its bytes."""
-        self._waiting += [(channel, time_ns, data) for channel, data in messages]
-        self.flush_if_late(time_ns)
+        """Add the messages of one instant, each the number of its channel and its bytes.
 
-    def flush_if_late(self, time_ns: int) -> None:
-        """Flush when the last time was a second ago, or when much is waiting."""
+        They are flushed when the last time was a second ago, or when much is waiting.
+        """
+        self._waiting += [(channel, time_ns, data) for channel, data in messages]
         is_late = not 0 <= time_ns - self._last_ns < FLUSH_NS
         if self._waiting and (is_late or len(self._waiting) > MOST_WAITING):
             self.flush()

@@ -10,18 +10,15 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from action_msgs.srv import CancelGoal
+from builtin_interfaces.msg import Time
 from rclpy.serialization import serialize_message
 from service_msgs.msg import ServiceEventInfo
 
+from bt_mission.ros.goal_client import Exchange
 from bt_mission.ros.interface_types import action_type
-
-if TYPE_CHECKING:
-    from builtin_interfaces.msg import Time
-
-    from bt_mission.goals.exchange import Exchange
 
 OpenChannel = Callable[[str, str], Callable[[bytes], None]]
 """Called with a topic and its type; gives who takes its messages."""

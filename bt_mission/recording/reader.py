@@ -3,19 +3,103 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
+from typing import Any
 
 from py_trees.common import Status
 
 from bt_mission.core.cdr.decoder import DecodedMessage
+from bt_mission.core.cdr.definitions import action_of
 from bt_mission.events import reader
 from bt_mission.events.events import MissionStarted, MissionStateChanged
 from bt_mission.events.messages import NodeStatus
-from bt_mission.recording.goal_lives import GoalLives
-from bt_mission.recording.model import Picture, RecordedLine, RecordedRun, Span
-from bt_mission.recording.reading import UNREADABLE, Channel, RecordedFile, RecordingError
+from bt_mission.recording.model import Picture, RecordedGoal, RecordedLine, RecordedRun, Span
+from bt_mission.recording.reading import Channel, RecordedFile, RecordingError
 from bt_mission.recording.robot_life import RobotLife
+
+STATUSES = {0: "unknown", 4: "succeeded", 5: "canceled", 6: "aborted"}
+"""By the numbers of ``action_msgs/msg/GoalStatus``; others are no ends."""
+
+Decode = Callable[[], DecodedMessage]
+
+
+class GoalLives:
+    """Takes in what concerns goals, in the order of time."""
+
+    def __init__(self) -> None:
+        self._goals: dict[str, RecordedGoal] = {}
+
+    @property
+    def lives(self) -> tuple[RecordedGoal, ...]:
+        """All goals, in the order in which they were first heard of."""
+        return tuple(self._goals.values())
+
+    def take(self, channel: Channel, time_ns: int, decode: Decode) -> None:
+        """Take in a message of one of the topics of an action."""
+        action, _, part = channel.topic.partition("/_action/")
+        match part:
+            case "feedback":
+                message = decode()
+                goal = self._goal(message.goal_id, action)
+                goal.feedback.append((time_ns, message.feedback))
+            case "send_goal/_service_event":
+                self._take_send(action, channel.type_name, time_ns, decode())
+            case "get_result/_service_event":
+                self._take_result(action, time_ns, decode())
+            case "cancel_goal/_service_event":
+                self._take_cancel(action, time_ns, decode())
+
+    def take_event(self, event: Mapping[str, Any], time_ns: int) -> None:
+        """Take in what the executive says of one of its goals."""
+        goal = self._of(event["goal"], event["action"])
+        goal.owner = event["owner"]
+        match event["event"].removeprefix("goal "):
+            case "sent" | "found again":
+                goal.sent_ns = time_ns if goal.sent_ns is None else goal.sent_ns
+            case "released" | "handed over":  # as version 1 of the trace has it
+                goal.handed_over_ns = time_ns
+            case "abandoned" | "given up":
+                goal.given_up_ns = time_ns
+            case "ended" if event.get("status") is None and goal.rejected_ns is None:
+                goal.rejected_ns, goal.status = time_ns, "rejected"
+
+    def _take_send(
+        self, action: str, type_name: str, time_ns: int, message: DecodedMessage
+    ) -> None:
+        for request in message.request:
+            goal = self._goal(request.goal_id, action)
+            goal.type_name = action_of(type_name)
+            goal.values = request.goal
+            if goal.sent_ns is None:
+                goal.sent_ns = time_ns
+            for answer in message.response:
+                if answer.accepted:
+                    goal.accepted_ns = time_ns
+                else:
+                    goal.rejected_ns, goal.status = time_ns, "rejected"
+
+    def _take_result(self, action: str, time_ns: int, message: DecodedMessage) -> None:
+        for request in message.request:
+            for answer in message.response:
+                goal = self._goal(request.goal_id, action)
+                goal.ended_ns = time_ns
+                goal.status = STATUSES.get(answer.status, "unknown")
+                goal.result = answer.result
+
+    def _take_cancel(self, action: str, time_ns: int, message: DecodedMessage) -> None:
+        if message.response:
+            return
+        for request in message.request:
+            goal = self._goal(request.goal_info.goal_id, action)
+            goal.cancel_ns = time_ns if goal.cancel_ns is None else goal.cancel_ns
+
+    def _goal(self, goal_id: DecodedMessage, action: str) -> RecordedGoal:
+        return self._of(bytes(goal_id.uuid).hex(), action)
+
+    def _of(self, goal_id: str, action: str) -> RecordedGoal:
+        return self._goals.setdefault(goal_id, RecordedGoal(goal_id, action))
+
 
 WORDS = {
     Status.INVALID: "halted",
@@ -35,8 +119,7 @@ def read_run(path: Path) -> RecordedRun:
     """
     file = RecordedFile(path)
     run = _RunReader(file)
-    for channel, time_ns, data in file.messages():
-        run.take(channel, time_ns, data)
+    file.feed(run.take)
     return run.run()
 
 
@@ -69,8 +152,6 @@ class _RunReader:
 
     def __init__(self, file: RecordedFile) -> None:
         self._file = file
-        self._first_ns: int | None = None
-        self._last_ns = 0
         self._tree: MissionStarted | None = None
         self._node = ""
         self._changes: list[tuple[int, NodeStatus]] = []
@@ -79,31 +160,32 @@ class _RunReader:
         self._pictures: list[Picture] = []
         self._goals = GoalLives()
         self._robot: RobotLife | None = None
-        self._takers = {
-            "bt_mission_interfaces/msg/Tree": self._take_tree,
-            "bt_mission_interfaces/msg/StatusChanges": self._take_changes,
-            "bt_mission_interfaces/msg/MissionState": self._take_state,
-            "rcl_interfaces/msg/Log": self._take_log,
-            "sensor_msgs/msg/CompressedImage": self._take_picture,
-        }
 
     def take(self, channel: Channel, time_ns: int, data: bytes) -> None:
-        """Take a message in; one that cannot be read is passed over."""
-        if channel.encoding != "cdr":
-            return
-        if self._first_ns is None:
-            self._first_ns = time_ns
-        self._last_ns = max(self._last_ns, time_ns)
-        try:
-            self._hand_on(channel, time_ns, data)
-        except UNREADABLE:
-            return
+        """Take a message in, if it is of use."""
+        topic = channel.topic
+        match channel.type_name:
+            case "bt_mission_interfaces/msg/Tree":
+                self._tree = reader.tree(channel.decode(data))
+                self._node = topic.removesuffix("/tree")
+            case "bt_mission_interfaces/msg/StatusChanges":
+                count = len(self._tree.nodes) if self._tree else 0
+                changes = reader.changes(channel.decode(data)).changes
+                self._changes += [(time_ns, one) for one in changes if one.node < count]
+            case "bt_mission_interfaces/msg/MissionState":
+                self._state = reader.state(channel.decode(data))
+            case "rcl_interfaces/msg/Log":
+                line = channel.decode(data)
+                self._log.append(RecordedLine(time_ns, line.level, line.name, line.msg))
+            case "sensor_msgs/msg/CompressedImage":
+                image = channel.decode(data)
+                kind = "image/png" if "png" in image.format else "image/jpeg"
+                self._pictures.append(Picture(time_ns, topic, kind, image.data.tobytes()))
+            case _:
+                self._take_by_topic(channel, time_ns, data)
 
-    def _hand_on(self, channel: Channel, time_ns: int, data: bytes) -> None:
-        taker = self._takers.get(channel.type_name)
-        if taker is not None:
-            taker(channel.topic, time_ns, channel.decode(data))
-        elif channel.topic.endswith("/trace"):
+    def _take_by_topic(self, channel: Channel, time_ns: int, data: bytes) -> None:
+        if channel.topic.endswith("/trace"):
             if _POSE_LINE not in data:
                 self._take_line(time_ns, channel.decode(data)["data"])
         elif "/_action/" in channel.topic:
@@ -114,28 +196,6 @@ class _RunReader:
                 hull = json.loads(facts.get("robot_hull", "null"))
                 self._robot = RobotLife(facts.get("namespace", "/"), hull)
             self._robot.take(channel.topic, time_ns, lambda: channel.decode(data))
-
-    # ---- one kind of message each ----------------------------------------------------------
-
-    def _take_tree(self, topic: str, _time_ns: int, message: DecodedMessage) -> None:
-        self._node = topic.removesuffix("/tree")
-        self._tree = reader.tree(message)
-
-    def _take_changes(self, _topic: str, time_ns: int, message: DecodedMessage) -> None:
-        count = len(self._tree.nodes) if self._tree else 0
-        for change in reader.changes(message).changes:
-            if change.node < count:
-                self._changes.append((time_ns, change))
-
-    def _take_state(self, _topic: str, _time_ns: int, message: DecodedMessage) -> None:
-        self._state = reader.state(message)
-
-    def _take_log(self, _topic: str, time_ns: int, message: DecodedMessage) -> None:
-        self._log.append(RecordedLine(time_ns, message.level, message.name, message.msg))
-
-    def _take_picture(self, topic: str, time_ns: int, message: DecodedMessage) -> None:
-        kind = "png" if "png" in message.format else "jpeg"
-        self._pictures.append(Picture(time_ns, topic, f"image/{kind}", message.data.tobytes()))
 
     def _take_line(self, time_ns: int, line: str) -> None:
         try:
@@ -161,7 +221,7 @@ class _RunReader:
             name: json.loads(value)
             for name, value in file.notes.get("bt_mission_summary", {}).items()
         }
-        start_ns = int(facts.get("start_ns", self._first_ns or 0))
+        start_ns = int(facts.get("start_ns", file.first_ns or 0))
         robot = self._robot or RobotLife(facts.get("namespace", "/"), None)
         texts = {
             one.name: one.data.decode(errors="replace")
@@ -180,13 +240,13 @@ class _RunReader:
             facts=facts,
             summary=summary,
             start_ns=start_ns,
-            end_ns=self._last_ns,
+            end_ns=file.last_ns,
             status=self._state.status,
             reason=self._state.reason,
             why_cut=file.why_cut,
             missing=summary.get("missing", ""),
             tree=self._tree.nodes,
-            spans=spans_of(len(self._tree.nodes), self._changes, self._last_ns),
+            spans=spans_of(len(self._tree.nodes), self._changes, file.last_ns),
             truth=robot.truth,
             measured=robot.measured,
             scans=robot.scans,

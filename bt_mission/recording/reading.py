@@ -94,6 +94,11 @@ class RecordedFile:
         self.attached: list[RecordingAttachment] = []
         self.why_cut = ""
         """Why it ends before its end; empty where it does not."""
+        self.first_ns: int | None = None
+        self.last_ns = 0
+        """Times of the messages that :meth:`feed` has handed on."""
+        self.unread: dict[str, str] = {}
+        """Why the messages of a type could not be read."""
         self._topics: set[str] = set()
 
     @property
@@ -101,6 +106,23 @@ class RecordedFile:
         """Some of the topics, in words; empty where no message is in it."""
         more = ", ..." if len(self._topics) > SHOWN_TOPICS else ""
         return ", ".join(sorted(self._topics)[:SHOWN_TOPICS]) + more
+
+    def feed(self, take: Callable[[Channel, int, bytes], None]) -> None:
+        """Hand on all CDR messages in the order of the file; those that fit no reader are noted.
+
+        Raises:
+            RecordingError: For a file that is none, or that cannot be opened.
+        """
+        for channel, time_ns, data in self.messages():
+            if channel.encoding != "cdr":
+                continue
+            if self.first_ns is None:
+                self.first_ns = time_ns
+            self.last_ns = max(self.last_ns, time_ns)
+            try:
+                take(channel, time_ns, data)
+            except UNREADABLE as error:
+                self.unread.setdefault(channel.type_name, str(error))
 
     def messages(self) -> Iterator[Message]:
         """All messages in the order of the file.

@@ -8,8 +8,9 @@ from collections.abc import Callable
 import numpy as np
 
 from bt_mission.core.cdr.decoder import DecodedMessage
+from bt_mission.core.geometry import Pose2D, yaw_of
 from bt_mission.events import reader
-from bt_mission.events.robot_state import BASES, FloorPose, Frames, frames_of, locate
+from bt_mission.events.robot_state import BASES, Frames, frames_of, locate
 from bt_mission.recording.model import (
     Floats,
     RecordedCollision,
@@ -23,7 +24,7 @@ Decode = Callable[[], DecodedMessage]
 Hull = tuple[float, float, float]
 
 TRUTH, ODOMETRY = "ground_truth/odom", "odom"
-MIDDLE = FloorPose(0.0, 0.0, 0.0)
+MIDDLE = Pose2D(0.0, 0.0, 0.0)
 
 
 class RobotLife:
@@ -43,27 +44,32 @@ class RobotLife:
         self._battery: list[tuple[int, float]] = []
         self._scans: list[tuple[int, str, DecodedMessage]] = []
         self._frames: Frames = {}
-        self._map_to_odom: FloorPose | None = None
-        self._takers: dict[str, Callable[[int, DecodedMessage], None]] = {
-            TRUTH: lambda at, message: self._take_pose(TRUTH, at, message),
-            ODOMETRY: lambda at, message: self._take_pose(ODOMETRY, at, message),
-            "scan": self._take_scan,
-            "battery_state": self._take_battery,
-            "map": self._take_grid,
-            "collisions": self._take_collision,
-            "tf_static": self._take_frames,
-        }
+        self._map_to_odom: Pose2D | None = None
 
     def take(self, topic: str, time_ns: int, decode: Decode) -> None:
         """Take in a message, if it is of use."""
-        name = topic.removeprefix(self._prefix)
-        taker = self._takers.get(name)
-        if taker is not None:
-            taker(time_ns, decode())
-        elif name == "tf" and self._map_to_odom is None:
-            parent, pose = frames_of(reader.transforms(decode())).get("odom", ("", MIDDLE))
-            if parent == "map":
-                self._map_to_odom = pose
+        match topic.removeprefix(self._prefix):
+            case "ground_truth/odom" | "odom" as name:
+                self._poses[name].append(_pose(time_ns, decode()))
+            case "scan":
+                scan = decode()
+                self._scans.append((time_ns, scan.header.frame_id.lstrip("/"), scan))
+            case "battery_state":
+                share = decode().percentage
+                if math.isfinite(share):
+                    self._battery.append((time_ns, share))
+            case "map":
+                self._take_grid(time_ns, decode())
+            case "collisions":
+                hit = decode()
+                place = hit.point.x, hit.point.y
+                self.collisions.append(RecordedCollision(time_ns, hit.obstacle, *place, hit.force))
+            case "tf_static":
+                self._frames |= frames_of(reader.transforms(decode()))
+            case "tf" if self._map_to_odom is None:
+                parent, pose = frames_of(reader.transforms(decode())).get("odom", ("", MIDDLE))
+                if parent == "map":
+                    self._map_to_odom = pose
 
     # ---- what came of it -------------------------------------------------------------------
 
@@ -92,29 +98,6 @@ class RobotLife:
             self._scan(time_ns, places[frame], message) for time_ns, frame, message in self._scans
         )
 
-    # ---- messages --------------------------------------------------------------------------
-
-    def _take_pose(self, topic: str, time_ns: int, message: DecodedMessage) -> None:
-        at, twist = message["pose"]["pose"], message["twist"]["twist"]
-        place, turned = at["position"], at["orientation"]
-        self._poses[topic].append(
-            (
-                time_ns,
-                place["x"],
-                place["y"],
-                reader.yaw_of(*turned.values()),
-                twist["linear"]["x"],
-                twist["angular"]["z"],
-            )
-        )
-
-    def _take_battery(self, time_ns: int, message: DecodedMessage) -> None:
-        if math.isfinite(message["percentage"]):
-            self._battery.append((time_ns, message["percentage"]))
-
-    def _take_scan(self, time_ns: int, message: DecodedMessage) -> None:
-        self._scans.append((time_ns, message.header.frame_id.lstrip("/"), message))
-
     def _take_grid(self, time_ns: int, message: DecodedMessage) -> None:
         info, origin = message["info"], message["info"]["origin"]["position"]
         shape = (info["height"], info["width"])
@@ -122,20 +105,9 @@ class RobotLife:
             cells = message["data"].reshape(shape)
             self.grid = RecordedGrid(time_ns, info["resolution"], origin["x"], origin["y"], cells)
 
-    def _take_collision(self, time_ns: int, message: DecodedMessage) -> None:
-        point = message["point"]
-        self.collisions.append(
-            RecordedCollision(
-                time_ns, message["obstacle"], point["x"], point["y"], message["force"]
-            )
-        )
-
-    def _take_frames(self, _time_ns: int, message: DecodedMessage) -> None:
-        self._frames |= frames_of(reader.transforms(message))
-
     # ---- geometry --------------------------------------------------------------------------
 
-    def _scan(self, time_ns: int, at: FloorPose, message: DecodedMessage) -> RecordedScan:
+    def _scan(self, time_ns: int, at: Pose2D, message: DecodedMessage) -> RecordedScan:
         ranges: Floats = message["ranges"].astype(np.float64)
         angles = message["angle_min"] + message["angle_increment"] * np.arange(len(ranges))
         with np.errstate(invalid="ignore"):
@@ -155,7 +127,13 @@ class RobotLife:
         return float(np.hypot(ahead, aside).min())
 
 
-def _track(rows: list[tuple[float, ...]], origin: FloorPose) -> Track:
+def _pose(time_ns: int, message: DecodedMessage) -> tuple[float, ...]:
+    pose, twist = message.pose.pose, message.twist.twist
+    place, yaw = pose.position, yaw_of(pose.orientation)
+    return time_ns, place.x, place.y, yaw, twist.linear.x, twist.angular.z
+
+
+def _track(rows: list[tuple[float, ...]], origin: Pose2D) -> Track:
     table = np.array(rows, np.float64).reshape(-1, 6)
     times = np.array([row[0] for row in rows], np.int64)
     x, y, yaw = table[:, 1], table[:, 2], table[:, 3]

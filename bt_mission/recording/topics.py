@@ -1,6 +1,6 @@
 """The topics of a graph: found, and taken as they are sent, serialized.
 
-Publishers of nodes of this process are tapped; what others send comes by raw subscriptions.
+Publishers of this process that can be observed are; what others send comes by raw subscriptions.
 """
 
 from __future__ import annotations
@@ -10,20 +10,20 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
 from rclpy.event_handler import SubscriptionEventCallbacks
-from rclpy.publisher import Publisher
-from rclpy.qos import DurabilityPolicy, QoSProfile
-from rclpy.serialization import serialize_message
+from rclpy.qos import QoSProfile
 
 from bt_mission.core.cdr.decoder import Take
 from bt_mission.core.diagnostics import listed
 from bt_mission.core.errors import BtMissionError
 from bt_mission.ros.graph import ProcessNode
 from bt_mission.ros.interface_types import action_type, message_type
+from bt_mission.ros.observable_publisher import ObservablePublisher
 from bt_mission.ros.subscriber import matching_qos
 
 if TYPE_CHECKING:
     from rclpy.duration import Duration
     from rclpy.node import Node
+    from rclpy.publisher import Publisher
 
 DEPTH = 1000
 """Messages of a topic that may wait until they are taken."""
@@ -61,7 +61,7 @@ class GraphTopics:
             :meth:`poll` takes them otherwise.
         opening: Decides what becomes of a topic.
         skip: Topics to leave alone.
-        inside: Gives the nodes whose publishers are tapped.
+        inside: Gives the nodes whose publishers are observed, where they can be.
     """
 
     def __init__(
@@ -76,20 +76,27 @@ class GraphTopics:
         self._skip = frozenset(skip)
         self._inside = inside
         self._known = set(self._skip)
-        self._tappable: set[str] = set()
+        self._observable: set[str] = set()
+        self._hidden: set[str] = set()
         self._publishers: set[Publisher] = set()
-        self._tapped: list[Publisher] = []
+        self._observed: list[ObservablePublisher] = []
         self._subscribed: list[_Subscribed] = []
         self.faults: dict[str, str] = {}
         """Why a topic is not taken, by its name."""
 
     def look_around(self) -> None:
         """Take in what has come up since the last time."""
+        new = []
         for one in self._inside():
             for publisher in one.node.publishers:
                 if publisher not in self._publishers:
                     self._publishers.add(publisher)
-                    self._tap(publisher, one)
+                    if isinstance(publisher, ObservablePublisher):
+                        new.append((publisher, one))
+                    else:
+                        self._subscribe_from_now_on(publisher.topic_name)
+        for publisher, one in new:
+            self._observe(publisher, one)
         for topic, types in self._node.get_topic_names_and_types():
             if topic not in self._known:
                 self._find(topic, types)
@@ -110,20 +117,33 @@ class GraphTopics:
 
     def close(self) -> None:
         """Let go of the publishers; the subscriptions go with the node."""
-        for publisher in self._tapped:
-            untap(publisher)
-        self._tapped.clear()
+        for publisher in self._observed:
+            publisher.unobserve()
+        self._observed.clear()
 
-    def _tap(self, publisher: Publisher, by: ProcessNode) -> None:
+    def _subscribe_from_now_on(self, topic: str) -> None:
+        """Hear by a subscription, and by that alone, what one publisher at least does not show."""
+        if topic in self._skip or (topic in self._known and topic not in self._observable):
+            return
+        self._observable.discard(topic)
+        self._hidden.add(topic)
+        self._known.discard(topic)
+        for publisher in self._observed:
+            if publisher.topic_name == topic:
+                publisher.unobserve()
+
+    def _observe(self, publisher: ObservablePublisher, by: ProcessNode) -> None:
         topic, type_name = publisher.topic_name, name_of(publisher.msg_type)
-        if topic in self._skip or (topic in self._known and topic not in self._tappable):
+        if topic in self._skip or topic in self._hidden:
+            return
+        if topic in self._known and topic not in self._observable:
             return
         try:
             trim = self._opening.trimming(type_name, has_one_shape=by.is_sensor)
             if trim is None:
                 return
             self._known.add(topic)
-            self._tappable.add(topic)
+            self._observable.add(topic)
             offer = offered([publisher.qos_profile])
             take = self._opening.open_topic(topic, type_name, offer)
         except BtMissionError as error:
@@ -133,8 +153,8 @@ class GraphTopics:
             trimmed = trim(take)
             if trimmed is not take:
                 take = self._opening.guarded(trimmed)
-            tap(publisher, take, counts=by.is_sensor)
-            self._tapped.append(publisher)
+            publisher.observe(take, counts=by.is_sensor)
+            self._observed.append(publisher)
 
     def _find(self, topic: str, types: list[str]) -> None:
         offers = [one.qos_profile for one in self._node.get_publishers_info_by_topic(topic)]
@@ -207,48 +227,3 @@ def offered(offers: Iterable[QoSProfile]) -> str:
 def _span(duration: Duration) -> str:
     seconds, nanoseconds = divmod(duration.nanoseconds, 1_000_000_000)
     return f"{{sec: {seconds}, nsec: {nanoseconds}}}"
-
-
-class Tapped(Publisher):
-    """A publisher whose messages somebody takes before they are sent; made by :func:`tap`.
-
-    A subscription would do, too, but costs twice as much: another reader for the middleware, and
-    another look into a queue at every instant.
-    """
-
-    take: Take
-    counts: bool
-    is_latched: bool
-    send: Take
-    count: Callable[[], int]
-
-    def publish(self, msg: Any) -> None:
-        """Have a message taken, and send it where somebody else hears it, or will."""
-        data = msg if isinstance(msg, bytes) else serialize_message(msg)
-        self.take(data)
-        if self.is_latched or self.count():
-            self.send(data)
-
-    def get_subscription_count(self) -> int:
-        """How many subscriptions it has, and one more where the tap counts as one."""
-        return self.count() + self.counts
-
-
-def tap(publisher: Publisher, take: Take, *, counts: bool) -> None:
-    """Have ``take`` see what a publisher sends.
-
-    Args:
-        counts: Be taken for a subscription, so that what is only sent to somebody is sent.
-    """
-    # Nodes hold on to their publishers, so another object in its place will not do.
-    publisher.__class__ = Tapped
-    one: Any = publisher
-    one.take, one.counts = take, counts
-    one.is_latched = publisher.qos_profile.durability is not DurabilityPolicy.VOLATILE
-    # What rclpy's own methods call in the end; they also ask what kind of message it is.
-    one.send, one.count = publisher.handle.publish_raw, publisher.handle.get_subscription_count
-
-
-def untap(publisher: Publisher) -> None:
-    """Make it a publisher like others again."""
-    publisher.__class__ = Publisher

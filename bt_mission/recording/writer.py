@@ -7,7 +7,7 @@ import struct
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 from builtin_interfaces.msg import Time
 from rcl_interfaces.msg import Log
@@ -16,26 +16,31 @@ from rclpy.parameter import Parameter
 from rclpy.serialization import serialize_message
 
 from bt_mission.core.cdr.decoder import Decoder, Take
-from bt_mission.core.cdr.definitions import Definitions, NoDefinitionError, share_folders
+from bt_mission.core.cdr.definitions import (
+    Definitions,
+    NoDefinitionError,
+    share_folders,
+    with_plain_names,
+)
 from bt_mission.core.dds.liveliness import RECORDER
 from bt_mission.core.dds.liveliness import TOPIC as PRESENCE
 from bt_mission.core.errors import described
+from bt_mission.core.stamps import set_ns
+from bt_mission.events.log import rosout_line
 from bt_mission.recording.contents import (
     DETAILS_TYPE,
     DetailsRecorder,
     PictureFolder,
+    RecordingOptions,
     compressed,
     files_of,
-    log_line,
+    portable_name,
     versions,
 )
 from bt_mission.recording.file import McapFile
 from bt_mission.recording.goals import GoalEvents
-from bt_mission.recording.options import RecordingOptions
 from bt_mission.recording.topics import GraphTopics
-
-if TYPE_CHECKING:
-    from bt_mission.sessions.observers import ObservableSession
+from bt_mission.sessions.session import ObservableSession
 
 LOOK_NS = 2_000_000_000
 """Time between two looks at what topics and pictures there are."""
@@ -152,7 +157,7 @@ class RunRecorder:
     def _take_last(self) -> None:
         self._look_around()
         self._topics.poll()
-        self._telling.hasten()
+        self._telling.is_due = True
         self._telling.look(self._session.now_ns)
         self._hand_over()
 
@@ -206,7 +211,7 @@ class RunRecorder:
         self._start_ns = session.now_ns
         facts = {
             "mission": session.mission.name,
-            "file": session.mission.file,
+            "file": portable_name(session.mission, session.mission.file),
             "seed": str(session.mission.seed),
             "robot": session.mission.robot,
             "node": node.get_fully_qualified_name(),
@@ -284,9 +289,10 @@ class RunRecorder:
         except NoDefinitionError as error:
             self._topics.faults[topic] = str(error)
             return 0
-        return self.file.channel(
-            topic, type_name, definition, {"offered_qos_profiles": offered_qos}
-        )
+        if not self._options.raw_actions:
+            type_name, definition = with_plain_names(type_name, definition)
+        metadata = {"offered_qos_profiles": offered_qos}
+        return self.file.channel(topic, type_name, definition, metadata)
 
     def _open_own(self, topic: str, type_name: str) -> Take:
         """The same for messages that are serialized here."""
@@ -301,12 +307,12 @@ class RunRecorder:
     # ---- what does not come by a topic -----------------------------------------------------
 
     def _take_status(self, what: str, message: Any) -> None:
-        self._telling.hasten()
+        self._telling.is_due = True
         self._status[what](serialize_message(message))
 
     def _take_line(self, line: str) -> None:
         self._trace(string_message(line))
-        said = log_line(line)
+        said = rosout_line(line)
         if said is not None:
             level, text = said
             entry = Log(stamp=self._stamp(), level=level, name=self._mission_node.get_name())
@@ -314,8 +320,7 @@ class RunRecorder:
             self._log(serialize_message(entry))
 
     def _stamp(self) -> Time:
-        seconds, nanoseconds = divmod(self._session.now_ns, 1_000_000_000)
-        return Time(sec=seconds, nanosec=nanoseconds)
+        return set_ns(Time(), self._session.now_ns)
 
 
 _LENGTH: Callable[[int], bytes] = struct.Struct("<I").pack

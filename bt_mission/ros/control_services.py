@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from bt_mission_interfaces.srv import PauseMission, SetBreakpoint
+from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from bt_mission.core.errors import BtMissionError
+from bt_mission.executive.executive import Executive
 from bt_mission.executive.status import MissionStatus
 
-if TYPE_CHECKING:
-    from rclpy.node import Node
-
-    from bt_mission.executive.executive import Executive
+MOST_BREAKPOINTS = 100
+LONGEST_NAME = 1_000
+"""Characters; breakpoints are kept, and listed in each answer, also where no mission runs."""
 
 
 class ControlServices:
@@ -77,6 +78,10 @@ class ControlServices:
         if not name:
             return f"{len(self._breakpoints)} set"
         if not remove:
+            if len(name) > LONGEST_NAME:
+                raise BtMissionError(f"no node has a name of {len(name):,} characters")
+            if len(self._breakpoints) >= MOST_BREAKPOINTS and name not in self._breakpoints:
+                raise BtMissionError(f"{MOST_BREAKPOINTS} breakpoints are set; remove one first")
             count = 0 if executive is None else executive.breakpoints.add(name)
             self._breakpoints[name] = None
             return f"pauses before '{name}'" + (f" ({count} nodes)" if count > 1 else "")

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING, Any, Protocol, Self
+from typing import Any, Protocol, Self
 
 from rclpy.executors import TimeoutException
+from rclpy.node import Node
 from rclpy.type_hash import TypeHash
 
 from bt_mission.core.dds.discovery import RANGE
@@ -13,11 +14,7 @@ from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events.source import FoundExecutive
 from bt_mission.ros.graph import GraphConnection, quiet_node
 from bt_mission.ros.mission_client import NEWEST, TELLS, MissionClient
-
-if TYPE_CHECKING:
-    from rclpy.node import Node
-
-    from bt_mission.ros.mission_node import MissionNode
+from bt_mission.ros.mission_node import MissionNode
 
 STATE_TYPE = "bt_mission_interfaces/msg/MissionState"
 

@@ -2,22 +2,44 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 from action_msgs.srv import CancelGoal
 from rclpy.action import ActionClient, get_action_names_and_types
 from rclpy.action.client import ClientGoalHandle
+from rclpy.node import Node
+from rclpy.task import Future
 from unique_identifier_msgs.msg import UUID
 
-from bt_mission.goals.exchange import Exchange, ExchangeListener
 from bt_mission.goals.goal import Event, Goal, GoalStatus, Phase
-from bt_mission.ros.interface_types import action_type, check_type, fill
+from bt_mission.ros.clients import RosClient
+from bt_mission.ros.interface_types import action_type
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
 
-    from rclpy.node import Node
-    from rclpy.task import Future
+@dataclass(frozen=True)
+class Exchange:
+    """A request to one of the three services of an action, or the answer to it.
+
+    Args:
+        action: Resolved name of the action; ``type_name`` is its type.
+        service: ``send_goal``, ``cancel_goal`` or ``get_result``.
+        goal_id: The goal that it is about.
+        request: As it was sent.
+        answer: As it came; None when this tells of the request.
+    """
+
+    action: str
+    type_name: str
+    service: str
+    goal_id: bytes
+    request: Any
+    answer: Any = None
+
+
+ExchangeListener = Callable[[Exchange], None]
+"""Told of each request when it is sent, and once more when it is answered."""
 
 
 class _Client(ActionClient):
@@ -32,7 +54,7 @@ class _Client(ActionClient):
         await super().execute(taken_data)  # type: ignore[no-untyped-call]  # rclpy's
 
 
-class RosGoalClient:
+class RosGoalClient(RosClient):
     """Carries goals of one action to its server and brings back what it says.
 
     Args:
@@ -56,28 +78,21 @@ class RosGoalClient:
     ) -> None:
         self._why_rejected = why_rejected
         self._listeners = listeners
-        self._type = action_type(type_name)
-        self.type_name = type_name
-        self.name = node.resolve_topic_name(name)
-        check_type(self.name, type_name, dict(get_action_names_and_types(node)).get(self.name, ()))
+        self._type, full = action_type(type_name), node.resolve_topic_name(name)
+        super().__init__(node, full, type_name, self._type.Goal, get_action_names_and_types(node))
         self._client: ActionClient = _Client(node, self._type, name)  # type: ignore[no-untyped-call]
         self._handles: dict[bytes, ClientGoalHandle] = {}
+        self._is_closed = False
 
     def close(self) -> None:
-        """Destroy the action client."""
-        self._client.destroy()
+        """Destroy the action client; once is enough."""
+        if not self._is_closed:
+            self._is_closed = True
+            self._client.destroy()
 
     def is_ready(self) -> bool:
         """Is a server in the graph, with all its services and topics matched?"""
         return bool(self._client.server_is_ready())
-
-    def prepare(self, fields: Mapping[str, Any]) -> Any:
-        """A goal message with these fields.
-
-        Raises:
-            BtMissionError: When a value does not fit its field.
-        """
-        return fill(self._type.Goal(), fields)
 
     def send(self, goal: Goal, request: Any) -> None:
         """Send the goal with the UUID of its record."""
@@ -114,6 +129,20 @@ class RosGoalClient:
     def _handle(self, goal: Goal) -> ClientGoalHandle:
         answer = self._type.Impl.SendGoalService.Response(accepted=True)
         return ClientGoalHandle(self._client, _uuid(goal), answer)
+
+    def move_to(self, node: Node) -> None:
+        """Go on over another node; see :meth:`ask_again`."""
+        self.close()
+        self._client = _Client(node, self._type, self.name)  # type: ignore[no-untyped-call]
+        self._is_closed = False
+        self._handles.clear()
+
+    def ask_again(self, goal: Goal) -> None:
+        """Cancel a goal, and ask for its end, where earlier answers cannot arrive any more."""
+        if goal.accepted:
+            self.recover_goal(goal)
+            self.ask_result(goal)
+        self.send_cancel(goal)
 
     def ask_result(self, goal: Goal) -> None:
         """Ask for the result; it arrives when the server has ended the goal."""

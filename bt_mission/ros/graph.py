@@ -13,18 +13,24 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.signals import SignalHandlerOptions
 
+from bt_mission.core.dds.publishers import CLOCK, ODOMETRY, duplicate_publishers
+from bt_mission.core.errors import BtMissionError
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.status import MissionStatus
 
-CLOCK_TOPIC = "/clock"
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 WAIT_S = 0.1
 CLOCK_WAIT_S = 4.0
 """Wall time to look for a publisher of ``/clock`` before this machine's clock is taken; and to
 see time stand still without a publisher before it counts as gone. Other participants of Fast DDS
 announce themselves every 3 s, so discovery may take that long."""
+
+SETTLE_S = 0.6
+"""Wall time after which the participants of a graph count as found: they answer at once."""
 
 LAST_ROUNDS = 20
 """Callbacks that may still run before a graph is left."""
@@ -143,6 +149,25 @@ class GraphConnection:
             self._probe.destroy_node()
             self._probe = None
 
+    def refuse_duplicates(self, node: Node) -> None:
+        """Look whether several nodes publish the odometry or the clock that a mission goes by.
+
+        Args:
+            node: The mission's, which is not served yet.
+
+        Raises:
+            BtMissionError: With the topic, its publishers, and what to do.
+        """
+        since = Stopwatch()
+        while (why := self.duplicates(node)) is None and since.elapsed_s < SETTLE_S:
+            self.executor.spin_once(timeout_sec=WAIT_S)
+        if why is not None:
+            raise BtMissionError(why)
+
+    def duplicates(self, node: Node) -> str | None:
+        """Return which of these topics has several publishers now, and what to do, or None."""
+        return duplicate_publishers(node, (ODOMETRY, CLOCK) if self.has_clock else (ODOMETRY,))
+
     def host_quiet(self, name: str, namespace: str | None = None) -> Node:
         """Make and serve a node that only looks on, until the graph is left."""
         node = quiet_node(name, self.context, namespace)
@@ -196,7 +221,7 @@ class GraphConnection:
         probe = self._probe = quiet_node("bt_mission_probe", self.context)
         watch = Stopwatch()
         self.executor.add_node(probe)
-        while not (found := probe.count_publishers(CLOCK_TOPIC) > 0):
+        while not (found := probe.count_publishers(CLOCK) > 0):
             if watch.elapsed_s > CLOCK_WAIT_S:
                 break
             self.executor.spin_once(timeout_sec=WAIT_S)
@@ -209,7 +234,5 @@ class GraphConnection:
         if now_ns != self._seen_ns:
             self._seen_ns = now_ns
             self._since_last_time = Stopwatch()
-        elif self._since_last_time.elapsed_s > CLOCK_WAIT_S and not node.count_publishers(
-            CLOCK_TOPIC
-        ):
-            executive.abandon(f"{CLOCK_TOPIC} has gone: time stands still")
+        elif self._since_last_time.elapsed_s > CLOCK_WAIT_S and not node.count_publishers(CLOCK):
+            executive.abandon(f"{CLOCK} has gone: time stands still")

@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Any, Literal
 
-from rclpy.action import get_action_names_and_types
+from rcl_interfaces.srv import GetParameters
+from rclpy.action import get_action_names_and_types, get_action_server_names_and_types_by_node
+from rclpy.node import Node
+from rclpy.parameter import parameter_value_to_python
 
 from bt_mission.core.diagnostics import Diagnostic, did_you_mean, listed
 from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.base import (
     NodeModel,
 )
 from bt_mission.language.nodes.interfaces import InterfaceNode
 from bt_mission.language.trees import used
 from bt_mission.ros.graph import WAIT_S, GraphConnection
-
-if TYPE_CHECKING:
-    from rclpy.node import Node
-
-    from bt_mission.language.mission import Mission
 
 LOOK_S = 4.0
 """Wall time after which what has not been found is not there; Fast DDS announces a participant anew
@@ -78,6 +77,56 @@ def find_missing(mission: Mission, namespace: str | None = None) -> list[NameFin
             if all(one.is_there for one in found) or watch.elapsed_s > LOOK_S:
                 return found
             graph.executor.spin_once(timeout_sec=WAIT_S)
+
+
+@dataclass(frozen=True)
+class RunningServers:
+    """Parameters of a node of action servers, and its actions, without their namespace."""
+
+    parameters: Mapping[str, Any]
+    actions: frozenset[str]
+
+
+def find_servers(
+    name: str, parameters: Sequence[str], namespace: str | None = None
+) -> RunningServers | None:
+    """Join the graph and ask a node for parameters, for some seconds at most.
+
+    Args:
+        name: Of the node.
+        parameters: Names of those that are asked for; the node may have others.
+        namespace: Of the robot, and so of the node.
+
+    Returns:
+        None where no such node answers.
+    """
+    with GraphConnection(wall_clock=True) as graph:
+        node = graph.host_quiet("bt_mission_check", namespace)
+        client = node.create_client(GetParameters, f"{name}/get_parameters")
+        watch = Stopwatch()
+        while not (client.service_is_ready() and _actions_of(name, node)):
+            if watch.elapsed_s > LOOK_S:
+                return None
+            graph.executor.spin_once(timeout_sec=WAIT_S)
+        answer = client.call_async(GetParameters.Request(names=list(parameters)))
+        graph.executor.spin_until_future_complete(answer, timeout_sec=LOOK_S)
+        response = answer.result() if answer.done() else None
+        if response is None:
+            return None
+        values = map(parameter_value_to_python, response.values)
+        found = {
+            one: value for one, value in zip(parameters, values, strict=False) if value is not None
+        }
+        return RunningServers(found, _actions_of(name, node))
+
+
+def _actions_of(name: str, node: Node) -> frozenset[str]:
+    """Return what a node of the same namespace serves, as far as is known of it by now."""
+    namespace = node.get_namespace()
+    if (name, namespace) not in node.get_node_names_and_namespaces():
+        return frozenset()
+    found = get_action_server_names_and_types_by_node(node, name, namespace)
+    return frozenset(full.rpartition("/")[2] for full, _ in found)
 
 
 def _wanted(mission: Mission, node: Node) -> Iterator[Wanted]:

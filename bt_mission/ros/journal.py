@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rclpy.serialization import deserialize_message, serialize_message
 
@@ -13,11 +13,9 @@ from bt_mission.executive.journal.file import JournalFile
 from bt_mission.executive.journal.recorder import JournalRecorder
 from bt_mission.executive.journal.recovery import Recovery
 from bt_mission.executive.journal.state import JournalState, head_of, told
+from bt_mission.language.mission import Mission
 from bt_mission.ros.interface_types import message_type
-
-if TYPE_CHECKING:
-    from bt_mission.language.mission import Mission
-    from bt_mission.ros.mission_runner import MissionRunner
+from bt_mission.ros.mission_runner import MissionRunner
 
 
 def open_journal(

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from bt_mission_interfaces.msg import (
     MissionDetails,
@@ -20,7 +20,9 @@ from bt_mission_interfaces.msg import (
 )
 from bt_mission_interfaces.srv import GetStatuses, PauseMission, SetBreakpoint
 from nav_msgs.msg import OccupancyGrid
+from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.task import Future
 from sensor_msgs.msg import BatteryState, LaserScan
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
@@ -28,12 +30,8 @@ from tf2_msgs.msg import TFMessage
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events import messages, reader
 from bt_mission.events.source import ControlRequest, ControlResponse, Heard, Verb
+from bt_mission.ros.graph import LATCHED
 
-if TYPE_CHECKING:
-    from rclpy.node import Node
-    from rclpy.task import Future
-
-LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 ALL = QoSProfile(depth=1000)
 NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 FRAMES = QoSProfile(depth=20, reliability=ReliabilityPolicy.BEST_EFFORT)

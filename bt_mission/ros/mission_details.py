@@ -7,27 +7,22 @@ import reprlib
 from collections import OrderedDict
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from bt_mission_interfaces.msg import GoalRecord, MissionDetails, NodeProgress, Variable
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Point, PoseStamped
+from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from bt_mission.behaviours.progress import progress_of
-from bt_mission.behaviours.runtime import NS
-from bt_mission.behaviours.subtree import Subtree
-from bt_mission.goals.goal import GoalStatus, Phase
-
-if TYPE_CHECKING:
-    from py_trees.behaviour import Behaviour
-
-    from bt_mission.behaviours.progress import LeafProgress
-    from bt_mission.behaviours.runtime import Scope
-    from bt_mission.executive.executive import Executive
-    from bt_mission.executive.status import Change
-    from bt_mission.goals.goal import Goal
-    from bt_mission.goals.ledger import Ledger
+from bt_mission.behaviours.decorators import Subtree
+from bt_mission.behaviours.leaves import LeafProgress, progress_of
+from bt_mission.behaviours.runtime import Scope
+from bt_mission.core.stamps import set_ns
+from bt_mission.executive.executive import Executive
+from bt_mission.executive.status import Change
+from bt_mission.goals.goal import Goal, GoalStatus, Phase
+from bt_mission.goals.ledger import Ledger
 
 MOST_RUNNING = 50
 """Running nodes in one message; where more run, they take turns."""
@@ -122,7 +117,7 @@ class MissionDetailsBuilder:
         told = list(self._goals) if complete else list(self._changed)
         self._changed.clear()
         return MissionDetails(
-            stamp=time_message(mission.now_ns),
+            stamp=set_ns(Time(), mission.now_ns),
             run=self._run,
             ticks=mission.executive.ticks,
             goals_sent=mission.ledger.goals_sent,
@@ -141,7 +136,7 @@ class MissionDetailsBuilder:
 
     def _on_goal(self, _what: str, goal: Goal) -> None:
         if goal.id not in self._goals:
-            stamp = time_message(self._mission.now_ns)
+            stamp = set_ns(Time(), self._mission.now_ns)
             self._goals[goal.id] = GoalRecord(
                 goal_id=goal.id.hex(),
                 action=goal.goal_client.name,
@@ -169,7 +164,7 @@ class MissionDetailsBuilder:
         """Note the state of a goal, which the ledger does not tell of when a server accepts it."""
         record, state = self._goals[goal.id], _state(goal)
         if record.state != state:
-            record.state, record.changed = state, time_message(self._mission.now_ns)
+            record.state, record.changed = state, set_ns(Time(), self._mission.now_ns)
             self._changed[goal.id] = None
 
     def _some_running(self) -> list[Behaviour]:
@@ -182,7 +177,7 @@ class MissionDetailsBuilder:
     def _progress(self, node: Behaviour, progress: LeafProgress | None) -> NodeProgress:
         message = NodeProgress(
             node=self._indices[node],
-            since=time_message(self._since_ns[node]),
+            since=set_ns(Time(), self._since_ns[node]),
             message=node.feedback_message,
         )
         if progress is not None:
@@ -196,7 +191,7 @@ class MissionDetailsBuilder:
     def _variables(self, mission: MissionRun, *, complete: bool) -> Iterator[Variable]:
         values = dict(mission.scope.values)
         for subtree in self._subtrees:
-            values |= {f"{subtree.name}.{name}": one for name, one in subtree.variables.items()}
+            values |= {f"{subtree.name}.{name}": one for name, one in subtree.inner.values.items()}
         for name, value in values.items():
             text = as_json(value)
             if complete or self._values.get(name) != text:
@@ -226,9 +221,3 @@ def _targets(request: Any) -> Iterator[Point]:
         for pose in value if isinstance(value, list) else (value,):
             if isinstance(pose, PoseStamped):
                 yield pose.pose.position
-
-
-def time_message(time_ns: int) -> Time:
-    """Return a time in ns as a message."""
-    seconds, nanoseconds = divmod(time_ns, NS)
-    return Time(sec=seconds, nanosec=nanoseconds)

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from rclpy.node import Node
 
+from bt_mission.language.mission import Mission
 from bt_mission.ros.graph import NodeOptions, destroy_actions
 from bt_mission.ros.mission_runner import MissionRunner, RunnerOptions
-
-if TYPE_CHECKING:
-    from bt_mission.language.mission import Mission
 
 
 class MissionNode(Node):

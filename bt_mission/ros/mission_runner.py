@@ -14,46 +14,42 @@ import secrets
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Self, TypeVar
+from typing import Any, ClassVar, Self, TypeVar
 from weakref import WeakValueDictionary
 
 from rclpy.duration import Duration
 from rclpy.exceptions import InvalidHandle
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import LivelinessPolicy, QoSProfile
 from std_msgs.msg import Empty
 
 from bt_mission.behaviours.builder import build_tree
-from bt_mission.behaviours.runtime import NS, Scope
-from bt_mission.core.dds.liveliness import LEASE_S, TOPIC
-from bt_mission.core.errors import BtMissionError, described
-from bt_mission.core.wall_clock import Stopwatch, rest
+from bt_mission.behaviours.runtime import Scope
+from bt_mission.core.dds.liveliness import ASSURED_S, TOPIC
+from bt_mission.core.errors import BtMissionError
+from bt_mission.core.stamps import NS
+from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.mission_time import MissionTime
 from bt_mission.executive.report import Report, report_on
 from bt_mission.executive.status import MissionStatus
 from bt_mission.executive.trace import Trace
-from bt_mission.goals.exchange import ExchangeListener
 from bt_mission.goals.ledger import Ledger
+from bt_mission.language.mission import Mission
+from bt_mission.ros.clients import RosServiceClient, TopicPublisher
 from bt_mission.ros.control_services import ControlServices
-from bt_mission.ros.goal_client import RosGoalClient
-from bt_mission.ros.graph import END_WAIT_S, WAIT_S
+from bt_mission.ros.goal_client import ExchangeListener, RosGoalClient
 from bt_mission.ros.mission_details import MissionRun
-from bt_mission.ros.publisher import TopicPublisher
-from bt_mission.ros.service_client import RosServiceClient
+from bt_mission.ros.run_ending import see_to_the_end
 from bt_mission.ros.status_publisher import StatusPublisher
 from bt_mission.ros.subscriber import LatestMessageSubscriber
 from bt_mission.ros.waypoint_markers import WaypointMarkers
-
-if TYPE_CHECKING:
-    from bt_mission.language.mission import Mission
 
 TICK_RATE_HZ = 20.0
 PRESENCE = QoSProfile(
     depth=1,
     liveliness=LivelinessPolicy.AUTOMATIC,
-    liveliness_lease_duration=Duration(nanoseconds=round(LEASE_S * 1e9)),
+    liveliness_lease_duration=Duration(nanoseconds=round(ASSURED_S * 1e9)),
 )
 CANCEL_GRACE_NS = 3_000_000_000
 """How long a mission waits for goals that it no longer wants (the default cancel limit)."""
@@ -92,7 +88,8 @@ class MissionRunner:
     """Runs a mission on a node that somebody spins; it is the runtime of the mission's leaves.
 
     Call it in the thread that spins the node. As a context manager it halts a mission that still
-    runs when the block is left, waits for its goals to end, and closes.
+    runs when the block is left, waits for its goals to end, and closes; also where Ctrl-C or
+    SIGTERM has shut ROS down.
 
     Args:
         node: Owns the clients, the timer and the topics; its namespace is that of the robot, and
@@ -105,9 +102,13 @@ class MissionRunner:
             or when a mission with topics for tools runs on this node already.
     """
 
+    started_listeners: ClassVar[list[Callable[[Mission, Executive], None]]] = []
+    """Of all missions of this process: given each with its executive before the first tick."""
+
     def __init__(self, node: Node, mission: Mission, options: RunnerOptions | None = None) -> None:
         options = options or RunnerOptions()
         self.node = node
+        self.domain_id: int = node.context.get_domain_id()
         self.mission = mission
         self.log_listeners: list[Callable[[int, str], None]] = []
         """Told of each line that the mission says, with the ROS time, ns."""
@@ -133,7 +134,8 @@ class MissionRunner:
                 presence = node.create_publisher(Empty, TOPIC, PRESENCE)
                 made.callback(node.destroy_publisher, presence)
             self.executive = Executive(build_tree(mission, self.scope), self, self.trace)
-            options.on_mission_started(mission, self.executive)
+            for tell in (*self.started_listeners, options.on_mission_started):
+                tell(mission, self.executive)
             if options.has_controls:
                 self.show_waypoints()
                 made.callback(ControlServices(node, lambda: self.executive).close)
@@ -152,7 +154,7 @@ class MissionRunner:
             if not self.executive.is_done:
                 why = "its caller has left"
                 self.halt(why if kind is None else f"{why}: {kind.__name__}")
-                self._see_to_the_end()
+                see_to_the_end(self)
         finally:
             self.close()
 
@@ -298,32 +300,6 @@ class MissionRunner:
             before.close()
         _with_controls[id(self.node)] = self
         made.callback(_with_controls.pop, id(self.node), None)
-
-    def _see_to_the_end(self) -> None:
-        """Spin the node until every goal has ended, within a bound of wall time."""
-        executor, watch = self.node.executor, Stopwatch()
-        with ExitStack() as made:
-            if not self.node.context.ok():
-                self.executive.abandon("ROS was shut down")
-            elif executor is None or self.node not in executor.get_nodes():
-                # `rclpy.spin_once` takes the node out of its executor each time.
-                executor = SingleThreadedExecutor(context=self.node.context)
-                made.callback(executor.shutdown)
-                executor.add_node(self.node)
-                made.callback(executor.remove_node, self.node)
-            while executor is not None and not self.is_done:
-                if watch.elapsed_s > END_WAIT_S:
-                    self.executive.abandon(f"not every goal had ended after {END_WAIT_S:g} s")
-                try:
-                    executor.spin_once(timeout_sec=WAIT_S)
-                except ValueError:
-                    rest(WAIT_S)  # another thread spins this executor, and so the node
-                except ExternalShutdownException:
-                    self.executive.abandon("ROS was shut down")
-                except Exception as error:  # noqa: BLE001 - what the caller does on its node
-                    self.executive.abandon(f"a callback failed: {described(error)}")
-                else:
-                    self.tick()  # also where ROS time, and with it the timer, stands still
 
     def _note_end(self) -> None:
         if self._wall_s is None and self.executive.is_done:

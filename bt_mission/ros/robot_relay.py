@@ -11,20 +11,19 @@ import array
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import TransformStamped
+from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import BatteryState, LaserScan
 from tf2_msgs.msg import TFMessage
 
+from bt_mission.core.geometry import Pose2D, set_planar
+from bt_mission.core.stamps import set_ns
 from bt_mission.core.wall_clock import Stopwatch
-
-if TYPE_CHECKING:
-    from rclpy.node import Node
 
 EVERY_S = 0.25
 """Wall time between two messages."""
@@ -76,8 +75,7 @@ class RobotRelay:
             return
         self._since_last = Stopwatch()
         look = self._look()
-        seconds, nanoseconds = divmod(look.time_ns, 1_000_000_000)
-        stamp = Time(sec=seconds, nanosec=nanoseconds)
+        stamp = set_ns(Time(), look.time_ns)
         self._frames.publish(
             TFMessage(
                 transforms=[
@@ -101,7 +99,5 @@ class RobotRelay:
 def _transform(stamp: Time, parent: str, child: str, pose: Pose) -> TransformStamped:
     message = TransformStamped(child_frame_id=child)
     message.header.stamp, message.header.frame_id = stamp, parent
-    move, turn = message.transform.translation, message.transform.rotation
-    move.x, move.y, yaw = pose
-    turn.z, turn.w = math.sin(yaw / 2), math.cos(yaw / 2)
+    set_planar(message.transform.translation, message.transform.rotation, Pose2D(*pose))
     return message

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import secrets
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from bt_mission_interfaces.msg import (
     MissionDetails,
@@ -22,21 +22,20 @@ from bt_mission_interfaces.msg import (
     TreeNode,
 )
 from bt_mission_interfaces.srv import GetStatuses
+from builtin_interfaces.msg import Time
+from py_trees.behaviour import Behaviour
 from py_trees.common import Status
-from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
 
+from bt_mission.behaviours.python_leaf import PythonLeaf
+from bt_mission.core.stamps import set_ns
 from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.ros.mission_details import MissionDetailsBuilder, time_message
+from bt_mission.executive.executive import Executive
+from bt_mission.executive.status import Change
+from bt_mission.ros.graph import LATCHED
+from bt_mission.ros.mission_details import MissionDetailsBuilder, MissionRun
 
-if TYPE_CHECKING:
-    from py_trees.behaviour import Behaviour
-    from rclpy.node import Node
-
-    from bt_mission.executive.executive import Executive
-    from bt_mission.executive.status import Change
-    from bt_mission.ros.mission_details import MissionRun
-
-LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 CHANGES = QoSProfile(depth=100)
 DETAILS = QoSProfile(depth=10)
 LOG = QoSProfile(depth=100)
@@ -80,7 +79,7 @@ class StatusPublisher:
         self._has_tree = False
         """Has the tree been told?"""
         self._pending: list[NodeStatus] = []
-        self._seen: tuple[str, str | None, str] | None = None
+        self._seen: tuple[str, str, bool] | None = None
         self._shown: tuple[str, str] | None = None
         self._topics: dict[str, Any] = {}
         self._details: MissionDetailsBuilder | None = None
@@ -173,11 +172,11 @@ class StatusPublisher:
             self._pending = []
             self._tell("changes", changes)
         executive = self._executive
-        seen = (executive.status, executive.paused, executive.reason)
+        seen = (executive.status, executive.explanation, executive.paused is not None)
         if seen == self._seen:
             return False
         self._seen = seen
-        self._tell_state(executive.state, executive.paused or executive.reason)
+        self._tell_state(executive.state, executive.explanation)
         return True
 
     def _publish_details(self, details: MissionDetailsBuilder, *, at_once: bool) -> None:
@@ -193,7 +192,7 @@ class StatusPublisher:
 
     def _on_log(self, time_ns: int, text: str) -> None:
         if self._topics and self._topics["log"].get_subscription_count():
-            line = MissionLog(stamp=time_message(time_ns), run=self.run, text=text)
+            line = MissionLog(stamp=set_ns(Time(), time_ns), run=self.run, text=text)
             self._topics["log"].publish(line)
 
     def _answer(self, _request: Any, answer: Any) -> Any:
@@ -221,7 +220,7 @@ class StatusPublisher:
             nodes=[
                 TreeNode(
                     name=node.name,
-                    kind=type(node).__name__,
+                    kind=type(node.behaviour if isinstance(node, PythonLeaf) else node).__name__,
                     path=executive.path_of(node),
                     parent=self.indices[node.parent or node],
                 )

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Sequence
+from typing import Any
 
 from rclpy.event_handler import SubscriptionEventCallbacks
+from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from bt_mission.core.diagnostics import listed
 from bt_mission.ros.interface_types import check_type, message_type
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from rclpy.node import Node
 
 ANY_PUBLISHER = QoSProfile(
     depth=10, reliability=ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.VOLATILE

@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-import math
-from typing import TYPE_CHECKING
-
-from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.node import Node
 from visualization_msgs.msg import Marker, MarkerArray
 
+from bt_mission.core.geometry import Pose2D, set_planar
 from bt_mission.goals.goal import Goal
 from bt_mission.goals.poses import NamedPose, poses_of
-
-if TYPE_CHECKING:
-    from rclpy.node import Node
-
-LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+from bt_mission.ros.graph import LATCHED
 
 MOST = 200
 """Places that are shown; more would cover the map."""
@@ -56,8 +50,7 @@ def _shown(place: NamedPose, number: int) -> list[Marker]:
     """An arrow, and its number above it."""
     arrow = _marker(place, "waypoints", number, Marker.ARROW)
     arrow.scale.x, arrow.scale.y, arrow.scale.z = _LENGTH, 0.04, 0.04
-    arrow.pose.orientation.z = math.sin(place.yaw / 2)
-    arrow.pose.orientation.w = math.cos(place.yaw / 2)
+    set_planar(arrow.pose.position, arrow.pose.orientation, Pose2D(place.x, place.y, place.yaw))
     arrow.color.r, arrow.color.g, arrow.color.b, arrow.color.a = 0.1, 0.4, 0.9, 1.0
     name = _marker(place, "waypoint numbers", number, Marker.TEXT_VIEW_FACING)
     name.text = str(number)

@@ -5,19 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
-from bt_mission.ros.graph import GraphConnection, NodeOptions
+from rclpy.node import Node
+
+from bt_mission.language.mission import Mission
+from bt_mission.ros.graph import GraphConnection, NodeOptions, ProcessNode
 from bt_mission.ros.journal import open_journal
 from bt_mission.ros.mission_node import MissionNode
 from bt_mission.ros.mission_runner import RunnerOptions
-
-if TYPE_CHECKING:
-    from rclpy.node import Node
-
-    from bt_mission.language.mission import Mission
-    from bt_mission.ros.graph import ProcessNode
-    from bt_mission.sessions.observers import SessionObserver
+from bt_mission.sessions.session import SessionObserver
 
 
 class AttachedSession:
@@ -29,10 +26,12 @@ class AttachedSession:
         wall_clock: Keep to this machine's clock, without looking for ``/clock``.
         journal: File in which to write down where the mission stands.
         resume: Go on with the mission of that journal.
+        allow_duplicates: Go on where several nodes publish the same odometry or clock.
         say: Where ``log`` nodes speak to; None is the ROS log.
 
     Raises:
-        BtMissionError: When the mission cannot be set up, or the journal not be used.
+        BtMissionError: When the mission cannot be set up, the journal not be used, or two robots be
+            taken for one.
     """
 
     image_folder: Path | None = None
@@ -47,6 +46,7 @@ class AttachedSession:
         wall_clock: bool = False,
         journal: Path | None = None,
         resume: bool = False,
+        allow_duplicates: bool = False,
         say: Callable[[str], None] | None = None,
     ) -> None:
         self.mission = mission
@@ -63,6 +63,8 @@ class AttachedSession:
             self.node = MissionNode(mission, RunnerOptions(say=say), node=options)
             self.runner = self.node.runner
             made.callback(self.node.destroy_node)
+            if not allow_duplicates:
+                self._graph.refuse_duplicates(self.node)
             self._graph.host(self.node)
             if journal is not None:
                 made.callback(open_journal(journal, mission, self.runner, resume=resume).close)

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
+from typing import TypeAlias
 
 from bt_mission.core import files
 from bt_mission.core.diagnostics import (
@@ -26,26 +27,44 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.core.robot.model import load_robot
 from bt_mission.core.yaml.document import Document, read_text
 from bt_mission.language.action_names import ACTION_NAMES
-from bt_mission.language.checks.mission import type_faults, warnings
+from bt_mission.language.checks.mission import python_leaf_faults, type_faults, warnings
 from bt_mission.language.checks.types import FindShapes
 from bt_mission.language.expressions.values import Plain
+from bt_mission.language.inputs import SET_OPTION
 from bt_mission.language.loader import Draft, draft
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.action import GoalNode
 from bt_mission.language.nodes.composites import ParallelNode
+from bt_mission.language.permissions import ANYTHING, Permissions
 from bt_mission.language.trees import reached
+from bt_mission.sessions.goal_checks import OUR_SERVERS, ServerGoalRules, ServerSettings
 from bt_mission.sessions.load import read_mission
+from sim.world.loader import load_world
 
 NEEDS_A_CAMERA = frozenset(short.type for short in ACTION_NAMES.values() if short.needs_camera)
 MOVES_THE_BASE = frozenset(short.type for short in ACTION_NAMES.values() if short.moves_base)
 
 
-def check(mission: Mission) -> tuple[Diagnostic, ...]:
+def check(
+    mission: Mission,
+    servers: ServerSettings | None = OUR_SERVERS,
+    *,
+    import_python: bool = False,
+) -> tuple[Diagnostic, ...]:
     """Return every fault of a mission, errors and warnings, in the order of the file.
 
-    The warnings that loading gave (`mission.warnings`) are not repeated.
+    The warnings that loading gave (`mission.warnings`) are not repeated. A Python leaf is code of
+    its author's, which runs when it is imported.
+
+    Args:
+        mission: As `load` returns it.
+        servers: By their limits goals are judged; None where the goals are for somebody else's.
+        import_python: Import Python leaves, and check what they are given; without it each has a
+            warning that names it.
     """
-    return in_order(_faults(mission))
+    hint = "check(mission, import_python=True) imports it, and checks what it is given"
+    permissions = ANYTHING if import_python else Permissions(python="name", hint=hint)
+    return in_order(_faults(mission, servers, permissions))
 
 
 def examine(
@@ -54,13 +73,20 @@ def examine(
     seed: int | None = None,
     world: str | None = None,
     robot: str | None = None,
+    servers: ServerSettings | None = OUR_SERVERS,
+    permissions: Permissions = ANYTHING,
 ) -> tuple[Mission | None, tuple[Diagnostic, ...]]:
     """Load and check a mission file; return it with all warnings, or None with all faults.
 
     What `load` refuses is checked as far as it goes, so that nothing hides behind something
-    else. Nothing is raised.
+    else. Nothing is raised. `servers` are as in `check`.
     """
-    return _examined(lambda: draft(read_mission(path), set, seed, world, robot))
+    return _examined(
+        lambda values: draft(read_mission(path), values, seed, world, robot, permissions),
+        set,
+        servers,
+        permissions,
+    )
 
 
 def examine_text(
@@ -70,29 +96,81 @@ def examine_text(
     seed: int | None = None,
     world: str | None = None,
     robot: str | None = None,
+    servers: ServerSettings | None = OUR_SERVERS,
+    permissions: Permissions = ANYTHING,
 ) -> tuple[Mission | None, tuple[Diagnostic, ...]]:
     """Load and check a mission in a text, as `examine` does a file."""
-    return _examined(lambda: draft(read_text(text, file), set, seed, world, robot))
+    return _examined(
+        lambda values: draft(read_text(text, file), values, seed, world, robot, permissions),
+        set,
+        servers,
+        permissions,
+    )
 
 
-def _examined(read_draft: Callable[[], Draft]) -> tuple[Mission | None, tuple[Diagnostic, ...]]:
+Examined: TypeAlias = tuple[Mission | None, tuple[Diagnostic, ...]]
+ReadDraft: TypeAlias = Callable[[Mapping[str, Plain]], Draft]
+
+
+def _examined(
+    read_draft: ReadDraft,
+    given: Mapping[str, Plain] | None,
+    servers: ServerSettings | None,
+    permissions: Permissions,
+) -> Examined:
+    """Return a mission or its faults; those that only values of `--set` bring are told as such."""
+    values = dict(given or {})
+    mission, faults = _examined_with(read_draft, values, servers, permissions)
+    for name, value in values.items() if mission is None else ():
+        others = {one: values[one] for one in values if one != name}
+        without = frozenset(_examined_with(read_draft, others, servers, permissions)[1])
+        faults = tuple(
+            fault if fault in without else _of_value(fault, name, value) for fault in faults
+        )
+    return mission, in_order(faults)
+
+
+def _of_value(fault: Diagnostic, name: str, value: Plain) -> Diagnostic:
+    """Return a fault in a file as one of the value of an input on the command line."""
+    if fault.file == SET_OPTION or not fault.line:
+        return fault
+    message = f"{fault.message}, in {fault.file}:{fault.line}:{fault.column}"
+    source = f"{name}={value}"
+    return replace(
+        fault, message=message, file=SET_OPTION, line=1, column=len(name) + 2, source=source
+    )
+
+
+def _examined_with(
+    read_draft: ReadDraft,
+    values: Mapping[str, Plain],
+    servers: ServerSettings | None,
+    permissions: Permissions,
+) -> Examined:
     try:
-        found = read_draft()
+        found = read_draft(values)
     except InputError as error:
         return None, error.faults
     if found.mission is None:
         return None, found.faults
-    faults = [*found.faults, *_faults(found.mission)]
+    faults = [*found.faults, *_faults(found.mission, servers, permissions)]
     if any(fault.severity == "error" for fault in faults):
         return None, in_order(faults)
     noted = tuple(warnings(found.mission))
     return replace(found.mission, warnings=noted), in_order([*noted, *faults])
 
 
-def _faults(mission: Mission) -> list[Diagnostic]:
+def _faults(
+    mission: Mission, servers: ServerSettings | None, permissions: Permissions
+) -> list[Diagnostic]:
     document = mission.document
     assert document is not None, "a mission to check comes from a file or a string"
-    faults = [*_place_faults(document, mission), *_base_faults(mission), *_camera_faults(mission)]
+    faults = [
+        *python_leaf_faults(mission, permissions),
+        *_place_faults(document, mission, permissions),
+        *_base_faults(mission),
+        *_camera_faults(mission, permissions),
+    ]
     find: FindShapes | None = None
     try:
         from bt_mission.ros import interface_types  # noqa: PLC0415 - the rest works without ROS
@@ -102,17 +180,42 @@ def _faults(mission: Mission) -> list[Diagnostic]:
         faults.append(Diagnostic(message, mission.file, hint=hint, severity="warning"))
     else:
         find = interface_types.shapes
-    return [*faults, *islice(type_faults(mission, find), MOST_FAULTS)]
+    rules = _goal_rules(mission, servers, permissions)
+    return [*faults, *islice(type_faults(mission, find, rules, permissions), MOST_FAULTS)]
 
 
-def _place_faults(document: Document, mission: Mission) -> Iterator[Diagnostic]:
+def _goal_rules(
+    mission: Mission, servers: ServerSettings | None, permissions: Permissions
+) -> ServerGoalRules | None:
+    """Return what the servers accept with the mission's robot, if there is such a robot."""
+    named: tuple[tuple[files.Kind, str | None], ...] = (
+        ("robots", mission.robot),
+        ("worlds", mission.world),
+    )
+    if servers is None or not all(
+        name is None or _is_there(kind, name, mission, permissions) for kind, name in named
+    ):
+        return None
+    try:
+        robot = load_robot(mission.robot, near=mission.file)
+        world = None
+        if mission.world and mission.map == "known":
+            world = load_world(mission.world, near=mission.file)
+        return ServerGoalRules(robot, servers, world)
+    except BtMissionError:
+        return None  # said elsewhere, or when it is used
+
+
+def _place_faults(
+    document: Document, mission: Mission, permissions: Permissions
+) -> Iterator[Diagnostic]:
     """Yield a fault for a world or robot that is not there."""
     places: tuple[tuple[files.Kind, str, str | None], ...] = (
         ("worlds", "world", mission.world),
         ("robots", "robot", mission.robot),
     )
     for kind, key, wanted in places:
-        if wanted is None or files.look_for(kind, wanted, mission.file) is not None:
+        if wanted is None or _is_there(kind, wanted, mission, permissions):
             continue
         known = files.names(kind)
         message = f"no {key} {quoted(wanted)} (known: {listed(known)})"
@@ -123,6 +226,11 @@ def _place_faults(document: Document, mission: Mission) -> Iterator[Diagnostic]:
             if written
             else Diagnostic(message, f"--{key}", hint=hint)
         )
+
+
+def _is_there(kind: files.Kind, wanted: str, mission: Mission, permissions: Permissions) -> bool:
+    found = files.look_for(kind, wanted, mission.file)
+    return found is not None and permissions.allows(found, kind)
 
 
 def _base_faults(mission: Mission) -> Iterator[Diagnostic]:
@@ -145,7 +253,7 @@ def _base_faults(mission: Mission) -> Iterator[Diagnostic]:
                 yield tree.document.fault(movers[1].path, message, severity="warning")
 
 
-def _camera_faults(mission: Mission) -> Iterator[Diagnostic]:
+def _camera_faults(mission: Mission, permissions: Permissions) -> Iterator[Diagnostic]:
     """Yield a fault for every goal that takes pictures with a robot that has no camera."""
     found = [
         (tree.document, step)
@@ -153,7 +261,7 @@ def _camera_faults(mission: Mission) -> Iterator[Diagnostic]:
         for step in tree.body.walk()
         if isinstance(step, GoalNode) and step.type in NEEDS_A_CAMERA
     ]
-    if not found:
+    if not found or not _is_there("robots", mission.robot, mission, permissions):
         return
     try:
         robot = load_robot(mission.robot, near=mission.file)

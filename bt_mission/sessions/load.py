@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from bt_mission.btcpp.document import mission_yaml, read_xml
 from bt_mission.btcpp.mission_writer import mission_xml
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import SUFFIXES
 from bt_mission.core.yaml.document import Document, read
+from bt_mission.language.checks.types import FindShapes
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.loader import draft, finished
 from bt_mission.language.mission import Mission
+
+if TYPE_CHECKING:
+    from bt_mission.btcpp.py_trees_leaves import PortLeaf
 
 XML = ".xml"
 
@@ -56,7 +60,20 @@ def convert(path: str | Path) -> str:
     return mission_xml(read(path), installed_shapes())
 
 
-def installed_shapes() -> Callable[[str], Any] | None:
+def port_leaves(shapes: FindShapes | None = None, seed: int = 0) -> dict[str, type[PortLeaf]]:
+    """Return our leaves for py_trees' loader: hand them over as its ``node_registry``.
+
+    Args:
+        shapes: Tells what ROS types hold (default: what is installed). Where ROS is not, fields of
+            goals take constants only, and there are no outputs.
+        seed: Everything random follows from it, and from the order of the leaves in the file.
+    """
+    from bt_mission.btcpp.py_trees_leaves import leaf_classes  # noqa: PLC0415 - few need it
+
+    return leaf_classes(shapes or installed_shapes(), seed)
+
+
+def installed_shapes() -> FindShapes | None:
     """Return what looks up the fields of ROS types; None where ROS is not installed."""
     try:
         from bt_mission.ros.interface_types import shapes  # noqa: PLC0415 - only where ROS is there

@@ -8,26 +8,26 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bt_mission_interfaces.action import ExecuteMission
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.node import Node
+from rclpy.qos import QoSProfile
 from rclpy.task import Future
 
-from bt_mission.behaviours.runtime import NS
-from bt_mission.core.diagnostics import InputError
+from bt_mission.core.dds.publishers import CLOCK, ODOMETRY, duplicate_publishers
 from bt_mission.core.errors import BtMissionError
-from bt_mission.core.files import find
+from bt_mission.core.goal_rate import MOST_WAITING, GoalRate
+from bt_mission.core.stamps import NS
 from bt_mission.executive.status import MissionStatus
 from bt_mission.ros.control_services import ControlServices
 from bt_mission.ros.graph import NodeOptions
 from bt_mission.ros.mission_node import MissionNode
 from bt_mission.ros.mission_runner import MissionRunner, RunnerOptions
 from bt_mission.ros.status_publisher import StatusPublisher
-from bt_mission.sessions.check import examine, examine_text
+from bt_mission.sessions.served_missions import ServedMissions
 
 if TYPE_CHECKING:
     from rclpy.action.server import ServerGoalHandle
@@ -57,6 +57,26 @@ class _Run:
     told_ns: int = 0
 
 
+@dataclass(frozen=True, kw_only=True)
+class MissionServerOptions:
+    """What a mission server carries out, and who is told.
+
+    Attributes:
+        missions: What clients may have carried out.
+        on_new_goal: What a mission does that comes while another runs: ``replace`` or ``refuse``;
+            the default of the parameter of that name.
+        allow_duplicates: Go on where several nodes publish the same odometry or clock.
+        say: Told of what happens; None is the ROS log.
+        on_mission_started: Given each mission that starts, with its executive.
+    """
+
+    missions: ServedMissions
+    on_new_goal: str = ON_NEW_GOAL[0]
+    allow_duplicates: bool = False
+    say: Callable[[str], None] | None = None
+    on_mission_started: Callable[[Mission, Executive], None] = lambda *_: None
+
+
 class MissionServer(Node):
     """Offers ``execute_mission``, and holds the missions that it runs.
 
@@ -64,10 +84,7 @@ class MissionServer(Node):
         host: Has the executor serve a node.
         drop: No longer, and destroys it.
         node: How to make this node, and that of each mission.
-        on_new_goal: What a mission does that comes while another runs: ``replace`` or ``refuse``;
-            the default of the parameter of that name.
-        say: Told of what happens; None is the ROS log.
-        on_mission_started: Given each mission that starts, with its executive.
+        options: Everything else.
     """
 
     def __init__(
@@ -76,17 +93,18 @@ class MissionServer(Node):
         drop: Callable[[Node], Any],
         *,
         node: NodeOptions,
-        on_new_goal: str = "replace",
-        say: Callable[[str], None] | None = None,
-        on_mission_started: Callable[[Mission, Executive], None] = lambda *_: None,
+        options: MissionServerOptions,
     ) -> None:
         super().__init__(**node.arguments())
         self._host = host
         self._drop = drop
         self._options = node
-        self._say = say or self._log_line
-        self._on_mission_started = on_mission_started
-        self._declare_on_new_goal(on_new_goal)
+        self._missions = options.missions
+        self._refuses_duplicates = not options.allow_duplicates
+        self._say = options.say or self._log_line
+        self._on_mission_started = options.on_mission_started
+        self._declare_on_new_goal(options.on_new_goal)
+        self._rate = GoalRate(RESULT_TIMEOUT_S)
         self._closed: str | None = None
         self._run: _Run | None = None
         self._waiting: ServerGoalHandle | None = None
@@ -103,6 +121,7 @@ class MissionServer(Node):
             handle_accepted_callback=self._take,
             cancel_callback=self._cancel,
             result_timeout=RESULT_TIMEOUT_S,
+            goal_service_qos_profile=QoSProfile(depth=MOST_WAITING),
         )
 
     @property
@@ -168,7 +187,11 @@ class MissionServer(Node):
         why = self._closed
         if why is None and self.is_busy and not self._replaces:
             why = "another mission runs (on_new_goal: refuse)"
+        now_ns = self.get_clock().now().nanoseconds
         if why is None:
+            why = self._rate.refusal(now_ns)
+        if why is None:
+            self._rate.accept(now_ns)
             return GoalResponse.ACCEPT
         self._say(f"mission refused: {why}")
         return GoalResponse.REJECT
@@ -219,7 +242,8 @@ class MissionServer(Node):
     def _start(self, handle: ServerGoalHandle) -> None:
         handle.execute()
         try:
-            mission = load_goal(handle.request)
+            self._refuse_duplicates()
+            mission = self._missions.load(handle.request)
             node = MissionNode(
                 mission,
                 RunnerOptions(
@@ -232,7 +256,7 @@ class MissionServer(Node):
                 node=replace(self._options, name="bt_mission_run", namespace=self.get_namespace()),
             )
         except BtMissionError as error:
-            self._say(f"mission is not valid:\n{error}")
+            self._say(f"mission not started:\n{error}")
             self._end(handle, Result.UNSOUND, str(error))
             return
         except Exception as error:  # noqa: BLE001 - a user's behaviour may raise when it is made
@@ -244,6 +268,13 @@ class MissionServer(Node):
         self._host(node)
         self._controls.begin(node.runner.executive)
         self._status_publisher.begin(mission.name, node.runner.run)
+
+    def _refuse_duplicates(self) -> None:
+        """Raise BtMissionError where two robots would be taken for one."""
+        topics = (ODOMETRY, CLOCK) if self._options.use_sim_time else (ODOMETRY,)
+        why = duplicate_publishers(self, topics) if self._refuses_duplicates else None
+        if why is not None:
+            raise BtMissionError(why)
 
     def _tell(self, run: _Run) -> None:
         executive = run.runner.executive
@@ -290,33 +321,6 @@ class MissionServer(Node):
     def _end(self, handle: ServerGoalHandle, code: int, reason: str, **fields: Any) -> None:
         result = Result(error_code=code, error_msg=reason, **fields)
         self._ends[_key(handle)].set_result((code, result))
-
-
-def load_goal(goal: Any) -> Mission:
-    """The mission that a goal of ``execute_mission`` names or brings, checked.
-
-    Raises:
-        InputError: With every fault.
-        BtMissionError: For a goal that says neither or both, or has no valid seed.
-    """
-    if bool(goal.path) == bool(goal.text):
-        raise BtMissionError("a goal gives a path or a text: one of them, not both")
-    if goal.seed < -1:
-        raise BtMissionError(f"seed: expected an integer from 0, or -1, got {goal.seed}")
-    values = dict[str, str]()
-    for one in goal.inputs:
-        name, equals, value = one.partition("=")
-        if not name or not equals:
-            raise BtMissionError(f"inputs: expected NAME=VALUE, got '{one}'")
-        values[name] = value
-    seed = None if goal.seed < 0 else int(goal.seed)
-    if goal.text:
-        mission, faults = examine_text(goal.text, set=values, seed=seed)
-    else:
-        mission, faults = examine(find("missions", Path(goal.path)), set=values, seed=seed)
-    if mission is None:
-        raise InputError(faults)
-    return mission
 
 
 def _key(handle: ServerGoalHandle) -> bytes:

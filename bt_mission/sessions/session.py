@@ -1,12 +1,12 @@
-"""One run of a mission from start to report, on the stage or attached."""
+"""One run of a mission from start to report, on the stage or attached, and who looks on."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterable, Mapping
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import replace
 from pathlib import Path
-from typing import Protocol, Self
+from typing import TYPE_CHECKING, Protocol, Self
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.interrupts import InterruptSignals
@@ -17,6 +17,14 @@ from bt_mission.executive.report import Report, report_on
 from bt_mission.executive.status import Change
 from bt_mission.executive.trace import Trace
 from bt_mission.language.mission import Mission
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
+
+    from bt_mission.ros.graph import ProcessNode
+    from bt_mission.ros.mission_node import MissionNode
+    from bt_mission.ros.mission_runner import MissionRunner
+
 
 Steps = Generator[float, None, Report]
 """A session on its way: see :func:`driving`."""
@@ -53,6 +61,39 @@ class Session(Protocol):
     @property
     def distance_travelled_m(self) -> float | None:
         """True length of the robot's path, where it is known."""
+
+
+class SessionObserver(Protocol):
+    """What looks on, such as a recorder."""
+
+    node: Node
+
+    def look(self) -> None:
+        """Called after each step of the session."""
+
+
+class ObservableSession(Session, Protocol):
+    """A session that can be looked on at: on the stage, or attached."""
+
+    node: MissionNode
+    runner: MissionRunner
+
+    @property
+    def image_folder(self) -> Path | None:
+        """Where the run makes its pictures; None where that is not known."""
+
+    @property
+    def facts(self) -> Mapping[str, str]:
+        """What is known of the place of the run: the world, the hull of the robot."""
+
+    def inside(self) -> Iterable[ProcessNode]:
+        """The nodes of the process that take part."""
+
+    def add_observer(self, observer: SessionObserver, /) -> None:
+        """Call an observer after each step; serve its node where messages do not come at once."""
+
+    def remove_observer(self, observer: SessionObserver, /) -> None:
+        """Call it no more, and destroy its node."""
 
 
 class View(AbstractContextManager["View"], Protocol):

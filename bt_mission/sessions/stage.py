@@ -12,32 +12,30 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from itertools import chain, count
 from pathlib import Path
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import rclpy
 from rclpy.context import Context
 from rclpy.node import Node
 
+from action_servers.mapping.node import MapperNode
+from action_servers.server.node import ServersNode
 from bt_mission.core.dds.discovery import isolate
 from bt_mission.core.errors import BtMissionError
-from bt_mission.core.robot.model import load_robot
+from bt_mission.core.robot.model import RobotModel, load_robot
 from bt_mission.executive.status import MissionStatus
+from bt_mission.language.mission import Mission
 from bt_mission.ros.graph import ProcessNode
+from bt_mission.ros.observable_publisher import ObservableNode
+from bt_mission.sessions.session import SessionObserver
+from bt_mission.sessions.stage_nodes import StageSimNode
 from bt_mission.sessions.stage_robot import FleetRobot, FleetRun, StageOptions
 from bt_mission.virtual_time import VirtualTimeExecutor, self_test
 from sim.physics.spawn import RobotSpawn
+from sim.robot.robot import SimulatedRobot
 from sim.ros.node import SimNode, SimOptions
 from sim.world.loader import load_world
-from sim.world.world import Spawn
-
-if TYPE_CHECKING:
-    from action_servers.mapping.node import MapperNode
-    from action_servers.server.node import ServersNode
-    from bt_mission.core.robot.model import RobotModel
-    from bt_mission.language.mission import Mission
-    from bt_mission.sessions.observers import SessionObserver
-    from sim.robot.robot import SimulatedRobot
-    from sim.world.world import World
+from sim.world.world import Spawn, World
 
 START_NS = 1_000_000_000
 DEFAULT_WORLD = "empty_arena"
@@ -90,7 +88,7 @@ class Stage:
         members = _members(mission, robots)
         self._options = options or StageOptions()
         self.mission = members[0].mission
-        isolate(visible=self._options.visible)
+        isolate(visible=self._options.visible, network=self._options.network)
         world = load_world(
             self._options.world or self.mission.world or DEFAULT_WORLD, near=self.mission.file
         )
@@ -144,7 +142,7 @@ class Stage:
             for one, model in zip(members, models, strict=True)
         ]
         self._is_single = not members[0].name
-        return SimNode(
+        return StageSimNode(
             world,
             models[0] if self._is_single else spawns,
             SimOptions(
@@ -225,7 +223,9 @@ class Stage:
 
     def make_node(self, name: str) -> Node:
         """A bare node that takes part, and goes with the stage."""
-        node = Node(name, context=self.context, enable_rosout=False, start_parameter_services=False)
+        node = ObservableNode(
+            name, context=self.context, enable_rosout=False, start_parameter_services=False
+        )
         self._exit.callback(node.destroy_node)
         self.add_node(node)
         return node

@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+from rclpy.context import Context
+from rclpy.node import Node
 
 from action_servers.mapping.node import MapperNode, MapperOptions
 from action_servers.server.node import ServerOptions, ServersNode
 from bt_mission.executive.trace import Trace
+from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.action import GoalNode
 from bt_mission.language.nodes.leaves import PythonNode
 from bt_mission.language.trees import all_steps
@@ -17,14 +20,8 @@ from bt_mission.ros.graph import NodeOptions
 from bt_mission.ros.mission_node import MissionNode
 from bt_mission.ros.mission_runner import MissionRunner, RunnerOptions
 from bt_mission.ros.robot_relay import RobotRelay, RobotSnapshot
-
-if TYPE_CHECKING:
-    from rclpy.context import Context
-    from rclpy.node import Node
-
-    from bt_mission.executive.executive import Executive
-    from bt_mission.language.mission import Mission
-    from sim.robot.robot import SimulatedRobot
+from bt_mission.sessions.stage_nodes import StageMapperNode, StageMissionNode, StageServersNode
+from sim.robot.robot import SimulatedRobot
 
 
 @dataclass(frozen=True)
@@ -36,21 +33,21 @@ class StageOptions:
         seed: Of all sensor noise; None is that of the first mission. Each mission's own seed
             decides the rest.
         visible: May other processes of this machine look on, and take part?
+        network: With `visible`, may those of other machines?
         watched: Offer the topics and services for tools also where nobody else may look on.
         without: Actions that the servers leave to others, by their relative names.
         context: The rclpy context of all nodes, which stays; None makes one for the run.
         props: How many obstacles can appear while it runs.
-        on_mission_started: Takes each mission and its executive before the first tick.
     """
 
     world: str | Path | None = None
     seed: int | None = None
     visible: bool = False
+    network: bool = False
     watched: bool = False
     without: Collection[str] = ()
     context: Context | None = None
     props: int = 0
-    on_mission_started: Callable[[Mission, Executive], None] = lambda *_: None
 
     @property
     def has_tools(self) -> bool:
@@ -120,11 +117,11 @@ class FleetRun:
         self.mapper: MapperNode | None = None
         if member.mission.map == "unknown":
             mapping = MapperOptions(lean=True, has_parameters=options.visible, context=context)
-            self.mapper = MapperNode(robot.robot, mapping)
+            self.mapper = StageMapperNode(robot.robot, mapping)
 
     def _make_servers(self) -> ServersNode:
         options = replace(self._server_options, at_first=self._at_first())
-        return ServersNode(self.robot.robot, options)
+        return StageServersNode(self.robot.robot, options)
 
     def make_executive(self, say: Callable[[str], None] | None) -> None:
         """Make the node of the mission; `say` takes what its ``log`` nodes say."""
@@ -136,7 +133,6 @@ class FleetRun:
             has_controls=self._options.has_tools,
             has_presence=False,
             why_rejected=self._why_rejected,
-            on_mission_started=self._options.on_mission_started,
         )
         node = NodeOptions(
             namespace=name or None,
@@ -144,8 +140,9 @@ class FleetRun:
             lean=True,
             has_parameters=self._options.visible,
         )
-        self.node = MissionNode(mission, options, node=node)
+        self.node = StageMissionNode(mission, options, node=node)
         self.runner = self.node.runner
+        self.executive, self.trace = self.runner.executive, self.runner.trace
         if options.has_controls:
             relay = RobotRelay(self.node, self._snapshot)
             self.executive.after_tick.append(relay.flush)
@@ -154,16 +151,6 @@ class FleetRun:
     def nodes(self) -> tuple[Node, ...]:
         """Servers and mapper, as far as they are there."""
         return tuple(node for node in (self.servers, self.mapper) if node is not None)
-
-    @property
-    def executive(self) -> Executive:
-        """Ticks the robot's mission."""
-        return self.runner.executive
-
-    @property
-    def trace(self) -> Trace:
-        """What happened in the robot's mission."""
-        return self.runner.trace
 
     def offer_all(self) -> None:
         """Offer also the actions that the mission does not use."""

@@ -14,9 +14,8 @@ if TYPE_CHECKING:
     from bt_mission.testing.errors import ScenarioError
     from bt_mission.testing.faults import FaultInstance, Faults
     from bt_mission.testing.history import GoalLife, Recorded
-    from bt_mission.testing.live_graph import LiveGraph
+    from bt_mission.testing.live_graph import LiveGraph, Process
     from bt_mission.testing.moment import Moment, NodeView
-    from bt_mission.testing.processes import Process
     from bt_mission.testing.run import NeverHeldError, Run
     from bt_mission.testing.scripted_server import ScriptedGoal, ScriptedServer
     from bt_mission.testing.stages import Stages
@@ -48,7 +47,7 @@ __getattr__ = lazy_names(
         "Moment": "bt_mission.testing.moment",
         "NeverHeldError": "bt_mission.testing.run",
         "NodeView": "bt_mission.testing.moment",
-        "Process": "bt_mission.testing.processes",
+        "Process": "bt_mission.testing.live_graph",
         "Recorded": "bt_mission.testing.history",
         "Run": "bt_mission.testing.run",
         "ScenarioError": "bt_mission.testing.errors",

@@ -6,9 +6,9 @@ not hold says when it broke first, what the condition had read then, and shows t
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import takewhile
 from typing import Any
 
 from bt_mission.core.errors import described
@@ -57,16 +57,13 @@ def holds(condition: Condition, moment: Moment) -> bool:
         ) from error
 
 
-class Assertions(ABC):
+class Assertions:
     """The claims that can be made of a run; :class:`bt_mission.testing.Run` is one."""
 
     def __init__(self) -> None:
-        self.broken: list[Verdict] = []
-
-    @property
-    @abstractmethod
-    def moments(self) -> Iterable[Moment]:
+        self.moments: list[Moment] = []
         """Every control step so far, in order."""
+        self.broken: list[Verdict] = []
 
     def always(
         self,
@@ -83,25 +80,16 @@ class Assertions(ABC):
             before: Look only up to this time.
             until: Look only at the steps before this holds for the first time.
         """
-        looked = 0
-        for moment in self._between(after, before):
-            if until is not None and holds(until, moment):
-                break
-            looked += 1
-            if not holds(condition, moment):
-                return self._broken("did not hold", condition, moment)
-        return self._checked(looked, f"held at all {looked} control steps")
+        moments = self._between(after, before)
+        if until is not None:
+            moments = takewhile(lambda moment: not holds(until, moment), moments)
+        return self._each(condition, moments, expected=True)
 
     def never(
         self, condition: Condition, *, after: float = 0.0, before: float | None = None
     ) -> Verdict:
         """The condition held at no control step."""
-        looked = 0
-        for moment in self._between(after, before):
-            looked += 1
-            if holds(condition, moment):
-                return self._broken("held", condition, moment)
-        return self._checked(looked, f"held at none of {looked} control steps")
+        return self._each(condition, self._between(after, before), expected=False)
 
     def eventually(
         self, condition: Condition, *, within: float | None = None, after: float = 0.0
@@ -148,7 +136,14 @@ class Assertions(ABC):
             return self._broken(what, then, last)
         return Verdict(holds=True, line=f"followed all {answered} times")
 
-    # ---- inside --------------------------------------------------------------------------
+    def _each(self, condition: Condition, moments: Iterable[Moment], *, expected: bool) -> Verdict:
+        looked = 0
+        for moment in moments:
+            looked += 1
+            if holds(condition, moment) is not expected:
+                return self._broken("did not hold" if expected else "held", condition, moment)
+        many = "all" if expected else "none of"
+        return self._checked(looked, f"held at {many} {looked} control steps")
 
     def _between(self, after: float, before: float | None) -> Iterable[Moment]:
         for moment in self.moments:

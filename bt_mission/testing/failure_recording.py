@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.recording.writer import RunRecorder
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from bt_mission.sessions.stage import Stage
+from bt_mission.sessions.stage import Stage
 
 
 class FailureRecording:

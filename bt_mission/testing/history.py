@@ -9,21 +9,19 @@ from __future__ import annotations
 import json
 from bisect import bisect_right
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from types import MappingProxyType
+from typing import Any
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from bt_mission.events.status_marks import UNICODE
-from bt_mission.events.trace_lines import line_of
+from bt_mission.events.log import UNICODE, line_of
+from bt_mission.executive.status import Change
 from bt_mission.goals.goal import Goal, Phase
-
-if TYPE_CHECKING:
-    from bt_mission.executive.status import Change
-    from bt_mission.sessions.stage import Stage
+from bt_mission.sessions.stage import Stage
 
 Pose = tuple[float, float, float]
 """x m, y m, yaw rad."""
@@ -63,53 +61,23 @@ class GoalLife:
         return f"{self.action} goal {self.id[:8]} of '{self.owner}' ({lives}){end}"
 
 
-@dataclass(frozen=True)
-class Record:
-    """A control step.
-
-    Args:
-        time_ns: Virtual time.
-        pose: True pose of the base in the map.
-        odometry: Pose of the base as odometry reckons it, from where the robot started.
-        velocity: True velocity of the base, m/s ahead and rad/s to the left.
-        commanded: The velocity that the base asks of its wheels.
-        variables: Of the mission.
-        changes: How many changes of status there were until then.
-        goal_events: How many events of goals.
-        said: How many lines of the mission's log.
-        state: Of the simulation, for what is worked out later.
-    """
-
-    time_ns: int
-    pose: Pose
-    odometry: Pose
-    velocity: tuple[float, float]
-    commanded: tuple[float, float]
-    distance: float
-    collisions: int
-    variables: dict[str, Any]
-    changes: int
-    goal_events: int
-    said: int
-    state: Any
-
-
 class Recorded:
     """Messages of a topic with the virtual times at which they came.
 
     Args:
         name: Resolved name of the topic.
+        stage: Tells the time.
     """
 
-    def __init__(self, name: str, start_ns: int) -> None:
+    def __init__(self, name: str, stage: Stage) -> None:
         self.name = name
-        self._start_ns = start_ns
+        self._stage = stage
         self._times_ns: list[int] = []
         self._messages: list[Any] = []
 
-    def add(self, time_ns: int, message: Any) -> None:
-        """Write a message down."""
-        self._times_ns.append(time_ns)
+    def add(self, message: Any) -> None:
+        """Write a message down that comes now."""
+        self._times_ns.append(self._stage.now_ns)
         self._messages.append(message)
 
     @property
@@ -120,7 +88,7 @@ class Recorded:
     @property
     def times(self) -> tuple[float, ...]:
         """When each came, s since the start of the run."""
-        return tuple((time_ns - self._start_ns) / 1e9 for time_ns in self._times_ns)
+        return tuple((time_ns - self._stage.start_ns) / 1e9 for time_ns in self._times_ns)
 
     @property
     def last(self) -> Any:
@@ -147,14 +115,13 @@ class History:
         self.start_ns = stage.start_ns
         self.nodes = stage.executive.nodes
         self.paths = {node: stage.executive.path_of(node) for node in self.nodes}
-        self.records: list[Record] = []
         self.changes: list[Change] = []
         self.goals: dict[bytes, GoalLife] = {}
         self.goal_events: list[tuple[float, str, GoalLife]] = []
         self.said: list[tuple[float, str]] = []
         self.events: list[str] = list(stage.trace.newest)
         self._changes_of: defaultdict[Behaviour, list[int]] = defaultdict(list)
-        self._variables: dict[str, Any] = {}
+        self._variables: Mapping[str, Any] = MappingProxyType({})
         stage.executive.listeners.append(self._on_change)
         stage.executive.goal_listeners.append(self._on_goal)
         stage.trace.listeners.append(self.events.append)
@@ -163,30 +130,12 @@ class History:
         """Virtual time since the start, s."""
         return (time_ns - self.start_ns) / 1e9
 
-    def record(self) -> None:
-        """Write a control step down."""
-        stage = self._stage
-        sim = stage.sim.simulation
-        values = stage.runner.scope.values
+    def variables(self) -> Mapping[str, Any]:
+        """Return the mission's variables as they are now, however they change later."""
+        values = self._stage.runner.scope.values
         if values != self._variables:
-            self._variables = dict(values)
-        odometry = sim.odometry
-        self.records.append(
-            Record(
-                time_ns=stage.now_ns,
-                pose=sim.pose,
-                odometry=(odometry.x, odometry.y, odometry.yaw),
-                velocity=sim.velocity,
-                commanded=sim.commanded,
-                distance=sim.distance_travelled,
-                collisions=sim.collisions,
-                variables=self._variables,
-                changes=len(self.changes),
-                goal_events=len(self.goal_events),
-                said=len(self.said),
-                state=sim.record(),
-            )
-        )
+            self._variables = MappingProxyType(dict(values))
+        return self._variables
 
     def say(self, text: str) -> None:
         """Write down what the mission says."""

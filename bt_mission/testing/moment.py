@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Protocol
+from dataclasses import dataclass
+from typing import Any, Protocol
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-if TYPE_CHECKING:
-    from bt_mission.testing.history import GoalLife, History, Pose, Record, Recorded
+from bt_mission.sessions.stage import Stage
+from bt_mission.testing.history import GoalLife, History, Pose, Recorded
 
 
 class MomentSource(Protocol):
     """The run that a moment belongs to."""
 
+    stage: Stage
     history: History
 
     def find(self, name: str) -> Behaviour:
@@ -83,69 +84,87 @@ class NodeView:
         return f"<{self.name}: {self.status} since {self.since:.2f} s>"
 
 
+@dataclass(frozen=True, repr=False, eq=False)
 class Moment:
-    """A control step: where everything stood after it."""
+    """A control step: where everything stood after it.
 
-    def __init__(self, run: MomentSource, record: Record) -> None:
-        self._run = run
-        self._record = record
+    Args:
+        pose: True pose of the base in the map: x m, y m, yaw rad.
+        odometry: Where the robot thinks it is, from where it started: x m, y m, yaw rad.
+        commanded: What the base asks of its wheels: m/s ahead, rad/s to the left.
+        distance: Length of the way so far, m.
+        collisions: How often the robot has touched something so far.
+        variables: The mission's inputs, and the outputs written so far.
+    """
+
+    _run: MomentSource
+    _time_ns: int
+    pose: Pose
+    odometry: Pose
+    _velocity: tuple[float, float]
+    commanded: tuple[float, float]
+    distance: float
+    collisions: int
+    variables: Mapping[str, Any]
+    _changes: int
+    """How many changes of status there were until then; so for goals and what was said."""
+    _goal_events: int
+    _said: int
+    _state: Any
+    """Of the simulation, for what is worked out later."""
+
+    @classmethod
+    def of(cls, run: MomentSource) -> Moment:
+        """Write down where everything stands now."""
+        history, sim = run.history, run.stage.sim.simulation
+        odometry = sim.odometry
+        return cls(
+            run,
+            run.stage.now_ns,
+            pose=sim.pose,
+            odometry=(odometry.x, odometry.y, odometry.yaw),
+            _velocity=sim.velocity,
+            commanded=sim.commanded,
+            distance=sim.distance_travelled,
+            collisions=sim.collisions,
+            variables=history.variables(),
+            _changes=len(history.changes),
+            _goal_events=len(history.goal_events),
+            _said=len(history.said),
+            _state=sim.record(),
+        )
 
     @property
     def t(self) -> float:
         """Virtual time since the start, s."""
-        return self._run.history.seconds(self._record.time_ns)
+        return self._run.history.seconds(self._time_ns)
 
     # ---- the robot -----------------------------------------------------------------------
 
     @property
-    def pose(self) -> Pose:
-        """True pose of the base in the map: x m, y m, yaw rad."""
-        return self._record.pose
-
-    @property
     def x(self) -> float:
         """True x, m."""
-        return self._record.pose[0]
+        return self.pose[0]
 
     @property
     def y(self) -> float:
         """True y, m."""
-        return self._record.pose[1]
+        return self.pose[1]
 
     @property
     def yaw(self) -> float:
         """True heading, rad."""
-        return self._record.pose[2]
-
-    @property
-    def odometry(self) -> Pose:
-        """Where the robot thinks it is, from where it started: x m, y m, yaw rad."""
-        return self._record.odometry
+        return self.pose[2]
 
     @property
     def speed(self) -> float:
         """True speed ahead, m/s."""
-        return self._record.velocity[0]
+        return self._velocity[0]
 
     @property
     def turn_rate(self) -> float:
         """True turn rate, rad/s, left positive."""
-        return self._record.velocity[1]
-
-    @property
-    def commanded(self) -> tuple[float, float]:
-        """What the base asks of its wheels: m/s ahead, rad/s to the left."""
-        return self._record.commanded
-
-    @property
-    def distance(self) -> float:
-        """Length of the way so far, m."""
-        return self._record.distance
-
-    @property
-    def collisions(self) -> int:
-        """How often the robot has touched something so far."""
-        return self._record.collisions
+        return self._velocity[1]
 
     @property
     def clearance(self) -> float:
@@ -160,7 +179,7 @@ class Moment:
 
     @property
     def _clearance(self) -> Any:
-        return self._run.history.review.clearance(self._record.state)
+        return self._run.history.review.clearance(self._state)
 
     def distance_to(self, x: float, y: float) -> float:
         """How far the axle's middle is from a point, m."""
@@ -174,7 +193,7 @@ class Moment:
         Raises:
             ScenarioError: When there is none, or several; their paths stand in it.
         """
-        return NodeView(self._run, self._run.find(name), self._record.changes)
+        return NodeView(self._run, self._run.find(name), self._changes)
 
     @property
     def running(self) -> tuple[str, ...]:
@@ -182,25 +201,20 @@ class Moment:
         return tuple(
             node.name
             for node in self._run.history.nodes
-            if not node.children and NodeView(self._run, node, self._record.changes).running
+            if not node.children and NodeView(self._run, node, self._changes).running
         )
-
-    @property
-    def variables(self) -> Mapping[str, Any]:
-        """The mission's inputs, and the outputs written so far."""
-        return MappingProxyType(self._record.variables)
 
     @property
     def goals(self) -> tuple[GoalLife, ...]:
         """The goals sent so far; what became of them later is told, too."""
-        events = self._run.history.goal_events[: self._record.goal_events]
+        events = self._run.history.goal_events[: self._goal_events]
         return tuple(dict.fromkeys(life for _, what, life in events if what == "sent"))
 
     @property
     def open_goals(self) -> tuple[str, ...]:
         """Actions of the goals that had been sent and had not ended."""
         live: dict[str, str] = {}
-        for _, what, life in self._run.history.goal_events[: self._record.goal_events]:
+        for _, what, life in self._run.history.goal_events[: self._goal_events]:
             if what == "ended":
                 live.pop(life.id, None)
             else:
@@ -210,7 +224,7 @@ class Moment:
     @property
     def log(self) -> list[str]:
         """What ``log`` nodes have said so far."""
-        return [text for _, text in self._run.history.said[: self._record.said]]
+        return [text for _, text in self._run.history.said[: self._said]]
 
     # ---- topics --------------------------------------------------------------------------
 
@@ -220,7 +234,7 @@ class Moment:
         Raises:
             ScenarioError: When the topic is not recorded.
         """
-        return self._run.topic(name).at(self._record.time_ns)
+        return self._run.topic(name).at(self._time_ns)
 
     @property
     def scan(self) -> Any:
@@ -232,7 +246,7 @@ class Moment:
     @property
     def tree(self) -> str:
         """The tree as text."""
-        return self._run.history.tree_text(self._record.changes)
+        return self._run.history.tree_text(self._changes)
 
     def __repr__(self) -> str:
         return f"<moment {self.t:.2f} s at ({self.x:.2f}, {self.y:.2f})>"

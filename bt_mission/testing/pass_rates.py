@@ -16,8 +16,8 @@ SHOWN_IN_FULL = 3
 SHOWN_IN_LINES = 10
 
 
-def wilson(passed: int, total: int, z: float = Z_95) -> tuple[float, float]:
-    """The interval that holds the true rate of passes, by default with a certainty of 95 %.
+def wilson(passed: int, total: int) -> tuple[float, float]:
+    """The interval that holds the true rate of passes with a certainty of 95 %.
 
     Also where all pass or none does, and for few trials, it says something: of 20 out of 20, that
     the true rate is 84 % or more. The formula is that of E. B. Wilson, "Probable inference, the
@@ -27,7 +27,7 @@ def wilson(passed: int, total: int, z: float = Z_95) -> tuple[float, float]:
     Args:
         total: At least 1.
     """
-    rate = passed / total
+    rate, z = passed / total, Z_95
     spread = z * z / total
     centre = rate + spread / 2
     half = z * math.sqrt(rate * (1 - rate) / total + spread / (4 * total))

@@ -14,14 +14,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from bt_mission.testing.results import (
-    DEFAULT,
-    GRAPHS,
-    RECORD,
-    STAGES,
-    Results,
-    what_to_record,
-)
+from bt_mission.testing.results import DEFAULT, GRAPHS, RECORD, STAGES, Results, what_to_record
 from bt_mission.testing.scenarios import Scenarios
 
 if TYPE_CHECKING:
@@ -123,9 +116,7 @@ def stage(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Stages]:
 
     one = seeded(request.node)
     records = what_to_record(request.config) != "off"
-    coverage = request.config.pluginmanager.get_plugin("bt_mission_coverage")
-    watch = {} if coverage is None else {"on_mission_started": coverage.on_mission_started}
-    made = Stages(tmp_path, seed=None if one is None else one.seed, records=records, **watch)
+    made = Stages(tmp_path, seed=None if one is None else one.seed, records=records)
     request.node.stash.setdefault(STAGES, []).append(made)
     yield made
     made.close()

@@ -114,7 +114,8 @@ class Results:
         here = self._config.invocation_params.dir
         lines = []
         for run, path in zip(runs, found, strict=True):
-            lines.append(f"bt-mission replay {_typed(path, here)}")
+            typed = shlex.quote(os.path.relpath(path, here))
+            lines.append(f"bt-mission replay {typed}")
             if run.recording is not None and run.recording.missing:
                 lines.append(f"  the recording lacks {run.recording.missing}")
         return "\n".join(lines)
@@ -153,7 +154,3 @@ def properties(runs: list[Run], wall_s: float) -> Iterator[tuple[str, object]]:
     for run in runs:
         yield "seed", run.mission.seed
         yield "trace_sha256", run.stage.trace.sha256
-
-
-def _typed(path: Path, here: Path) -> str:
-    return shlex.quote(os.path.relpath(path, here))

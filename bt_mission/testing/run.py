@@ -2,28 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from py_trees.behaviour import Behaviour
 from rclpy.node import Node
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.executive.report import Report, report_on
+from bt_mission.language.mission import Mission
 from bt_mission.ros.subscriber import LatestMessageSubscriber
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import StageOptions
 from bt_mission.testing.assertions import Assertions, holds
 from bt_mission.testing.errors import ScenarioError, no_such
+from bt_mission.testing.failure_recording import FailureRecording
+from bt_mission.testing.faults import FaultInstance
 from bt_mission.testing.history import GoalLife, History, Pose, Recorded
 from bt_mission.testing.moment import Condition, Moment
-
-if TYPE_CHECKING:
-    from bt_mission.language.mission import Mission
-    from bt_mission.testing.failure_recording import FailureRecording
-    from bt_mission.testing.faults import FaultInstance
 
 Action = Callable[["Run"], Any]
 """Something that a test does to a run at its time, such as a fault."""
@@ -41,7 +38,8 @@ class NeverHeldError(AssertionError):
 class Run(Assertions):
     """A mission on the stage, moved on by a test and asked by it.
 
-    Times are virtual, in seconds since the start. The run can be asked about after it is closed.
+    Times are virtual, in seconds since the start. The run can be asked about after it is closed;
+    ``moments`` are its control steps so far, in order.
 
     Args:
         mission: What to carry out, with its world, robot and seed.
@@ -53,10 +51,12 @@ class Run(Assertions):
         super().__init__()
         self.mission = mission
         self.stage = Stage(
-            mission, image_folder=folder, say=self._say, options=StageOptions(**options)
+            mission,
+            image_folder=folder,
+            say=self._say,
+            options=StageOptions(**options),
         )
         self.history = History(self.stage)
-        self._moments: list[Moment] = []
         self._topics: dict[str, Recorded] = {}
         self.faults: list[FaultInstance] = []
         self.recording: FailureRecording | None = None
@@ -84,9 +84,8 @@ class Run(Assertions):
                 error, self._error = self._error, None
                 raise error
         self._beats = executive.cycles
-        self.history.record()
-        moment = Moment(self, self.history.records[-1])
-        self._moments.append(moment)
+        moment = Moment.of(self)
+        self.moments.append(moment)
         self._act_by_condition(moment)
         return moment
 
@@ -160,14 +159,9 @@ class Run(Assertions):
         Raises:
             ScenarioError: Before the first.
         """
-        if not self._moments:
+        if not self.moments:
             raise ScenarioError("there is no control step yet: move the run on, by run.step()")
-        return self._moments[-1]
-
-    @property
-    def moments(self) -> Sequence[Moment]:
-        """Every control step so far."""
-        return self._moments
+        return self.moments[-1]
 
     @property
     def pose(self) -> Pose:
@@ -254,9 +248,8 @@ class Run(Assertions):
                 continue
             if name not in known:
                 raise no_such("topic", name, sorted(known))
-            recorded = self._topics[name] = Recorded(name, self.stage.start_ns)
-            reader = LatestMessageSubscriber(node, name, known[name])
-            reader.listen(partial(self._write_down, recorded))
+            recorded = self._topics[name] = Recorded(name, self.stage)
+            LatestMessageSubscriber(node, name, known[name]).listen(recorded.add)
 
     def blame_test(self, error: Exception) -> None:
         """Have the present step raise an error of the test's own, once it is over."""
@@ -316,17 +309,12 @@ class Run(Assertions):
                 self.recording.finish(self.report.as_dict())
             self.stage.__exit__()
 
-    # ---- inside --------------------------------------------------------------------------
-
     @property
     def _ended(self) -> str:
         return f"{self.status}: {self.reason}" if self.reason else self.status
 
     def _say(self, text: str) -> None:
         self.history.say(text)
-
-    def _write_down(self, recorded: Recorded, message: Any) -> None:
-        recorded.add(self.stage.now_ns, message)
 
     def _failed(self, what: str) -> NeverHeldError:
         history = self.history

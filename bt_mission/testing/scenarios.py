@@ -9,6 +9,7 @@ a test travels in its reports.
 from __future__ import annotations
 
 from collections.abc import Generator
+from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 import pytest
@@ -58,14 +59,7 @@ class Scenarios:
         if one is None or hasattr(report, "wasxfail"):
             return report
         repeat = line_to_repeat(self._config, item.nodeid)
-        report.__dict__["scenario"] = {
-            "seed": one.seed,
-            "test": one.test,
-            "function": one.function,
-            "at_least": one.at_least,
-            "repeat": repeat,
-            "failed": report.failed,
-        }
+        report.__dict__["scenario"] = asdict(one) | {"repeat": repeat, "failed": report.failed}
         if report.failed:
             report.sections.append(("to repeat it", repeat))
             if one.at_least is not None and report.when == "call":

@@ -8,19 +8,17 @@ none, send feedback of another goal, or fall silent.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from action_msgs.msg import GoalInfo, GoalStatus, GoalStatusArray
 from action_msgs.srv import CancelGoal
 from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.node import Node
 from rclpy.qos import QoSProfile, qos_profile_action_status_default
 from rclpy.task import Future
 from unique_identifier_msgs.msg import UUID
 
 from bt_mission.ros.interface_types import action_type, fill
-
-if TYPE_CHECKING:
-    from rclpy.node import Node
 
 DEPTH = 1024
 

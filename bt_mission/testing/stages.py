@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import rclpy
 from rclpy.context import Context
@@ -16,6 +16,7 @@ from bt_mission.core.dds.discovery import isolate
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.files import find
 from bt_mission.language.action_names import ACTION_NAMES
+from bt_mission.language.expressions.values import Plain
 from bt_mission.language.mission import Mission
 from bt_mission.sessions.check import examine, examine_text
 from bt_mission.testing.errors import ScenarioError, no_such
@@ -24,11 +25,6 @@ from bt_mission.testing.faults import Faults
 from bt_mission.testing.options import MOST_RUNS
 from bt_mission.testing.run import Run
 from bt_mission.testing.scripted_server import ScriptedServer
-
-if TYPE_CHECKING:
-    from bt_mission.executive.executive import Executive
-    from bt_mission.language.expressions.values import Plain
-
 
 PROPS = 4
 """Obstacles that can appear in a run, unless it is told otherwise; they cost a few per cent."""
@@ -43,7 +39,6 @@ class Stages:
         folder: For worlds, pictures, and what failed runs leave.
         seed: Of every run that is given none of its own; None is the mission's.
         records: Record every run, in the folder.
-        on_mission_started: Takes each mission and its executive before the first step.
     """
 
     def __init__(
@@ -52,11 +47,9 @@ class Stages:
         seed: int | None = None,
         *,
         records: bool = False,
-        on_mission_started: Callable[[Mission, Executive], None] = lambda *_: None,
     ) -> None:
         self.folder = folder
         self.seed = seed
-        self._on_mission_started = on_mission_started
         self._records = records
         self.runs: list[Run] = []
         self.left_behind: list[str] = []
@@ -108,7 +101,6 @@ class Stages:
             self.folder,
             context=self.context,
             without=tuple(name.strip("/") for name in self.scripted),
-            on_mission_started=self._on_mission_started,
             **({"props": PROPS} | options),
         )
         for server in self.scripted.values():
@@ -119,7 +111,7 @@ class Stages:
         return made
 
     def mission(self, mission: str | Path | Mission, **changes: Any) -> Mission:
-        """A mission that is sound.
+        """A mission that is sound; whether servers refuse its goals is for the scenario to see.
 
         Raises:
             InputError: With all its faults.
@@ -133,9 +125,9 @@ class Stages:
             return mission if seed is None else replace(mission, seed=seed)
         text = str(mission)
         if "\n" in text:
-            found, faults = examine_text(text, **changes)
+            found, faults = examine_text(text, servers=None, **changes)
         else:
-            found, faults = examine(_mission_file(mission), **changes)
+            found, faults = examine(_mission_file(mission), servers=None, **changes)
         if found is None:
             raise InputError(faults)
         return found

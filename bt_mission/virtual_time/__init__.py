@@ -2,19 +2,19 @@
 
 - ``executor``: :class:`VirtualTimeExecutor`, order and time
 - ``entities``: what a node can be woken by, and which of it is ready
-- ``serving``: one callback of each kind
-- ``tasks``: what was begun and has not ended
-- ``spinning``: rclpy's ways to spin
-- ``clocks``: the ROS clocks of the nodes, right or wrong
+- ``callbacks``: one callback of each kind
+- ``coroutines``: what was begun and has not ended
+- ``spin``: rclpy's ways to spin, and what keeps time from moving
+- ``node_clocks``: the ROS clocks of the nodes, right or wrong
 - ``taps``: :class:`Taps`, which change what passes between nodes
-- ``matching``: are all endpoints of the process matched?
-- ``proof``: :func:`self_test`, the proof that "nothing ready" is the truth on this machine
+- ``discovery``: are all endpoints of the process matched?
+- ``self_test``: :func:`self_test`, the proof that "nothing ready" is the truth on this machine
 """
 
 from bt_mission.virtual_time.discovery import DiscoveryError
-from bt_mission.virtual_time.errors import NestedStepError, NothingDueError, TimeStuckError
 from bt_mission.virtual_time.executor import SteppedWorld, VirtualTimeExecutor
 from bt_mission.virtual_time.self_test import NoVirtualTimeError, self_test
+from bt_mission.virtual_time.spin import NestedStepError, NothingDueError, TimeStuckError
 from bt_mission.virtual_time.taps import (
     ACTION_PARTS,
     Answer,

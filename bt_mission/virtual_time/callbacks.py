@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 from rclpy.action import ActionClient, ActionServer
 from rclpy.client import Client
@@ -17,16 +17,11 @@ from rclpy.guard_condition import GuardCondition
 from rclpy.serialization import deserialize_message, serialize_message
 from rclpy.service import Service
 from rclpy.subscription import Subscription
+from rclpy.timer import Timer
+from rclpy.waitable import Waitable
 
 from bt_mission.core.errors import BtMissionError
-from bt_mission.virtual_time.taps import ACTION_PARTS, Side
-
-if TYPE_CHECKING:
-    from rclpy.timer import Timer
-    from rclpy.waitable import Waitable
-
-    from bt_mission.virtual_time.pending import PendingCallback
-    from bt_mission.virtual_time.taps import Passing, Taps
+from bt_mission.virtual_time.taps import ACTION_PARTS, Passing, PendingCallback, Side, Taps
 
 
 class TapContext(Protocol):

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections import deque
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import Any, TypeVar
 from weakref import WeakSet
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
+from rclpy.node import Node
+from rclpy.task import Task
 
-    from rclpy.node import Node
-    from rclpy.task import Task
+from bt_mission.virtual_time.taps import PendingCallback
 
-    from bt_mission.virtual_time.pending import PendingCallback
+T = TypeVar("T")
+_Callback = tuple[Any, Any, "Node | None"]
+"""A coroutine, the entity that it serves, and the node of that."""
 
 
 class Tasks:
@@ -27,8 +29,8 @@ class Tasks:
         self.turns = 0
         """Turns that tasks have had so far."""
         self._new: list[Task] = []
-        self._waiting: list[Task] = []
-        self._callbacks: list[tuple[Any, Any, Node | None]] = []
+        self._tasks: list[Task] = []
+        self._callbacks: list[_Callback] = []
         self._away: WeakSet[Node] = WeakSet()
 
     @property
@@ -68,49 +70,54 @@ class Tasks:
 
         What one of them raises comes out of here; the others keep their place.
         """
-        return self._resume_tasks() or self._resume_callbacks() or bool(self._new)
+        tasks, self._new = self._new, []
+        self._tasks += tasks
+        return (
+            _give_turns(self._tasks, self._run_task)
+            or _give_turns(self._callbacks, self._run_callback)
+            or bool(self._new)
+        )
 
-    def _resume_tasks(self) -> bool:
-        if not (self._waiting or self._new):
-            return False
-        turns = deque(self._waiting + self._new)
-        self._waiting, self._new = [], []
-        ended = False
-        try:
-            while turns:
-                task = turns.popleft()
-                self.turns += 1
-                task()
-                if task.done():
-                    ended = True
-                    task.result()  # raises what the task raised
-                elif not task.cancelled():
-                    self._waiting.append(task)
-        finally:
-            self._waiting.extend(turns)
-        return ended
+    def _run_task(self, task: Task) -> bool | None:
+        self.turns += 1
+        task()
+        if task.done():
+            task.result()  # raises what the task raised
+            return True
+        return None if task.cancelled() else False
 
-    def _resume_callbacks(self) -> bool:
-        if not self._callbacks:
+    def _run_callback(self, begun: _Callback) -> bool:
+        coroutine, entity, node = begun
+        if node in self._away:
             return False
-        turns = deque(self._callbacks)
-        self._callbacks = []
-        ended = False
         try:
-            while turns:
-                coroutine, entity, node = turns.popleft()
-                if node in self._away:
-                    self._callbacks.append((coroutine, entity, node))
-                    continue
-                try:
-                    coroutine.send(None)
-                except BaseException as end:
-                    entity.callback_group.ending_execution(entity)
-                    if not isinstance(end, StopIteration):
-                        raise
-                    ended = True
-                else:
-                    self._callbacks.append((coroutine, entity, node))
-        finally:
-            self._callbacks.extend(turns)
-        return ended
+            coroutine.send(None)
+        except BaseException as end:
+            entity.callback_group.ending_execution(entity)
+            if not isinstance(end, StopIteration):
+                raise
+            return True
+        return False
+
+
+def _give_turns(begun: list[T], run: Callable[[T], bool | None]) -> bool:
+    """Run each a little; keep those that go on (False), also where one raises.
+
+    Returns:
+        Whether any has ended (True). One that was cancelled (None) is dropped.
+    """
+    if not begun:
+        return False
+    turns = deque(begun)
+    begun.clear()
+    has_ended = False
+    try:
+        while turns:
+            one = turns.popleft()
+            ended = run(one)
+            if ended is False:
+                begun.append(one)
+            has_ended = has_ended or ended is True
+    finally:
+        begun.extend(turns)
+    return has_ended

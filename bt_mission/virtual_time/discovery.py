@@ -8,22 +8,17 @@ stand still. :func:`wait_for_matching` checks, and waits where it has to.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Sequence
 
 from rclpy.action import ActionClient, ActionServer, get_action_server_names_and_types_by_node
+from rclpy.context import Context
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
+from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSCompatibility, qos_check_compatible
+from rclpy.subscription import Subscription
 
 from bt_mission.core.errors import BtMissionError
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from rclpy.context import Context
-    from rclpy.node import Node
-    from rclpy.subscription import Subscription
 
 ATTEMPTS = 5_000
 PAUSE_NS = 1_000_000

@@ -2,26 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rclpy.action import ActionClient, ActionServer, get_action_server_names_and_types_by_node
 from rclpy.client import Client
+from rclpy.context import Context
 from rclpy.event_handler import EventHandler
 from rclpy.exceptions import InvalidHandle
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
+from rclpy.node import Node
 from rclpy.service import Service
 from rclpy.subscription import Subscription
+from rclpy.timer import Timer
+from rclpy.waitable import Waitable
 
 from bt_mission.core.errors import BtMissionError
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from rclpy.context import Context
-    from rclpy.node import Node
-    from rclpy.timer import Timer
-    from rclpy.waitable import Waitable
 
 KINDS = ("subscriptions", "services", "clients", "guards", "waitables", "timers")
 COUNTS = (

@@ -24,23 +24,19 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Coroutine
 from operator import itemgetter
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
+from rclpy.context import Context
+from rclpy.node import Node
 from rclpy.task import Task
 
 from bt_mission.virtual_time.callbacks import serve, serve_timer
 from bt_mission.virtual_time.coroutines import Tasks
 from bt_mission.virtual_time.discovery import wait_for_matching
 from bt_mission.virtual_time.entities import Entities, describe, describe_timer, exists, tells_once
-from bt_mission.virtual_time.errors import NestedStepError, NothingDueError, TimeStuckError
 from bt_mission.virtual_time.node_clocks import Clocks
-from bt_mission.virtual_time.pending import PendingCallback
-from bt_mission.virtual_time.spin import Spinning
-from bt_mission.virtual_time.taps import Passing, Side, Taps
-
-if TYPE_CHECKING:
-    from rclpy.context import Context
-    from rclpy.node import Node
+from bt_mission.virtual_time.spin import NestedStepError, NothingDueError, Spinning, TimeStuckError
+from bt_mission.virtual_time.taps import Passing, PendingCallback, Side, Taps
 
 CALLBACKS_PER_INSTANT = 100_000
 """Callbacks after which an instant of virtual time is taken for one that never ends."""

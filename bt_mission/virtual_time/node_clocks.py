@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterable
 from weakref import WeakKeyDictionary
 
 from rclpy.clock_type import ClockType
+from rclpy.node import Node
 from rclpy.time import Time
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from rclpy.node import Node
 
 
 class Clocks:

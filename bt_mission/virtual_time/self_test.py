@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import TYPE_CHECKING
 
 import rclpy
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.task import Future
 from rclpy.utilities import get_rmw_implementation_identifier
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.virtual_time.executor import VirtualTimeExecutor
-
-if TYPE_CHECKING:
-    from rclpy.task import Future
 
 ROUNDS = 25
 

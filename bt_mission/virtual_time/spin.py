@@ -9,7 +9,29 @@ from typing import Any
 from rclpy.executors import Executor, ExternalShutdownException
 from rclpy.task import Future
 
-NS_PER_S = 1_000_000_000
+from bt_mission.core.errors import BtMissionError
+from bt_mission.core.stamps import NS
+
+
+class TimeStuckError(BtMissionError):
+    """Callbacks keep each other busy, so virtual time cannot advance."""
+
+
+class NothingDueError(BtMissionError):
+    """There is neither a timer nor a world that could move time."""
+
+    def __init__(self) -> None:
+        super().__init__("virtual time cannot move: no timer is set and there is no world")
+
+
+class NestedStepError(BtMissionError):
+    """A callback asked for time to move, which waits for the callback to end."""
+
+    def __init__(self) -> None:
+        super().__init__(
+            "a callback cannot spin: virtual time moves only when all callbacks have returned; "
+            "make it `async def`, and await the future"
+        )
 
 
 class Spinning(Executor):
@@ -58,7 +80,7 @@ class Spinning(Executor):
         """Go on until ``future`` is done, or ``timeout_sec`` of virtual time have passed."""
         passed: list[None] = []
         if timeout_sec is not None and timeout_sec >= 0:
-            end_ns = self.now_ns + round(timeout_sec * NS_PER_S)
+            end_ns = self.now_ns + round(timeout_sec * NS)
             self.call_at(end_ns, lambda: passed.append(None))
         while not passed and self._goes_on(future):
             self.spin_once_until_future_complete(future)

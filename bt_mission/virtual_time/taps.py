@@ -13,15 +13,15 @@ and packed again.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Coroutine, Iterable
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import partial
 from operator import itemgetter
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from bt_mission.virtual_time.pending import PendingCallback
+PendingCallback = Coroutine[Any, Any, None] | None
+"""The coroutine of a callback that was begun; None when the callback has ended."""
 
 
 class Side(StrEnum):

@@ -33,6 +33,8 @@ class DifferentialDrive:
     def command(self, linear: float, angular: float, time_ns: int) -> None:
         """Ask for a velocity (m/s, rad/s), held for the command timeout from `time_ns` on.
 
+        What is said at an earlier time than now holds for what is left of it, if anything is.
+
         Raises ValueError where one of them is not finite; the last command then stays. Without
         power a command is ignored.
         """
@@ -43,8 +45,13 @@ class DifferentialDrive:
         robot = self.robot
         self._target_linear = _clip(linear, robot.max_linear_velocity)
         self._target_angular = _clip(angular, robot.max_angular_velocity)
-        self._expires_ns = time_ns + round(robot.command_timeout * self.patience * 1e9)
+        self._expires_ns = time_ns + round(self.timeout_s * 1e9)
         self._settled = False
+
+    @property
+    def timeout_s(self) -> float:
+        """How long a command holds, s."""
+        return self.robot.command_timeout * self.patience
 
     def switch(self, *, on: bool) -> None:
         """Give or take the motors' power. Either way the last command is forgotten."""

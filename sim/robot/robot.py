@@ -21,10 +21,9 @@ from sim.physics.spawn import RobotSpawn
 from sim.physics.wheels import Wheels
 from sim.robot.drive import DifferentialDrive
 from sim.sensors.battery import Battery
-from sim.sensors.encoders import Encoders
 from sim.sensors.imu import Imu, Inertial
 from sim.sensors.lidar import Lidar
-from sim.sensors.odometry import Odometry
+from sim.sensors.odometry import Encoders, Odometry
 
 _STRIDE = 0.005
 """Metres. The way is measured in chords of this length, so that trembling against a wall is none:
@@ -100,15 +99,26 @@ class SimulatedRobot:
         """Let commands hold for so many times the robot's command timeout, from the next one on."""
         self.patience = self._drive.patience = patience
 
+    @property
+    def command_timeout_s(self) -> float:
+        """How long a command holds, s."""
+        return self._drive.timeout_s
+
     # ---- driving -------------------------------------------------------------------------
 
-    def command(self, linear: float, angular: float) -> None:
+    def command(self, linear: float, angular: float, stamp_ns: int = 0) -> float:
         """Ask for a velocity, m/s and rad/s; it holds for the robot's command timeout.
 
-        Raises ValueError where one of them is not finite; the last command then stays. While the
-        motors are off, a command is ignored.
+        The timeout counts from the stamp, so that time on the way does not prolong it. Without a
+        stamp (0), or with one of the future, as from another clock, it counts from now.
+
+        Returns the age of the command, s. Raises ValueError where a velocity is not finite; the
+        last command then stays. While the motors are off, a command is ignored.
         """
-        self._drive.command(linear, angular, self.physics.time_ns)
+        now_ns = self.physics.time_ns
+        said_ns = stamp_ns if 0 < stamp_ns < now_ns else now_ns
+        self._drive.command(linear, angular, said_ns)
+        return (now_ns - said_ns) / 1e9
 
     @property
     def commanded(self) -> tuple[float, float]:

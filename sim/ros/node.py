@@ -39,7 +39,7 @@ from sim.ros.topics import (
 )
 from sim.ros.world_messages import occupancy_grid, zone_markers
 from sim.simulation import Fleet, Simulation
-from sim.world.checks import unseen
+from sim.world.loader import unseen
 from sim.world.occupancy import rasterise
 from sim.world.world import World
 

@@ -14,10 +14,9 @@ from sim.robot.robot import SimulatedRobot
 from sim.ros import message_fields
 from sim.ros.schedule import Schedule
 from sim.ros.topics import RELIABLE, log, wanted
-from sim.sensors.camera import Camera
+from sim.sensors.camera import Camera, RaycastCamera
 from sim.sensors.canvas import NoCameraError
 from sim.sensors.noise import PictureDistortion, PictureNoise
-from sim.sensors.raycast import RaycastCamera
 
 
 class CameraTopics:

@@ -25,6 +25,7 @@ from tf2_msgs.msg import TFMessage
 from bt_mission.core.cdr.decoder import decoder_of
 from bt_mission.core.cdr.writer import MessageTemplate
 from bt_mission.core.geometry import Pose2D, Twist2D, set_planar
+from bt_mission.core.stamps import to_ns
 from sim.robot import frames
 from sim.robot.description import description
 from sim.robot.robot import SimulatedRobot
@@ -131,10 +132,18 @@ class RobotPublishers:
     def _on_command(self, data: bytes) -> None:
         try:
             message = decoder_of(COMMAND_TYPES[self._command_type]).decode(data)
-            twist = message.twist if self._command_type == "stamped" else message
-            self._robot.command(twist.linear.x, twist.angular.z)
+            if self._command_type == "stamped":
+                twist, stamp_ns = message.twist, to_ns(message.header.stamp)
+            else:
+                twist, stamp_ns = message, 0
+            age_s = self._robot.command(twist.linear.x, twist.angular.z, stamp_ns)
         except ValueError as error:
             log(self._node).warning(f"cmd_vel refused: {error}", throttle_duration_sec=5.0)
+            return
+        limit_s = self._robot.command_timeout_s
+        if age_s >= limit_s and (twist.linear.x or twist.angular.z):
+            why = f"{age_s:.2f} s old, more than the command timeout of {limit_s:g} s"
+            log(self._node).warning(f"cmd_vel ignored: {why}", throttle_duration_sec=5.0)
 
     def _on_motor_power(self, request: Any, response: Any) -> Any:
         response.success = self._robot.power_motors(on=request.data)

@@ -1,14 +1,20 @@
-"""Load a world: `worlds/NAME.yaml`, or a file of one's own."""
+"""Load a world, and check what it must hold to besides its types: names, places, room to start.
+
+None of it depends on the robot: whether one fits at the spawn is known when it stands there.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.files import find
+from bt_mission.core.robot.model import RobotModel
 from bt_mission.core.yaml.document import read
 from bt_mission.core.yaml.models import validate
-from sim.world.checks import problems
+from sim.world.shapes import Obstacle
 from sim.world.world import World
 
 
@@ -25,3 +31,104 @@ def load_world(name_or_path: str | Path, near: str | Path | None = None) -> Worl
             document.fault(problem.path, problem.message, problem.hint) for problem in found
         )
     return world
+
+
+@dataclass(frozen=True)
+class WorldProblem:
+    """Something wrong with a world, and the path of it in what was written."""
+
+    path: tuple[str | int, ...]
+    message: str
+    hint: str | None = None
+
+
+def problems(world: World) -> list[WorldProblem]:
+    """Return everything wrong with a world whose fields are well-formed."""
+    return [*_names(world), *_places(world), *_spawn(world)]
+
+
+def unseen(world: World, robot: RobotModel) -> list[str]:
+    """Return a warning where obstacles are too low for the robot's lidar, in one sentence."""
+    height = robot.base_height + robot.lidar.z
+    low = [obstacle for obstacle in world.obstacles if obstacle.height <= height]
+    if not low:
+        return []
+    names = ", ".join(f"'{obstacle.name}'" for obstacle in low[:3]) + (
+        f" and {len(low) - 3} more" if len(low) > 3 else ""
+    )
+    return [
+        (
+            f"world {world.name}: the lidar of the {robot.name} looks {height:.3f} m above the"
+            f" floor and over {names}: it will run into them unless it knows the map"
+        )
+    ]
+
+
+def _names(world: World) -> Iterator[WorldProblem]:
+    seen: dict[str, str] = {}
+    for placed in world.placed:
+        section, index = placed.path
+        name = placed.obstacle.name
+        if name in seen:
+            yield WorldProblem(
+                (section, index, "name"),
+                f"the name '{name}' is taken by {seen[name]}",
+                "give every obstacle a name of its own: collisions are reported by it",
+            )
+        seen.setdefault(name, f"item {index + 1} of {section}")
+    zones: set[str] = set()
+    for index, zone in enumerate(world.zones):
+        if zone.name in zones:
+            yield WorldProblem(("zones", index, "name"), f"there are two zones named '{zone.name}'")
+        zones.add(zone.name)
+
+
+def _places(world: World) -> Iterator[WorldProblem]:
+    for placed in world.placed:
+        obstacle = placed.obstacle
+        if not _on_floor(world, obstacle.x, obstacle.y):
+            yield WorldProblem(
+                placed.path, f"'{obstacle.name}' stands {_beside(world, obstacle.x, obstacle.y)}"
+            )
+        for x, y in obstacle.motion.reach if obstacle.motion else ():
+            if not _on_floor(world, x, y):
+                where = f"'{obstacle.name}' moves to where it would stand {_beside(world, x, y)}"
+                yield WorldProblem((*placed.path, "motion"), where)
+                break
+    for index, patch in enumerate(world.slippery):
+        if not _on_floor(world, patch.x, patch.y):
+            where = f"'{patch.name}' lies {_beside(world, patch.x, patch.y)}"
+            yield WorldProblem(("slippery", index), where)
+    for index, zone in enumerate(world.zones):
+        path = ("zones", index)
+        if not _on_floor(world, zone.x, zone.y):
+            yield WorldProblem(path, f"zone '{zone.name}' lies {_beside(world, zone.x, zone.y)}")
+        elif inside := _obstacle_at(world, zone.x, zone.y):
+            yield WorldProblem(
+                path, f"the centre of zone '{zone.name}' lies inside '{inside.name}'"
+            )
+
+
+def _spawn(world: World) -> Iterator[WorldProblem]:
+    spawn = world.spawn
+    if not _on_floor(world, spawn.x, spawn.y):
+        yield WorldProblem(("spawn",), f"the spawn lies {_beside(world, spawn.x, spawn.y)}")
+    elif inside := _obstacle_at(world, spawn.x, spawn.y):
+        yield WorldProblem(
+            ("spawn",),
+            f"the spawn ({spawn.x:g}, {spawn.y:g}) lies inside '{inside.name}'",
+            "move it to where the robot has room",
+        )
+
+
+def _obstacle_at(world: World, x: float, y: float) -> Obstacle | None:
+    return next((o for o in world.obstacles if o.distance(x, y) <= 0), None)
+
+
+def _on_floor(world: World, x: float, y: float) -> bool:
+    return abs(x) <= world.size[0] / 2 and abs(y) <= world.size[1] / 2
+
+
+def _beside(world: World, x: float, y: float) -> str:
+    length, width = world.size
+    return f"at ({x:g}, {y:g}), outside of the floor of {length:g} m x {width:g} m around (0, 0)"

@@ -10,7 +10,7 @@ import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import Annotated, TypeVar
+from typing import Annotated, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -33,13 +33,15 @@ Degrees = Annotated[float, Field(ge=-360, le=360, allow_inf_nan=False)]
 Name = Annotated[str, Field(min_length=1, max_length=60)]
 Point = tuple[Coordinate, Coordinate]
 
-_STRICT = ConfigDict(frozen=True, extra="forbid")
+
+class WorldPart(BaseModel):
+    """What is written of a part of a world: fixed, and nothing that nobody knows."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
 
-class Wall(BaseModel):
+class Wall(WorldPart):
     """A straight wall: between two points, or a centre with a length and a direction."""
-
-    model_config = _STRICT
 
     name: Name | None = None
     start: Point | None = Field(default=None, alias="from")
@@ -84,14 +86,12 @@ class Wall(BaseModel):
         )
 
 
-class Moving(BaseModel):
+class Moving(WorldPart):
     """How an obstacle moves: round a point with a period, or through points at a speed.
 
     `around` and `period` (s, below 0: clockwise), or `through` and `speed` (m/s): from its place
     through the points and straight back to its place, again and again.
     """
-
-    model_config = _STRICT
 
     around: Point | None = None
     period: Annotated[float, Field(ge=-1e5, le=1e5, allow_inf_nan=False)] | None = None
@@ -131,98 +131,95 @@ class Moving(BaseModel):
         return None
 
 
-class Box(BaseModel):
-    """A box on the floor: centre, edges along its own x, y and z, and direction."""
-
-    model_config = _STRICT
+class MovableShape(WorldPart):
+    """A box or a cylinder on the floor, which may move."""
 
     name: Name | None = None
     x: Coordinate
     y: Coordinate
+    motion: Moving | None = None
+
+    def obstacle(self, name: str) -> Obstacle:
+        """Return it as a shape."""
+        shape = self._still(name)
+        return (
+            shape
+            if self.motion is None
+            else replace(shape, motion=self.motion.of((self.x, self.y)))
+        )
+
+    def _still(self, name: str) -> Obstacle:
+        raise NotImplementedError
+
+    @model_validator(mode="after")
+    def _can_move(self) -> Self:
+        problem = self.motion and self.motion.problem((self.x, self.y))
+        if problem:
+            raise ValueError(problem)
+        return self
+
+
+class Box(MovableShape):
+    """A box on the floor: centre, edges along its own x, y and z, and direction."""
+
     size: tuple[Extent, Extent, Extent]
     yaw: Degrees = 0.0
     colour: Colour = "brown"
-    motion: Moving | None = None
 
-    def obstacle(self, name: str) -> Obstacle:
-        """Return the box as a shape."""
+    def _still(self, name: str) -> Obstacle:
         yaw = math.radians(self.yaw)
-        box = Obstacle.box(name, self.x, self.y, yaw=yaw, size=self.size, colour=self.colour)
-        return box if self.motion is None else replace(box, motion=self.motion.of((box.x, box.y)))
-
-    @model_validator(mode="after")
-    def _can_move(self) -> Box:
-        return _movable(self)
+        return Obstacle.box(name, self.x, self.y, yaw=yaw, size=self.size, colour=self.colour)
 
 
-class Cylinder(BaseModel):
+class Cylinder(MovableShape):
     """An upright cylinder on the floor."""
 
-    model_config = _STRICT
-
-    name: Name | None = None
-    x: Coordinate
-    y: Coordinate
     radius: Extent
     height: Extent = 0.5
     colour: Colour = "grey"
-    motion: Moving | None = None
 
-    def obstacle(self, name: str) -> Obstacle:
-        """Return the cylinder as a shape."""
-        pillar = Obstacle.cylinder(
+    def _still(self, name: str) -> Obstacle:
+        return Obstacle.cylinder(
             name, self.x, self.y, radius=self.radius, height=self.height, colour=self.colour
         )
-        start = (self.x, self.y)
-        return pillar if self.motion is None else replace(pillar, motion=self.motion.of(start))
-
-    @model_validator(mode="after")
-    def _can_move(self) -> Cylinder:
-        return _movable(self)
 
 
-class Zone(BaseModel):
-    """A round mark on the floor: seen by the camera and by people, in nobody's way."""
-
-    model_config = _STRICT
+class FloorMark(WorldPart):
+    """A round place on the floor, in nobody's way."""
 
     name: Name
     x: Coordinate
     y: Coordinate
+
+
+class Zone(FloorMark):
+    """A round mark on the floor: seen by the camera and by people."""
+
     radius: Extent = 0.4
     colour: Colour = "yellow"
 
 
-class SlipperyPatch(BaseModel):
+class SlipperyPatch(FloorMark):
     """A round slippery place on the floor: wheels grip there with this coefficient of friction.
 
     On the rest of the floor it is 1. The robot's lidar does not see it, its camera does.
     """
 
-    model_config = _STRICT
-
-    name: Name
-    x: Coordinate
-    y: Coordinate
     radius: Extent
     friction: Annotated[float, Field(ge=0, lt=1, allow_inf_nan=False)] = 0.05
     colour: Colour = "white"
 
 
-class Spawn(BaseModel):
+class Spawn(WorldPart):
     """Where `base_footprint` starts; `yaw` in degrees, counter-clockwise from x."""
-
-    model_config = _STRICT
 
     x: Coordinate = 0.0
     y: Coordinate = 0.0
     yaw: Degrees = 0.0
 
 
-class World(BaseModel):
+class World(WorldPart):
     """A floor around the origin, what stands on it, and where the robot starts."""
-
-    model_config = _STRICT
 
     name: Name
     description: str = ""
@@ -265,16 +262,6 @@ class Placed:
 
     path: tuple[str, int]
     obstacle: Obstacle
-
-
-_Movable = TypeVar("_Movable", Box, Cylinder)
-
-
-def _movable(thing: _Movable) -> _Movable:
-    problem = thing.motion and thing.motion.problem((thing.x, thing.y))
-    if problem:
-        raise ValueError(problem)
-    return thing
 
 
 def _words(point: Point | None) -> str:

@@ -1,4 +1,4 @@
-"""Our leaves tick and stop exactly as py_trees' behaviours do."""
+"""Our leaves and decorators tick and stop exactly as py_trees' behaviours do."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ from typing import Any
 import pytest
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
+from py_trees.decorators import Decorator
 
+from bt_mission.behaviours.hooks import HookedDecorator
 from bt_mission.behaviours.leaves import Leaf
 
 STATUSES = (Status.RUNNING, Status.SUCCESS, Status.FAILURE)
@@ -43,6 +45,14 @@ class Theirs(Diary, Behaviour):
     pass
 
 
+class OurDecorator(Diary, HookedDecorator):
+    pass
+
+
+class TheirDecorator(Diary, Decorator):
+    pass
+
+
 @pytest.mark.parametrize("halted_after", [None, 1, 2, 3])
 def test_the_same_calls_at_the_same_statuses(halted_after: int | None) -> None:
     """Over every sequence of three answers, with a halt in any place."""
@@ -60,6 +70,27 @@ def test_the_same_calls_at_the_same_statuses(halted_after: int | None) -> None:
 
     for answers in product(STATUSES, repeat=3):
         assert calls(Ours, answers) == calls(Theirs, answers)
+
+
+@pytest.mark.parametrize("child", STATUSES)
+@pytest.mark.parametrize("halted_after", [None, 1, 2, 3])
+def test_the_same_calls_of_a_decorator(halted_after: int | None, child: Status) -> None:
+    """Whatever its child comes to: the same calls, the same nodes visited, the same child's end."""
+
+    def calls(kind: Callable[..., Any], answers: tuple[Status, ...]) -> list[Any]:
+        decorated = Ours("child")
+        decorated.tell((child,) * 3)
+        node = kind("decorator", decorated)
+        node.tell(answers)
+        for number in range(1, 4):
+            node.calls += [(one.name, one.status) for one in node.tick()]
+            if number == halted_after:
+                node.stop(Status.INVALID)
+            node.calls.append(node.status)
+        return [*node.calls, *decorated.calls]
+
+    for answers in product(STATUSES, repeat=3):
+        assert calls(OurDecorator, answers) == calls(TheirDecorator, answers)
 
 
 def test_it_is_ready_to_be_iterated_after_a_stop() -> None:

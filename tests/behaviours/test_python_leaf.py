@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from bt_mission.core.errors import BtMissionError
 from tests.support.project import ROOT
 
 CODE = ROOT / "docs" / "tutorials" / "code"
@@ -65,6 +66,56 @@ def test_an_exception_halts_the_tree_and_cancels_every_goal(
     story.tick()
     assert story.status == "failure"
     assert story.executive.goals_left_behind == ()
+
+
+PAIR = """
+from py_trees.behaviours import Success
+from py_trees.composites import Sequence
+
+class Pair(Sequence):
+    said = "both"
+
+    def __init__(self, name):
+        super().__init__(name, True, [Success("one"), Success("two")])
+"""
+
+
+def test_a_behaviour_with_children_has_them_in_the_tree(
+    play: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each is ticked and seen; a breakpoint is set before all of it, and not before a child."""
+    (tmp_path / "pair.py").write_text(PAIR)
+    monkeypatch.chdir(tmp_path)
+    run = play("  sequence:\n    - {python: 'pair.py:Pair', outputs: {said: s}}\n    - log: $s")
+    points = run.executive.breakpoints
+    with pytest.raises(BtMissionError, match="'one' is inside a behaviour written in Python"):
+        points.add("one")
+    points.add("0.0")
+    assert run.tick() == "IIIII"
+    assert run.executive.paused == "breakpoint at 'Pair'"
+    run.executive.resume()
+    assert run.tick() == "SSSSS"
+    assert run.said == ["both"]
+    assert sum('"path": "0.0.1"' in line for line in run.trace.newest) == 1
+
+
+def test_what_a_behaviour_says_of_itself_is_read_through_its_leaf(
+    play: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its own name, message and attributes, also those that no output names."""
+    (tmp_path / "named.py").write_text(
+        "from py_trees.behaviour import Behaviour\nfrom py_trees.common import Status\n\n"
+        "class Named(Behaviour):\n    def __init__(self, name):\n"
+        "        super().__init__('my own')\n        self.updates = 0\n"
+        "    def update(self):\n        self.updates += 1\n"
+        "        self.feedback_message = f'{self.updates} so far'\n"
+        "        return Status.RUNNING\n"
+    )
+    monkeypatch.chdir(tmp_path)
+    run = play("  python: named.py:Named")
+    run.tick(3)
+    leaf = run.executive.root
+    assert (leaf.name, leaf.feedback_message, leaf.updates) == ("my own", "3 so far", 3)
 
 
 def test_a_halt_reaches_its_terminate(

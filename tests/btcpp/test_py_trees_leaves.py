@@ -11,7 +11,8 @@ import pytest
 from bt_mission_interfaces.action import Turn
 from py_trees.parsers.behaviour_tree_xml import parse_behaviour_tree_xml
 
-from bt_mission.btcpp.py_trees_leaves import port_leaves
+from bt_mission import port_leaves
+from bt_mission.btcpp.py_trees_leaves import leaf_classes
 from bt_mission.core.diagnostics import InputError
 from bt_mission.executive.executive import Executive
 from bt_mission.ros.interface_types import shapes
@@ -33,7 +34,7 @@ def load(tmp_path: Path, play: Any) -> Any:
         tree = f'<BehaviorTree ID="main">{nodes}</BehaviorTree>'
         path.write_text(f'<root main_tree_to_execute="main">{tree}</root>', encoding="utf-8")
         story = play("  check: true")
-        story.root = parse_behaviour_tree_xml(str(path), node_registry=port_leaves(shapes, seed))
+        story.root = parse_behaviour_tree_xml(str(path), node_registry=leaf_classes(shapes, seed))
         story.executive = Executive(story.root, story, story.trace)
         return story
 
@@ -211,3 +212,9 @@ def test_an_output_is_written_only_where_there_was_a_result(load: Any) -> None:
     story.turn.reject()
     assert story.tick() == "FF"
     assert py_trees.blackboard.Blackboard.get("/turned") == 1.0
+
+
+def test_the_public_leaves_have_the_ports_of_the_installed_types() -> None:
+    """Nothing has to be handed over, which only our own packages could name."""
+    assert {"angle", "timeout"} <= set(port_leaves()["turn"].INPUT_PORTS)
+    assert "out_angle_turned" in port_leaves()["turn"].OUTPUT_PORTS

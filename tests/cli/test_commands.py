@@ -67,7 +67,10 @@ def test_json_is_one_object_with_every_field(
 
 def test_a_failed_mission_exits_with_1(mission: Any, capsys: pytest.CaptureFixture[str]) -> None:
     """A goal that the server rejects, for one; its reason stands in the server's log."""
-    text = "mission: m\ntree:\n  turn: {angle: 90, angular_velocity: 99}\n  timeout: 9\n"
+    text = (
+        "mission: m\ninputs: {speed: 9}\ntree:\n  sequence:\n    - set: {speed_now: speed * 11}\n"
+        "    - turn: {angle: 90, angular_velocity: $speed_now}\n      timeout: 9\n"
+    )
     assert main(["run", mission(text)]) == 1
     assert "m: failure: 'turn' rejected" in capsys.readouterr().out
 

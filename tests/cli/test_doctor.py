@@ -147,3 +147,20 @@ def test_this_machine_has_what_the_tests_need():
     """The real checks, as a user runs them; rendering may be absent."""
     code, text = _report(*doctor.CHECKS)
     assert code == 0, text
+
+
+@pytest.mark.parametrize(
+    ("reach", "state", "words"),
+    [
+        ("", "ok", "ROS domain 3, this machine only; for a robot's own computer: --network"),
+        ("LOCALHOST", "ok", "this machine only"),
+        ("SUBNET", "warning", "ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET"),
+        ("OFF", "warning", "ROS_AUTOMATIC_DISCOVERY_RANGE=OFF"),
+    ],
+)
+def test_it_says_who_finds_our_processes(reach, state, words):
+    """What is not this machine alone, or nobody, is a warning."""
+    environment = {"ROS_DOMAIN_ID": "3", "ROS_AUTOMATIC_DISCOVERY_RANGE": reach}
+    found = doctor.discovery(environment)
+    assert found.state == state
+    assert words in found.found

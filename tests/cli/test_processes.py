@@ -14,7 +14,8 @@ import rclpy
 from geometry_msgs.msg import TwistStamped
 from rclpy.executors import SingleThreadedExecutor
 
-from bt_mission.testing.processes import LOCAL, read_until, started
+from bt_mission.testing.live_graph import LOCAL
+from tests.support.processes import read_until, started
 
 pytestmark = pytest.mark.process
 
@@ -127,7 +128,7 @@ def test_a_mission_runs_missions_until_their_executive_is_told_to_end(tmp_path: 
         options = ("--world", "empty_arena", "--no-camera")
         sim = stack.enter_context(started("sim", *options, **LOCAL))
         servers = stack.enter_context(started("servers", **LOCAL))
-        serve = stack.enter_context(started("serve", **LOCAL))
+        serve = stack.enter_context(started("serve", "--allow-text", **LOCAL))
         read_until(sim, "empty_arena")
         read_until(serve, "waits for missions")
         run = stack.enter_context(started("run", str(mission), "--attach", "--plain", **LOCAL))
@@ -203,3 +204,75 @@ def test_nobody_hears_a_simulated_run_unless_asked(drive: str) -> None:
     bystander.destroy_node()
     context.shutdown()
     assert found == [False, True]
+
+
+def test_goals_are_compared_with_the_limits_of_servers_that_run(tmp_path: Path) -> None:
+    """Of another robot, and of a parameter file; without the option, the mission's robot counts."""
+    mission, limits = tmp_path / "turns.yaml", tmp_path / "limits.yaml"
+    mission.write_text(
+        "mission: turns\ntree:\n  sequence:\n"
+        "    - {turn: {angle: 10, angular_velocity: 2.5}, timeout: 9}\n"
+        "    - {turn: {angle: 50}, timeout: 9}\n",
+        encoding="utf-8",
+    )
+    limits.write_text("/**:\n  ros__parameters: {turn_limit: 45.0}\n", encoding="utf-8")
+    with ExitStack() as stack:
+        options = ("--robot", "burger", "--wall-clock", "--params", str(limits))
+        servers = stack.enter_context(started("servers", *options, **LOCAL))
+        read_until(servers, "waiting for scan")
+        checking = stack.enter_context(started("check", str(mission), "--against", **LOCAL))
+        said, _ = checking.communicate(timeout=60)
+    assert checking.returncode == 2
+    assert "1 of 1 are in the graph" in said
+    assert f"{mission}:5:22: error: angle must be from -45 to 45 deg, got 50" in said
+    assert "angular_velocity" not in said
+    with started("check", str(mission), **LOCAL) as checking:
+        said, _ = checking.communicate(timeout=60)
+    assert checking.returncode == 2
+    assert "angular_velocity must be from 0.05 to 1.82 rad/s, got 2.5" in said
+
+
+def test_a_simulation_beside_another_is_not_driven_with_it(tmp_path: Path, drive: str) -> None:
+    """Neither by the executive nor by the servers, unless that is asked for."""
+    options = ("--world", "empty_arena", "--no-camera")
+    attach = ("run", drive, "--attach", "--plain")
+    with ExitStack() as stack:
+        for _ in range(2):
+            read_until(stack.enter_context(started("sim", *options, **LOCAL)), "empty_arena")
+        servers = stack.enter_context(started("servers", **LOCAL))
+        read_until(servers, "/odom has 2 publishers")
+        run = stack.enter_context(started(*attach, **LOCAL))
+        seen, _ = run.communicate(timeout=60)
+        leave = stack.enter_context(started(*attach, "--allow-duplicates", **LOCAL))
+        rejected, _ = leave.communicate(timeout=60)
+    assert run.returncode == 2
+    assert "/odom has 2 publishers (/bt_mission_sim, /bt_mission_sim)" in seen
+    assert leave.returncode == 1
+    assert "rejected" in rejected
+
+
+def test_processes_say_that_they_are_heard_on_this_machine_only(drive: str) -> None:
+    """In their first line, where the environment does not decide it."""
+    said = []
+    for arguments in (("sim", "--no-camera"), ("servers",), ("run", drive, "--visible")):
+        with started(*arguments, ROS_AUTOMATIC_DISCOVERY_RANGE="") as process:
+            assert process.stdout is not None
+            said.append(process.stdout.readline())
+    assert [" on this machine only; --network opens it to others" in line for line in said] == [
+        True,
+        True,
+        True,
+    ]
+
+
+def test_other_machines_cannot_reach_a_process_of_this_machine() -> None:
+    """Every socket that DDS listens on is bound to the loopback interface."""
+    first = 7400 + 250 * int(os.environ["ROS_DOMAIN_ID"])
+    with started("sim", "--no-camera", ROS_AUTOMATIC_DISCOVERY_RANGE="") as process:
+        read_until(process, "speed 1")
+        proc = Path(f"/proc/{process.pid}")
+        links = [str(one.readlink()) for one in (proc / "fd").iterdir()]
+        rows = [line.split() for line in (proc / "net/udp").read_text().splitlines()[1:]]
+    mine = [row[1].split(":") for row in rows if f"socket:[{row[9]}]" in links]
+    listening = [address for address, port in mine if first <= int(port, 16) < first + 250]
+    assert set(listening) == {"0100007F"}

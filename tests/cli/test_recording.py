@@ -13,7 +13,8 @@ import pytest
 
 from bt_mission.cli import main
 from bt_mission.recording.reader import read_run
-from bt_mission.testing.processes import LOCAL, read_until, started
+from bt_mission.testing.live_graph import LOCAL
+from tests.support.processes import read_until, started
 from tests.support.recorded_runs import heard_by_others
 
 WAIT = "mission: short\ntree: {wait: 0.5}\n"

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from bt_mission.testing.processes import LOCAL, read_until, started
+from bt_mission.testing.live_graph import LOCAL
+from tests.support.processes import read_until, started
 
 pytestmark = pytest.mark.process
 

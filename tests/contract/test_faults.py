@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from action_servers.camera.storage import ImageFolder
+from action_servers.camera.camera_sweep import ImageFolder
 from action_servers.core.maneuver import ZERO, ErrorCode
 from bt_mission.core.geometry import Pose2D
 from tests.support.served import DRIVING, SERVED, goal

@@ -5,14 +5,14 @@ from __future__ import annotations
 import pytest
 
 from bt_mission.core.errors import BtMissionError
-from bt_mission.events.attachment import (
+from bt_mission.events.source import (
     Attachment,
     AttachmentNews,
+    FoundExecutive,
     choose,
     nobody,
     wanted_name,
 )
-from bt_mission.events.source import FoundExecutive
 from tests.support.watched import ScriptedExecutive, ScriptedGraph
 
 ONE, TWO = FoundExecutive("/robot1/bt_mission"), FoundExecutive("/robot2/bt_mission")

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from bt_mission.events.events import GoalChanged
-from bt_mission.events.json_stream import as_line, as_object
+from bt_mission.events.log import json_line
 from bt_mission.events.mission_state import MissionState
 from tests.support.watched import S, ScriptedExecutive
 
@@ -20,7 +20,7 @@ def lines() -> Any:
 
     def read(executive: ScriptedExecutive) -> list[dict[str, Any]]:
         return [
-            json.loads(as_line(as_object(one)))
+            json.loads(json_line(one))
             for message in executive.take(needs_statuses=mission.needs_statuses).messages
             for one in mission.take(message)
         ]

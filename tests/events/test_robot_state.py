@@ -6,8 +6,9 @@ import math
 
 import pytest
 
+from bt_mission.core.geometry import Pose2D
 from bt_mission.events.messages import BatteryState, FrameTransform, ScanPoints
-from bt_mission.events.robot_state import FloorPose, RobotState
+from bt_mission.events.robot_state import RobotState
 
 QUARTER = math.pi / 2
 
@@ -44,7 +45,7 @@ def test_a_frame_with_a_prefix_is_the_base_too():
     """As robots of a fleet may have."""
     robot = RobotState()
     robot.take((FrameTransform("odom", "robot1/base_link", 3.0, 4.0, 0.0),))
-    assert robot.pose == FloorPose(3.0, 4.0, 0.0)
+    assert robot.pose == Pose2D(3.0, 4.0, 0.0)
 
 
 def test_a_scan_is_seen_from_its_own_frame():
@@ -66,7 +67,7 @@ def test_frames_in_a_circle_end():
     robot.take(
         (FrameTransform("a", "base_link", 0, 0, 0), FrameTransform("base_link", "a", 0, 0, 0))
     )
-    assert robot.pose == FloorPose(0.0, 0.0, 0.0)
+    assert robot.pose == Pose2D(0.0, 0.0, 0.0)
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from bt_mission.cli import main
-from bt_mission.events.trace_lines import line_of
+from bt_mission.events.log import line_of
 from bt_mission.executive.stored_trace import TraceError, read_trace
 from bt_mission.executive.trace import Trace
 from bt_mission.executive.trace_diff import first_difference

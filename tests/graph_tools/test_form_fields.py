@@ -7,14 +7,14 @@ from typing import Any
 import pytest
 
 from bt_mission.graph_tools.form_fields import FormField, lines_of, nested, texts
-from bt_mission.graph_tools.interface_description import InterfaceField, describe_interface
+from bt_mission.graph_tools.interface_description import describe_interface
 from bt_mission.language.message_types import ListOf, MessageShape, Scalar
 from bt_mission.ros.interface_types import fill
 
 
 def line(shape: Any, default: Any = 0) -> FormField:
     """A line for one field."""
-    return FormField(InterfaceField("name", shape, "", default, "what it is"))
+    return FormField("name", shape, "", default, "what it is")
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,6 @@ from bt_mission.core.diagnostics import in_order
 from bt_mission.core.yaml.document import read_text
 from bt_mission.language.node_reader import NodeReader
 from bt_mission.language.nodes.composites import SequenceNode
-from bt_mission.language.nodes.registry import KINDS
 
 
 def read_node(text):
@@ -20,7 +19,11 @@ def read_node(text):
     ("text", "message", "hint"),
     [
         ("wait", "expected a node such as 'wait: 2.0', got string 'wait'", "write 'wait: ...'"),
-        ("[wait]", "expected a node such as 'wait: 2.0', got a list of 1", None),
+        (
+            "[wait]",
+            "expected a node such as 'wait: 2.0', got a list of 1",
+            "put 'sequence:' before the list, to run its nodes one after another",
+        ),
         ("{}", "expected a node such as 'wait: 2.0', got an empty mapping", None),
         (
             "{turn: {}, wait: 1}",
@@ -29,13 +32,16 @@ def read_node(text):
         ),
         (
             "{name: x, trun: {}}",
-            f"unknown node type 'trun' (types: {', '.join(KINDS)})",
+            (
+                "unknown node type 'trun' (nearest: turn, tree, retry; the reference of the "
+                "mission language has them all)"
+            ),
             "did you mean 'turn'?",
         ),
         (
             "{name: x}",
-            f"unknown node type 'name' (types: {', '.join(KINDS)})",
-            None,
+            "no type of node beside 'name'",
+            "'name' is a modifier: it stands beside the type of its node",
         ),
         (
             "{wait: 1, nam: x}",
@@ -44,9 +50,17 @@ def read_node(text):
         ),
         ("{repeat: {count: 1}}", "'do' is missing", None),
         ("{repeat: {}, do: {wait: 1}}", "'count' is missing", None),
-        ("{repeat: 3, do: {wait: 1}}", "expected a mapping, got the number 3", None),
-        ("{sequence: {wait: 1}}", "expected a list, got a mapping with wait", None),
-        ("{turn: }", "expected a mapping, got nothing", None),
+        (
+            "{repeat: 3, do: {wait: 1}}",
+            "expected a mapping, got the number 3",
+            "write 'repeat: {count: 3}'",
+        ),
+        (
+            "{sequence: {wait: 1}}",
+            "expected a list, got a mapping with wait",
+            "put '- ' before each node, and indent what belongs to it",
+        ),
+        ("{turn: }", "expected a mapping, got nothing", "write 'turn: {angle: ...}'"),
         ("{turn: {}, timeout: }", "expected seconds above 0, got nothing", None),
         ("{turn: {}, timeout: [1]}", "expected seconds above 0, got a list of 1", None),
         ("{turn: {}, timeout: true}", "expected seconds above 0, got true", None),

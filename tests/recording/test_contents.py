@@ -7,13 +7,13 @@ from collections.abc import Callable
 from itertools import pairwise
 from typing import Any
 
-from bt_mission.recording.contents import INFO, WARN, log_line
+from bt_mission.events.log import INFO, WARN, rosout_line
 from tests.support.recorded_runs import Recorded, heard_by_others
 
 
 def said(event: str, **fields: Any) -> tuple[int, str] | None:
     """The line for an event of the trace."""
-    return log_line(json.dumps({"t": 1, "event": event, **fields}))
+    return rosout_line(json.dumps({"t": 1, "event": event, **fields}))
 
 
 def test_what_happens_between_two_ticks_is_said() -> None:

@@ -11,10 +11,19 @@ from typing import Any
 
 import pytest
 from mcap.reader import make_reader
+from mcap_ros2.decoder import DecoderFactory
+from rclpy.node import Node
+from rosbags.convert.converter import convert
+from rosbags.rosbag2 import Reader
+from rosbags.typesys import Stores, get_typestore
+from std_msgs.msg import Float64
 
+import bt_mission
+from bt_mission import load, read_recording
 from bt_mission.core.cdr.definitions import Definitions, NoDefinitionError
 from bt_mission.core.files import names
 from bt_mission.language.loader import load_text
+from bt_mission.recording.contents import files_of
 from bt_mission.recording.file import McapFile
 from bt_mission.sessions.stage import Stage
 from tests.recording.test_file import FullDisk
@@ -41,6 +50,72 @@ def test_others_read_every_message_of_each_mission(record: Callable[..., Any], n
     times = [one.time_ns for one in heard]
     assert times == sorted(times)
     assert times[0] == S
+
+
+def test_mcap_ros2_support_reads_every_message(record: Callable[..., Any]) -> None:
+    """As it is: goals, results, cancels and feedback among them."""
+    run = record("explore")
+    with run.path.open("rb") as stream:
+        reader = make_reader(stream, decoder_factories=[DecoderFactory()])
+        heard = [
+            (schema.name, channel.topic)
+            for schema, channel, _, _ in reader.iter_decoded_messages()
+            if schema is not None
+        ]
+    assert len(heard) == run.recorder.file.messages
+    assert {
+        ("bt_mission_interfaces/msg/TurnFeedbackMessage", "/turn/_action/feedback"),
+        ("bt_mission_interfaces/msg/TurnSendGoalEvent", "/turn/_action/send_goal/_service_event"),
+        ("bt_mission_interfaces/msg/TurnGetResultEvent", "/turn/_action/get_result/_service_event"),
+    } < set(heard)
+
+
+def test_rosbags_converts_a_recording(record: Callable[..., Any], tmp_path: Path) -> None:
+    """To the other storage of rosbag2, message by message."""
+    run = record()
+    typestore = get_typestore(Stores.EMPTY)
+    convert(
+        [run.path],
+        tmp_path / "bag",
+        dst_storage="sqlite3",
+        dst_version=9,
+        compress=None,
+        compress_mode="file",
+        default_typestore=typestore,
+        typestore=None,
+        exclude_topics=[],
+        include_topics=[],
+        exclude_msgtypes=[],
+        include_msgtypes=[],
+    )
+    with Reader(tmp_path / "bag") as bag:
+        assert bag.message_count == run.recorder.file.messages
+
+
+def test_raw_actions_keep_the_names_of_ros(record: Callable[..., Any]) -> None:
+    """And the file tells the same of its goals."""
+    goals = []
+    for raw_actions in (False, True):
+        path = record(raw_actions=raw_actions).path
+        with path.open("rb") as stream:
+            summary = make_reader(stream).get_summary()
+        assert summary is not None
+        schemas = {one.name for one in summary.schemas.values()}
+        assert ("bt_mission_interfaces/action/Turn_SendGoal_Event" in schemas) is raw_actions
+        lives = read_recording(path).goals
+        goals.append([(one.type_name, one.values["angle"], one.status) for one in lives])
+    assert goals[0] == goals[1]
+    assert goals[0][0][0] == "bt_mission_interfaces/action/Turn"
+
+
+def test_attachments_are_named_from_the_folder_of_the_mission(tmp_path: Path) -> None:
+    """Not by the folders of this machine, however the mission was named."""
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "m.yaml").write_text("mission: m\ninclude: [parts/w.yaml]\ntree:\n  tree: w\n")
+    (tmp_path / "parts" / "w.yaml").write_text("trees:\n  w:\n    do: {wait: 0.1}\n")
+    mission = load(tmp_path / "m.yaml")
+    assert Path(mission.file).is_absolute()
+    assert [name for name, _ in files_of(mission)] == ["m.yaml", "parts/w.yaml"]
 
 
 def test_the_run_is_the_same_with_and_without(record: Callable[..., Any], tmp_path: Path) -> None:
@@ -210,6 +285,34 @@ def test_a_topic_whose_type_is_not_installed_is_named(
     counts = Counter(one.topic for one in heard_by_others(run.path))
     assert counts["/scan"] == 0
     assert counts["/odom"] > 20
+
+
+def test_a_topic_that_a_users_own_node_publishes_too(
+    record: Callable[..., Any], tmp_path: Path
+) -> None:
+    """Its messages are recorded, and each of the others is, once, as without that node."""
+    topic, sent = "total_distance", 0
+    with Stage(load_text(TWO_TURNS), image_folder=tmp_path, say=lambda _: None) as stage:
+        with bt_mission.record(stage, tmp_path / "own.mcap") as recorder:
+            node = Node("own", context=stage.context)
+            stage.add_node(node)
+            publisher = node.create_publisher(Float64, topic, 10)
+            while not stage.is_done:
+                stage.step()
+                if stage.now_ns > 3.1 * S:  # after its look at what is new
+                    publisher.publish(Float64(data=-1.0))
+                    sent += 1
+            recorder.finish({})
+        stage.clock.remove_node(node)
+        node.destroy_node()
+    values = [
+        one.message.data
+        for one in heard_by_others(tmp_path / "own.mcap")
+        if one.topic == f"/{topic}"
+    ]
+    alone = [one.message.data for one in heard_by_others(record().path) if one.topic == f"/{topic}"]
+    assert [value for value in values if value >= 0] == alone
+    assert values.count(-1.0) == sent > 10
 
 
 def test_a_closed_recorder_leaves_no_trace(record: Callable[..., Any]) -> None:

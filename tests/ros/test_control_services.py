@@ -9,7 +9,9 @@ from bt_mission_interfaces.msg import MissionState, StatusChanges, Tree
 from bt_mission_interfaces.srv import GetStatuses, PauseMission, SetBreakpoint
 from std_srvs.srv import Trigger
 
-from bt_mission.ros.status_publisher import CHANGES, LATCHED
+from bt_mission.ros.control_services import MOST_BREAKPOINTS
+from bt_mission.ros.graph import LATCHED
+from bt_mission.ros.status_publisher import CHANGES
 
 TWO = "mission: m\ntree:\n  sequence:\n    - turn: {angle: 90}\n      timeout: 60\n    - wait: 1\n"
 
@@ -51,7 +53,7 @@ def test_paused_goals_are_cancelled_and_start_anew(ros: Any) -> None:
 
 
 def test_paused_goals_may_be_kept(ros: Any) -> None:
-    """They run on unwatched; what they came to is seen after the pause."""
+    """They run on; what they came to is seen after the pause."""
     turn = ros.server()
     node = ros.mission(TWO, has_controls=True)
     ros.until(lambda: turn.goals)
@@ -64,6 +66,27 @@ def test_paused_goals_may_be_kept(ros: Any) -> None:
     took = ros.until(lambda: node.executive.is_done) - 100
     assert (node.executive.state, turn.goal.cancels) == ("success", 0)
     assert took == pytest.approx(1.1, abs=0.2)
+
+
+def test_a_kept_goal_keeps_its_limits(ros: Any, heard: dict[str, list[Any]]) -> None:
+    """The timeout of 60 s cancels it in the pause, and the state tells what is under way."""
+    turn = ros.server(cancels=None)
+    ros.mission(TWO, has_controls=True)
+    ros.until(lambda: turn.goals)
+    ros.call(PauseMission, "/bt_mission/pause", keep_goals=True)
+    ros.run(59.0)
+    assert turn.goal.cancels == 0
+    ros.run(1.0)
+    assert turn.goal.cancels == 1
+    turn.goal.answer_cancel()
+    turn.goal.cancel()
+    ros.run(100.0)
+    assert [(one.status, one.reason) for one in heard["state"]] == [
+        ("running", ""),
+        ("paused", "paused on request; still under way: 'turn'"),
+        ("paused", "paused on request; still under way: 'turn' (canceling)"),
+        ("paused", "paused on request"),
+    ]
 
 
 def test_steps_are_single_ticks(ros: Any) -> None:
@@ -107,6 +130,20 @@ def test_breakpoints_are_listed_and_removed(ros: Any) -> None:
     assert ask() == (True, "1 set", ["0.1"])
     assert ask(node="wait", remove=True) == (False, "no breakpoint is set at 'wait'", ["0.1"])
     assert ask(node="0.1", remove=True) == (True, "'0.1' starts without a pause again", [])
+
+
+def test_breakpoints_do_not_grow_without_end(ros: Any) -> None:
+    """Also while no mission runs, when no name is known to be wrong."""
+    ros.serve()
+
+    def ask(node: str) -> tuple[bool, str]:
+        answer = ros.call(SetBreakpoint, "/bt_mission/breakpoint", node=node)
+        return answer.success, answer.message
+
+    assert all(ask(f"node {number}")[0] for number in range(MOST_BREAKPOINTS))
+    assert ask("one more") == (False, "100 breakpoints are set; remove one first")
+    assert ask("node 7") == (True, "pauses before 'node 7'")
+    assert ask("x" * 5000) == (False, "no node has a name of 5,000 characters")
 
 
 def test_a_stopped_mission_ends_its_goals(ros: Any) -> None:

@@ -15,7 +15,8 @@ from bt_mission.events import messages
 from bt_mission.events.mission_state import MissionState
 from bt_mission.events.source import ControlRequest, ControlResponse, Verb
 from bt_mission.ros.discovery import ExecutiveDirectory
-from bt_mission.ros.mission_client import LATCHED, MissionClient
+from bt_mission.ros.graph import LATCHED
+from bt_mission.ros.mission_client import MissionClient
 
 # A watcher finds the graph in wall time, while virtual time runs on: no limit is ever reached.
 TWO = "mission: m\ntree:\n  sequence:\n    - turn: {angle: 90}\n      timeout: 1e8\n    - wait: 1\n"

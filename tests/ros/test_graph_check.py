@@ -64,3 +64,10 @@ def test_each_name_is_found_or_missing_or_of_another_type(monkeypatch: pytest.Mo
         ),
         "m.yaml:10:7: error: no service /spot in the graph",
     ]
+
+
+def test_servers_that_are_not_there_are_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    """After some seconds."""
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    monkeypatch.setattr(graph_check, "LOOK_S", 0.5)
+    assert graph_check.find_servers("nobody_at_all", ["turn_limit"]) is None

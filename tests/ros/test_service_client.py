@@ -9,8 +9,8 @@ from std_srvs.srv import SetBool
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.language.message_types import UnknownType
+from bt_mission.ros.clients import RosServiceClient
 from bt_mission.ros.interface_types import FillError
-from bt_mission.ros.service_client import RosServiceClient
 
 
 def serve(node: Any, name: str) -> list[bool]:

@@ -15,8 +15,7 @@ from rosgraph_msgs.msg import Clock
 
 from bt_mission.language.loader import load_text
 from bt_mission.sessions.attached import AttachedSession
-from bt_mission.testing.live_graph import own_domain
-from bt_mission.testing.processes import LOCAL
+from bt_mission.testing.live_graph import LOCAL, own_domain
 
 MS = 1_000_000
 WAIT = "mission: waits\ntree: {wait: 3, name: pause}\n"

@@ -8,9 +8,13 @@ import pytest
 from action_msgs.msg import GoalStatus
 from bt_mission_interfaces.action import ExecuteMission
 from bt_mission_interfaces.msg import MissionState
+from bt_mission_interfaces.srv import SetBreakpoint
+from nav_msgs.msg import Odometry
 from rclpy.action import ActionClient
+from std_srvs.srv import Trigger
 
-from bt_mission.ros.status_publisher import LATCHED
+from bt_mission.ros.graph import LATCHED
+from bt_mission.sessions.served_missions import ServedMissions
 
 TURN = "mission: m\ninputs: {angle: 90}\ntree:\n  turn: {angle: $angle}\n  timeout: 60\n"
 STATUS = {
@@ -83,6 +87,26 @@ def test_a_mission_runs_and_its_result_tells(ros: Any, send: Any) -> None:
     )
 
 
+def test_a_paused_mission_keeps_the_limits_of_its_goals(ros: Any, send: Any) -> None:
+    """A step has sent the goal; feedback tells what it does, and its timeout cancels it."""
+    ros.serve()
+    turn = ros.server()
+    ros.call(SetBreakpoint, "/bt_mission/breakpoint", node="turn")
+    mission = send(text=TURN.replace("timeout: 60", "timeout: 5"))
+    ros.until(lambda: mission.feedback and mission.feedback[-1].status == "paused")
+    ros.call(Trigger, "/bt_mission/step")
+    ros.until(lambda: turn.goals)
+    turn.goal.feed(current_angle=10.0)
+    ros.run(4.5)
+    assert mission.feedback[-1].doing[0].startswith("current_angle 10.00")
+    assert turn.goal.cancels == 0
+    ros.run(2.0)
+    assert (mission.feedback[-1].status, turn.goal.cancels) == ("paused", 1)
+    ros.call(Trigger, "/bt_mission/resume")
+    _, result = mission.end()
+    assert result.error_msg == "'turn' canceled by timeout: not done within 5 s"
+
+
 def test_a_mission_that_fails_says_where(ros: Any, send: Any) -> None:
     """As its goal's own result has it."""
     ros.serve()
@@ -102,7 +126,7 @@ def test_a_mission_that_fails_says_where(ros: Any, send: Any) -> None:
             {"text": "mission: m\ntree:\n  trun: {}\n"},
             "<text>:3:3: error: unknown node type",
         ),
-        ({"path": "no_such_mission"}, "no such mission"),
+        ({"path": "no_such_mission"}, "no folder of missions is served"),
         ({}, "one of them, not both"),
         ({"text": TURN, "path": "explore"}, "one of them, not both"),
         ({"text": TURN, "seed": -2}, "seed: expected an integer from 0"),
@@ -120,7 +144,7 @@ def test_what_is_not_sound_never_starts(ros: Any, send: Any, goal: Any, words: s
 
 def test_a_behaviour_that_cannot_be_made_ends_no_server(ros: Any, send: Any, tmp_path: Any) -> None:
     """A user's class raises in its constructor."""
-    ros.serve()
+    ros.serve(ServedMissions((tmp_path,), allow_python=True, allow_text=True))
     (tmp_path / "mine.py").write_text(
         "import py_trees\nclass Mine(py_trees.behaviour.Behaviour):\n"
         "    def __init__(self, name):\n        raise ZeroDivisionError('oh')\n"
@@ -133,6 +157,30 @@ def test_a_behaviour_that_cannot_be_made_ends_no_server(ros: Any, send: Any, tmp
     assert "ZeroDivisionError" in result.error_msg
     ros.server()
     assert send(text=TURN).accepted
+
+
+def test_a_file_outside_is_neither_read_nor_run(ros: Any, send: Any, tmp_path: Any) -> None:
+    """A client learns nothing of it, and nothing is imported."""
+    outside, inside = tmp_path / "outside", tmp_path / "inside"
+    outside.mkdir()
+    inside.mkdir()
+    (outside / "token.yaml").write_text("token: swordfish\n")
+    (outside / "leaf.py").write_text(f"open({str(tmp_path / 'ran')!r}, 'w').close()\n")
+    (outside / "m.yaml").write_text("mission: m\ntree: {python: 'leaf.py:X'}\n")
+    ros.serve(ServedMissions((inside,)))
+    for name in ("token", "m"):
+        status, result = send(path=str(outside / f"{name}.yaml")).end()
+        assert (status, result.error_code) == ("aborted", 909)
+        assert "no such mission in the folders that are served" in result.error_msg
+        assert "swordfish" not in result.error_msg
+    assert not (tmp_path / "ran").exists()
+
+
+def test_by_default_nothing_is_offered(ros: Any, send: Any) -> None:
+    """The reason names the options that open it."""
+    ros.serve(ServedMissions())
+    assert "--missions DIR" in send(path="patrol").end()[1].error_msg
+    assert "--allow-text" in send(text=TURN).end()[1].error_msg
 
 
 def test_a_cancel_ends_every_goal_first(ros: Any, send: Any) -> None:
@@ -238,3 +286,22 @@ def test_the_state_is_latched_from_the_start(ros: Any, send: Any) -> None:
     send(text="mission: m\ntree:\n  wait: 1\n").end()
     ros.run(0.2)
     assert states == ["idle", "running", "success"]
+
+
+def test_no_mission_starts_where_two_robots_are_one(ros: Any, send: Any) -> None:
+    """A simulation beside a robot; with leave it starts all the same."""
+    nodes = [ros.node(name) for name in ("robot", "simulation")]
+    for node in nodes:
+        node.create_publisher(Odometry, "odom", 10)
+    ros.serve()
+    status, result = send(text=TURN).end()
+    assert (status, result.error_code) == ("aborted", 909)
+    assert result.error_msg.startswith("/odom has 2 publishers (/robot, /simulation): ")
+
+
+def test_with_leave_a_mission_starts_all_the_same(ros: Any, send: Any) -> None:
+    """For whoever has a reason to."""
+    for name in ("robot", "simulation"):
+        ros.node(name).create_publisher(Odometry, "odom", 10)
+    ros.serve(allow_duplicates=True)
+    assert send(text="mission: m\ntree: {log: hello}\n").end()[0] == "succeeded"

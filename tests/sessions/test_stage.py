@@ -179,3 +179,32 @@ def test_pictures_of_each_run_have_a_folder_of_their_own(tmp_path: Any) -> None:
     assert free_folder(tmp_path).name == "run_001"
     (tmp_path / "run_001").mkdir()
     assert free_folder(tmp_path).name == "run_002"
+
+
+@pytest.mark.parametrize(
+    ("way_m", "timeout_s", "driven", "ended_as"),
+    [
+        (0.3, 5, pytest.approx(0.32, abs=0.03), "canceled by condition"),
+        (9, 2, pytest.approx(0.39, abs=0.03), "canceled by timeout: not done within 2 s"),
+    ],
+)
+def test_a_step_lets_nobody_drive_past_a_limit(
+    stage: Any, way_m: float, timeout_s: float, driven: Any, ended_as: str
+) -> None:
+    """One step of a mission that stands at a breakpoint sends the goal; its limits end it."""
+    run = stage.run(
+        "mission: m\nworld: empty_arena\ntree:\n  sequence:\n    - wait: 1\n"
+        "    - explore_forward: {fwd_velocity: 0.2, stopping_distance: 0.3}\n      name: drive\n"
+        f"      cancel_when: current_distance_travelled > {way_m}\n      timeout: {timeout_s}\n"
+    )
+    executive = run.stage.executive
+    executive.breakpoints.add("drive")
+    run.until(lambda _: executive.paused)
+    executive.step()
+    run.advance(20.0)
+    assert (executive.state, executive.explanation) == ("paused", "breakpoint at 'drive'")
+    assert run.stage.distance_travelled_m == driven
+    executive.resume()
+    run.until_done()
+    assert run.reason.startswith(f"'drive' {ended_as}")
+    assert len(run.goals) == 1

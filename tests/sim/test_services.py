@@ -7,6 +7,7 @@ from geometry_msgs.msg import TwistStamped
 from std_srvs.srv import SetBool, Trigger
 
 from bt_mission.core.robot.parts import BatteryModel, SensorsModel
+from bt_mission.core.stamps import set_ns
 from sim.physics.spawn import RobotSpawn
 from sim.world.loader import load_world
 from sim.world.world import Spawn
@@ -180,3 +181,20 @@ def test_a_reset_in_company_is_one_for_all(make_stage, make_world, waffle, call)
     call(here, Trigger, "reset_simulation")
     assert one.pose[0] == pytest.approx(-1, abs=1e-5)
     assert two.pose[0] == pytest.approx(1, abs=1e-5)
+
+
+@pytest.mark.parametrize(("sent_ms", "held_ms"), [(0, 200), (-50, 150), (-200, 0), (50_000, 200)])
+def test_a_command_holds_from_when_it_was_sent(make_stage, make_world, sent_ms, held_ms):
+    """Not from when it arrives; a stamp of the future is another clock's, and says nothing."""
+    here = make_stage(make_world())
+    here.run(1 * S)
+    drive(here, 1 * S, 1.0, 0.2)
+    message = TwistStamped()
+    message.twist.linear.x = 0.2
+    set_ns(message.header.stamp, 2 * S + sent_ms * MS)
+    here.commands.publish(message)
+    here.clock.run_until_quiet()
+    here.sim.simulation.physics.advance_to(2 * S + held_ms * MS)
+    assert here.sim.simulation.commanded[0] == pytest.approx(0.2)
+    here.sim.simulation.physics.advance_to(2 * S + (held_ms + 5) * MS)
+    assert here.sim.simulation.commanded[0] == pytest.approx(0.195)

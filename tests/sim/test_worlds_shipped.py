@@ -10,8 +10,7 @@ import pytest
 from bt_mission.core.files import names
 from bt_mission.core.robot.model import load_robot
 from sim.simulation import Simulation
-from sim.world.checks import unseen
-from sim.world.loader import load_world
+from sim.world.loader import load_world, unseen
 from sim.world.world import World
 
 SHIPPED = [

@@ -65,7 +65,12 @@ class Bench:
     """
 
     def __init__(
-        self, fake: Any, image_folder: Path, parameters: Mapping[str, Any] | None = None
+        self,
+        fake: Any,
+        image_folder: Path,
+        parameters: Mapping[str, Any] | None = None,
+        *,
+        lean: bool = True,
     ) -> None:
         self.context = Context()
         rclpy.init(context=self.context)
@@ -80,7 +85,7 @@ class Bench:
             fake.robot,
             ServerOptions(
                 image_folder=image_folder,
-                lean=True,
+                lean=lean,
                 context=self.context,
                 parameters=parameters or {},
             ),

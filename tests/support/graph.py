@@ -15,7 +15,8 @@ from bt_mission.language.loader import load_text
 from bt_mission.ros.graph import NodeOptions, destroy_actions
 from bt_mission.ros.mission_node import MissionNode
 from bt_mission.ros.mission_runner import MissionRunner, RunnerOptions
-from bt_mission.sessions.mission_server import MissionServer
+from bt_mission.sessions.mission_server import MissionServer, MissionServerOptions
+from bt_mission.sessions.served_missions import ServedMissions
 from bt_mission.testing.scripted_server import ScriptedServer
 from bt_mission.virtual_time import VirtualTimeExecutor
 
@@ -75,14 +76,17 @@ class Graph:
         node.runner.executive.listeners.append(self.changes.append)
         return node.runner
 
-    def serve(self, **options: Any) -> MissionServer:
-        """The executive as a server."""
+    def serve(self, missions: ServedMissions | None = None, **options: Any) -> MissionServer:
+        """The executive as a server, of missions in texts where nothing else is said."""
         self.served = MissionServer(
             self.clock.add_node,
             self.drop,
             node=NodeOptions(context=self.context, lean=True),
-            say=self.said.append,
-            **options,
+            options=MissionServerOptions(
+                missions=missions or ServedMissions(allow_text=True),
+                say=self.said.append,
+                **options,
+            ),
         )
         self.clock.add_node(self.served)
         return self.served

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from bt_mission.core.interrupts import InterruptSignals
 from bt_mission.virtual_time.discovery import pause
 from tests.support.graph import Graph
 
@@ -19,8 +20,7 @@ class VirtualHand:
     def __init__(self, graph: Graph) -> None:
         self.graph = graph
         self.node = graph.node("_bt_mission_hand_1")
-        self.interrupts = 0
-        self.interrupted_by = "Ctrl-C"
+        self.interrupts = InterruptSignals()
         self.pauses = 0
         self._moves: list[tuple[Callable[[], Any], Callable[[], Any]]] = []
 
@@ -33,7 +33,7 @@ class VirtualHand:
         self.when(lambda: self.graph.now_s >= seconds - 1e-9, move)
 
     def press_ctrl_c(self) -> None:
-        self.interrupts += 1
+        self.interrupts.note("Ctrl-C")
 
     @property
     def now_ns(self) -> int:

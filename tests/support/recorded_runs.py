@@ -14,8 +14,8 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from bt_mission.core.files import find
 from bt_mission.language.loader import load_text
+from bt_mission.recording.contents import RecordingOptions
 from bt_mission.recording.file import McapFile
-from bt_mission.recording.options import RecordingOptions
 from bt_mission.recording.writer import RunRecorder
 from bt_mission.sessions.load import load
 from bt_mission.sessions.session import summarise
@@ -50,9 +50,7 @@ def heard_by_others(path: Path) -> list[Heard]:
     store = get_typestore(Stores.EMPTY)
     with Reader(path) as reader:
         for connection in reader.connections:
-            found = get_types_from_msg(connection.msgdef.data, connection.msgtype)
-            # It takes only msg and action for folders of types; events of services lie in srv.
-            store.register({name.replace("/srv/msg/", "/srv/"): one for name, one in found.items()})
+            store.register(get_types_from_msg(connection.msgdef.data, connection.msgtype))
         return [
             Heard(connection.topic, time_ns, store.deserialize_cdr(data, connection.msgtype))
             for connection, time_ns, data in reader.messages()
@@ -80,6 +78,7 @@ def record(tmp_path: Path) -> Iterator[Callable[..., Recorded]]:
             *,
             text: str = TWO_TURNS,
             camera: Any = "none",
+            raw_actions: bool = False,
             file: McapFile | None = None,
             steps: int | None = None,
         ) -> Recorded:
@@ -89,7 +88,7 @@ def record(tmp_path: Path) -> Iterator[Callable[..., Recorded]]:
                 Stage(mission, image_folder=tmp_path / "images", say=lambda _: None)
             )
             path = tmp_path / "run.mcap"
-            options = RecordingOptions(camera=camera)
+            options = RecordingOptions(camera=camera, raw_actions=raw_actions)
             recorder = stages.enter_context(RunRecorder(stage, path, options, file=file))
             while not stage.is_done and (steps is None or steps > 0):
                 stage.step()

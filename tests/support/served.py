@@ -34,10 +34,10 @@ from action_servers.camera.take_pictures import TakePictures as TakePicturesMane
 from action_servers.driving.explore_forward import ExploreForward as ExploreForwardManeuver
 from action_servers.driving.move import Move as MoveManeuver
 from action_servers.driving.record_distance import RecordDistance as RecordDistanceManeuver
-from action_servers.driving.spin import Spin as SpinManeuver
+from action_servers.driving.recoveries import WaitManeuver
 from action_servers.driving.straight import Straight
+from action_servers.driving.turn import Spin as SpinManeuver
 from action_servers.driving.turn import Turn as TurnManeuver
-from action_servers.driving.wait import Wait as WaitManeuver
 from action_servers.mapping.explore import ExploreFrontiers as ExploreFrontiersManeuver
 from action_servers.navigation.navigate import NavigateToPose as NavigateToPoseManeuver
 from action_servers.navigation.through_poses import (

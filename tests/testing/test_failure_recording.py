@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from bt_mission.recording.replay.seeker import TimelineSeeker
+from bt_mission.recording.replay.player import TimelineSeeker
 from bt_mission.recording.replay.timeline import read_timeline
 from bt_mission.testing.stages import Stages
 

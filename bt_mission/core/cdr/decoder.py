@@ -162,6 +162,10 @@ class _Compiler:
             return self._known[name]
         if name not in self._specs:
             raise KeyError(f"it has no definition of {name}")
+        sizes = {_size(field) for field in self._specs[name]}
+        if len(sizes) == 1 and (size := sizes.pop()):
+            self._known[name] = self._numbers_in_a_row(self._specs[name], size)
+            return self._known[name]
         fields = [(field.name, self._field(field)) for field in self._specs[name]]
 
         def read(data: bytes, at: int) -> tuple[Any, int]:
@@ -175,6 +179,17 @@ class _Compiler:
 
         self._known[name] = read if fields else read_nothing
         return self._known[name]
+
+    def _numbers_in_a_row(self, fields: list[Field], size: int) -> Step:
+        """Read numbers of one size, such as a quaternion's, in one go."""
+        row = struct.Struct(self._order + "".join(_FORMATS[field.type] for field in fields))
+        names, length, unpack = [field.name for field in fields], row.size, row.unpack_from
+
+        def read(data: bytes, at: int) -> tuple[Any, int]:
+            at += -(at - HEAD) % size
+            return DecodedMessage(zip(names, unpack(data, at), strict=True)), at + length
+
+        return read
 
     def _field(self, field: Field) -> Step:
         one = self._one(field.type)
@@ -234,6 +249,12 @@ class _Compiler:
             return np.frombuffer(data, form, count, at), at + count * size
 
         return read
+
+
+def _size(field: Field) -> int:
+    """Return the bytes of a field that is one number; 0 of any other."""
+    is_number = field.size is None and field.type in _FORMATS
+    return struct.calcsize(_FORMATS[field.type]) if is_number else 0
 
 
 def _several(one: Step) -> Callable[[bytes, int, int], tuple[Any, int]]:

@@ -29,6 +29,7 @@ _FIELD = re.compile(
     r"^\s*(?P<type>[A-Za-z][\w/]*)(?:<=\d+)?(?P<array>\[(?P<most><=)?(?P<size>\d*)\])?"
     r"\s+(?P<name>[A-Za-z]\w*)\s*(?P<constant>=)?"
 )
+_MADE_TYPE = re.compile(r"\b([a-z]\w*/)([A-Z][A-Za-z0-9]*(?:_[A-Z][A-Za-z0-9]*)+)\b")
 _DIVIDER = re.compile(r"^---\s*$", re.MULTILINE)
 _GOAL_ID = "unique_identifier_msgs/UUID goal_id\n"
 
@@ -39,11 +40,7 @@ _ACTION_PARTS: dict[str, Callable[[str, str], str]] = {
     "_GetResult_Request": lambda _p, _n: _GOAL_ID,
     "_GetResult_Response": lambda p, n: f"int8 status\n{p}/{n}_Result result\n",
 }
-_SECTIONS = {
-    ".srv": ("_Request", "_Response"),
-    ".action": ("_Goal", "_Result", "_Feedback"),
-}
-_FOLDERS = {".srv": "srv", ".action": "action"}
+_SECTIONS = {"srv": ("Request", "Response"), "action": ("Goal", "Result", "Feedback")}
 
 
 @dataclass(frozen=True)
@@ -67,6 +64,16 @@ def share_folders() -> list[Path]:
     prefixes = [*filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep))]
     here = Path(sys.prefix, "share")
     return [*(Path(prefix) / "share" for prefix in prefixes), here, here / "bt_mission/ros/share"]
+
+
+def file_text(type_name: str, folders: Sequence[Path]) -> str | None:
+    """Return the text of a type's own file, such as ``std_srvs/srv/Trigger``, where it is there."""
+    package, folder, name = type_name.split("/")
+    for share in folders:
+        path = share / package / folder / f"{name}.{folder}"
+        if path.is_file():
+            return path.read_text(encoding="utf-8")
+    return None
 
 
 class Definitions:
@@ -105,7 +112,7 @@ class Definitions:
 
     def _find(self, type_name: str) -> str:
         package, _, name = type_name.partition("/")
-        text = self._read(package, "msg", f"{name}.msg")
+        text = file_text(f"{package}/msg/{name}", self._folders)
         if text is None:
             text = self._made(package, name)
         if text is None:
@@ -123,21 +130,36 @@ class Definitions:
         for suffix, make in _ACTION_PARTS.items():
             if name.endswith(suffix):
                 return make(package, name.removesuffix(suffix))
-        for extension, suffixes in _SECTIONS.items():
-            base, underscore, part = name.rpartition("_")
-            if underscore + part in suffixes:
-                text = self._read(package, _FOLDERS[extension], f"{base}{extension}")
+        base, _, part = name.rpartition("_")
+        for folder, parts in _SECTIONS.items():
+            if part in parts:
+                text = file_text(f"{package}/{folder}/{base}", self._folders)
                 if text is not None:
-                    sections = _DIVIDER.split(text)
-                    return sections[suffixes.index(underscore + part)].lstrip("\n")
+                    return _DIVIDER.split(text)[parts.index(part)].lstrip("\n")
         return None
 
-    def _read(self, package: str, folder: str, name: str) -> str | None:
-        for share in self._folders:
-            path = share / package / folder / name
-            if path.is_file():
-                return path.read_text(encoding="utf-8")
-        return None
+
+def with_plain_names(type_name: str, definition: str) -> tuple[str, str]:
+    """Name a type, and those that it is made of, as every reader of definitions takes it.
+
+    What rosidl makes of services and actions has names with ``_`` in ``srv`` and ``action``.
+    Parsers of message definitions take ``[A-Z][A-Za-z0-9]*`` in ``msg`` alone, so
+    ``nav2_msgs/action/Spin_FeedbackMessage`` becomes ``nav2_msgs/msg/SpinFeedbackMessage``. The
+    messages stay the same, byte for byte.
+    """
+    package, _, name = type_name.partition("/")
+    if "_" not in name:
+        return type_name, definition
+    plain = name.rpartition("/")[2].replace("_", "")
+    text = _MADE_TYPE.sub(lambda match: match[1] + match[2].replace("_", ""), definition)
+    return f"{package}/msg/{plain}", text
+
+
+def action_of(type_name: str) -> str:
+    """Return the action whose goals an event of ``send_goal`` is about, however it is named."""
+    if type_name.endswith("_SendGoal_Event"):
+        return type_name.removesuffix("_SendGoal_Event")
+    return type_name.removesuffix("SendGoalEvent").replace("/msg/", "/action/")
 
 
 def parse(type_name: str, definition: str) -> dict[str, list[Field]]:

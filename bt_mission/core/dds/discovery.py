@@ -1,16 +1,41 @@
-"""Who may hear a simulated run: nobody outside its process, unless that is asked for."""
+"""Which processes find each other: those of this machine, unless more or less is asked for."""
 
 from __future__ import annotations
 
 import os
 
 RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
+NETWORK, MACHINE, PROCESS = "SUBNET", "LOCALHOST", "OFF"
+"""Values of the variable: any machine of the network, this machine, this process."""
 
 
-def isolate(*, visible: bool) -> None:
-    """Keep the ROS contexts made from now on to this process, or to this machine where visible.
+def isolate(*, visible: bool, network: bool = False) -> None:
+    """Keep the ROS contexts made from now on to this process.
 
     A simulated run publishes the robot's own topics and commands: on the network it would drive
     any robot there, and two runs at once would hear each other.
+
+    Args:
+        visible: Let this machine's processes find them.
+        network: With `visible`, let other machines find them, too.
     """
-    os.environ[RANGE] = "LOCALHOST" if visible else "OFF"
+    os.environ[RANGE] = (NETWORK if network else MACHINE) if visible else PROCESS
+
+
+def restrict_discovery(*, network: bool) -> str | None:
+    """Keep the ROS contexts made from now on to this machine, where the variable says nothing.
+
+    Args:
+        network: Let all machines of the network find them, whatever the variable says.
+
+    Returns:
+        What is found from now on, in words; None where the variable alone decides.
+    """
+    domain = os.environ.get("ROS_DOMAIN_ID") or "0"
+    if network:
+        os.environ[RANGE] = NETWORK
+        return f"ROS domain {domain}, with other machines of the network (--network)"
+    if os.environ.get(RANGE):
+        return None
+    os.environ[RANGE] = MACHINE
+    return f"ROS domain {domain}, on this machine only; --network opens it to others"

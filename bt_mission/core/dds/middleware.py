@@ -6,9 +6,11 @@ import ctypes
 import os
 from pathlib import Path
 
+from bt_mission.core.dds.discovery import MACHINE, RANGE
 from bt_mission.core.errors import BtMissionError
 
 FAST_DDS = Path(__file__).resolve().parent / "fast_dds.xml"
+LOOPBACK = FAST_DDS.with_name("fast_dds_loopback.xml")
 
 LAST_DOMAIN = 232
 """Beyond it the ports of DDS would be beyond 65535."""
@@ -21,14 +23,17 @@ PROFILES = ("FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_FILE")
 def prepare_middleware() -> None:
     """Make ready for rclpy, with settings of Fast DDS for processes that die without a word.
 
-    The file says which, and why. Settings of the user's own stay.
+    The file says which, and why. Where only this machine is to find the process, its sockets are
+    bound to the loopback interface. Settings of the user's own stay.
 
     Raises:
         BtMissionError: When it cannot be loaded, or the domain id is none.
     """
     refuse_absent_middleware()
-    if not any(os.environ.get(name) for name in PROFILES):
-        os.environ[PROFILES[0]] = str(FAST_DDS)
+    ours = ("", str(FAST_DDS), str(LOOPBACK))
+    if all(os.environ.get(name, "") in ours for name in PROFILES):
+        is_local = os.environ.get(RANGE) == MACHINE and not os.environ.get("ROS_STATIC_PEERS")
+        os.environ[PROFILES[0]] = str(LOOPBACK if is_local else FAST_DDS)
 
 
 def refuse_absent_middleware() -> None:

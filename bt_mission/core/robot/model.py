@@ -13,19 +13,7 @@ from typing import Annotated
 from pydantic import Field, model_validator
 
 from bt_mission.core import files
-from bt_mission.core.robot.parts import (
-    BatteryModel,
-    Body,
-    CameraModel,
-    Hull,
-    ImuModel,
-    LidarModel,
-    Point3,
-    Positive,
-    RobotPart,
-    SensorsModel,
-    Size3,
-)
+from bt_mission.core.robot import parts
 from bt_mission.core.yaml import document as located
 from bt_mission.core.yaml.models import validate
 
@@ -33,41 +21,41 @@ _TOLERANCE = 1e-6
 """Metres by which figures that follow from each other may differ."""
 
 
-class RobotModel(RobotPart):
+class RobotModel(parts.RobotPart):
     """A differential-drive robot; see `robots/*.yaml` for units and sources of every number.
 
     `wheel_separation` is the one control and odometry reckon with, `2 * wheel_y` the real one.
     """
 
     name: Annotated[str, Field(min_length=1)]
-    max_linear_velocity: Positive
-    max_angular_velocity: Positive
-    max_linear_acceleration: Positive
-    max_angular_acceleration: Positive
-    command_timeout: Positive = 0.2
-    control_rate: Positive = 20.0
-    wheel_radius: Positive
-    wheel_width: Positive
-    wheel_separation: Positive
-    wheel_y: Positive
-    base_height: Positive
-    base_mass: Positive
-    base_inertia: Size3
-    base_centre_of_mass: Point3
-    wheel_mass: Positive
-    wheel_inertia: Size3
-    body: Body
-    caster_radius: Positive
-    casters: Annotated[tuple[Point3, ...], Field(min_length=1)]
-    hull: Hull
-    odometry_rate: Positive = 20.0
-    lidar: LidarModel
-    camera: CameraModel | None = None
-    imu: ImuModel
-    battery: BatteryModel = BatteryModel()
-    sensors: SensorsModel = SensorsModel()
+    max_linear_velocity: parts.Positive
+    max_angular_velocity: parts.Positive
+    max_linear_acceleration: parts.Positive
+    max_angular_acceleration: parts.Positive
+    command_timeout: parts.Positive = 0.2
+    control_rate: parts.Positive = 20.0
+    wheel_radius: parts.Positive
+    wheel_width: parts.Positive
+    wheel_separation: parts.Positive
+    wheel_y: parts.Positive
+    base_height: parts.Positive
+    base_mass: parts.Positive
+    base_inertia: parts.Size3
+    base_centre_of_mass: parts.Point3
+    wheel_mass: parts.Positive
+    wheel_inertia: parts.Size3
+    body: parts.Body
+    caster_radius: parts.Positive
+    casters: Annotated[tuple[parts.Point3, ...], Field(min_length=1)]
+    hull: parts.Hull
+    odometry_rate: parts.Positive = 20.0
+    lidar: parts.LidarModel
+    camera: parts.CameraModel | None = None
+    imu: parts.ImuModel
+    battery: parts.BatteryModel = parts.BatteryModel()
+    sensors: parts.SensorsModel = parts.SensorsModel()
 
-    def with_sensors(self, sensors: SensorsModel) -> RobotModel:
+    def with_sensors(self, sensors: parts.SensorsModel) -> RobotModel:
         """Return the same robot with its simulated sensors set so."""
         model = sensors.lidar.model
         lidar = self.lidar if model is None else self.lidar.as_model(model)
@@ -76,8 +64,9 @@ class RobotModel(RobotPart):
     @property
     def turning_radius(self) -> float:
         """The circle that the body sweeps when it turns on the spot, m from the axle's middle."""
-        x, y = _reach(self.body)
-        return max(math.hypot(x, y), math.hypot(self.wheel_radius, self.hull.half_width))
+        (length, width, _), (x, y, _) = self.body.size, self.body.centre
+        corner = math.hypot(abs(x) + length / 2, abs(y) + width / 2)
+        return max(corner, math.hypot(self.wheel_radius, self.hull.half_width))
 
     @model_validator(mode="after")
     def _hull_holds_body_and_wheels(self) -> RobotModel:
@@ -104,9 +93,3 @@ def load_robot(name_or_path: str | Path, near: str | Path | None = None) -> Robo
     document = located.read(files.find("robots", name_or_path, near))
     robot = validate(document, RobotModel)
     return robot.with_sensors(robot.sensors)
-
-
-def _reach(body: Body) -> tuple[float, float]:
-    """Return the farthest a box goes from the origin along x and along y, m."""
-    (length, width, _), (x, y, _) = body.size, body.centre
-    return abs(x) + length / 2, abs(y) + width / 2

@@ -42,20 +42,25 @@ class Hull(RobotPart):
     half_width: Positive
 
 
-class LidarModel(RobotPart):
+class MountedSensor(RobotPart):
+    """A sensor at a place (m), with its rate (Hz)."""
+
+    x: Number
+    y: Number
+    z: Number
+    rate: Positive
+
+
+class LidarModel(MountedSensor):
     """A planar lidar: place (m), ranges (m), rays per turn, rate (Hz), noise (m, 1 sigma).
 
     `model` decides what it says of a direction without a reading, and whether the number of rays
     varies (an LDS-02's does, about `rays`).
     """
 
-    x: Number
-    y: Number
-    z: Number
     min_range: NotNegative
     max_range: Positive
     rays: Annotated[int, Field(ge=1, le=10_000)]
-    rate: Positive
     noise_std: NotNegative
     model: LidarName = "LDS-01"
 
@@ -77,29 +82,21 @@ class LidarModel(RobotPart):
         return self.model_copy(update={"model": model, **figures})
 
 
-class CameraModel(RobotPart):
+class CameraModel(MountedSensor):
     """A camera that looks ahead: place of its lens and of `camera_link` (m), picture, rate (Hz).
 
     `width` and `height` are pixels, `hfov` the horizontal field of view in radians.
     """
 
-    x: Number
-    y: Number
-    z: Number
     link: Point3
     width: Annotated[int, Field(ge=16, le=3840)]
     height: Annotated[int, Field(ge=16, le=2160)]
     hfov: Annotated[float, Field(gt=0, lt=math.pi, allow_inf_nan=False)]
-    rate: Positive
 
 
-class ImuModel(RobotPart):
+class ImuModel(MountedSensor):
     """Gyroscope and accelerometer: place (m), rate (Hz), noise (rad/s and m/s^2, 1 sigma)."""
 
-    x: Number
-    y: Number
-    z: Number
-    rate: Positive
     gyro_noise: NotNegative
     accel_noise: NotNegative
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import yaml  # type: ignore[import-untyped]
 
-from bt_mission.core.diagnostics import MOST_FAULTS, Diagnostic, InputError, quoted
+from bt_mission.core.diagnostics import MOST_FAULTS, Diagnostic, InputError, fault_at, quoted
 from bt_mission.core.yaml.parser_messages import translate
 
 MAX_DEPTH = 200
@@ -33,16 +33,23 @@ _BREAK = re.compile("\r\n|[\n\r\x85\u2028\u2029]")
 _UNPRINTABLE = re.compile(
     "[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]|\ufeff"
 )
+_DECIMAL_COMMA = re.compile(r"([0-9]+),([0-9]+)\s*[,}]")
 _TAB_INDENT = re.compile(r"^ *\t", re.MULTILINE)
-_NULL = frozenset(("", "~", "null", "Null", "NULL"))
-_TRUE = frozenset(("true", "True", "TRUE"))
-_FALSE = frozenset(("false", "False", "FALSE"))
+_WORDS = {
+    **dict.fromkeys(("", "~", "null", "Null", "NULL")),
+    **dict.fromkeys(("true", "True", "TRUE"), True),
+    **dict.fromkeys(("false", "False", "FALSE"), False),
+}
 _INTEGER = re.compile(r"[-+]?[0-9]+")
 _PREFIXED = re.compile(r"0o[0-7]+|0x[0-9a-fA-F]+")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 _NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 _NUMBER_START = frozenset("+-.0123456789")
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+
+At = tuple[int, int]
+"""Line and column, from 1."""
 
 
 @dataclass(slots=True, eq=False)
@@ -55,7 +62,7 @@ class Place:
 
     line: int
     column: int
-    keys: dict[str, tuple[int, int]] | None = None
+    keys: dict[str, At] | None = None
     parts: dict[str, Place] | list[Place] | None = None
     text: str | None = None
 
@@ -79,7 +86,11 @@ class _Open:
     height: int = 1
     closed: bool = False
     key: str | None = None
-    key_at: tuple[int, int] = (0, 0)
+    key_at: At = (0, 0)
+
+
+def _start(event: Any) -> At:
+    return event.start_mark.line + 1, event.start_mark.column + 1
 
 
 def _is_plain(event: Any) -> bool:
@@ -99,10 +110,9 @@ def compose(text: str, file: str) -> tuple[Any, Place]:
         for event in yaml.parse(reader.text, Loader=_LOADER):
             reader.take(event)
     except yaml.YAMLError as error:
-        message, line, column = translate(error, reader.lines)
-        reader.fail(message, line, column)
+        reader.fail(*translate(error, reader.lines))
     except (RecursionError, MemoryError):
-        reader.fail("the file is nested too deeply to be read", 1, 1)
+        reader.fail("the file is nested too deeply to be read", (1, 1))
     return reader.finish()
 
 
@@ -121,14 +131,13 @@ class _EventReader:
     def __post_init__(self) -> None:
         self.lines = split_lines(self.text)
 
-    def note(self, message: str, line: int, column: int) -> None:
+    def note(self, message: str, at: At, hint: str | None = None) -> None:
         if len(self.faults) >= MOST_FAULTS:
             raise InputError(self.faults)
-        source = self.lines[line - 1] if 0 < line <= len(self.lines) else ""
-        self.faults.append(Diagnostic(message, self.file, line, column, source))
+        self.faults.append(fault_at(at, self.file, self.lines, message, hint))
 
-    def fail(self, message: str, line: int, column: int) -> None:
-        self.note(message, line, column)
+    def fail(self, message: str, at: At) -> None:
+        self.note(message, at)
         raise InputError(self.faults) from None
 
     def refuse_characters(self) -> None:
@@ -137,10 +146,10 @@ class _EventReader:
         if bad:
             lines = split_lines(self.text[: bad.start()])
             message = f"a control character (U+{ord(bad.group()):04X}); this is no YAML text"
-            self.fail(message, len(lines), len(lines[-1]) + 1)
+            self.fail(message, (len(lines), len(lines[-1]) + 1))
         for tab in _TAB_INDENT.finditer(self.text):
             line = len(split_lines(self.text[: tab.start()]))
-            self.note("a tab; YAML is indented with spaces", line, tab.end() - tab.start())
+            self.note("a tab; YAML is indented with spaces", (line, tab.end() - tab.start()))
             if len(self.faults) == 20:
                 break
         if self.faults:
@@ -148,7 +157,7 @@ class _EventReader:
 
     def finish(self) -> tuple[Any, Place]:
         if self.root is None or (self.root[0] is None and not self.faults):
-            self.fail("the file is empty", 1, 1)
+            self.fail("the file is empty", (1, 1))
         if self.faults:
             raise InputError(sorted(self.faults, key=lambda fault: (fault.line, fault.column)))
         assert self.root is not None
@@ -174,20 +183,16 @@ class _EventReader:
             case yaml.DocumentStartEvent():
                 self.documents += 1
                 if self.documents > 1:
-                    mark = event.start_mark
-                    self.fail("a second document; a file holds one", mark.line + 1, 1)
+                    line, _ = _start(event)
+                    self.fail("a second document; a file holds one", (line, 1))
 
-    def begin(self, event: Any) -> tuple[int, int]:
-        """Return where a value stands; count it; refuse a tag."""
-        line, column = event.start_mark.line + 1, event.start_mark.column + 1
+    def begin(self, event: Any) -> At:
+        """Return where a value stands, behind its anchor on the same line; refuse a tag."""
+        line, column = _start(event)
         if event.tag is not None:
-            self.note(f"the tag {quoted(event.tag)}; tags are not used here", line, column)
-        if event.anchor is not None or event.tag is not None:
-            line, column = self.after_properties(line, column)
-        return line, column
-
-    def after_properties(self, line: int, column: int) -> tuple[int, int]:
-        """Return where the value stands that follows an anchor or a tag on the same line."""
+            self.note(f"the tag {quoted(event.tag)}; tags are not used here", (line, column))
+        if event.anchor is None and event.tag is None:
+            return line, column
         rest = self.lines[line - 1][column - 1 :] if line <= len(self.lines) else ""
         found = re.match(r"(?:[&!][^\s,\[\]{}]*\s+)+(?=\S)", rest)
         return line, column + (found.end() if found else 0)
@@ -195,66 +200,69 @@ class _EventReader:
     def open(self, new: _Open, event: Any) -> None:
         top = self.stack[-1] if self.stack else None
         if top is not None and isinstance(top.data, dict) and top.key is None:
-            self.fail("expected a name as key, got a list or a mapping", *self.begin(event))
+            self.fail("expected a name as key, got a list or a mapping", self.begin(event))
         self.stack.append(new)
         if len(self.stack) > MAX_DEPTH:
             message = f"nested too deeply; at most {MAX_DEPTH} levels are read"
-            self.fail(message, new.place.line, new.place.column)
+            self.fail(message, (new.place.line, new.place.column))
         if new.anchor is not None:
             self.anchors[new.anchor] = new
 
     def take_scalar(self, event: Any) -> None:
         top = self.stack[-1] if self.stack else None
-        line, column = self.begin(event)
+        at = self.begin(event)
         if top is not None and isinstance(top.data, dict) and top.key is None:
-            self.take_key(top, event, line, column)
+            self.take_key(top, event, at)
             return
         text: str = event.value
-        data = self.number_or_text(text, line, column) if _is_plain(event) else text
+        data = self.number_or_text(text, at) if _is_plain(event) else text
         one_piece = isinstance(data, str) and event.start_mark.line == event.end_mark.line
-        place = Place(line, column, text=text if one_piece else None)
+        place = Place(*at, text=text if one_piece else None)
         size = 1 + len(text) // TEXT_WEIGHT if isinstance(data, str) else 1
         if event.anchor is not None:
             self.anchors[event.anchor] = _Open(data, place, size=size, closed=True)
         self.add(data, place, size, 1)
 
-    def take_key(self, top: _Open, event: Any, line: int, column: int) -> None:
+    def take_key(self, top: _Open, event: Any, at: At) -> None:
         key: str = event.value
-        if _is_plain(event) and not isinstance(self.number_or_text(key, line, column), str):
+        if _is_plain(event) and not isinstance(self.number_or_text(key, at), str):
             got = "nothing" if key == "" else key
-            self.note(f"expected a name as key, got {got[:60]}", line, column)
+            self.note(f"expected a name as key, got {got[:60]}", at, self.point_hint(*at))
         assert top.place.keys is not None
         if key in top.place.keys:
             first = top.place.keys[key][0]
-            message = f"duplicate key {quoted(key)} (first in line {first})"
-            self.note(message, line, column)
-        top.key, top.key_at = key, (line, column)
+            self.note(f"duplicate key {quoted(key)} (first in line {first})", at)
+        top.key, top.key_at = key, at
+
+    def point_hint(self, line: int, column: int) -> str | None:
+        """Return how a number is written that has a decimal comma before this place."""
+        found = _DECIMAL_COMMA.search(self.lines[line - 1][: column + 20])
+        if found is None or found.start(2) != column - 1:
+            return None
+        return f"decimals are written with a point: {found[1]}.{found[2]}"
 
     def take_alias(self, event: Any) -> None:
-        line, column = event.start_mark.line + 1, event.start_mark.column + 1
+        at = _start(event)
         target = self.anchors.get(event.anchor)
         if target is None:
-            self.fail(f"no anchor '&{event.anchor}' before this alias", line, column)
+            self.fail(f"no anchor '&{event.anchor}' before this alias", at)
             return
         if not target.closed:
-            self.fail(f"the alias '*{event.anchor}' contains itself", line, column)
+            self.fail(f"the alias '*{event.anchor}' contains itself", at)
         top = self.stack[-1] if self.stack else None
         if top is not None and isinstance(top.data, dict) and top.key is None:
-            self.fail("expected a name as key, got an alias", line, column)
+            self.fail("expected a name as key, got an alias", at)
         if len(self.stack) + target.height > MAX_DEPTH:
-            self.fail(f"nested too deeply; at most {MAX_DEPTH} levels are read", line, column)
-        self.add(target.data, target.place, target.size, target.height, (line, column))
+            self.fail(f"nested too deeply; at most {MAX_DEPTH} levels are read", at)
+        self.add(target.data, target.place, target.size, target.height, at)
 
-    def add(
-        self, data: Any, place: Place, size: int, height: int, at: tuple[int, int] | None = None
-    ) -> None:
+    def add(self, data: Any, place: Place, size: int, height: int, at: At | None = None) -> None:
         """Put a finished value where it belongs."""
-        line, column = at or (place.line, place.column)
         self.values += size if at else 1
         if self.values > MAX_VALUES:
             what = "aliases blow the file up: " if at else ""
             message = f"{what}more than {MAX_VALUES:,} values; a file holds at most so many"
-            self.fail(message, line, column)
+            self.fail(message, at or (place.line, place.column))
         if not self.stack:
             self.root = (data, place)
             return
@@ -274,27 +282,22 @@ class _EventReader:
             top.data.append(data)
             top.place.parts.append(place)
 
-    def number_or_text(self, text: str, line: int, column: int) -> Any:
+    def number_or_text(self, text: str, at: At) -> Any:
         """Return what a plain scalar means in the core schema of YAML 1.2."""
         if text[:1] not in _NUMBER_START:
-            if text in _NULL:
-                return None
-            if text in _TRUE:
-                return True
-            return False if text in _FALSE else text
+            return _WORDS.get(text, text)
         if _NOT_FINITE.fullmatch(text):
-            self.note(f"expected a finite number, got {text}", line, column)
+            self.note(f"expected a finite number, got {text}", at)
             return 0.0
         number: int | float
-        if _INTEGER.fullmatch(text):
-            number = int(text) if len(text) <= 25 else MAX_INTEGER + 1
-        elif _PREFIXED.fullmatch(text):
-            number = int(text, 0) if len(text) <= 25 else MAX_INTEGER + 1
+        if _INTEGER.fullmatch(text) or _PREFIXED.fullmatch(text):
+            base = 10 if _INTEGER.fullmatch(text) else 0
+            number = int(text, base) if len(text) <= 25 else MAX_INTEGER + 1
         elif _FLOAT.fullmatch(text):
             number = float(text)
         else:
             return text
         if (isinstance(number, int) and abs(number) > MAX_INTEGER) or math.isinf(number):
-            self.note(f"the number {quoted(text)} is too large", line, column)
+            self.note(f"the number {quoted(text)} is too large", at)
             return 0
         return number

@@ -1,7 +1,6 @@
 """YAML files with places: plain data, and for each part of it the line and column it stands at.
 
 `read` takes a file, `read_text` a text; both return a `Document` or raise `InputError`.
-`validate` turns a document into a pydantic model, or every fault into one with its place.
 """
 
 from __future__ import annotations
@@ -11,7 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from bt_mission.core.diagnostics import Diagnostic, InputError, Severity
+from bt_mission.core.diagnostics import Diagnostic, InputError, Severity, fault_at
 from bt_mission.core.yaml.composer import Place, compose, split_lines
 
 MAX_BYTES = 1_000_000
@@ -85,20 +84,7 @@ class Document:
         line, column = self.position(path, key=key)
         if offset is not None:
             column += self._shift(self.find(path), offset)
-        return self.fault_at(line, column, message, hint, severity=severity)
-
-    def fault_at(
-        self,
-        line: int,
-        column: int,
-        message: str,
-        hint: str | None = None,
-        *,
-        severity: Severity = "error",
-    ) -> Diagnostic:
-        """Return a fault at a line and column (from 1)."""
-        source = self.lines[line - 1] if 0 < line <= len(self.lines) else ""
-        return Diagnostic(message, self.file, line, column, source, hint, severity)
+        return fault_at((line, column), self.file, self.lines, message, hint, severity)
 
     def _shift(self, place: Place, offset: int) -> int:
         if place.text is None:
@@ -119,9 +105,13 @@ def read_text(text: str, file: str = "<text>") -> Document:
 
 def refuse_large(text: str, file: str) -> None:
     """Raise InputError for a text that is larger than any file that is read."""
-    size = len(text.encode("utf-8", "replace"))
+    _refuse_size(len(text.encode("utf-8", "replace")), file)
+
+
+def _refuse_size(size: int, file: str) -> None:
     if size > MAX_BYTES:
-        raise InputError([Diagnostic(_too_large(size), file)])
+        message = f"the file is too large: {size:,} bytes, at most {MAX_BYTES:,} are read"
+        raise InputError([Diagnostic(message, file)])
 
 
 def read(path: str | Path) -> Document:
@@ -131,8 +121,14 @@ def read(path: str | Path) -> Document:
 
 def read_source(path: str | Path) -> str:
     """Return the text of a file. Raises InputError; a file that is too large is refused unread."""
-    file = str(path)
-    return _decoded(_contents(Path(path), file), file)
+    contents = _contents(Path(path), str(path))
+    try:
+        return contents.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        *before, last = contents[: error.start].split(b"\n")
+        column = len(last.decode("utf-8", "replace")) + 1
+        message = f"expected text in UTF-8, got the byte 0x{contents[error.start]:02x}"
+        raise InputError([Diagnostic(message, str(path), len(before) + 1, column)]) from error
 
 
 def _contents(path: Path, file: str) -> bytes:
@@ -143,30 +139,11 @@ def _contents(path: Path, file: str) -> bytes:
             raise InputError([Diagnostic("no such file", file)])
         if not path.is_file():
             raise InputError([Diagnostic("expected a file, got a device or pipe", file)])
-        size = path.stat().st_size
-        if size > MAX_BYTES:
-            raise InputError([Diagnostic(_too_large(size), file)])
+        _refuse_size(path.stat().st_size, file)
         with path.open("rb") as stream:
             contents = stream.read(MAX_BYTES + 1)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
         raise InputError([Diagnostic(f"cannot read the file: {reason}", file)]) from error
-    if len(contents) > MAX_BYTES:
-        raise InputError([Diagnostic(_too_large(len(contents)), file)])
+    _refuse_size(len(contents), file)
     return contents
-
-
-def _decoded(contents: bytes, file: str) -> str:
-    try:
-        return contents.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        before = contents[: error.start]
-        line = before.count(b"\n") + 1
-        column = len(before[before.rfind(b"\n") + 1 :].decode("utf-8", "replace")) + 1
-        byte = contents[error.start]
-        message = f"expected text in UTF-8, got the byte 0x{byte:02x}"
-        raise InputError([Diagnostic(message, file, line, column)]) from error
-
-
-def _too_large(size: int) -> str:
-    return f"the file is too large: {size:,} bytes, at most {MAX_BYTES:,} are read"

@@ -7,7 +7,7 @@ import types
 from collections.abc import Iterator, Mapping, Sequence
 from functools import reduce
 from operator import getitem
-from typing import Annotated, Any, Literal, Protocol, TypeVar, Union, get_args, get_origin
+from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
 import pydantic
 from pydantic_core import ErrorDetails
@@ -16,32 +16,24 @@ from bt_mission.core.diagnostics import (
     MOST_FAULTS,
     Diagnostic,
     InputError,
-    Severity,
     describe,
     did_you_mean,
     listed,
     quoted,
 )
+from bt_mission.core.yaml.document import Document, Key
 
 Model = TypeVar("Model", bound=pydantic.BaseModel)
-Key = str | int
 
 _EXPECTED = {
-    "bool_parsing": "a boolean",
-    "bool_type": "a boolean",
-    "dict_type": "a mapping",
-    "float_parsing": "a number",
-    "float_type": "a number",
+    **dict.fromkeys(("bool_parsing", "bool_type"), "a boolean"),
+    **dict.fromkeys(("dict_type", "mapping_type"), "a mapping"),
+    **dict.fromkeys(("model_attributes_type", "model_type"), "a mapping"),
+    **dict.fromkeys(("float_parsing", "float_type"), "a number"),
+    **dict.fromkeys(("int_from_float", "int_parsing", "int_type"), "an integer"),
+    **dict.fromkeys(("list_type", "tuple_type"), "a list"),
     "finite_number": "a finite number",
-    "int_from_float": "an integer",
-    "int_parsing": "an integer",
-    "int_type": "an integer",
-    "list_type": "a list",
-    "mapping_type": "a mapping",
-    "model_attributes_type": "a mapping",
-    "model_type": "a mapping",
     "string_type": "a string",
-    "tuple_type": "a list",
 }
 _LIMITS = {
     "greater_than": "more than {gt}",
@@ -57,27 +49,7 @@ _LIMITS = {
 }
 
 
-class Located(Protocol):
-    """Data whose parts have places in a file."""
-
-    @property
-    def data(self) -> Any:
-        """The data: mappings, lists, strings, numbers, booleans and None."""
-
-    def fault(
-        self,
-        path: Sequence[Key],
-        message: str,
-        hint: str | None = None,
-        *,
-        key: bool = False,
-        severity: Severity = "error",
-        offset: int | None = None,
-    ) -> Diagnostic:
-        """Return a fault at the place of a part, or of its key."""
-
-
-def validate(document: Located, model: type[Model], path: Sequence[Key] = ()) -> Model:
+def validate(document: Document, model: type[Model], path: Sequence[Key] = ()) -> Model:
     """Return the part of a document at `path` as a model. Raises InputError with all faults.
 
     Types are taken strictly: no number from a text, no truth from a number.
@@ -91,7 +63,7 @@ def validate(document: Located, model: type[Model], path: Sequence[Key] = ()) ->
 
 
 def model_faults(
-    document: Located, error: pydantic.ValidationError, model: Any, path: Sequence[Key] = ()
+    document: Document, error: pydantic.ValidationError, model: Any, path: Sequence[Key] = ()
 ) -> list[Diagnostic]:
     """Return a pydantic error as faults, in the order of the file, one for each place."""
     found: dict[tuple[int, int, str], Diagnostic] = {}
@@ -113,7 +85,7 @@ def _merged(one: Diagnostic, other: Diagnostic) -> Diagnostic:
     return Diagnostic(message, one.file, one.line, one.column, one.source, one.hint, one.severity)
 
 
-def _fault(document: Located, detail: ErrorDetails, model: Any, path: Sequence[Key]) -> Diagnostic:
+def _fault(document: Document, detail: ErrorDetails, model: Any, path: Sequence[Key]) -> Diagnostic:
     where, names = _in_document(document, detail["loc"], model, path)
     kind, got = detail["type"], describe(detail["input"])
     context: Mapping[str, Any] = detail.get("ctx", {})
@@ -128,7 +100,8 @@ def _fault(document: Located, detail: ErrorDetails, model: Any, path: Sequence[K
     if kind in _EXPECTED:
         return document.fault(where, f"expected {_EXPECTED[kind]}, got {got}")
     if kind in ("literal_error", "enum"):
-        valid = [str(name).strip("'") for name in _literals(str(context["expected"]))]
+        literals = str(context["expected"]).replace(" or ", ", ").split(", ")
+        valid = [name.strip("'") for name in literals]
         hint = did_you_mean(str(detail["input"]), valid)
         return document.fault(where, f"expected one of {listed(valid)}, got {got}", hint)
     message = detail["msg"].removeprefix("Value error, ")
@@ -136,12 +109,8 @@ def _fault(document: Located, detail: ErrorDetails, model: Any, path: Sequence[K
     return document.fault(where, message, context.get("hint"), key=last == "[key]", offset=offset)
 
 
-def _literals(expected: str) -> list[str]:
-    return expected.replace(" or ", ", ").split(", ")
-
-
 def _in_document(
-    document: Located, loc: tuple[Key, ...], model: Any, path: Sequence[Key]
+    document: Document, loc: tuple[Key, ...], model: Any, path: Sequence[Key]
 ) -> tuple[tuple[Key, ...], list[str]]:
     """Return the path in the document for a location of pydantic's, and the names valid there.
 

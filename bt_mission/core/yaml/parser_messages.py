@@ -16,6 +16,7 @@ _UNCLOSED_PROBLEMS = frozenset(
         "found unexpected end of stream",
     )
 )
+_TAB = "a tab; YAML is indented with spaces"
 _PROBLEMS = {
     "mapping values are not allowed in this context": (
         "a ':' where no key can stand; check the indentation, or quote the text that holds it"
@@ -30,33 +31,27 @@ _PROBLEMS = {
 }
 
 
-def translate(error: Any, lines: tuple[str, ...]) -> tuple[str, int, int]:
-    """Return message, line and column (from 1) for an error of the YAML parser."""
+def translate(error: Any, lines: tuple[str, ...]) -> tuple[str, tuple[int, int]]:
+    """Return message, and line and column (from 1), for an error of the YAML parser."""
     problem = getattr(error, "problem", None) or "the text cannot be read"
     context = getattr(error, "context", None) or ""
     start = _place(getattr(error, "context_mark", None), lines)
     at = _place(getattr(error, "problem_mark", None), lines) or start or (1, 1)
     if problem in _UNCLOSED_PROBLEMS and context in _UNCLOSED and start is not None:
-        return _UNCLOSED[context], *start
+        return _UNCLOSED[context], start
     if problem == "found character that cannot start any token":
-        return _bad_start(lines, *at)
+        char = lines[at[0] - 1][at[1] - 1 : at[1]]
+        if char == "\t":
+            return _TAB, at
+        return f"a value cannot start with '{char}'; put it in quotes", at
     if problem == "did not find expected '-' indicator" and start is not None:
-        return (f"expected '- ', an item of the list of line {start[0]}, or less indentation", *at)
+        return f"expected '- ', an item of the list of line {start[0]}, or less indentation", at
     if problem == "did not find expected key" and start is not None:
-        return (
-            f"expected 'key: value' of the mapping of line {start[0]}, or another indentation",
-            *at,
-        )
+        mapping = f"the mapping of line {start[0]}"
+        return f"expected 'key: value' of {mapping}, or another indentation", at
     if "tab character" in problem:
-        return "a tab; YAML is indented with spaces", *at
-    return _PROBLEMS.get(problem, f"this is no valid YAML: {problem}"), *at
-
-
-def _bad_start(lines: tuple[str, ...], line: int, column: int) -> tuple[str, int, int]:
-    char = lines[line - 1][column - 1 : column]
-    if char == "\t":
-        return "a tab; YAML is indented with spaces", line, column
-    return f"a value cannot start with '{char}'; put it in quotes", line, column
+        return _TAB, at
+    return _PROBLEMS.get(problem, f"this is no valid YAML: {problem}"), at
 
 
 def _place(mark: Any, lines: tuple[str, ...]) -> tuple[int, int] | None:

@@ -7,10 +7,11 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from bt_mission.behaviours.runtime import NS, Runtime, Scope
+from bt_mission.behaviours.decorators import Subtree
+from bt_mission.behaviours.runtime import Runtime, Scope
 from bt_mission.behaviours.snapshot import save
-from bt_mission.behaviours.subtree import Subtree
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.stamps import NS
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.journal.file import JournalFile
 from bt_mission.executive.journal.state import JournalState, Record
@@ -74,6 +75,8 @@ class JournalRecorder:
         now_ns = self._runtime.now_ns
         if not self._executive.started_ns:
             return  # what it is to go on from stands here already
+        if self._executive.is_resumable:
+            return  # it can go on from before the tick that ended it
         if self._executive.is_done:
             end = {"status": str(self._executive.status), "reason": self._executive.reason}
             self._write({"t": now_ns, "end": end})

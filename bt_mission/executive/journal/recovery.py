@@ -9,10 +9,11 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from bt_mission.behaviours.action_leaf import ActionLeaf
-from bt_mission.behaviours.runtime import NS, Runtime
+from bt_mission.behaviours.decorators import Subtree
+from bt_mission.behaviours.runtime import Runtime
 from bt_mission.behaviours.snapshot import load
-from bt_mission.behaviours.subtree import Subtree
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.stamps import NS
 from bt_mission.executive.journal.state import JournalState
 from bt_mission.executive.journal.values import Unpack, decode, unpack_generator
 from bt_mission.goals.goal import Goal, GoalClient, GoalStatus

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -23,19 +23,25 @@ from bt_mission.language.message_types import (
     Unknowable,
     conform,
 )
+from bt_mission.language.nodes.remedies import beside
 
 
-def goal_faults(
+def read_goal(
     document: Document,
     at: Path,
     values: Mapping[str, Value],
     shape: MessageShape,
     variables: Variables,
-) -> list[Diagnostic]:
-    """Return everything in a goal or request, which stands at a path, that does not fit."""
-    reader = _GoalReader(document, at, variables)
-    conform(shape, values, reader.read, reader.report)
-    return reader.faults
+    modifiers: Collection[str] = (),
+) -> tuple[Mapping[str, Any], list[Diagnostic]]:
+    """Return a goal or request, which stands at a path, and everything in it that does not fit.
+
+    What only the run can tell is None in it; where anything does not fit it is of no use.
+    `modifiers` are the keys that may stand beside the goal.
+    """
+    reader = _GoalReader(document, at, variables, modifiers)
+    found = conform(shape, values, reader.read, reader.report)
+    return found, reader.faults
 
 
 @dataclass
@@ -45,13 +51,16 @@ class _GoalReader:
     document: Document
     at: Path
     variables: Variables
+    modifiers: Collection[str] = ()
     faults: list[Diagnostic] = field(default_factory=list)
 
     def report(self, problem: TypeMismatch) -> None:
         if len(self.faults) >= MOST_FAULTS:
             return
-        path = (*self.at, *problem.path)
-        fault = self.document.fault(path, problem.message, problem.hint, key=problem.at_key)
+        path, hint = (*self.at, *problem.path), problem.hint
+        if problem.at_key and len(problem.path) == 1 and problem.path[0] in self.modifiers:
+            hint = beside(str(problem.path[0]), str(self.at[-1]))
+        fault = self.document.fault(path, problem.message, hint, key=problem.at_key)
         self.faults.append(fault)
 
     def read(self, path: Path, shape: Shape, text: Text | Late) -> Any:

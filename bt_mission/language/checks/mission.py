@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from bt_mission.core.diagnostics import Diagnostic
+from bt_mission.core.diagnostics import Diagnostic, quoted
 from bt_mission.core.yaml.document import Document
-from bt_mission.language.checks.reachability import restarted, unreached
+from bt_mission.language.checks.comments import cut_texts
+from bt_mission.language.checks.conditions import constant_conditions
+from bt_mission.language.checks.reachability import expected_failures, restarted, unreached
+from bt_mission.language.checks.rules import GoalRules
 from bt_mission.language.checks.scope import (
     Variables,
     names_read,
@@ -25,6 +28,8 @@ from bt_mission.language.nodes.base import (
 )
 from bt_mission.language.nodes.interfaces import InterfaceNode
 from bt_mission.language.nodes.leaves import PythonNode
+from bt_mission.language.permissions import ANYTHING, Permissions
+from bt_mission.language.plugins import PythonError, locate
 from bt_mission.language.trees import used
 
 
@@ -43,19 +48,49 @@ def scope_faults(mission: Mission) -> Iterator[Diagnostic]:
         yield from _promise_faults(tree, variables)
 
 
-def type_faults(mission: Mission, find: FindShapes | None) -> Iterator[Diagnostic]:
+def type_faults(
+    mission: Mission,
+    find: FindShapes | None,
+    rules: GoalRules | None = None,
+    permissions: Permissions = ANYTHING,
+) -> Iterator[Diagnostic]:
     """Yield everything in a mission that does not fit the types of ROS and of Python behaviours.
 
-    Modules of behaviours are imported. Without `find` the types of messages are not known.
+    Modules of behaviours are imported where that is permitted. Without `find` the types of messages
+    are not known; `rules` say what goals the servers refuse.
     """
-    checker = TypeChecker(find)
+    checker = TypeChecker(find, rules, expected_failures(mission))
     for tree in mission.all_trees:
         for node, variables in walk(tree, checker.output_type):
             yield from node_faults(tree.document, node, variables)
             if isinstance(node, InterfaceNode):
                 yield from checker.faults(tree.document, node, variables)
-            elif isinstance(node, PythonNode):
+            elif isinstance(node, PythonNode) and not any(_leaf_faults(tree, node, permissions)):
                 yield from python_faults(tree, node, variables)
+
+
+def python_leaf_faults(mission: Mission, permissions: Permissions) -> Iterator[Diagnostic]:
+    """Yield the Python leaves that may not be used, are not there, or are only named."""
+    for tree in mission.all_trees:
+        for node in tree.body.walk():
+            if isinstance(node, PythonNode):
+                yield from _leaf_faults(tree, node, permissions)
+
+
+def _leaf_faults(tree: Tree, node: PythonNode, permissions: Permissions) -> Iterator[Diagnostic]:
+    document, place = tree.document, (*node.path, "python")
+    if permissions.python == "refuse":
+        message = f"the Python leaf {quoted(node.target)} is refused"
+        yield document.fault(place, message, permissions.hint)
+        return
+    try:
+        locate(node.target, document.file, permissions.folders)
+    except PythonError as error:
+        yield document.fault(place, error.message, error.hint)
+        return
+    if permissions.python == "name":
+        message = f"Python code, which was not imported: {quoted(node.target)}"
+        yield document.fault(place, message, permissions.hint, severity="warning")
 
 
 def _promise_faults(tree: Tree, variables: Variables) -> Iterator[Diagnostic]:
@@ -91,7 +126,7 @@ def _message_faults(
     if node.condition is not None:
         marked = [name for name in node.condition.references if name.variable]
         path = (*node.path, *node.condition_path)
-        yield from reference_faults(document, path, marked, variables)
+        yield from reference_faults(document, path, marked, variables, is_on_messages=True)
 
 
 def _texts(value: Any, path: Path) -> Iterator[tuple[Path, Text]]:
@@ -135,6 +170,8 @@ def _tree_warnings(tree: Tree) -> Iterator[Diagnostic]:
             yield document.fault((*head, place, name), message, key=True, severity="warning")
     yield from unreached(document, tree.body)
     yield from restarted(document, tree.body)
+    yield from constant_conditions(document, tree.body)
+    yield from cut_texts(document, tree.body)
     for node in tree.body.walk():
         endless = node.endless()
         if endless is not None:

@@ -9,8 +9,10 @@ from collections.abc import Iterator, Mapping
 
 from bt_mission.core.diagnostics import Diagnostic
 from bt_mission.core.yaml.document import Document
+from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.base import EITHER, Ends, NodeModel
-from bt_mission.language.nodes.composites import InTurnNode
+from bt_mission.language.nodes.composites import FallbackNode, InTurnNode, ParallelNode
+from bt_mission.language.nodes.decorators import ForceNode, InvertNode
 from bt_mission.language.nodes.subtree import TreeNode
 
 
@@ -26,6 +28,37 @@ def ends_of(tree: NodeModel, uses: Mapping[str, Ends] | None = None) -> dict[int
         else:
             ends[id(node)] = node.ends([ends[id(below)] for below in node.below])
     return ends
+
+
+def expected_failures(mission: Mission) -> frozenset[int]:
+    """Return the `id` of each node whose failure the mission provides for, so that it goes on.
+
+    Those are the nodes below a `fallback` but for its last child, below `invert` and
+    `force: success`, and below a `parallel` that can spare them; also in a tree that is used there.
+    """
+    found: set[int] = set()
+    waiting = [tree.body for tree in mission.all_trees]
+    while waiting:
+        for node in waiting.pop().walk():
+            spared = node.below if id(node) in found else _spared(node)
+            if id(node) in found and isinstance(node, TreeNode) and node.tree in mission.trees:
+                spared = (mission.trees[node.tree].body,)
+            new = [child for child in spared if id(child) not in found]
+            found.update(map(id, new))
+            waiting += new
+    return frozenset(found)
+
+
+def _spared(node: NodeModel) -> tuple[NodeModel, ...]:
+    """Return the children of a node that may fail without an end to the mission."""
+    match node:
+        case FallbackNode():
+            return node.children[:-1]
+        case InvertNode() | ForceNode(status="success"):
+            return node.below
+        case ParallelNode(fail_when="impossible", succeed_when="any"):
+            return node.children
+    return ()
 
 
 def unreached(document: Document, tree: NodeModel) -> Iterator[Diagnostic]:

@@ -227,7 +227,10 @@ def expression_faults(
             message = f"expected {expected}, got {quoted(root.name)}, which {unknown[0]}"
             yield document.fault(path, message, unknown[1], offset=offset)
             return
-    faults = list(reference_faults(document, path, value.references, variables, field_type, offset))
+    names, asks = value.references, field_type is not None
+    faults = list(
+        reference_faults(document, path, names, variables, field_type, offset, is_on_messages=asks)
+    )
     yield from faults
     if faults:
         return
@@ -260,15 +263,22 @@ def reference_faults(
     variables: Variables,
     field_type: FieldType | None = None,
     offset: int = 0,
+    *,
+    is_on_messages: bool = False,
 ) -> Iterator[Diagnostic]:
-    """Yield a fault for every name that is neither a field nor a variable known here."""
+    """Yield a fault for every name that is neither a field nor a variable known here.
+
+    `is_on_messages` tells that fields may be read, also where these are not known.
+    """
     for name in references:
         if field_type is not None and not name.variable and _has(field_type, name.name):
             continue
         unknown = variables.unknown(name)
         if unknown is not None:
-            message = f"'{name.shown}' {unknown[0]}"
-            yield document.fault(path, message, unknown[1], offset=name.column - 1 + offset)
+            message, hint = f"'{name.shown}' {unknown[0]}", unknown[1]
+            if hint is None and name.variable and is_on_messages:
+                hint = f"a field is written without '$': {name.name}"
+            yield document.fault(path, message, hint, offset=name.column - 1 + offset)
 
 
 def _has(field_type: FieldType, name: str) -> bool:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from bt_mission.core.diagnostics import Diagnostic, describe, did_you_mean, listed, quoted
 from bt_mission.core.yaml.document import Document
-from bt_mission.language.checks.goals import goal_faults
+from bt_mission.language.checks.conditions import settled_condition
+from bt_mission.language.checks.goals import read_goal
+from bt_mission.language.checks.rules import GoalRules, Ranges
 from bt_mission.language.checks.scope import Variables, expression_faults
 from bt_mission.language.expressions.expression import Expression
 from bt_mission.language.expressions.syntax import Name
@@ -19,6 +21,7 @@ from bt_mission.language.message_types import (
     ServiceShapes,
     UnknownField,
     UnknownType,
+    completed,
     field_at,
     value_type,
 )
@@ -51,10 +54,21 @@ def _talk(shapes: Shapes) -> _Talk:
 
 
 class TypeChecker:
-    """Compares nodes with the types of their messages, each type looked up once."""
+    """Compares nodes with the types of their messages, each type looked up once.
 
-    def __init__(self, find: FindShapes | None) -> None:
+    `rules` say what goals the servers refuse; without them only types are compared. Of the nodes
+    that are expected to fail, by their `id`, it is no more than a warning.
+    """
+
+    def __init__(
+        self,
+        find: FindShapes | None,
+        rules: GoalRules | None = None,
+        expected_failures: frozenset[int] = frozenset(),
+    ) -> None:
         self._find = find
+        self._rules = rules
+        self._expected_failures = expected_failures
         self._known: dict[str, _Talk | UnknownType] = {}
 
     def _talk(self, node: InterfaceNode) -> _Talk | UnknownType | None:
@@ -87,13 +101,22 @@ class TypeChecker:
             yield document.fault(path, talk.message, talk.hint, key=is_key)
         if not isinstance(talk, _Talk):
             return
+        ranges: Ranges = {}
         if node.sent_path:
             # What is published is a message of the topic, which others would read.
             sends = talk.keeps if talk.sends is None else talk.sends
             path = (*node.path, *node.sent_path)
-            yield from goal_faults(document, path, node.sent, sends, variables)
+            values, faults = read_goal(document, path, node.sent, sends, variables, node.keys)
+            yield from faults
+            if self._rules is not None and not faults:
+                whole = completed(sends, values)
+                for fault in self._rules.faults(document, node, whole):
+                    is_expected = id(node) in self._expected_failures
+                    yield replace(fault, severity="warning") if is_expected else fault
+                ranges = self._rules.feedback(node, whole)
         if talk.asks is not None and node.condition is not None:
-            yield from _condition_faults(document, node, talk.asks, variables)
+            faults = list(_condition_faults(document, node, talk.asks, variables))
+            yield from faults or settled_condition(document, node, ranges, variables)
         yield from _output_faults(document, node, talk.keeps)
 
 
@@ -115,8 +138,9 @@ def _condition_faults(
     yield from unknown
     if unknown:
         return
-    yield from expression_faults(document, path, asked, variables, "bool", field_type)
-    if not any(name.name.partition(".")[0] in message.fields for name in bare):
+    faults = list(expression_faults(document, path, asked, variables, "bool", field_type))
+    yield from faults
+    if not faults and not any(name.name.partition(".")[0] in message.fields for name in bare):
         what = "the feedback" if node.interface == "action" else message.name
         text = f"the condition reads no field of {what} ({listed(message.fields)})"
         yield document.fault(path, text)

@@ -5,14 +5,7 @@ from __future__ import annotations
 import random
 from collections.abc import Callable, Mapping
 
-from bt_mission.language.expressions.syntax import (
-    Arithmetic,
-    EvaluationScope,
-    FunctionCall,
-    Logic,
-    Name,
-    SyntaxNode,
-)
+from bt_mission.language.expressions import syntax
 from bt_mission.language.expressions.values import (
     ExpressionError,
     Plain,
@@ -26,9 +19,9 @@ _DIVIDES = frozenset(("/", "//", "%"))
 
 
 def evaluate_constants(
-    root: SyntaxNode,
+    root: syntax.SyntaxNode,
     values: Mapping[str, Plain],
-    is_constant: Callable[[Name], bool],
+    is_constant: Callable[[syntax.Name], bool],
     wanted: Type | None = None,
 ) -> None:
     """Evaluate what can be evaluated before the run. Raises ExpressionError.
@@ -36,7 +29,7 @@ def evaluate_constants(
     `values` are those of the names that are constant. What `and` and `or` do not look at is left
     out. Where the whole expression is constant it must be of the wanted type.
     """
-    scope = EvaluationScope(values, {}, random.Random(0))
+    scope = syntax.EvaluationScope(values, {}, random.Random(0))
     if _is_constant(root, scope, is_constant):
         value = root.evaluate(scope)
         if wanted is not None and not fits(type_of(value), wanted):
@@ -44,24 +37,30 @@ def evaluate_constants(
 
 
 def _is_constant(
-    node: SyntaxNode, scope: EvaluationScope, is_constant: Callable[[Name], bool]
+    node: syntax.SyntaxNode,
+    scope: syntax.EvaluationScope,
+    is_constant: Callable[[syntax.Name], bool],
 ) -> bool:
     """Return whether a part is constant; if not, evaluate the largest parts in it that are."""
-    if isinstance(node, Name):
+    if isinstance(node, syntax.Name):
         return is_constant(node)
     constant = []
     for part in node.parts:
         if _is_constant(part, scope, is_constant):
             constant.append(part)
-        if isinstance(node, Logic) and part is node.left and constant:
+        if isinstance(node, syntax.Logic) and part is node.left and constant:
             left: bool = part.need(scope, "bool")
             if left == (node.symbol == "or"):
                 return False
-    if len(constant) == len(node.parts) and not (isinstance(node, FunctionCall) and node.draws):
+    if len(constant) == len(node.parts) and not (
+        isinstance(node, syntax.FunctionCall) and node.draws
+    ):
         return True
     for part in constant:
         value = part.evaluate(scope)
-        divides = isinstance(node, Arithmetic) and node.symbol in _DIVIDES and part is node.right
+        divides = (
+            isinstance(node, syntax.Arithmetic) and node.symbol in _DIVIDES and part is node.right
+        )
         if divides and value == 0:
             raise ExpressionError("division by zero", node.column)
     return False

@@ -9,6 +9,7 @@ from __future__ import annotations
 import random
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import lru_cache
 from types import MappingProxyType
@@ -51,10 +52,7 @@ class Expression:
         return frozenset(reference.name for reference in self.references)
 
     def evaluate(
-        self,
-        names: Mapping[str, Plain],
-        rng: random.Random,
-        fields: Mapping[str, Plain] = _NOTHING,
+        self, names: Mapping[str, Plain], rng: random.Random, fields: Mapping[str, Plain] = _NOTHING
     ) -> Plain:
         """Return the value for these variables. Raises ExpressionError.
 
@@ -111,10 +109,15 @@ class Template:
 
     def evaluate(self, names: Mapping[str, Plain], rng: random.Random) -> str:
         """Return the text with its holes filled. Raises ExpressionError."""
-        return "".join(
-            part if isinstance(part, str) else show(_in_hole(part, names, rng))
-            for part in self.parts
-        )
+        filled = []
+        for part in self.parts:
+            if isinstance(part, str):
+                filled.append(part)
+                continue
+            offset, expression = part
+            with _errors_moved(offset):
+                filled.append(show(expression.evaluate(names, rng)))
+        return "".join(filled)
 
 
 @dataclass(frozen=True)
@@ -243,16 +246,18 @@ def _parts(text: str) -> list[str | tuple[int, Expression]]:
             close = _CLOSE.match(text, at)
             if close is None:
                 raise ExpressionError("this '${' is never closed with '}'", dollar + 1)
-            parts.append((at, _inner(text[at : close.end() - 1], at)))
+            with _errors_moved(at):
+                parts.append((at, _expression(text[at : close.end() - 1])))
             at = close.end()
     parts.append(text[at:])
     return [part for part in parts if part != ""]
 
 
-def _in_hole(hole: tuple[int, Expression], names: Mapping[str, Plain], rng: random.Random) -> Plain:
-    offset, expression = hole
+@contextmanager
+def _errors_moved(offset: int) -> Iterator[None]:
+    """Let columns of errors count in the whole text, where an expression begins at an offset."""
     try:
-        return expression.evaluate(names, rng)
+        yield
     except ExpressionError as error:
         raise ExpressionError(error.message, error.column + offset, error.hint) from None
 
@@ -261,10 +266,3 @@ def _in_hole(hole: tuple[int, Expression], names: Mapping[str, Plain], rng: rand
 def _expression(text: str) -> Expression:
     """Return the expression of a hole; equal ones are the same."""
     return Expression(text)
-
-
-def _inner(text: str, offset: int) -> Expression:
-    try:
-        return _expression(text)
-    except ExpressionError as error:
-        raise ExpressionError(error.message, error.column + offset, error.hint) from None

@@ -20,18 +20,8 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 
 from bt_mission.core.diagnostics import did_you_mean, listed, quoted
+from bt_mission.language.expressions import syntax
 from bt_mission.language.expressions.functions import FUNCTIONS
-from bt_mission.language.expressions.syntax import (
-    Arithmetic,
-    Comparison,
-    Constant,
-    FunctionCall,
-    Logic,
-    Name,
-    Negation,
-    Not,
-    SyntaxNode,
-)
 from bt_mission.language.expressions.values import MAX_MAGNITUDE, ExpressionError, LooseText, Plain
 
 MAX_LENGTH = 1_000
@@ -49,8 +39,26 @@ _TOKEN = re.compile(
       | (?P<blank>[\ \n]+)""",
     re.VERBOSE,
 )
-_INSTEAD = {"&&": "and", "||": "or", "!": "not", "=": "==", "^": "**", "&": "and", "|": "or"}
+_INSTEAD = {
+    "&&": "and",
+    "||": "or",
+    "!": "not",
+    "=": "==",
+    "^": "**",
+    "&": "and",
+    "|": "or",
+    "=>": ">=",
+    "=<": "<=",
+    "<>": "!=",
+}
 _CONSTANTS: dict[str, Plain] = {"true": True, "false": False, "pi": math.pi}
+_LEVELS = {
+    symbol: level
+    for level, symbols in enumerate(("or", "and", "", "< <= > >= == !=", "+ -", "* / // %"))
+    for symbol in symbols.split()
+}
+"""How tightly operators between two operands bind, from the loosest."""
+_NOT, _COMPARISON = 2, 3
 RESERVED = frozenset((*_CONSTANTS, *FUNCTIONS, "and", "or", "not"))
 """Names that cannot be variables."""
 
@@ -64,7 +72,7 @@ class Token:
     column: int
 
 
-Parsed = tuple[SyntaxNode, tuple[Name, ...], bool]
+Parsed = tuple[syntax.SyntaxNode, tuple[syntax.Name, ...], bool]
 
 
 def parse(text: str) -> Parsed:
@@ -107,7 +115,7 @@ def _tokens(text: str) -> list[Token]:
         if found is None:
             raise _bad_character(text, at)
         kind = found.lastgroup or ""
-        if found.group() in _INSTEAD:
+        if found.group() in _INSTEAD or text[at : at + 2] in _INSTEAD:
             raise _bad_character(text, at)
         if kind != "blank":
             tokens.append(Token(kind, found.group(), at + 1))
@@ -132,7 +140,7 @@ class _Parser:
     tokens: list[Token]
     at: int = 0
     depth: int = 0
-    names: list[Name] = field(default_factory=list)
+    names: list[syntax.Name] = field(default_factory=list)
     draws: bool = False
 
     @property
@@ -159,101 +167,89 @@ class _Parser:
         token = self.next
         if token.kind != "end":
             message = f"expected an operator or the end, got {quoted(token.text)}"
-            raise LooseText(message, token.column)
+            raise LooseText(message, token.column, self.point_hint(token))
 
-    def either(self) -> SyntaxNode:
+    def point_hint(self, token: Token) -> str | None:
+        """Return how a number is written that has a decimal comma."""
+        if token.text != ",":
+            return None
+        before, after = self.tokens[self.at - 1], self.tokens[self.at + 1]
+        if before.kind != "number" or after.kind != "number":
+            return None
+        return f"decimals are written with a point: {before.text}.{after.text}"
+
+    def either(self) -> syntax.SyntaxNode:
         self.deeper()
-        node = self.both()
-        chain = 0
-        while token := self.takes("or"):
-            chain = self.longer(chain)
-            node = Logic(token.column, "or", node, self.both())
-        self.depth -= 1 + chain
-        return node
-
-    def longer(self, chain: int) -> int:
-        self.deeper()
-        return chain + 1
-
-    def both(self) -> SyntaxNode:
-        node = self.inverted()
-        chain = 0
-        while token := self.takes("and"):
-            chain = self.longer(chain)
-            node = Logic(token.column, "and", node, self.inverted())
-        self.depth -= chain
-        return node
-
-    def inverted(self) -> SyntaxNode:
-        token = self.takes("not")
-        if token is None:
-            return self.comparison()
-        self.deeper()
-        node = Not(token.column, self.inverted())
+        node = self.operation(0)
         self.depth -= 1
         return node
 
-    def comparison(self) -> SyntaxNode:
-        first = self.sum()
+    def operation(self, least: int) -> syntax.SyntaxNode:
+        """Parse operands with the operators between them that bind at least so tightly."""
+        if least <= _NOT and (token := self.takes("not")):
+            self.deeper()
+            node: syntax.SyntaxNode = syntax.Not(token.column, self.operation(_NOT))
+            self.depth -= 1
+        else:
+            node = self.signed()
+        start, last = self.depth, -1
+        while (level := _LEVELS.get(self.next.text, -1)) >= least:
+            if level != last:
+                self.depth, last = start, level
+            if level == _COMPARISON:
+                node = self.comparison(node)
+                continue
+            token = self.take()
+            self.deeper()
+            kind = syntax.Logic if level < _NOT else syntax.Arithmetic
+            node = kind(token.column, token.text, node, self.operation(level + 1))
+        self.depth = start
+        return node
+
+    def comparison(self, first: syntax.SyntaxNode) -> syntax.SyntaxNode:
+        column = self.next.column
         rest = []
-        while token := self.takes("<", "<=", ">", ">=", "==", "!="):
-            rest.append((token.text, token.column, self.sum()))
-        return Comparison(rest[0][1], first, tuple(rest)) if rest else first
+        while _LEVELS.get(self.next.text) == _COMPARISON:
+            token = self.take()
+            rest.append((token.text, token.column, self.operation(_COMPARISON + 1)))
+        return syntax.Comparison(column, first, tuple(rest))
 
-    def sum(self) -> SyntaxNode:
-        node = self.product()
-        chain = 0
-        while token := self.takes("+", "-"):
-            chain = self.longer(chain)
-            node = Arithmetic(token.column, token.text, node, self.product())
-        self.depth -= chain
-        return node
-
-    def product(self) -> SyntaxNode:
-        node = self.signed()
-        chain = 0
-        while token := self.takes("*", "/", "//", "%"):
-            chain = self.longer(chain)
-            node = Arithmetic(token.column, token.text, node, self.signed())
-        self.depth -= chain
-        return node
-
-    def signed(self) -> SyntaxNode:
+    def signed(self) -> syntax.SyntaxNode:
         token = self.takes("-", "+")
         if token is None:
             return self.power()
         self.deeper()
-        node = Negation(token.column, -1 if token.text == "-" else 1, self.signed())
+        node = syntax.Negation(token.column, self.signed(), -1 if token.text == "-" else 1)
         self.depth -= 1
         return node
 
-    def power(self) -> SyntaxNode:
+    def power(self) -> syntax.SyntaxNode:
         base = self.atom()
         token = self.takes("**")
         if token is None:
             return base
         self.deeper()
-        node = Arithmetic(token.column, "**", base, self.signed())
+        node = syntax.Arithmetic(token.column, "**", base, self.signed())
         self.depth -= 1
         return node
 
-    def atom(self) -> SyntaxNode:
+    def atom(self) -> syntax.SyntaxNode:
         token = self.take()
         if token.kind == "number":
-            return Constant(token.column, _number(token))
+            return syntax.Constant(token.column, _number(token))
         if token.kind == "text":
-            return Constant(token.column, token.text[1:-1])
+            return syntax.Constant(token.column, token.text[1:-1])
         if token.kind == "variable":
-            return self.name(Name(token.column, token.text[1:], variable=True))
+            return self.name(syntax.Name(token.column, token.text[1:], variable=True))
         if token.kind == "name" and token.text not in ("and", "or", "not"):
             if self.takes("("):
                 return self.call(token)
             if token.text in _CONSTANTS:
-                return Constant(token.column, _CONSTANTS[token.text])
+                return syntax.Constant(token.column, _CONSTANTS[token.text])
             if token.text in FUNCTIONS:
                 message = f"expected '(' after the function {token.text}"
                 raise ExpressionError(message, token.column + len(token.text))
-            return self.name(Name(token.column, token.text, variable=False))
+            return self.name(syntax.Name(token.column, token.text, variable=False))
         if token.kind == "symbol" and token.text == "(":
             node = self.either()
             self.close(token)
@@ -262,7 +258,7 @@ class _Parser:
         message = f"expected a number, a name or a '(', got {got}"
         raise ExpressionError(message, token.column)
 
-    def name(self, node: Name) -> Name:
+    def name(self, node: syntax.Name) -> syntax.Name:
         self.names.append(node)
         return node
 
@@ -271,7 +267,7 @@ class _Parser:
             message = f"expected ')' for the '(' in column {opened.column}"
             raise ExpressionError(message, self.next.column)
 
-    def call(self, token: Token) -> SyntaxNode:
+    def call(self, token: Token) -> syntax.SyntaxNode:
         function = FUNCTIONS.get(token.text)
         if function is None:
             message = f"no function {quoted(token.text)} (known: {listed(FUNCTIONS)})"
@@ -287,7 +283,7 @@ class _Parser:
             message = f"expected {function.usage}, got {len(arguments)} arguments"
             raise ExpressionError(message, token.column)
         self.draws = self.draws or function.random
-        return FunctionCall(token.column, token.text, tuple(arguments), function.random)
+        return syntax.FunctionCall(token.column, token.text, tuple(arguments), function.random)
 
 
 def _number(token: Token) -> float:

@@ -120,16 +120,36 @@ class Name(SyntaxNode):
 
 
 @dataclass(frozen=True)
-class Negation(SyntaxNode):
-    """-x or +x."""
+class Unary(SyntaxNode):
+    """What is computed from one part."""
 
-    sign: int
     operand: SyntaxNode
 
     @property
     @override
     def parts(self) -> tuple[SyntaxNode, ...]:
         return (self.operand,)
+
+
+@dataclass(frozen=True)
+class Binary(SyntaxNode):
+    """Two parts with a symbol or word between them."""
+
+    symbol: str
+    left: SyntaxNode
+    right: SyntaxNode
+
+    @property
+    @override
+    def parts(self) -> tuple[SyntaxNode, ...]:
+        return self.left, self.right
+
+
+@dataclass(frozen=True)
+class Negation(Unary):
+    """-x or +x."""
+
+    sign: int
 
     @override
     def evaluate(self, scope: EvaluationScope) -> Plain:
@@ -142,17 +162,8 @@ class Negation(SyntaxNode):
 
 
 @dataclass(frozen=True)
-class Arithmetic(SyntaxNode):
+class Arithmetic(Binary):
     """Two numbers and one of + - * / // % **."""
-
-    symbol: str
-    left: SyntaxNode
-    right: SyntaxNode
-
-    @property
-    @override
-    def parts(self) -> tuple[SyntaxNode, ...]:
-        return self.left, self.right
 
     @override
     def evaluate(self, scope: EvaluationScope) -> Plain:
@@ -218,17 +229,8 @@ class Comparison(SyntaxNode):
 
 
 @dataclass(frozen=True)
-class Logic(SyntaxNode):
+class Logic(Binary):
     """a and b, a or b; the second is looked at only where it matters."""
-
-    symbol: str
-    left: SyntaxNode
-    right: SyntaxNode
-
-    @property
-    @override
-    def parts(self) -> tuple[SyntaxNode, ...]:
-        return self.left, self.right
 
     @override
     def evaluate(self, scope: EvaluationScope) -> Plain:
@@ -246,15 +248,8 @@ class Logic(SyntaxNode):
 
 
 @dataclass(frozen=True)
-class Not(SyntaxNode):
+class Not(Unary):
     """not a."""
-
-    operand: SyntaxNode
-
-    @property
-    @override
-    def parts(self) -> tuple[SyntaxNode, ...]:
-        return (self.operand,)
 
     @override
     def evaluate(self, scope: EvaluationScope) -> Plain:

@@ -10,29 +10,11 @@ from typing_extensions import override
 
 from bt_mission.language.action_names import ACTION_NAMES, ActionName
 from bt_mission.language.expressions.expression import Expression, Value
-from bt_mission.language.nodes import fields
-from bt_mission.language.nodes.base import (
-    OutputsNode,
-    Path,
-    Reading,
-    Written,
-    shown_fields,
-    shown_limit,
-)
-from bt_mission.language.nodes.fields import (
-    TEXT_SCHEMA,
-    ActionNameField,
-    FeedbackCondition,
-    FixedLimit,
-    Goal,
-    Limit,
-    ResultField,
-    Variable,
-)
+from bt_mission.language.nodes import base, fields
 from bt_mission.language.nodes.interfaces import InterfaceNode
 
 
-class GoalNode(InterfaceNode, OutputsNode):
+class GoalNode(InterfaceNode, base.OutputsNode):
     """The modifiers of every action. Times are seconds of ROS time."""
 
     # `timeout` bounds the whole goal, `feedback_timeout` the time without feedback. `cancel_when`
@@ -40,19 +22,19 @@ class GoalNode(InterfaceNode, OutputsNode):
     # of the result, also of a goal that was cancelled or aborted, provided a result came.
     kind: ClassVar[str] = "action"
     interface: ClassVar[Literal["action", "service", "topic"]] = "action"
-    condition_path: ClassVar[Path] = ("cancel_when",)
+    condition_path: ClassVar[base.Path] = ("cancel_when",)
 
-    timeout: Limit = None
-    cancel_when: FeedbackCondition = None
+    timeout: fields.Limit = None
+    cancel_when: fields.FeedbackCondition = None
     on_cancel: Literal["success", "failure"] = "failure"
-    outputs: dict[ResultField, Variable] = {}
-    server_timeout: FixedLimit | None = None
-    acceptance_timeout: FixedLimit | None = None
-    feedback_timeout: Limit = None
-    cancel_timeout: FixedLimit | None = None
+    outputs: dict[fields.ResultField, fields.Variable] = {}
+    server_timeout: fields.FixedLimit | None = None
+    acceptance_timeout: fields.FixedLimit | None = None
+    feedback_timeout: fields.Limit = None
+    cancel_timeout: fields.FixedLimit | None = None
 
     @override
-    def completed(self, reading: Reading) -> Self:
+    def completed(self, reading: base.Reading) -> Self:
         limits = reading.limits_of(self.ros_name).items()
         return self.model_copy(
             update={name: value for name, value in limits if getattr(self, name) is None}
@@ -73,19 +55,19 @@ class GoalNode(InterfaceNode, OutputsNode):
         cancel = self.cancel_when
         return [
             *self.called(),
-            *shown_fields(self.sent),
+            *base.shown_fields(self.sent),
             *([] if cancel is None else [f"{self.on_cancel} when {cancel.text}"]),
-            *shown_limit(self.timeout),
+            *base.shown_limit(self.timeout),
             *self.shown_outputs(),
         ]
 
 
-class ActionSettings(Written):
+class ActionSettings(base.Written):
     """An action by its ROS name and type, and a goal for it."""
 
-    name: ActionNameField
-    type: Annotated[str, PlainValidator(fields.action_type), TEXT_SCHEMA]
-    values: Goal = Field({}, alias="goal")
+    name: fields.ActionNameField
+    type: Annotated[str, PlainValidator(fields.action_type), fields.TEXT_SCHEMA]
+    values: fields.Goal = Field({}, alias="goal")
 
 
 class ActionNode(GoalNode):
@@ -101,7 +83,7 @@ class ShortActionNode(GoalNode):
 
     short: ClassVar[str]
     action: ClassVar[ActionName]
-    goal: Goal = {}
+    goal: fields.Goal = {}
 
     @property
     @override
@@ -115,7 +97,7 @@ class ShortActionNode(GoalNode):
 
     @property
     @override
-    def type_path(self) -> Path:
+    def type_path(self) -> base.Path:
         return (self.short,)
 
     @property
@@ -125,13 +107,13 @@ class ShortActionNode(GoalNode):
 
     @property
     @override
-    def sent_path(self) -> Path:
+    def sent_path(self) -> base.Path:
         return (self.short,)
 
 
 def _short_node(name: str) -> type[ShortActionNode]:
     title = "".join(word.capitalize() for word in name.split("_")) + "Node"
-    goal: Any = (Goal, Field(alias=name))
+    goal: Any = (fields.Goal, Field(alias=name))
     node = create_model(title, __base__=ShortActionNode, __doc__=f"A goal of {name}.", goal=goal)
     node.short, node.action = name, ACTION_NAMES[name]
     return node

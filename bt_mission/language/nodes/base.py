@@ -290,6 +290,10 @@ class DecoratorNode(NodeModel):
     def below(self) -> tuple[NodeModel, ...]:
         return (self.child,)
 
+    @override
+    def ends(self, below: list[Ends]) -> Ends:
+        return below[0]
+
 
 class ConditionalNode(NodeModel):
     """A node that asks a condition on variables; a constant holds always or never."""

@@ -9,26 +9,10 @@ from pydantic import Field
 from typing_extensions import override
 
 from bt_mission.core.diagnostics import did_you_mean, listed, quoted
-from bt_mission.language.nodes.base import (
-    EITHER,
-    SUCCESS,
-    Child,
-    Children,
-    CompositeNode,
-    ConditionalNode,
-    Ends,
-    MaybeChild,
-    NodeModel,
-    Reading,
-)
-from bt_mission.language.nodes.fields import (
-    Condition,
-    Line,
-    Weight,
-)
+from bt_mission.language.nodes import base, fields
 
 
-class InTurnNode(CompositeNode):
+class InTurnNode(base.CompositeNode):
     """Children one after another, as long as each ends in a certain way.
 
     With `memory`, those that have ended so are not asked again.
@@ -40,8 +24,8 @@ class InTurnNode(CompositeNode):
         memory: bool
 
     @override
-    def ends(self, below: list[Ends]) -> Ends:
-        found: Ends = frozenset()
+    def ends(self, below: list[base.Ends]) -> base.Ends:
+        found: base.Ends = frozenset()
         for ends in below:
             found |= ends - {self.goes_on}
             if self.goes_on not in ends:
@@ -59,7 +43,7 @@ class SequenceNode(InTurnNode):
     kind: ClassVar[str] = "sequence"
     goes_on: ClassVar[Literal["success", "failure"]] = "success"
 
-    children: Children = Field(alias="sequence")
+    children: base.Children = Field(alias="sequence")
     memory: bool = True
 
 
@@ -69,19 +53,19 @@ class FallbackNode(InTurnNode):
     kind: ClassVar[str] = "fallback"
     goes_on: ClassVar[Literal["success", "failure"]] = "failure"
 
-    children: Children = Field(alias="fallback")
+    children: base.Children = Field(alias="fallback")
     memory: bool = True
 
 
-class ParallelNode(CompositeNode):
+class ParallelNode(base.CompositeNode):
     """Children all at once."""
 
     # It succeeds when all children have, when any has, or when those of these names have. It fails
     # when any has failed, or once it can no longer succeed. The rest is then halted, or finishes.
     kind: ClassVar[str] = "parallel"
 
-    children: Children = Field(alias="parallel")
-    succeed_when: Literal["all", "any"] | Annotated[list[Line], Field(min_length=1)] = "all"
+    children: base.Children = Field(alias="parallel")
+    succeed_when: Literal["all", "any"] | Annotated[list[fields.Line], Field(min_length=1)] = "all"
     fail_when: Literal["any", "impossible"] = "any"
     rest: Literal["halt", "finish"] = "halt"
 
@@ -96,7 +80,7 @@ class ParallelNode(CompositeNode):
         return [names.index(name) for name in self.succeed_when]
 
     @override
-    def completed(self, reading: Reading) -> Self:
+    def completed(self, reading: base.Reading) -> Self:
         names = [child.name for child in self.children if child.name]
         count = Counter(names)
         wanted = [] if isinstance(self.succeed_when, str) else self.succeed_when
@@ -110,8 +94,8 @@ class ParallelNode(CompositeNode):
         return self
 
     @override
-    def ends(self, below: list[Ends]) -> Ends:
-        return EITHER if any("failure" in one for one in below) else frozenset().union(*below)
+    def ends(self, below: list[base.Ends]) -> base.Ends:
+        return base.EITHER if any("failure" in one for one in below) else frozenset().union(*below)
 
     @override
     def details(self) -> list[str]:
@@ -125,16 +109,16 @@ class ParallelNode(CompositeNode):
         return [succeeds, *fails, *rest]
 
 
-class ChooseNode(CompositeNode):
+class ChooseNode(base.CompositeNode):
     """One of the children, chosen at random each time."""
 
     kind: ClassVar[str] = "choose"
 
-    children: Children = Field(alias="choose")
-    weights: list[Weight] = []
+    children: base.Children = Field(alias="choose")
+    weights: list[fields.Weight] = []
 
     @override
-    def completed(self, reading: Reading) -> Self:
+    def completed(self, reading: base.Reading) -> Self:
         count = len(self.children)
         if self.weights and len(self.weights) != count:
             message = f"expected {count} weights, one a child, got {len(self.weights)}"
@@ -142,7 +126,7 @@ class ChooseNode(CompositeNode):
         return self
 
     @override
-    def ends(self, below: list[Ends]) -> Ends:
+    def ends(self, below: list[base.Ends]) -> base.Ends:
         return frozenset().union(*below)
 
     @override
@@ -151,25 +135,25 @@ class ChooseNode(CompositeNode):
         return [f"weights {weights}"] if weights else []
 
 
-class WhenNode(ConditionalNode):
+class WhenNode(base.ConditionalNode):
     """A node if a condition holds, and another one if not."""
 
     # It succeeds where the condition does not hold and there is no other one.
     kind: ClassVar[str] = "when"
     child_keys: ClassVar[tuple[str, ...]] = ("do", "else")
 
-    condition: Condition = Field(alias="when")
-    child: Child = Field(alias="do")
-    otherwise: MaybeChild = Field(None, alias="else")
+    condition: fields.Condition = Field(alias="when")
+    child: base.Child = Field(alias="do")
+    otherwise: base.MaybeChild = Field(None, alias="else")
 
     @property
     @override
-    def below(self) -> tuple[NodeModel, ...]:
+    def below(self) -> tuple[base.NodeModel, ...]:
         return (self.child,) if self.otherwise is None else (self.child, self.otherwise)
 
     @override
-    def ends(self, below: list[Ends]) -> Ends:
-        return frozenset().union(*below, SUCCESS if self.otherwise is None else ())
+    def ends(self, below: list[base.Ends]) -> base.Ends:
+        return frozenset().union(*below, base.SUCCESS if self.otherwise is None else ())
 
     @override
     def details(self) -> list[str]:

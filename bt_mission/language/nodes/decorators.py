@@ -9,72 +9,45 @@ from pydantic import BeforeValidator, Field
 from typing_extensions import override
 
 from bt_mission.language.expressions.expression import Value, written_text
-from bt_mission.language.nodes import fields
-from bt_mission.language.nodes.base import (
-    FAILURE,
-    SUCCESS,
-    Child,
-    ConditionalNode,
-    DecoratorNode,
-    Ends,
-    Write,
-    Written,
-)
-from bt_mission.language.nodes.fields import (
-    OBJECT_SCHEMA,
-    Condition,
-    Elements,
-    Limit,
-    Seconds,
-    Times,
-    Variable,
-)
+from bt_mission.language.nodes import base, fields
 
 _SWAP = {"success": "failure", "failure": "success"}
 
 
-class RepeatSettings(Written):
+class RepeatSettings(base.Written):
     """How often."""
 
-    count: Times
+    count: fields.Times
 
 
-class RepeatNode(DecoratorNode):
+class RepeatNode(base.DecoratorNode):
     """A node, several times."""
 
     # As long as it succeeds.
     kind: ClassVar[str] = "repeat"
 
     settings: RepeatSettings = Field(alias="repeat")
-    child: Child = Field(alias="do")
-
-    @override
-    def ends(self, below: list[Ends]) -> Ends:
-        return below[0]
+    child: base.Child = Field(alias="do")
 
     @override
     def details(self) -> list[str]:
         return [f"{written_text(self.settings.count)} times"]
 
 
-class RetrySettings(Written):
+class RetrySettings(base.Written):
     """How often at most, and how long to pause between (s)."""
 
-    attempts: Times
-    pause: Seconds = 0.0
+    attempts: fields.Times
+    pause: fields.Seconds = 0.0
 
 
-class RetryNode(DecoratorNode):
+class RetryNode(base.DecoratorNode):
     """A node, until it succeeds."""
 
     kind: ClassVar[str] = "retry"
 
     settings: RetrySettings = Field(alias="retry")
-    child: Child = Field(alias="do")
-
-    @override
-    def ends(self, below: list[Ends]) -> Ends:
-        return below[0]
+    child: base.Child = Field(alias="do")
 
     @override
     def details(self) -> list[str]:
@@ -83,47 +56,47 @@ class RetryNode(DecoratorNode):
         return [f"up to {written_text(settings.attempts)} times{pause}"]
 
 
-class TimeoutNode(DecoratorNode):
+class TimeoutNode(base.DecoratorNode):
     """A node, for some seconds at most."""
 
     # Then it is halted, and the timeout fails.
     kind: ClassVar[str] = "timeout"
 
-    seconds: Limit = Field(alias="timeout")
-    child: Child = Field(alias="do")
+    seconds: fields.Limit = Field(alias="timeout")
+    child: base.Child = Field(alias="do")
 
     @override
-    def ends(self, below: list[Ends]) -> Ends:
-        return below[0] | FAILURE
+    def ends(self, below: list[base.Ends]) -> base.Ends:
+        return below[0] | base.FAILURE
 
     @override
     def details(self) -> list[str]:
         return [f"{written_text(self.seconds)} s"]
 
 
-class InvertNode(DecoratorNode):
+class InvertNode(base.DecoratorNode):
     """A node, its success for failure and its failure for success."""
 
     kind: ClassVar[str] = "invert"
     child_keys: ClassVar[tuple[str, ...]] = ("invert",)
 
-    child: Child = Field(alias="invert")
+    child: base.Child = Field(alias="invert")
 
     @override
-    def ends(self, below: list[Ends]) -> Ends:
+    def ends(self, below: list[base.Ends]) -> base.Ends:
         return frozenset(_SWAP[end] for end in below[0])
 
 
-class ForceNode(DecoratorNode):
+class ForceNode(base.DecoratorNode):
     """A node whose end counts as success, or as failure."""
 
     kind: ClassVar[str] = "force"
 
     status: Literal["success", "failure"] = Field(alias="force")
-    child: Child = Field(alias="do")
+    child: base.Child = Field(alias="do")
 
     @override
-    def ends(self, below: list[Ends]) -> Ends:
+    def ends(self, below: list[base.Ends]) -> base.Ends:
         return frozenset({self.status}) if below[0] else below[0]
 
     @override
@@ -131,30 +104,32 @@ class ForceNode(DecoratorNode):
         return [self.status]
 
 
-class GuardNode(ConditionalNode, DecoratorNode):
+class GuardNode(base.ConditionalNode, base.DecoratorNode):
     """A node, as long as a condition holds."""
 
     # The condition is looked at before every tick.
     kind: ClassVar[str] = "guard"
 
-    condition: Condition = Field(alias="guard")
-    child: Child = Field(alias="do")
+    condition: fields.Condition = Field(alias="guard")
+    child: base.Child = Field(alias="do")
 
     @override
-    def ends(self, below: list[Ends]) -> Ends:
-        return below[0] if self.condition is True else below[0] | FAILURE
+    def ends(self, below: list[base.Ends]) -> base.Ends:
+        return below[0] if self.condition is True else below[0] | base.FAILURE
 
 
-class ForEachNode(DecoratorNode):
+class ForEachNode(base.DecoratorNode):
     """A node, once for each element of a list."""
 
     # The variable is known only below it; `checks.scope` sees to that.
     kind: ClassVar[str] = "for_each"
 
-    loop: Annotated[dict[Variable, Elements], BeforeValidator(fields.one_name), OBJECT_SCHEMA] = (
-        Field(alias="for_each")
-    )
-    child: Child = Field(alias="do")
+    loop: Annotated[
+        dict[fields.Variable, fields.Elements],
+        BeforeValidator(fields.one_name),
+        fields.OBJECT_SCHEMA,
+    ] = Field(alias="for_each")
+    child: base.Child = Field(alias="do")
 
     @property
     def variable(self) -> str:
@@ -168,12 +143,12 @@ class ForEachNode(DecoratorNode):
         return elements
 
     @override
-    def writes(self) -> Iterator[Write]:
-        yield Write(("for_each", self.variable), self.variable, "variable")
+    def writes(self) -> Iterator[base.Write]:
+        yield base.Write(("for_each", self.variable), self.variable, "variable")
 
     @override
-    def ends(self, below: list[Ends]) -> Ends:
-        return below[0] | SUCCESS
+    def ends(self, below: list[base.Ends]) -> base.Ends:
+        return below[0] | base.SUCCESS
 
     @override
     def details(self) -> list[str]:

@@ -18,7 +18,6 @@ from bt_mission.language.expressions.values import ExpressionError, LooseText, T
 
 VARIABLE = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _ROS_NAME = re.compile(r"(~/|/)?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
-_ROS_TYPE = re.compile(r"[a-z][a-z0-9_]*/(action|srv|msg)/[A-Z][A-Za-z0-9]*")
 _TARGET = re.compile(r"[\w./-]+\.py:[A-Za-z_]\w*|[A-Za-z_]\w*(\.\w+)*:[A-Za-z_]\w*|[A-Za-z_][\w-]*")
 _TREE_NAME = re.compile(r"[A-Za-z_][\w-]*")
 _FIELD = re.compile(r"[a-z][a-z0-9_]*(\.[a-z][a-z0-9_]*)*")
@@ -147,21 +146,6 @@ def tree_use(value: Any) -> Any:
     return value
 
 
-def tree_name(value: Any) -> str:
-    """Return the name of a tree."""
-    if not isinstance(value, str) or not _TREE_NAME.fullmatch(value):
-        raise refusal(f"expected a name of letters, digits, '_' and '-', got {describe(value)}")
-    return value
-
-
-def python_target(value: Any) -> str:
-    """Return where a behaviour is: "module:Class", "file.py:Class", or the name of a plug-in."""
-    if not isinstance(value, str) or not _TARGET.fullmatch(value):
-        example = "'my_package.leaves:Approach', 'leaves.py:Approach' or the name of a plug-in"
-        raise refusal(f"expected {example}, got {describe(value)}")
-    return value
-
-
 def elements(value: Any) -> Any:
     """Return a list, whose texts are constants, or the expression that gives one."""
     if isinstance(value, str):
@@ -192,13 +176,6 @@ def goal_part(value: Any) -> Any:
     return value
 
 
-def result_field(name: str) -> str:
-    """Return the name of a field of a result, response or message, dotted for a nested one."""
-    if not _FIELD.fullmatch(name):
-        raise refusal(f"expected the name of a result field, got {describe(name)}")
-    return name
-
-
 def printable(line: str) -> str:
     """Return a line that can be shown: no control characters, which would reach a terminal."""
     for index, character in enumerate(line):
@@ -210,12 +187,10 @@ def printable(line: str) -> str:
 
 def variable(name: Any) -> str:
     """Return the name of a variable."""
-    if not isinstance(name, str) or not VARIABLE.fullmatch(name):
-        message = f"expected a name of letters, digits and '_', got {describe(name)}"
-        raise refusal(message)
-    if name in RESERVED:
-        raise refusal(f"'{name}' is a word of the expression language, so no variable")
-    return name
+    found = _variable_name(name)
+    if found in RESERVED:
+        raise refusal(f"'{found}' is a word of the expression language, so no variable")
+    return found
 
 
 def plain(value: Any) -> Any:
@@ -229,35 +204,35 @@ def plain(value: Any) -> Any:
     return value
 
 
-def ros_name(what: str, example: str) -> Callable[[Any], str]:
-    """Return the rule for the name of an action, a service or a topic."""
+def text_rule(pattern: re.Pattern[str], expected: str) -> Callable[[Any], str]:
+    """Return the rule for texts of a pattern, which refuses others in these words."""
 
     def rule(value: Any) -> str:
-        if not isinstance(value, str) or not _ROS_NAME.fullmatch(value):
-            raise refusal(f"expected the name of {what} such as {example}, got {describe(value)}")
+        if not isinstance(value, str) or not pattern.fullmatch(value):
+            raise refusal(f"expected {expected}, got {describe(value)}")
         return value
 
     return rule
 
 
-def ros_type(folder: str, example: str) -> Callable[[Any], str]:
-    """Return the rule for the full name of a type: of an action, a service or a message."""
-
-    def rule(value: Any) -> str:
-        found = _ROS_TYPE.fullmatch(value) if isinstance(value, str) else None
-        if found is None or found[1] != folder:
-            raise refusal(f"expected a type such as {example}, got {describe(value)}")
-        return found[0]
-
-    return rule
+def _type_rule(folder: str, example: str) -> Callable[[Any], str]:
+    """Return the rule for the full name of a type of an action, a service or a message."""
+    pattern = re.compile(rf"[a-z][a-z0-9_]*/{folder}/[A-Z][A-Za-z0-9]*")
+    return text_rule(pattern, f"a type such as {example}")
 
 
-action_name = ros_name("an action", "/turn")
-action_type = ros_type("action", "nav2_msgs/action/Spin")
-service_name = ros_name("a service", "/stop")
-service_type = ros_type("srv", "std_srvs/srv/Trigger")
-topic_name = ros_name("a topic", "/battery_state")
-message_type = ros_type("msg", "sensor_msgs/msg/BatteryState")
+_variable_name = text_rule(VARIABLE, "a name of letters, digits and '_'")
+tree_name = text_rule(_TREE_NAME, "a name of letters, digits, '_' and '-'")
+result_field = text_rule(_FIELD, "the name of a result field")
+python_target = text_rule(
+    _TARGET, "'my_package.leaves:Approach', 'leaves.py:Approach' or the name of a plug-in"
+)
+action_name = text_rule(_ROS_NAME, "the name of an action such as /turn")
+action_type = _type_rule("action", "nav2_msgs/action/Spin")
+service_name = text_rule(_ROS_NAME, "the name of a service such as /stop")
+service_type = _type_rule("srv", "std_srvs/srv/Trigger")
+topic_name = text_rule(_ROS_NAME, "the name of a topic such as /battery_state")
+message_type = _type_rule("msg", "sensor_msgs/msg/BatteryState")
 
 
 # ---- the types of fields ---------------------------------------------------------------------
@@ -283,17 +258,11 @@ FixedLimit = Annotated[
 Weight = Annotated[float, PlainValidator(WEIGHT.parse_constant), WithJsonSchema({"type": "number"})]
 FeedbackCondition = Annotated[Any, PlainValidator(condition), TEXT_SCHEMA]
 Condition = Annotated[
-    Any,
-    PlainValidator(question),
-    WithJsonSchema({"type": ["string", "boolean"]}),
-    Reads("bool"),
+    Any, PlainValidator(question), WithJsonSchema({"type": ["string", "boolean"]}), Reads("bool")
 ]
 Computed = Annotated[Any, PlainValidator(computed), WithJsonSchema({}), Reads()]
 Elements = Annotated[
-    Any,
-    PlainValidator(elements),
-    WithJsonSchema({"type": ["array", "string"]}),
-    Reads("list"),
+    Any, PlainValidator(elements), WithJsonSchema({"type": ["array", "string"]}), Reads("list")
 ]
 Message = Annotated[Any, PlainValidator(message), TEXT_SCHEMA, Reads()]
 ActionNameField = Annotated[str, PlainValidator(action_name), TEXT_SCHEMA]

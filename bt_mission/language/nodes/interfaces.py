@@ -9,26 +9,10 @@ from pydantic import Field, PlainValidator
 from typing_extensions import override
 
 from bt_mission.language.expressions.expression import Expression, Value
-from bt_mission.language.nodes import fields
-from bt_mission.language.nodes.base import (
-    NodeModel,
-    OutputsNode,
-    Path,
-    Written,
-    shown_fields,
-    shown_limit,
-)
-from bt_mission.language.nodes.fields import (
-    TEXT_SCHEMA,
-    FixedLimit,
-    Goal,
-    Limit,
-    ResultField,
-    Variable,
-)
+from bt_mission.language.nodes import base, fields
 
 
-class InterfaceNode(NodeModel):
+class InterfaceNode(base.NodeModel):
     """A node that uses a ROS interface: an action, a service or a topic.
 
     What it reads of messages are fields, dotted where they are nested.
@@ -38,7 +22,7 @@ class InterfaceNode(NodeModel):
     takes_time: ClassVar[bool] = True
     sent_key: ClassVar[str] = ""
     """The key of the fields that it sends in its settings; "" where it sends none."""
-    condition_path: ClassVar[Path] = ()
+    condition_path: ClassVar[base.Path] = ()
     """Where the condition stands below the node."""
 
     if TYPE_CHECKING:
@@ -57,7 +41,7 @@ class InterfaceNode(NodeModel):
         return type_name
 
     @property
-    def type_path(self) -> Path:
+    def type_path(self) -> base.Path:
         """Where the type stands below the node."""
         return (self.kind, "type")
 
@@ -67,7 +51,7 @@ class InterfaceNode(NodeModel):
         return self.settings.values if self.sent_key else {}
 
     @property
-    def sent_path(self) -> Path:
+    def sent_path(self) -> base.Path:
         """Where those stand below the node."""
         return (self.kind, self.sent_key) if self.sent_key else ()
 
@@ -86,15 +70,15 @@ class InterfaceNode(NodeModel):
         return [name if name.startswith("/") else f"/{name}"] if self.name else []
 
 
-class ServiceSettings(Written):
+class ServiceSettings(base.Written):
     """A service by its ROS name and type, and a request for it."""
 
-    name: Annotated[str, PlainValidator(fields.service_name), TEXT_SCHEMA]
-    type: Annotated[str, PlainValidator(fields.service_type), TEXT_SCHEMA]
-    values: Goal = Field({}, alias="request")
+    name: Annotated[str, PlainValidator(fields.service_name), fields.TEXT_SCHEMA]
+    type: Annotated[str, PlainValidator(fields.service_type), fields.TEXT_SCHEMA]
+    values: fields.Goal = Field({}, alias="request")
 
 
-class ServiceNode(InterfaceNode, OutputsNode):
+class ServiceNode(InterfaceNode, base.OutputsNode):
     """A call of any service. Times are seconds of ROS time."""
 
     # `timeout` bounds the time from the call to the answer, `server_timeout` the wait for a
@@ -104,34 +88,36 @@ class ServiceNode(InterfaceNode, OutputsNode):
     sent_key: ClassVar[str] = "request"
 
     settings: ServiceSettings = Field(alias="service")
-    timeout: Limit = 5.0
-    outputs: dict[ResultField, Variable] = {}
-    server_timeout: FixedLimit = 5.0
+    timeout: fields.Limit = 5.0
+    outputs: dict[fields.ResultField, fields.Variable] = {}
+    server_timeout: fields.FixedLimit = 5.0
 
     @override
     def details(self) -> list[str]:
-        return [*self.called(), *shown_fields(self.sent), *self.shown_outputs()]
+        return [*self.called(), *base.shown_fields(self.sent), *self.shown_outputs()]
 
 
-class WaitForSettings(Written):
+class WaitForSettings(base.Written):
     """A topic by its ROS name and type, and what a message of it must meet."""
 
-    name: Annotated[str, PlainValidator(fields.topic_name), TEXT_SCHEMA] = Field(alias="topic")
-    type: Annotated[str, PlainValidator(fields.message_type), TEXT_SCHEMA]
-    until: Annotated[Any, PlainValidator(fields.until), TEXT_SCHEMA]
+    name: Annotated[str, PlainValidator(fields.topic_name), fields.TEXT_SCHEMA] = Field(
+        alias="topic"
+    )
+    type: Annotated[str, PlainValidator(fields.message_type), fields.TEXT_SCHEMA]
+    until: Annotated[Any, PlainValidator(fields.until), fields.TEXT_SCHEMA]
 
 
-class WaitForNode(InterfaceNode, OutputsNode):
+class WaitForNode(InterfaceNode, base.OutputsNode):
     """A pause until a message meets a condition."""
 
     # `until` is asked on every message; `outputs` takes fields of the one that met it.
     kind: ClassVar[str] = "wait_for"
     interface: ClassVar[Literal["action", "service", "topic"]] = "topic"
-    condition_path: ClassVar[Path] = ("wait_for", "until")
+    condition_path: ClassVar[base.Path] = ("wait_for", "until")
 
     settings: WaitForSettings = Field(alias="wait_for")
-    timeout: Limit = None
-    outputs: dict[ResultField, Variable] = {}
+    timeout: fields.Limit = None
+    outputs: dict[fields.ResultField, fields.Variable] = {}
 
     @property
     @override
@@ -150,15 +136,17 @@ class WaitForNode(InterfaceNode, OutputsNode):
     @override
     def details(self) -> list[str]:
         until = f"until {self.condition.text}"
-        return [*self.called(), until, *shown_limit(self.timeout), *self.shown_outputs()]
+        return [*self.called(), until, *base.shown_limit(self.timeout), *self.shown_outputs()]
 
 
-class PublishSettings(Written):
+class PublishSettings(base.Written):
     """A topic by its ROS name and type, and a message for it."""
 
-    name: Annotated[str, PlainValidator(fields.topic_name), TEXT_SCHEMA] = Field(alias="topic")
-    type: Annotated[str, PlainValidator(fields.message_type), TEXT_SCHEMA]
-    values: Goal = Field({}, alias="message")
+    name: Annotated[str, PlainValidator(fields.topic_name), fields.TEXT_SCHEMA] = Field(
+        alias="topic"
+    )
+    type: Annotated[str, PlainValidator(fields.message_type), fields.TEXT_SCHEMA]
+    values: fields.Goal = Field({}, alias="message")
 
 
 class PublishNode(InterfaceNode):
@@ -171,7 +159,7 @@ class PublishNode(InterfaceNode):
 
     settings: PublishSettings = Field(alias="publish")
     readers: Annotated[int, Field(ge=0, le=1000)] = 1
-    server_timeout: FixedLimit = 5.0
+    server_timeout: fields.FixedLimit = 5.0
 
     @override
     def default_label(self) -> str:
@@ -179,4 +167,4 @@ class PublishNode(InterfaceNode):
 
     @override
     def details(self) -> list[str]:
-        return [*self.called(), *shown_fields(self.sent)]
+        return [*self.called(), *base.shown_fields(self.sent)]

@@ -9,61 +9,43 @@ from pydantic import Field, PlainValidator
 from typing_extensions import override
 
 from bt_mission.language.expressions.expression import written_text
-from bt_mission.language.nodes import fields
-from bt_mission.language.nodes.base import (
-    EITHER,
-    FAILURE,
-    SUCCESS,
-    ConditionalNode,
-    Ends,
-    NodeModel,
-    OutputsNode,
-    Read,
-    Write,
-    shown_fields,
-)
-from bt_mission.language.nodes.fields import (
-    TEXT_SCHEMA,
-    Computed,
-    Condition,
-    Message,
-    Seconds,
-    Variable,
-)
+from bt_mission.language.nodes import base, fields
 
 
-class CheckNode(ConditionalNode):
+class CheckNode(base.ConditionalNode):
     """Success where a condition holds, else failure."""
 
     kind: ClassVar[str] = "check"
 
-    condition: Condition = Field(alias="check")
+    condition: fields.Condition = Field(alias="check")
 
     @override
-    def ends(self, _below: list[Ends]) -> Ends:
+    def ends(self, _below: list[base.Ends]) -> base.Ends:
         if isinstance(self.condition, bool):
-            return SUCCESS if self.condition else FAILURE
-        return EITHER
+            return base.SUCCESS if self.condition else base.FAILURE
+        return base.EITHER
 
 
-class SetNode(NodeModel):
+class SetNode(base.NodeModel):
     """New values for variables."""
 
     # One after another: each value may read those before it.
     kind: ClassVar[str] = "set"
-    always: ClassVar[Ends] = SUCCESS
+    always: ClassVar[base.Ends] = base.SUCCESS
 
-    values: Annotated[dict[Variable, Computed], Field(min_length=1)] = Field(alias="set")
+    values: Annotated[dict[fields.Variable, fields.Computed], Field(min_length=1)] = Field(
+        alias="set"
+    )
 
     @override
-    def reads(self) -> Iterator[Read]:
+    def reads(self) -> Iterator[base.Read]:
         for read, name in zip(super().reads(), self.values, strict=True):
             yield read._replace(assigns=name)
 
     @override
-    def writes(self) -> Iterator[Write]:
+    def writes(self) -> Iterator[base.Write]:
         for name, value in self.values.items():
-            yield Write(("set", name), name, "variable", value=value)
+            yield base.Write(("set", name), name, "variable", value=value)
 
     @override
     def default_label(self) -> str:
@@ -74,45 +56,45 @@ class SetNode(NodeModel):
         return [f"{name} = {written_text(value)}" for name, value in self.values.items()]
 
 
-class WaitNode(NodeModel):
+class WaitNode(base.NodeModel):
     """Nothing, for some seconds."""
 
     kind: ClassVar[str] = "wait"
-    always: ClassVar[Ends] = SUCCESS
+    always: ClassVar[base.Ends] = base.SUCCESS
     takes_time: ClassVar[bool] = True
 
-    seconds: Seconds = Field(alias="wait")
+    seconds: fields.Seconds = Field(alias="wait")
 
     @override
     def details(self) -> list[str]:
         return [f"{written_text(self.seconds)} s"]
 
 
-class LogNode(NodeModel):
+class LogNode(base.NodeModel):
     """A line in the log."""
 
     kind: ClassVar[str] = "log"
-    always: ClassVar[Ends] = SUCCESS
+    always: ClassVar[base.Ends] = base.SUCCESS
 
-    message: Message = Field(alias="log")
+    message: fields.Message = Field(alias="log")
 
     @override
     def details(self) -> list[str]:
         return [self.message.text]
 
 
-class PythonNode(OutputsNode):
+class PythonNode(base.OutputsNode):
     """A behaviour written in Python."""
 
     # "module:Class", "file.py:Class", or the name of a plug-in. `inputs` become attributes of it
     # whenever it is entered; `outputs` takes attributes.
     kind: ClassVar[str] = "python"
 
-    target: Annotated[str, PlainValidator(fields.python_target), TEXT_SCHEMA] = Field(
+    target: Annotated[str, PlainValidator(fields.python_target), fields.TEXT_SCHEMA] = Field(
         alias="python"
     )
-    inputs: dict[Variable, Computed] = {}
-    outputs: dict[Variable, Variable] = {}
+    inputs: dict[fields.Variable, fields.Computed] = {}
+    outputs: dict[fields.Variable, fields.Variable] = {}
 
     @override
     def default_label(self) -> str:
@@ -120,4 +102,4 @@ class PythonNode(OutputsNode):
 
     @override
     def details(self) -> list[str]:
-        return [self.target, *shown_fields(self.inputs), *self.shown_outputs()]
+        return [self.target, *base.shown_fields(self.inputs), *self.shown_outputs()]

@@ -11,32 +11,17 @@ from typing_extensions import override
 from bt_mission.core.diagnostics import describe, did_you_mean, listed, quoted
 from bt_mission.language.expressions.expression import Expression
 from bt_mission.language.expressions.values import WORDS, Type, fits, type_of
-from bt_mission.language.nodes import fields
-from bt_mission.language.nodes.base import (
-    Hidden,
-    OutputsNode,
-    Path,
-    Read,
-    Reading,
-    Write,
-    Written,
-    shown_fields,
-)
-from bt_mission.language.nodes.fields import (
-    Computed,
-    TreeName,
-    Variable,
-)
+from bt_mission.language.nodes import base, fields
 
 
-class TreeSettings(Written):
+class TreeSettings(base.Written):
     """A named tree, and values for its inputs."""
 
-    name: TreeName
-    inputs: dict[Variable, Computed] = {}
+    name: fields.TreeName
+    inputs: dict[fields.Variable, fields.Computed] = {}
 
 
-class TreeNode(OutputsNode):
+class TreeNode(base.OutputsNode):
     """A tree that has a name."""
 
     # The body of the tree is not below this node: a tree stands by itself.
@@ -47,10 +32,10 @@ class TreeNode(OutputsNode):
         BeforeValidator(fields.tree_use),
         WithJsonSchema({"type": ["string", "object"]}),
     ] = Field(alias="tree")
-    outputs: dict[Variable, Variable] = {}
-    takes: Hidden[Mapping[str, Type | None]] = Field({}, alias="@takes")
+    outputs: dict[fields.Variable, fields.Variable] = {}
+    takes: base.Hidden[Mapping[str, Type | None]] = Field({}, alias="@takes")
     """The types of the inputs of the tree, by their names; the reader knows them."""
-    gives: Hidden[Mapping[str, Type]] = Field({}, alias="@gives")
+    gives: base.Hidden[Mapping[str, Type]] = Field({}, alias="@gives")
     """The types of its outputs."""
 
     @property
@@ -64,7 +49,7 @@ class TreeNode(OutputsNode):
         return self.settings.inputs
 
     @override
-    def completed(self, reading: Reading) -> Self:
+    def completed(self, reading: base.Reading) -> Self:
         """Return the node with the types of what the tree takes and gives."""
         path = (*self.path, "tree")
         name_path = (*path, "name") if reading.has_keys(path) else path
@@ -89,7 +74,7 @@ class TreeNode(OutputsNode):
         return self.model_copy(update={"takes": signature.types, "gives": gives})
 
     def _compare_inputs(
-        self, takes: Mapping[str, Type | None], path: Path, reading: Reading
+        self, takes: Mapping[str, Type | None], path: base.Path, reading: base.Reading
     ) -> None:
         for given, value in self.inputs.items():
             if reading.is_full:
@@ -104,14 +89,14 @@ class TreeNode(OutputsNode):
                     reading.fault(place, f"expected {WORDS[wanted]}, got {describe(value)}")
 
     @override
-    def reads(self) -> Iterator[Read]:
+    def reads(self) -> Iterator[base.Read]:
         for read in super().reads():
             yield read._replace(wanted=self.takes.get(str(read.path[-1])))
 
     @override
-    def writes(self) -> Iterator[Write]:
+    def writes(self) -> Iterator[base.Write]:
         for source, variable in self.outputs.items():
-            yield Write(("outputs", source), variable, type=self.gives.get(source))
+            yield base.Write(("outputs", source), variable, type=self.gives.get(source))
 
     @override
     def default_label(self) -> str:
@@ -119,4 +104,4 @@ class TreeNode(OutputsNode):
 
     @override
     def details(self) -> list[str]:
-        return [*shown_fields(self.inputs), *self.shown_outputs()]
+        return [*base.shown_fields(self.inputs), *self.shown_outputs()]

@@ -48,7 +48,15 @@ class LazyMessage:
     """A scan or a map that is not decoded yet."""
 
     topic: str
-    decode: Callable[[], messages.Robot | None] = field(repr=False)
+    channel: Channel = field(repr=False)
+    data: bytes = field(repr=False)
+
+    def decode(self) -> messages.Robot | None:
+        """Return it, or None where it cannot be read."""
+        try:
+            return ROBOT[self.topic](self.channel.decode(self.data))
+        except UNREADABLE:
+            return None
 
 
 Frame = messages.Told | messages.Robot | LazyMessage
@@ -74,34 +82,15 @@ class Timeline:
     trace: tuple[str, ...] = field(repr=False)
     why_cut: str
     changes_ns: tuple[int, ...] = field(repr=False)
+    """When the tree changes."""
     starts_ns: Mapping[tuple[str, int], tuple[int, ...]] = field(repr=False)
     """When the node of a run, by its index, has begun to run."""
 
-    def change_after(self, time_ns: int) -> int | None:
-        """When the tree changes next; None where it does no more."""
-        return _after(self.changes_ns, time_ns)
 
-    def change_before(self, time_ns: int) -> int | None:
-        """When the tree changed last before this instant."""
-        return _before(self.changes_ns, time_ns)
-
-    def start_after(self, run: str, node: int, time_ns: int) -> int | None:
-        """When a node starts next."""
-        return _after(self.starts_ns.get((run, node), ()), time_ns)
-
-    def start_before(self, run: str, node: int, time_ns: int) -> int | None:
-        """When a node started last before this instant."""
-        return _before(self.starts_ns.get((run, node), ()), time_ns)
-
-
-def _after(times: Sequence[int], time_ns: int) -> int | None:
-    at = bisect_right(times, time_ns)
-    return times[at] if at < len(times) else None
-
-
-def _before(times: Sequence[int], time_ns: int) -> int | None:
-    at = bisect_left(times, time_ns)
-    return times[at - 1] if at else None
+def beside(times: Sequence[int], time_ns: int, steps: int) -> int | None:
+    """Return which of these times comes next after an instant, or (-1) came last before it."""
+    at = bisect_right(times, time_ns) if steps > 0 else bisect_left(times, time_ns) - 1
+    return times[at] if 0 <= at < len(times) else None
 
 
 def read_timeline(path: Path) -> Timeline:
@@ -112,8 +101,7 @@ def read_timeline(path: Path) -> Timeline:
     """
     file = RecordedFile(path)
     timeline = _TimelineReader(file)
-    for channel, time_ns, data in file.messages():
-        timeline.take(channel, time_ns, data)
+    file.feed(timeline.take)
     return timeline.timeline()
 
 
@@ -127,26 +115,15 @@ class _TimelineReader:
         """By namespace: which robot is the mission's is known once there is a tree."""
         self._charges: dict[str, messages.BatteryState] = {}
         """The newest of each robot: it is told often, and changes seldom."""
-        self._unread: dict[str, str] = {}
         self._trace: list[str] = []
         self._node = ""
         """Of the executive that is shown: the first in the file."""
         self._trees: list[events.MissionStarted] = []
         self._said: list[tuple[int, str]] = []
         self._sequence = 0
-        self._last_ns = 0
 
     def take(self, channel: Channel, time_ns: int, data: bytes) -> None:
-        """Take a message in, if it is of use; one that cannot be read is passed over."""
-        if channel.encoding != "cdr":
-            return
-        self._last_ns = max(self._last_ns, time_ns)
-        try:
-            self._hand_on(channel, time_ns, data)
-        except UNREADABLE as error:
-            self._unread.setdefault(channel.type_name, str(error))
-
-    def _hand_on(self, channel: Channel, time_ns: int, data: bytes) -> None:
+        """Take a message in, if it is of use."""
         place, _, name = channel.topic.rpartition("/")
         if channel.type_name in TOLD:
             if self._node in ("", place):
@@ -158,24 +135,15 @@ class _TimelineReader:
             self._take_line(channel.decode(data).data)
         elif name in ROBOT:
             frames = self._robots.setdefault(place, [])
-            seen = self._seen(name, channel, data)
-            if not isinstance(seen, messages.BatteryState) or seen != self._charges.get(place):
-                frames.append((time_ns, seen))
+            if name in LATER:
+                frames.append((time_ns, LazyMessage(name, channel, data)))
+                return
+            seen = ROBOT[name](channel.decode(data))
             if isinstance(seen, messages.BatteryState):
+                if seen == self._charges.get(place):
+                    return
                 self._charges[place] = seen
-
-    def _seen(self, name: str, channel: Channel, data: bytes) -> Frame:
-        read = ROBOT[name]
-        if name not in LATER:
-            return read(channel.decode(data))
-
-        def decode() -> messages.Robot | None:
-            try:
-                return read(channel.decode(data))
-            except UNREADABLE:
-                return None
-
-        return LazyMessage(name, decode)
+            frames.append((time_ns, seen))
 
     def _take_told(self, message: messages.Told, time_ns: int) -> None:
         at_ns = (
@@ -185,14 +153,12 @@ class _TimelineReader:
             self._trees.append(message)
             self._sequence = 0
         elif isinstance(message, messages.Changes):
-            self._bridge(message, at_ns)
+            if self._trees and message.sequence > self._sequence + 1:
+                # Where the file begins later than the run, or lacks some, go on from there.
+                known = messages.Statuses(message.run, message.sequence - 1, ())
+                self._kept.append((at_ns, known))
             self._sequence = message.sequence
         self._kept.append((at_ns, message))
-
-    def _bridge(self, changes: messages.Changes, at_ns: int) -> None:
-        """Where the file begins later than the run, or lacks some changes, go on from there."""
-        if self._trees and changes.sequence > self._sequence + 1:
-            self._kept.append((at_ns, messages.Statuses(changes.run, changes.sequence - 1, ())))
 
     def _take_line(self, line: str) -> None:
         self._trace.append(line)
@@ -217,7 +183,7 @@ class _TimelineReader:
         return Timeline(
             path=self._file.path,
             start_ns=start_ns,
-            end_ns=max(self._last_ns, start_ns),
+            end_ns=max(self._file.last_ns, start_ns),
             times_ns=tuple(time_ns for time_ns, _ in kept),
             frames=tuple(frame for _, frame in kept),
             trace=tuple(self._trace),
@@ -236,10 +202,10 @@ class _TimelineReader:
             yield time_ns, events.LogLine(time_ns, tree.run, text)
 
     def _why_no_timeline(self) -> str:
-        if TREE in self._unread:
+        if TREE in self._file.unread:
             return (
                 "its tree cannot be read; it was made by another version of bt-mission "
-                f"({self._unread[TREE]})"
+                f"({self._file.unread[TREE]})"
             )
         if "bt_mission" in self._file.notes:
             why = self._file.why_cut or "nothing was ticked"

@@ -17,6 +17,7 @@ import pytest
 from bt_mission.core import files
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.yaml.document import Document
+from bt_mission.ros.mission_runner import MissionRunner
 from bt_mission.sessions.load import load
 from bt_mission.testing.coverage.page import page
 from bt_mission.testing.coverage.places import Built, CoveragePlace, places
@@ -61,6 +62,11 @@ class CoverageHooks:
                 raise pytest.UsageError(
                     f"--mission-cov-report: the name of {path} ends in none of {', '.join(WRITERS)}"
                 )
+        MissionRunner.started_listeners.append(self._on_mission_started)
+
+    def pytest_unconfigure(self) -> None:
+        """Watch no more."""
+        MissionRunner.started_listeners.remove(self._on_mission_started)
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> Generator[None, object, object]:
@@ -130,8 +136,8 @@ class CoverageHooks:
 
     # ---- what is seen --------------------------------------------------------------------
 
-    def on_mission_started(self, mission: Mission, executive: Executive) -> None:
-        """Watch a mission that is set up on the stage of a test."""
+    def _on_mission_started(self, mission: Mission, executive: Executive) -> None:
+        """Watch a mission that is set up in this process."""
         keys = self._know(mission)
 
         def mark(one: Built, what: str, which: str) -> None:

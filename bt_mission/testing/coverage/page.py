@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator
+from dataclasses import astuple
 from html import escape
 
 from bt_mission.testing.coverage.table import HEAD, missing_of
@@ -48,8 +49,8 @@ def page(tally: Tally) -> str:
 
 
 def _row(name: str, score: Score) -> str:
-    counts = (score.nodes, score.reached, score.outcomes, score.seen, score.branches, score.taken)
-    cells = "".join(f"<td>{one}</td>" for one in (*counts, f"{int(score.percent)}%"))
+    counts = (*astuple(score), f"{int(score.percent)}%")
+    cells = "".join(f"<td>{one}</td>" for one in counts)
     return f"<tr><td>{name}</td>{cells}</tr>"
 
 

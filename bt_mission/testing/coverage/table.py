@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import astuple
 
 from bt_mission.testing.coverage.tally import Covered, Score, Spot, Tally
 
@@ -40,15 +41,7 @@ def trees(tally: Tally, *, brief: bool = False) -> Iterator[str]:
 
 
 def _row(name: str, score: Score, missing: str) -> tuple[str, ...]:
-    counts = (
-        score.nodes,
-        score.reached,
-        score.outcomes,
-        score.seen,
-        score.branches,
-        score.taken,
-    )
-    return (name, *map(str, counts), f"{int(score.percent)}%", missing)
+    return (name, *map(str, astuple(score)), f"{int(score.percent)}%", missing)
 
 
 def in_ranges(lines: Iterable[int], covered: Covered) -> str:
@@ -70,7 +63,7 @@ def _tree(covered: Covered, *, brief: bool) -> Iterator[str]:
     above: list[int] = []
     hidden_below: int | None = None
     for number, spot in enumerate(spots):
-        above = [one for one in above if spots[one].depth < spot.depth and _same(spots[one], spot)]
+        above = [one for one in above if _leads_to(spots[one], spot)]
         if hidden_below is not None and hidden_below in above:
             continue
         hidden_below = None if spot.runs else number
@@ -91,6 +84,10 @@ def _tree(covered: Covered, *, brief: bool) -> Iterator[str]:
         yield f"{spot.line:6}  {name:{width}}  {shown[number]}".rstrip()
 
 
+def _leads_to(one: Spot, other: Spot) -> bool:
+    return one.depth < other.depth and one.tree == other.tree
+
+
 def missing_of(spot: Spot, *, brief: bool = False) -> str:
     """What was not reached of a node, in words; empty where all was."""
     if not spot.runs:
@@ -99,7 +96,3 @@ def missing_of(spot: Spot, *, brief: bool = False) -> str:
         seen = [name for name, runs in spot.outcomes.items() if runs]
         return f"only: {', '.join(seen) or 'started'} (of {len(spot.outcomes)} outcomes)"
     return f"never: {', '.join(spot.missing)}" if spot.missing else ""
-
-
-def _same(one: Spot, other: Spot) -> bool:
-    return one.tree == other.tree

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from bt_mission.behaviours.action_leaf import ActionLeaf
-from bt_mission.executive.status import MissionStatus
+from bt_mission.executive.executive import Executive
+from bt_mission.executive.status import Change, MissionStatus
+from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.composites import WhenNode
 from bt_mission.language.nodes.decorators import ForEachNode, GuardNode, TimeoutNode
 from bt_mission.language.nodes.leaves import CheckNode
@@ -23,11 +24,6 @@ from bt_mission.testing.coverage.places import (
     branches,
     built,
 )
-
-if TYPE_CHECKING:
-    from bt_mission.executive.executive import Executive
-    from bt_mission.executive.status import Change
-    from bt_mission.language.mission import Mission
 
 REACHED, OUTCOME, BRANCH = "reached", "outcome", "branch"
 

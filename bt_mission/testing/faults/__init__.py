@@ -1,9 +1,9 @@
 """What can be broken on purpose: the faults of a stage, ``stage.faults``.
 
 - ``fault``: :class:`Fault`, an action of a test that goes on for a while
-- ``maker``, ``taps``: how a fault is declared, and what it makes of what passes
+- ``maker``: how a fault is declared, and what it makes of what passes
 - ``topics``, ``corruptions``: messages on their way between nodes
-- ``goals``, ``feedback``: what passes between an action server and its clients
+- ``goals``: what passes between an action server and its clients
 - ``servers``: servers that abort, die or fail
 - ``clock``: a clock that is set, or stands still
 - ``raising``: exceptions in code
@@ -12,11 +12,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from bt_mission.testing.faults.clock import ClockFaults
-from bt_mission.testing.faults.fault import Fault, FaultInstance
-from bt_mission.testing.faults.feedback import FeedbackFaults
+from bt_mission.testing.faults.fault import Fault, FaultInstance, FaultTarget
 from bt_mission.testing.faults.goals import GoalFaults
 from bt_mission.testing.faults.raising import CodeFaults
 from bt_mission.testing.faults.robot import RobotFaults
@@ -24,16 +21,12 @@ from bt_mission.testing.faults.servers import ServerFaults
 from bt_mission.testing.faults.topics import TopicFaults
 from bt_mission.testing.faults.world import WorldFaults
 
-if TYPE_CHECKING:
-    from bt_mission.testing.faults.fault import FaultTarget
-
 __all__ = ["Fault", "FaultInstance", "Faults"]
 
 
 class Faults(
     TopicFaults,
     GoalFaults,
-    FeedbackFaults,
     ServerFaults,
     CodeFaults,
     RobotFaults,

@@ -101,27 +101,43 @@ def _checked(message: Any, name: str) -> str:
 # ---- ready-made: each changes fields of a message, and tells whether there was any to change ----
 
 
-def _each(message: Any, names: list[str], change: Callable[[Any], Any]) -> bool:
-    """Change all numbers in these fields and below them; headers and times stay."""
-    found = False
-    for name in names:
-        value = getattr(message, name)
-        if isinstance(value, Header | Time | Duration):
-            continue
-        if hasattr(value, "get_fields_and_field_types"):
-            found |= _each(value, list(value.get_fields_and_field_types()), change)
-        elif isinstance(value, list) and value and hasattr(value[0], "get_fields_and_field_types"):
-            for one in value:
-                found |= _each(one, list(one.get_fields_and_field_types()), change)
-        else:
-            changed = change(value)
-            if changed is not None:
+ReadyMade = Callable[[Any, list[str]], bool]
+
+
+def _values(change: Callable[[Any], Any]) -> ReadyMade:
+    """Return what changes all values in fields and below them; headers and times stay."""
+
+    def apply(message: Any, names: list[str]) -> bool:
+        found = False
+        for name in names:
+            value = getattr(message, name)
+            if isinstance(value, Header | Time | Duration):
+                continue
+            parts = value if isinstance(value, list) else [value]
+            if parts and hasattr(parts[0], "get_fields_and_field_types"):
+                for one in parts:
+                    found |= apply(one, list(one.get_fields_and_field_types()))
+            elif (changed := change(value)) is not None:
                 setattr(message, name, changed)
                 found = True
-    return found
+        return found
+
+    return apply
 
 
-def _float(number: float) -> Callable[[Any, list[str]], bool]:
+def _headers(change: Callable[[Header], None]) -> ReadyMade:
+    """Return what changes the headers of a message."""
+
+    def apply(message: Any, _: list[str]) -> bool:
+        stamped = [one for one, _ in _stamped(message, message)]
+        for one in stamped:
+            change(one.header)
+        return bool(stamped)
+
+    return apply
+
+
+def _float(number: float) -> ReadyMade:
     def change(value: Any) -> Any:
         if isinstance(value, float):
             return number
@@ -131,7 +147,7 @@ def _float(number: float) -> Callable[[Any, list[str]], bool]:
             return np.full_like(value, number)
         return None
 
-    return lambda message, names: _each(message, names, change)
+    return _values(change)
 
 
 def _zero(value: Any) -> Any:
@@ -148,40 +164,24 @@ def _empty(value: Any) -> Any:
     return type(value)() if isinstance(value, list | str | bytes) else None
 
 
-def _zeros(message: Any, names: list[str]) -> bool:
-    return _each(message, names, _zero)
+def _misplace(header: Header) -> None:
+    header.frame_id = "nowhere"
 
 
-def _empties(message: Any, names: list[str]) -> bool:
-    return _each(message, names, _empty)
+def _stamp(by_s: int) -> ReadyMade:
+    def change(header: Header) -> None:
+        stamp = header.stamp
+        header.stamp = Time(sec=max(0, stamp.sec + by_s), nanosec=stamp.nanosec)
+
+    return _headers(change)
 
 
-def _wrong_frame(message: Any, _: list[str]) -> bool:
-    found = False
-    for one, _like in _stamped(message, message):
-        one.header.frame_id = "nowhere"
-        found = True
-    return found
-
-
-def _stamp(by_s: int) -> Callable[[Any, list[str]], bool]:
-    def change(message: Any, _: list[str]) -> bool:
-        found = False
-        for one, _like in _stamped(message, message):
-            stamp = one.header.stamp
-            one.header.stamp = Time(sec=max(0, stamp.sec + by_s), nanosec=stamp.nanosec)
-            found = True
-        return found
-
-    return change
-
-
-READY_MADE: dict[str, Callable[[Any, list[str]], bool]] = {
+READY_MADE: dict[str, ReadyMade] = {
     "nan": _float(math.nan),
     "inf": _float(math.inf),
-    "zeros": _zeros,
-    "empty": _empties,
-    "wrong frame": _wrong_frame,
+    "zeros": _values(_zero),
+    "empty": _values(_empty),
+    "wrong frame": _headers(_misplace),
     "old stamp": _stamp(-STAMP_S),
     "future stamp": _stamp(STAMP_S),
 }

@@ -5,28 +5,26 @@ from __future__ import annotations
 import random
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import ExitStack
-from typing import TYPE_CHECKING, Any, Protocol
+from dataclasses import dataclass, field
+from typing import Any, Protocol
 
+from py_trees.behaviour import Behaviour
 from rclpy.action import get_action_server_names_and_types_by_node
+from rclpy.node import Node
 
 from bt_mission.language.action_names import ACTION_NAMES
+from bt_mission.language.mission import Mission
 from bt_mission.ros.interface_types import action_type
+from bt_mission.sessions.stage import Stage
 from bt_mission.testing.errors import ScenarioError, no_such
+from bt_mission.testing.history import History
 from bt_mission.virtual_time import Answer, Delivery, Passing, Side
-
-if TYPE_CHECKING:
-    from py_trees.behaviour import Behaviour
-    from rclpy.node import Node
-
-    from bt_mission.language.mission import Mission
-    from bt_mission.sessions.stage import Stage
-    from bt_mission.testing.history import History
 
 Fates = Iterable[Delivery | Answer]
 """What becomes of something that passes; nothing, and it is lost."""
 
 Begin = Callable[["FaultInstance"], None]
-"""Makes something go wrong, and tells the occurrence how that is undone."""
+"""Makes something go wrong, and tells the instance how that is undone."""
 
 Tap = Callable[["FaultInstance", Passing], Fates]
 """Decides what becomes of something that passes, while a fault goes on."""
@@ -47,6 +45,7 @@ class FaultTarget(Protocol):
         """Raise an error in the test, and not in the mission."""
 
 
+@dataclass(eq=False, repr=False)
 class Fault:
     """Something that goes wrong: an action for ``run.do``, ``run.at`` and ``run.when``.
 
@@ -59,18 +58,11 @@ class Fault:
         lasting: s of virtual time; None is until it is ended.
     """
 
-    def __init__(
-        self,
-        what: str,
-        parameters: Mapping[str, Any],
-        begin: Begin,
-        lasting: float | None = None,
-    ) -> None:
-        self.what = what
-        self.parameters = dict(parameters)
-        self._begin = begin
-        self._lasting = lasting
-        self._occurrence: FaultInstance | None = None
+    what: str
+    parameters: Mapping[str, Any]
+    begin: Begin
+    lasting: float | None = None
+    _instance: FaultInstance | None = field(default=None, init=False)
 
     def __call__(self, run: FaultTarget) -> None:
         """Begin.
@@ -78,29 +70,29 @@ class Fault:
         Raises:
             ScenarioError: for a name that is not there, and while it goes on already.
         """
-        if self._occurrence is not None and self._occurrence.goes_on_in(run):
+        if self._instance is not None and self._instance.goes_on_in(run):
             raise ScenarioError(f"{self!r} goes on already: end it first, or make another")
-        occurrence = FaultInstance(run, self)
+        instance = FaultInstance(run, self)
         try:
-            self._begin(occurrence)
+            self.begin(instance)
         except BaseException:
-            occurrence.undo_all()
+            instance.undo_all()
             raise
-        self._occurrence = occurrence
-        occurrence.has_begun()
-        if self._lasting is not None:
-            end_ns = run.stage.now_ns + round(self._lasting * 1e9)
-            run.stage.clock.call_at(end_ns, occurrence.end)
+        self._instance = instance
+        instance.has_begun()
+        if self.lasting is not None:
+            end_ns = run.stage.now_ns + round(self.lasting * 1e9)
+            run.stage.clock.call_at(end_ns, instance.end)
 
     def end(self, run: FaultTarget) -> None:
         """End, if it goes on; an action, too."""
-        if self._occurrence is not None and self._occurrence.goes_on_in(run):
-            self._occurrence.end()
+        if self._instance is not None and self._instance.goes_on_in(run):
+            self._instance.end()
 
     def __repr__(self) -> str:
         given = [f"{name}={value!r}" for name, value in plain(self.parameters).items()]
-        if self._lasting is not None:
-            given.append(f"lasting={self._lasting!r}")
+        if self.lasting is not None:
+            given.append(f"lasting={self.lasting!r}")
         return f"faults.{self.what}({', '.join(given)})"
 
 

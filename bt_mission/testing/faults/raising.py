@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from bt_mission.behaviours.hooks import Hooked
 from bt_mission.testing.errors import ScenarioError, no_such
 from bt_mission.testing.faults.fault import Begin, Fates, FaultInstance
-from bt_mission.testing.faults.maker import Maker, makes_fault
-from bt_mission.testing.faults.taps import passed
+from bt_mission.testing.faults.maker import Maker, makes_fault, passed
 from bt_mission.virtual_time import Passing, Side
 
 if TYPE_CHECKING:
@@ -48,15 +48,17 @@ class CodeFaults(Maker):
             if node.children:
                 leaves = [one.name for one in fault.run.history.nodes if not one.children]
                 raise no_such("leaf", leaf, leaves)
-            sound = getattr(node, method)
+            if not isinstance(node, Hooked):
+                raise ScenarioError(
+                    f"raise_in_leaf: '{leaf}' is inside a behaviour written in Python; name that"
+                )
 
-            def call(*arguments: Any) -> Any:
-                if fault.ends_at_call(on):
+            def hook(called: str) -> None:
+                if called == method and fault.ends_at_call(on):
                     raise raised
-                return sound(*arguments)
 
-            setattr(node, method, call)
-            fault.undo(lambda: delattr(node, method))
+            node.call_hooks = (hook, *node.call_hooks)
+            fault.undo(lambda: node.remove_call_hook(hook))
 
         return begin
 

@@ -160,12 +160,7 @@ class RobotFaults(Maker):
 
     @makes_fault
     def push(
-        self,
-        ahead: float = 0.0,
-        left: float = 0.0,
-        *,
-        seconds: float = 0.2,
-        torque: float = 0.0,
+        self, ahead: float = 0.0, left: float = 0.0, *, seconds: float = 0.2, torque: float = 0.0
     ) -> Begin:
         """Push the base at its centre of mass; it stands against 6 N.
 

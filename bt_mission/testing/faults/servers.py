@@ -10,8 +10,7 @@ from bt_mission.core.errors import described
 from bt_mission.ros.interface_types import fill
 from bt_mission.testing.errors import ScenarioError, no_such
 from bt_mission.testing.faults.fault import Begin, FaultInstance, Tap
-from bt_mission.testing.faults.maker import Maker, makes_fault, mistakes_of_test
-from bt_mission.testing.faults.taps import later, lost
+from bt_mission.testing.faults.maker import Maker, later, lost, makes_fault, mistakes_of_test
 from bt_mission.virtual_time import Answer, Side
 
 
@@ -153,8 +152,6 @@ class ServerFaults(Maker):
             fault.tap(name, Side.REQUEST, lambda *_: (Answer(fill(kind.Response(), fields)),))
 
         return begin
-
-    # ---- inside ----------------------------------------------------------------------------
 
     def _servers(self, fault: FaultInstance, name: str) -> Any:
         """Our servers, where it is they that offer an action."""

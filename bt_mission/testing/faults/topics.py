@@ -9,11 +9,12 @@ from typing import Any
 from bt_mission.testing.errors import ScenarioError
 from bt_mission.testing.faults.corruptions import changed_by, restamp
 from bt_mission.testing.faults.fault import Begin, Fates, FaultInstance, Tap
-from bt_mission.testing.faults.maker import Maker, makes_fault
-from bt_mission.testing.faults.taps import (
+from bt_mission.testing.faults.maker import (
+    Maker,
     check_share,
     for_share,
     lost,
+    makes_fault,
     nanoseconds,
     passed,
     repeated,

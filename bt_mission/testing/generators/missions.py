@@ -43,19 +43,9 @@ def _children(draws: Draws, depth: int) -> list[Node]:
     return [_node(draws, depth) for _ in range(draws.whole(1, MOST_CHILDREN))]
 
 
-# ---- leaves ----------------------------------------------------------------------------------
-
-
-def _goal(kind: str, fields: Node, draws: Draws) -> Node:
-    return {kind: fields, "timeout": number(draws, 2, LIMIT_S, 1)}
-
-
 def _explore(draws: Draws) -> Node:
-    node = _goal(
-        "explore_forward",
-        {"fwd_velocity": "$speed", "stopping_distance": number(draws, 0.2, 0.6, 0.1)},
-        draws,
-    )
+    fields = {"fwd_velocity": "$speed", "stopping_distance": number(draws, 0.2, 0.6, 0.1)}
+    node = {"explore_forward": fields, **_limit(draws)}
     if maybe(draws, 2):
         node["cancel_when"] = f"current_distance_travelled > {number(draws, 0.2, 1.0, 0.2)}"
         node["on_cancel"] = "success"
@@ -66,7 +56,7 @@ def _turn(draws: Draws) -> Node:
     angle: Any = number(draws, -180, 180, 15)
     if maybe(draws, 3):
         angle = "uniform(-90, 90)"
-    return _goal("turn", {"angle": angle}, draws)
+    return {"turn": {"angle": angle}, **_limit(draws)}
 
 
 def _move(draws: Draws) -> Node:
@@ -75,49 +65,28 @@ def _move(draws: Draws) -> Node:
         "linear_velocity": number(draws, -0.1, 0.2, 0.05),
         "angular_velocity": number(draws, -0.5, 0.5, 0.25),
     }
-    return _goal("move", fields, draws)
-
-
-def _spin(draws: Draws) -> Node:
-    return _goal("spin", {"target_yaw": number(draws, -3, 3, 0.5)}, draws)
+    return {"move": fields, **_limit(draws)}
 
 
 def _wait(draws: Draws) -> Node:
     return {"wait": number(draws, 0, 2, 0.25)}
 
 
-def _say(_: Draws) -> Node:
-    return {"log": "n is $n"}
+def _limit(draws: Draws) -> Node:
+    return {"timeout": number(draws, 2, LIMIT_S, 1)}
 
 
-def _count(_: Draws) -> Node:
-    return {"set": {"n": "n + 1"}}
-
-
-def _check(draws: Draws) -> Node:
-    return {"check": f"n > {draws.whole(0, 3)}"}
-
-
+# Python evaluates the parts of each of these from left to right, which is the order of the draws.
 _LEAVES: tuple[Callable[[Draws], Node], ...] = (
     _wait,
     _turn,
     _explore,
     _move,
-    _spin,
-    _say,
-    _count,
-    _check,
+    lambda draws: {"spin": {"target_yaw": number(draws, -3, 3, 0.5)}, **_limit(draws)},
+    lambda _: {"log": "n is $n"},
+    lambda _: {"set": {"n": "n + 1"}},
+    lambda draws: {"check": f"n > {draws.whole(0, 3)}"},
 )
-
-# ---- branches --------------------------------------------------------------------------------
-
-
-def _sequence(draws: Draws, depth: int) -> Node:
-    return {"sequence": _children(draws, depth)}
-
-
-def _fallback(draws: Draws, depth: int) -> Node:
-    return {"fallback": _children(draws, depth)}
 
 
 def _parallel(draws: Draws, depth: int) -> Node:
@@ -125,37 +94,9 @@ def _parallel(draws: Draws, depth: int) -> Node:
     return {"parallel": beside, "succeed_when": one_of(draws, ("all", "any"))}
 
 
-def _repeat(draws: Draws, depth: int) -> Node:
-    return {"repeat": {"count": draws.whole(1, 2)}, "do": _node(draws, depth)}
-
-
 def _retry(draws: Draws, depth: int) -> Node:
     pause = number(draws, 0, 1, 0.25)
     return {"retry": {"attempts": draws.whole(1, 2), "pause": pause}, "do": _node(draws, depth)}
-
-
-def _timeout(draws: Draws, depth: int) -> Node:
-    return {"timeout": number(draws, 1, LIMIT_S, 1), "do": _node(draws, depth)}
-
-
-def _force(draws: Draws, depth: int) -> Node:
-    return {"force": one_of(draws, ("success", "failure")), "do": _node(draws, depth)}
-
-
-def _invert(draws: Draws, depth: int) -> Node:
-    return {"invert": _node(draws, depth)}
-
-
-def _choose(draws: Draws, depth: int) -> Node:
-    return {"choose": _children(draws, depth)}
-
-
-def _when(draws: Draws, depth: int) -> Node:
-    return {"when": f"n > {draws.whole(0, 2)}", "do": _node(draws, depth)}
-
-
-def _guard(draws: Draws, depth: int) -> Node:
-    return {"guard": f"n < {draws.whole(1, 4)}", "do": _node(draws, depth)}
 
 
 def _for_each(draws: Draws, depth: int) -> Node:
@@ -163,17 +104,22 @@ def _for_each(draws: Draws, depth: int) -> Node:
     return {"for_each": {f"one_{depth}": values}, "do": _node(draws, depth)}
 
 
+def _around(head: Callable[[Draws], Node]) -> Callable[[Draws, int], Node]:
+    """Return what draws a decorator, and then what it is around."""
+    return lambda draws, depth: {**head(draws), "do": _node(draws, depth)}
+
+
 _BRANCHES: tuple[Callable[[Draws, int], Node], ...] = (
-    _sequence,
-    _fallback,
+    lambda draws, depth: {"sequence": _children(draws, depth)},
+    lambda draws, depth: {"fallback": _children(draws, depth)},
     _parallel,
-    _repeat,
+    _around(lambda draws: {"repeat": {"count": draws.whole(1, 2)}}),
     _retry,
-    _timeout,
-    _force,
-    _invert,
-    _choose,
-    _when,
-    _guard,
+    _around(lambda draws: {"timeout": number(draws, 1, LIMIT_S, 1)}),
+    _around(lambda draws: {"force": one_of(draws, ("success", "failure"))}),
+    lambda draws, depth: {"invert": _node(draws, depth)},
+    lambda draws, depth: {"choose": _children(draws, depth)},
+    _around(lambda draws: {"when": f"n > {draws.whole(0, 2)}"}),
+    _around(lambda draws: {"guard": f"n < {draws.whole(1, 4)}"}),
     _for_each,
 )

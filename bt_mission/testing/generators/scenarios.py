@@ -2,51 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 from textwrap import indent
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import yaml  # type: ignore[import-untyped]
 
-from bt_mission.testing.generators.draws import Draws, number, one_of
+from bt_mission.testing.generators.draws import Draws
+from bt_mission.testing.generators.faults import PlannedFault, drawn_faults
 from bt_mission.testing.generators.missions import drawn_mission
 from bt_mission.testing.generators.worlds import drawn_world
-
-if TYPE_CHECKING:
-    from bt_mission.testing.run import Run
-    from bt_mission.testing.stages import Stages
-
-MOST_FAULTS = 5
-LATEST_S = 20.0
-LONGEST_S = 3.0
-
-TOPICS = ("scan", "odom", "cmd_vel", "tf")
-ACTIONS = ("turn", "explore_forward", "move", "spin")
-CORRUPTIONS = ("nan", "zeros", "empty", "old stamp", "wrong frame")
-
-
-@dataclass(frozen=True)
-class PlannedFault:
-    """One of ``stage.faults``, to begin at a time.
-
-    Args:
-        time: S since the start.
-        name: Of the method that makes it.
-    """
-
-    time: float
-    name: str
-    arguments: tuple[Any, ...]
-    options: dict[str, Any] = field(default_factory=dict)
-
-    def plan(self, stage: Stages, run: Run) -> None:
-        """Have it begin at its time."""
-        run.at(self.time, getattr(stage.faults, self.name)(*self.arguments, **self.options))
-
-    def __repr__(self) -> str:
-        given = [*map(repr, self.arguments), *(f"{k}={v!r}" for k, v in self.options.items())]
-        return f"run.at({self.time!r}, stage.faults.{self.name}({', '.join(given)}))"
+from bt_mission.testing.run import Run
+from bt_mission.testing.stages import Stages
 
 
 @dataclass(frozen=True)
@@ -77,75 +45,12 @@ class Scenario:
         )
 
 
-def drawn_scenario(draws: Draws) -> Scenario:
+def drawn_scenario(draws: Draws, faults: Sequence[str] = ()) -> Scenario:
     """A scenario; it ends in bounded time."""
     mission, world = as_text(drawn_mission(draws)), as_text(drawn_world(draws))
-    return Scenario(mission, world, draws.whole(0, 999), drawn_faults(draws))
-
-
-def drawn_faults(draws: Draws) -> tuple[PlannedFault, ...]:
-    """Some faults of topics and of action servers, each of which ends by itself."""
-    return tuple(_fault(draws) for _ in range(draws.whole(0, MOST_FAULTS)))
+    return Scenario(mission, world, draws.whole(0, 999), drawn_faults(draws, faults))
 
 
 def as_text(data: dict[str, Any]) -> str:
     """The file of this data."""
     return str(yaml.safe_dump(data, sort_keys=False, default_flow_style=None, width=100))
-
-
-def _fault(draws: Draws) -> PlannedFault:
-    time = number(draws, 0.25, LATEST_S, 0.25)
-    name, make = one_of(draws, _FAULTS)
-    arguments, options = make(draws)
-    return PlannedFault(time, name, arguments, options)
-
-
-Call = tuple[tuple[Any, ...], dict[str, Any]]
-
-
-def _lasting(draws: Draws) -> dict[str, Any]:
-    return {"lasting": number(draws, 0.25, LONGEST_S, 0.25)}
-
-
-def _drop(draws: Draws) -> Call:
-    return (one_of(draws, TOPICS),), {"share": number(draws, 0.25, 1, 0.25)} | _lasting(draws)
-
-
-def _delay(draws: Draws) -> Call:
-    by = number(draws, 0.05, 0.5, 0.05)
-    return (one_of(draws, TOPICS), by), {"jitter": number(draws, 0, 0.1, 0.05)} | _lasting(draws)
-
-
-def _topic(draws: Draws) -> Call:
-    return (one_of(draws, TOPICS),), _lasting(draws)
-
-
-def _corrupt(draws: Draws) -> Call:
-    return ("scan", one_of(draws, CORRUPTIONS)), _lasting(draws)
-
-
-def _goals(draws: Draws) -> Call:
-    return (one_of(draws, ACTIONS), draws.whole(1, 3)), _lasting(draws)
-
-
-def _late(draws: Draws) -> Call:
-    return (one_of(draws, ACTIONS), number(draws, 0.1, 1.5, 0.1)), _lasting(draws)
-
-
-def _action(draws: Draws) -> Call:
-    return (one_of(draws, ACTIONS),), _lasting(draws)
-
-
-_FAULTS: tuple[tuple[str, Callable[[Draws], Call]], ...] = (
-    ("drop", _drop),
-    ("delay", _delay),
-    ("duplicate", _topic),
-    ("freeze", _topic),
-    ("corrupt", _corrupt),
-    ("reject_goals", _goals),
-    ("delay_answers", _late),
-    ("delay_results", _late),
-    ("refuse_cancels", _goals),
-    ("slow_server", _late),
-    ("silence_feedback", _action),
-)

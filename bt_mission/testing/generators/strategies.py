@@ -17,14 +17,9 @@ from typing import Any
 
 from hypothesis import strategies as st
 
+from bt_mission.testing.generators.faults import PlannedFault, drawn_faults
 from bt_mission.testing.generators.missions import drawn_mission
-from bt_mission.testing.generators.scenarios import (
-    PlannedFault,
-    Scenario,
-    as_text,
-    drawn_faults,
-    drawn_scenario,
-)
+from bt_mission.testing.generators.scenarios import Scenario, as_text, drawn_scenario
 from bt_mission.testing.generators.worlds import drawn_world
 
 __all__ = ["fault_schedules", "missions", "scenarios", "worlds"]
@@ -54,12 +49,21 @@ def missions(draw: Any) -> str:
 
 
 @st.composite
-def fault_schedules(draw: Any) -> tuple[PlannedFault, ...]:
-    """Up to five faults of topics and action servers, each at its time and with its end."""
-    return drawn_faults(Drawn(draw))
+def fault_schedules(draw: Any, *names: str) -> tuple[PlannedFault, ...]:
+    """Up to five faults, each at its time and with its end.
+
+    Args:
+        names: Of the methods of ``stage.faults`` to draw from; by default those of topics, goals
+            and feedback.
+    """
+    return drawn_faults(Drawn(draw), names)
 
 
 @st.composite
-def scenarios(draw: Any) -> Scenario:
-    """A world, a mission, a seed and faults."""
-    return drawn_scenario(Drawn(draw))
+def scenarios(draw: Any, *faults: str) -> Scenario:
+    """A world, a mission, a seed and faults.
+
+    Args:
+        faults: As the names of :func:`fault_schedules`.
+    """
+    return drawn_scenario(Drawn(draw), faults)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from bt_mission.views.drawing.nodes import DrawnNode, Family
-from bt_mission.views.drawing.scene import FILLS
+from bt_mission.views.drawing.scene import COLOURS
 
 SHAPES = {Family.CONDITION: "ellipse", Family.SUBTREE: "component"}
 
@@ -25,7 +25,7 @@ def _lines(root: DrawnNode, title: str) -> Iterator[str]:
         node, name, above = waiting.pop()
         label = "\n".join((f"{node.sign.glyph} {node.name}", *node.details))
         shape = SHAPES.get(node.sign.family, "box")
-        fill = FILLS[node.sign.family]
+        fill, _ = COLOURS[node.sign.family]
         yield f'  {name} [label={_quoted(label)}, shape={shape}, fillcolor="{fill}"];'
         if above is not None:
             yield f"  {above} -> {name};"

@@ -7,7 +7,7 @@ a short neighbour, whatever its level.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
 
@@ -20,6 +20,12 @@ class NodeBox:
     children: list[NodeBox] = field(default_factory=list)
     x: float = 0.0
     y: float = 0.0
+
+    def walk(self) -> Iterator[NodeBox]:
+        """Yield this box and all below it, depth first."""
+        yield self
+        for child in self.children:
+            yield from child.walk()
 
     @property
     def middle(self) -> float:

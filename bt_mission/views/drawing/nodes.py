@@ -1,10 +1,12 @@
-"""What a drawing shows of a mission: its nodes, with what they do in a few words."""
+"""What a drawing shows of a mission: its nodes, with what they do in a few words; as text, too."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 
+from bt_mission.core.text import can_encode
 from bt_mission.language.expressions.expression import written_text
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.base import NodeModel
@@ -97,3 +99,58 @@ def _node(node: NodeModel, mission: Mission) -> DrawnNode:
     below = (mission.trees[node.tree].body,) if isinstance(node, TreeNode) else node.below
     children = tuple(_node(child, mission) for child in below)
     return DrawnNode(node.kind, node.label, tuple(node.details()), children)
+
+
+@dataclass(frozen=True)
+class OutlineRow:
+    """A line of the outline in its parts, so that each can have its own colour."""
+
+    branches: str
+    sign: str
+    name: str
+    details: str
+    family: Family
+
+    def __str__(self) -> str:
+        details = f"  {self.details}" if self.details else ""
+        return f"{self.branches}{self.sign} {self.name}{details}"
+
+
+BRANCHES = {False: ("└─ ", "├─ ", "│  "), True: ("`- ", "|- ", "|  ")}
+"""What leads to the last child, to others, and on below others; by whether in ASCII."""
+
+
+def outline(root: DrawnNode, *, ascii_only: bool = False) -> Iterator[OutlineRow]:
+    """The rows of a tree, from the root down."""
+    last, more, on = BRANCHES[ascii_only]
+    waiting: list[tuple[DrawnNode, str, str]] = [(root, "", "")]
+    while waiting:
+        node, branches, below = waiting.pop()
+        sign = node.sign.ascii if ascii_only else node.sign.glyph
+        yield OutlineRow(branches, sign, node.name, "; ".join(node.details), node.sign.family)
+        children = [(child, more, on) for child in node.children]
+        if children:
+            children[-1] = (node.children[-1], last, "   ")
+        waiting += [
+            (child, below + branch, below + beside) for child, branch, beside in reversed(children)
+        ]
+
+
+def legend(root: DrawnNode, *, ascii_only: bool = False) -> str:
+    """What the signs that occur stand for, each once."""
+    found: dict[str, str] = {}
+    waiting = [root]
+    while waiting:
+        node = waiting.pop()
+        sign = node.sign.ascii if ascii_only else node.sign.glyph
+        words = found.setdefault(sign, node.sign.words)
+        if node.sign.words not in words.split(" or "):
+            found[sign] = f"{words} or {node.sign.words}"
+        waiting += reversed(node.children)
+    return "   ".join(f"{sign} {words}" for sign, words in found.items())
+
+
+def can_show(encoding: str | None) -> bool:
+    """Has a stream of this encoding all the signs?"""
+    signs = [sign.glyph for sign in SIGNS.values()]
+    return can_encode("".join((*signs, *BRANCHES[False])), encoding)

@@ -11,24 +11,16 @@ from bt_mission.views.drawing.layout import NodeBox, place
 from bt_mission.views.drawing.letters import width_px, wrapped
 from bt_mission.views.drawing.nodes import DrawnNode, Family
 
-FILLS = {
-    Family.COMPOSITE: "#e4ebfa",
-    Family.DECORATOR: "#fcefd2",
-    Family.CONDITION: "#efe3f7",
-    Family.ACTION: "#dff2e1",
-    Family.MESSAGE: "#dcf1f5",
-    Family.SUBTREE: "#ffffff",
-    Family.OTHER: "#efefef",
+COLOURS = {
+    Family.COMPOSITE: ("#e4ebfa", "#3d5a99"),
+    Family.DECORATOR: ("#fcefd2", "#a9781b"),
+    Family.CONDITION: ("#efe3f7", "#7d4aa0"),
+    Family.ACTION: ("#dff2e1", "#2f7d3b"),
+    Family.MESSAGE: ("#dcf1f5", "#23788a"),
+    Family.SUBTREE: ("#ffffff", "#444444"),
+    Family.OTHER: ("#efefef", "#777777"),
 }
-STROKES = {
-    Family.COMPOSITE: "#3d5a99",
-    Family.DECORATOR: "#a9781b",
-    Family.CONDITION: "#7d4aa0",
-    Family.ACTION: "#2f7d3b",
-    Family.MESSAGE: "#23788a",
-    Family.SUBTREE: "#444444",
-    Family.OTHER: "#777777",
-}
+"""Of a box: within, and around."""
 INK = "#1c1c1c"
 FAINT = "#555555"
 PAPER = "#ffffff"
@@ -128,13 +120,9 @@ def scene(root: DrawnNode, title: str) -> Scene:
         Words(margin, margin + (i + 1) * LINE_PX - 4, line, DETAIL_PX, FAINT)
         for i, line in enumerate(head)
     ]
-    boxes = []
-    waiting: list[NodeBox] = [top]
-    while waiting:
-        box = waiting.pop()
+    boxes = list(top.walk())
+    for box in boxes:
         box.x, box.y = box.x + margin, box.y + below_head
-        boxes.append(box)
-        waiting += reversed(box.children)
     for box in boxes:
         shapes += _edges(box)
     for box in boxes:
@@ -158,7 +146,7 @@ def _edges(box: NodeBox) -> list[Polyline]:
 
 def _shapes(box: _NodeBox) -> list[Shape]:
     family = box.node.sign.family
-    fill, stroke = FILLS[family], STROKES[family]
+    fill, stroke = COLOURS[family]
     radius = box.height / 2 if family is Family.CONDITION and not box.details else 5.0
     pad = PADDING_PX
     shapes: list[Shape] = [Rectangle(box.x, box.y, box.width, box.height, radius, fill, stroke)]

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import json
 from html import escape
 from importlib.resources import files as package_files
+from typing import Any
+
+import numpy as np
 
 from bt_mission.recording.model import RecordedRun
 from bt_mission.views.html_report import tables
-from bt_mission.views.html_report.charts import charts
-from bt_mission.views.html_report.data import script_data
+from bt_mission.views.html_report.figures import duration_s, since_start_s
 from bt_mission.views.html_report.markup import element, rows
-from bt_mission.views.html_report.plan import plan
-from bt_mission.views.html_report.timeline import timeline
+from bt_mission.views.html_report.plan import plan, scans_on_map, spread
+from bt_mission.views.html_report.timeline import charts, charts_of, rows_of, thinned, timeline
 
 # Nothing may be fetched: whatever is named here comes out of the page itself.
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:"
@@ -88,3 +91,64 @@ def _section(title: str, content: str) -> str:
 
 def _asset(name: str) -> str:
     return (package_files("bt_mission.views.html_report") / name).read_text(encoding="utf-8")
+
+
+MOST_POSES = 3000
+MOST_SCANS = 400
+MOST_POINTS = 120
+"""Of one scan."""
+
+
+def script_data(run: RecordedRun) -> str:
+    """The data as JSON that can stand inside a script element."""
+    told = {
+        "duration": round(duration_s(run), 3),
+        "rows": [
+            {
+                "name": run.tree[row.node].name,
+                "bars": [
+                    [_s(run, span.start_ns), _s(run, span.end_ns), span.status, span.message]
+                    for span, _ in row.bars
+                ],
+            }
+            for row in rows_of(run)
+        ],
+        "poses": _poses(run),
+        "scans": _scans(run),
+        "charts": {
+            chart.name: {
+                "unit": chart.unit,
+                "t": [_s(run, time_ns) for time_ns in times.tolist()],
+                "v": np.round(values, 3).tolist(),
+            }
+            for chart in charts_of(run)
+            for times, values in [thinned(chart)]
+        },
+    }
+    return json.dumps(told, separators=(",", ":")).replace("<", "\\u003c")
+
+
+def _s(run: RecordedRun, time_ns: int) -> float:
+    return round(since_start_s(run, time_ns), 3)
+
+
+def _poses(run: RecordedRun) -> dict[str, list[float]]:
+    track = run.track
+    chosen = spread(len(track), MOST_POSES)
+    return {
+        "t": [_s(run, int(time_ns)) for time_ns in track.times[chosen]],
+        "x": np.round(track.x[chosen], 3).tolist(),
+        "y": np.round(track.y[chosen], 3).tolist(),
+        "yaw": np.round(np.degrees(track.yaw[chosen]), 1).tolist(),
+    }
+
+
+def _scans(run: RecordedRun) -> list[dict[str, Any]]:
+    """Points on the map, in centimetres, x and y in turn."""
+    told = []
+    for time_ns, points in scans_on_map(run, MOST_SCANS):
+        if len(points):
+            chosen = points[spread(len(points), MOST_POINTS)]
+            centimetres = np.round(chosen * 100).astype(int).ravel().tolist()
+            told.append({"t": _s(run, time_ns), "p": centimetres})
+    return told

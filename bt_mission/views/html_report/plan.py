@@ -17,6 +17,8 @@ MARGIN = 0.3
 """m around everything that is drawn."""
 SCANS = 60
 """Scans whose points are drawn, spread over the run."""
+SEVERITY = ("succeeded", "canceled", "", "unknown", "rejected", "aborted")
+"""How goals end, the worst last."""
 STEP = 0.02
 """m between two points of the way that is drawn."""
 
@@ -66,12 +68,7 @@ def _box(run: RecordedRun) -> tuple[float, float, float, float] | None:
     if not len(x):
         return None
     left, low = x.min() - MARGIN, y.min() - MARGIN
-    return (
-        float(left),
-        float(low),
-        float(x.max() + MARGIN - left),
-        float(y.max() + MARGIN - low),
-    )
+    return (float(left), float(low), float(x.max() + MARGIN - left), float(y.max() + MARGIN - low))
 
 
 def _grid(grid: RecordedGrid) -> str:
@@ -186,7 +183,7 @@ def _end(
     ]
     shown = ", ".join(str(index + 1) for index in numbers[-4:])
     label = ("\N{HORIZONTAL ELLIPSIS} " if len(numbers) > 4 else "") + shown
-    worst = max((run.goals[index].status for index in numbers), key=_severity)
+    worst = max((run.goals[index].status for index in numbers), key=SEVERITY.index)
     width, height = unit * (1.05 * len(label) + 1.5), 2.5 * unit
     left, low = _free_place(x, y, width, height, unit, taken)
     # The drawing is upside down; what is read is turned back.
@@ -223,10 +220,6 @@ def _free_place(
     left, low = (free or corners)[0]
     taken.append((left, low, left + width, low + height))
     return left, low
-
-
-def _severity(status: str) -> int:
-    return ("succeeded", "canceled", "", "unknown", "rejected", "aborted").index(status)
 
 
 def _shape(run: RecordedRun) -> str:

@@ -34,10 +34,11 @@ def facts(run: RecordedRun) -> str:
     """What it was and came to, in a few figures."""
     summary, known = run.summary, run.facts
     distance = distance_m(run)
+    left = summary.get("goals_left_behind", 0)
     pairs = [
         ("duration", seconds(since_start_s(run, run.end_ns))),
         ("distance", None if distance is None else f"{number(distance, 2)} m"),
-        ("goals", _goal_count(run)),
+        ("goals", f"{len(run.goals)}" + (f", {left} orphaned" if left else "")),
         ("collisions", summary.get("collisions", len(run.collisions) or None)),
         ("world", known.get("world")),
         ("robot", known.get("robot")),
@@ -52,11 +53,6 @@ def facts(run: RecordedRun) -> str:
         ),
         class_="facts",
     )
-
-
-def _goal_count(run: RecordedRun) -> str:
-    left = run.summary.get("goals_left_behind", 0)
-    return f"{len(run.goals)}" + (f", {left} orphaned" if left else "")
 
 
 def why(run: RecordedRun) -> str:

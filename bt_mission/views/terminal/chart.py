@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from bt_mission.core.geometry import Pose2D, composed
 from bt_mission.events.messages import Map
-from bt_mission.events.robot_state import FloorPose, RobotState
-from bt_mission.views.terminal.marks import PLACES, Marks
-from bt_mission.views.terminal.words import Span
+from bt_mission.events.robot_state import RobotState
+from bt_mission.views.terminal.marks import PLACES, Marks, Span
 
 OCCUPIED = 50
 """Cells of a map from this value on, of 100, are walls."""
@@ -63,11 +63,7 @@ class MapChart:
         self._walls: Grid = np.zeros((0, 0), np.int8)
 
     def draw(
-        self,
-        robot: RobotState,
-        targets: Sequence[tuple[float, float]],
-        columns: int,
-        rows: int,
+        self, robot: RobotState, targets: Sequence[tuple[float, float]], columns: int, rows: int
     ) -> list[list[Span]]:
         """Rows of spans, as many as asked for; empty ones where nothing is known of the robot.
 
@@ -101,19 +97,22 @@ class MapChart:
     ) -> dict[tuple[int, int], Span]:
         """What lies over the map, by row and column of the cell; later ones lie on top."""
         signs: dict[tuple[int, int], Span] = {}
-        for x, y in robot.trail:
+
+        def put(x: float, y: float, sign: Span) -> None:
             if at := frame.at(x, y):
-                signs[at[0] // 2, at[1]] = (self._marks.trail, "trail")
+                signs[at[0] // 2, at[1]] = sign
+
+        for x, y in robot.trail:
+            put(x, y, (self._marks.trail, "trail"))
         for x, y in scan:
             if at := frame.at(x, y):
                 wall = _wall_near(pixels, at)
                 cell = (wall[0] // 2, wall[1]) if wall else (at[0] // 2, at[1])
                 signs[cell] = (self._wall(pixels, *cell) if wall else self._marks.scan, "scan")
         for number, (x, y) in enumerate(targets):
-            if at := frame.at(x, y):
-                signs[at[0] // 2, at[1]] = (PLACES[min(number, len(PLACES) - 1)], "waypoint")
-        if (pose := robot.pose) and (at := frame.at(pose.x, pose.y)):
-            signs[at[0] // 2, at[1]] = (self._arrow(pose), "robot")
+            put(x, y, (PLACES[min(number, len(PLACES) - 1)], "waypoint"))
+        if pose := robot.pose:
+            put(pose.x, pose.y, (self._arrow(pose), "robot"))
         return signs
 
     def _row(self, row: int, pixels: Grid, signs: dict[tuple[int, int], Span]) -> list[Span]:
@@ -136,7 +135,7 @@ class MapChart:
             return self._marks.wall[1]
         return self._marks.unknown if upper == lower == UNKNOWN else " "
 
-    def _arrow(self, pose: FloorPose) -> str:
+    def _arrow(self, pose: Pose2D) -> str:
         arrows = self._marks.arrows
         return arrows[round(pose.yaw / (2 * math.pi) * len(arrows)) % len(arrows)]
 
@@ -198,9 +197,8 @@ def _corners(grid: Map) -> list[tuple[float, float]]:
 
 
 def _place(grid: Map, column: float, row: float) -> tuple[float, float]:
-    at = FloorPose(grid.x, grid.y, grid.yaw) @ FloorPose(
-        column * grid.resolution, row * grid.resolution, 0
-    )
+    inner = Pose2D(column * grid.resolution, row * grid.resolution, 0.0)
+    at = composed(Pose2D(grid.x, grid.y, grid.yaw), inner)
     return at.x, at.y
 
 

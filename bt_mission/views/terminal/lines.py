@@ -3,24 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING, TextIO
+from typing import TextIO
 
 from py_trees.common import Status
 from rich.cells import cell_len, set_cell_size
 
 from bt_mission.behaviours.leaves import Log
-from bt_mission.events.log import LogEntry
+from bt_mission.events.log import LogEntry, glyphs_for
 from bt_mission.events.mission_state import MissionState
-from bt_mission.events.status_marks import glyphs_for
+from bt_mission.executive.leaf_statistics import LeafSummary
 from bt_mission.executive.status import Change
-from bt_mission.views.terminal.marks import Marks, clean
-from bt_mission.views.terminal.outline import Outline
+from bt_mission.views.terminal.marks import Marks, clean, fit, seconds, text_of
 from bt_mission.views.terminal.panels import log_words
-from bt_mission.views.terminal.tree_rows import tree_row
-from bt_mission.views.terminal.words import fit, seconds, text_of
-
-if TYPE_CHECKING:
-    from bt_mission.executive.leaf_statistics import LeafSummary
+from bt_mission.views.terminal.tree_rows import Outline, tree_row
 
 LONGEST_NAME = 28
 MOST_ROWS = 20
@@ -108,7 +103,7 @@ def leaf_table(leaves: Sequence[LeafSummary], width: int, marks: Marks) -> list[
     widths = [max(cell_len(row[at]) for row in rows) for at in range(len(rows[0]) - 1)]
     lines = []
     for name, *figures, outcomes in rows:
-        line = f"  {_padded(name, widths[0])}"
+        line = f"  {name}{' ' * (widths[0] - cell_len(name))}"
         for figure, room in zip(figures, widths[1:], strict=True):
             line += f"  {figure:>{room}}"
         lines.append(text_of(fit([(f"{line}  {outcomes}", "")], width, marks)).rstrip())
@@ -127,7 +122,3 @@ def _row(one: LeafSummary, marks: Marks, *, has_distance: bool) -> list[str]:
     counts = sorted(one.outcomes.items(), key=lambda pair: -pair[1])
     only = len(counts) == 1
     return [*row, ", ".join(what if only else f"{count} {what}" for what, count in counts)]
-
-
-def _padded(text: str, width: int) -> str:
-    return text + " " * (width - cell_len(text))

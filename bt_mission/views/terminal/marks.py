@@ -1,14 +1,16 @@
-"""The signs of a watcher's view, for terminals with UTF-8 and for those without."""
+"""The signs of a watcher's view, with and without UTF-8, and pieces of text made of them."""
 
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from py_trees.common import Status
+from rich.cells import cell_len, set_cell_size
 
-from bt_mission.events.status_marks import ASCII, UNICODE, glyphs_for
+from bt_mission.core.stamps import NS
+from bt_mission.events.log import ASCII, UNICODE, glyphs_for
 
 PLACES = "123456789abcdefghijklmnopqrstuvwxyz"
 """Signs of waypoints on the map, in order."""
@@ -16,45 +18,30 @@ PLACES = "123456789abcdefghijklmnopqrstuvwxyz"
 
 @dataclass(frozen=True)
 class Marks:
-    """Signs that an output can show.
+    """Signs that an output can show; those of UTF-8 unless others are given.
 
     Args:
-        arrows: Of the robot, from east on and anticlockwise; four or eight.
         wall: Of the upper half of a cell, the lower, and the whole.
+        arrows: Of the robot, from east on and anticlockwise; four or eight.
     """
 
     status: Mapping[Status, str]
-    full: str
-    empty: str
-    cursor: str
-    breakpoint: str
-    then: str
-    rule: str
-    wall: tuple[str, str, str]
-    unknown: str
-    trail: str
-    scan: str
-    arrows: str
-    cut: str
-    is_ascii: bool
+    full: str = "█"
+    empty: str = "░"
+    cursor: str = "»"
+    breakpoint: str = "●"
+    then: str = " ▸ "
+    rule: str = "─"
+    wall: tuple[str, str, str] = ("▀", "▄", "█")
+    unknown: str = "░"
+    trail: str = "·"
+    scan: str = "∙"
+    arrows: str = "→↗↑↖←↙↓↘"
+    cut: str = "…"
+    is_ascii: bool = False
 
 
-SIGNS = Marks(
-    UNICODE,
-    full="█",
-    empty="░",
-    cursor="»",
-    breakpoint="●",
-    then=" ▸ ",
-    rule="─",
-    wall=("▀", "▄", "█"),
-    unknown="░",
-    trail="·",
-    scan="∙",
-    arrows="→↗↑↖←↙↓↘",
-    cut="…",
-    is_ascii=False,
-)
+SIGNS = Marks(UNICODE)
 ASCII_SIGNS = Marks(
     ASCII,
     full="#",
@@ -91,3 +78,47 @@ def clean(text: str, marks: Marks) -> str:
 
 def _is_harmless(character: str) -> bool:
     return unicodedata.category(character)[0] != "C" and character not in "\u2028\u2029"
+
+
+Span = tuple[str, str]
+"""A piece of text and the name of its style: see :data:`bt_mission.views.tui.pane.STYLES`."""
+
+
+def seconds(time_ns: int) -> str:
+    """A duration in at most seven characters: ``8.4 s``, ``2:05``, ``1:02:05``."""
+    tenths = round(time_ns / NS * 10)
+    if tenths < 600:
+        return f"{tenths / 10:.1f} s"
+    minutes, rest = divmod(tenths // 10, 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
+
+
+def bar(value: float, limit: float, width: int, marks: Marks) -> str:
+    """How far something has come towards a limit."""
+    full = round(width * min(max(value / limit, 0.0), 1.0)) if limit > 0 else width
+    return marks.full * full + marks.empty * (width - full)
+
+
+def fit(spans: Iterable[Span], width: int, marks: Marks) -> list[Span]:
+    """The spans, cut to a width of the terminal; what is cut ends with a sign for that."""
+    fitted: list[Span] = []
+    left = width
+    for text, style in spans:
+        length = cell_len(text)
+        if length > left:
+            if left > 0:
+                fitted.append((set_cell_size(text, left - 1) + marks.cut, style))
+            elif fitted:
+                last, last_style = fitted[-1]
+                fitted[-1] = (set_cell_size(last, cell_len(last) - 1) + marks.cut, last_style)
+            return fitted
+        if text:
+            fitted.append((text, style))
+            left -= length
+    return fitted
+
+
+def text_of(spans: Iterable[Span]) -> str:
+    """The spans without their styles."""
+    return "".join(text for text, _ in spans)

@@ -7,13 +7,12 @@ from textwrap import wrap
 
 from py_trees.common import Status
 
-from bt_mission.events.events import FINAL, OPEN, GoalChanged
+from bt_mission.events.events import FINAL, OPEN
 from bt_mission.events.log import LogEntry
 from bt_mission.events.mission_state import MissionState
 from bt_mission.events.robot_state import RobotState
-from bt_mission.views.terminal.marks import Marks, clean
+from bt_mission.views.terminal.marks import Marks, Span, clean, seconds
 from bt_mission.views.terminal.tree_rows import STATUS_STYLES, time_in_state
-from bt_mission.views.terminal.words import Span, seconds
 
 Rows = list[list[Span]]
 
@@ -105,12 +104,12 @@ def goal_rows(mission: MissionState, marks: Marks) -> Rows:
     goals = list(mission.goals.values())[::-1]
     rows: Rows = []
     for goal in sorted(goals, key=lambda one: one.state not in OPEN):
-        style = STATUS_STYLES[GOAL_STATUSES.get(goal.state, Status.RUNNING)]
-        sign = marks.status[GOAL_STATUSES.get(goal.state, Status.RUNNING)]
+        status = GOAL_STATUSES.get(goal.state, Status.RUNNING)
+        end_ns = mission.now_ns if goal.state in OPEN else goal.changed_ns
         rows.append(
             [
-                (f"{sign} {goal.state:<9} ", style),
-                (f"{_duration(goal, mission):>7}  ", "time"),
+                (f"{marks.status[status]} {goal.state:<9} ", STATUS_STYLES[status]),
+                (f"{seconds(max(end_ns - goal.sent_ns, 0)):>7}  ", "time"),
                 (clean(goal.action, marks), ""),
                 (f"  {clean(goal.owner, marks)}  {goal.id[:8]}", "words"),
             ]
@@ -178,8 +177,3 @@ def targets(mission: MissionState) -> tuple[tuple[float, float], ...]:
     are_open = [goal for goal in with_places if goal.state in OPEN]
     chosen = are_open or with_places
     return chosen[-1].targets if chosen else ()
-
-
-def _duration(goal: GoalChanged, mission: MissionState) -> str:
-    end_ns = mission.now_ns if goal.state in OPEN else goal.changed_ns
-    return seconds(max(end_ns - goal.sent_ns, 0))

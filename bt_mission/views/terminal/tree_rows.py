@@ -3,13 +3,130 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 
 from py_trees.common import Status
 
+from bt_mission.events.events import NodeInfo
 from bt_mission.events.mission_state import MissionState
-from bt_mission.views.terminal.marks import Marks, clean
-from bt_mission.views.terminal.outline import Outline
-from bt_mission.views.terminal.words import Span, bar, seconds
+from bt_mission.views.terminal.marks import Marks, Span, bar, clean, seconds
+
+
+class Outline:
+    """The rows of a tree, each an index of a node.
+
+    Args:
+        nodes: Depth first, the root first.
+    """
+
+    def __init__(self, nodes: Sequence[NodeInfo]) -> None:
+        count = len(nodes)
+        self._nodes = nodes
+        self.depth = [0] * count
+        self._end = list(range(1, count + 1))
+        for index in range(1, count):
+            self.depth[index] = self.depth[nodes[index].parent] + 1
+        for index in range(count - 1, 0, -1):
+            parent = nodes[index].parent
+            self._end[parent] = max(self._end[parent], self._end[index])
+        self.folded: set[int] = set()
+        self.rows: list[int] = []
+        self._row_of: dict[int, int] = {}
+        self._arrange()
+
+    def hidden(self, index: int) -> int:
+        """How many nodes lie below a node and are folded away with it; 0 where it is not folded."""
+        return self._end[index] - index - 1 if index in self.folded else 0
+
+    def has_children(self, index: int) -> bool:
+        """Does anything lie below a node?"""
+        return self._end[index] > index + 1
+
+    def row_of(self, index: int) -> int:
+        """The row of a node, or of the folded node that it lies below."""
+        while index not in self._row_of:
+            index = self._nodes[index].parent
+        return self._row_of[index]
+
+    def path_to(self, index: int) -> list[int]:
+        """The nodes from the root to this one."""
+        path = [index]
+        while index:
+            index = self._nodes[index].parent
+            path.append(index)
+        return path[::-1]
+
+    def fold(self, index: int) -> None:
+        """Hide what lies below a node."""
+        if self.has_children(index):
+            self.folded.add(index)
+            self._arrange()
+
+    def unfold(self, index: int) -> None:
+        """Show what lies below a node."""
+        self.folded.discard(index)
+        self._arrange()
+
+    def fold_all(self) -> None:
+        """Hide all but the root and what is right below it."""
+        self.folded = {index for index in range(1, len(self._nodes)) if self.has_children(index)}
+        self._arrange()
+
+    def unfold_all(self) -> None:
+        """Show every node."""
+        self.folded.clear()
+        self._arrange()
+
+    def reveal(self, index: int) -> int:
+        """Unfold what hides a node; gives its row."""
+        above = set(self.path_to(index)[:-1])
+        if above & self.folded:
+            self.folded -= above
+            self._arrange()
+        return self._row_of[index]
+
+    def find(self, matches: Callable[[int], bool], start: int, *, step: int = 1) -> int | None:
+        """The next node that matches, from the one after ``start`` on and round; None without.
+
+        Args:
+            step: 1 looks downwards, -1 upwards.
+        """
+        count = len(self._nodes)
+        for offset in range(1, count + 1):
+            index = (start + step * offset) % count
+            if matches(index):
+                return index
+        return None
+
+    def _arrange(self) -> None:
+        rows = []
+        index = 0
+        while index < len(self._nodes):
+            rows.append(index)
+            index = self._end[index] if index in self.folded else index + 1
+        self.rows = rows
+        self._row_of = {index: row for row, index in enumerate(rows)}
+
+
+def scrolled_to(row: int, above: Sequence[int], top: int, height: int, count: int) -> int:
+    """The first row in view, so that a row is, and with it as many of those above as fit.
+
+    What need not move does not: while the row and all that fits above it are in view, the rest
+    stays where it is.
+
+    Args:
+        above: Rows that belong to it, the farthest first, such as its ancestors'.
+        top: The first row in view until now.
+        height: Rows in view; count: of the whole list.
+    """
+    if height <= 0:
+        return 0
+    fitting = [one for one in above if row - one < height]
+    highest = fitting[0] if fitting else row
+    top = min(top, highest)
+    top = max(top, row - height + 1)
+    return max(min(top, count - height), 0)
+
 
 BAR_WIDTH = 12
 NARROW, TINY = 50, 30

@@ -14,15 +14,14 @@ from rich.live import Live
 from rich.text import Text
 
 from bt_mission.behaviours.action_leaf import ActionLeaf
-from bt_mission.behaviours.progress import LeafProgress, progress_of
+from bt_mission.behaviours.leaves import progress_of
 from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.events.status_marks import STYLES
+from bt_mission.events.log import STYLES
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.status import Change
 from bt_mission.sessions.session import Session, View
 from bt_mission.views.terminal.lines import PlainLines
-from bt_mission.views.terminal.marks import marks_for
-from bt_mission.views.terminal.words import bar
+from bt_mission.views.terminal.marks import bar, marks_for
 
 FRAME_S = 0.1
 BAR_WIDTH = 12
@@ -63,40 +62,55 @@ class Quiet:
 
 
 class PlainView(Quiet):
-    """A line for each leaf that starts or ends."""
+    """A line for each leaf that starts or ends, and for each change of a pause."""
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
-        self._lines: PlainLines | None = None
+        self._pause = ""
         self._session: Session | None = None
+        self._lines = PlainLines(stream, lambda: self._session.start_ns if self._session else 0)
 
     def open(self, session: Session, _wall: Stopwatch, /) -> None:
         """Say what is run."""
         self._session = session
-        self._lines = PlainLines(self._stream, lambda: session.start_ns)
         print(_title(session), file=self._stream, flush=True)
 
     def on_change(self, change: Change) -> None:
         """Show a change."""
-        if self._lines:
-            self._lines.on_change(change)
+        self._lines.on_change(change)
+
+    def refresh(self) -> None:
+        """Tell that the mission is paused, and which of its goals are still under way."""
+        if self._session is None:
+            return
+        executive = self._session.executive
+        pause = "" if executive.paused is None else f"mission paused  {executive.explanation}"
+        if pause != self._pause:
+            self._pause = pause
+            self.say(pause or f"mission {executive.state}")
 
     def say(self, text: str) -> None:
         """Show what the mission says."""
-        if self._lines and self._session:
+        if self._session:
             self._lines.say(self._session.now_ns, text)
 
 
 class LiveView(Quiet):
-    """The tree, drawn again and again."""
+    """The tree, drawn again and again, at most ten times a second."""
 
     def __init__(self, console: Console) -> None:
         self._console = console
         self._tree: LiveTree | None = None
+        self._watch = Stopwatch()
+        self._next_frame_s = 0.0
+        self._live = Live(
+            console=console, auto_refresh=False, transient=False, vertical_overflow="crop"
+        )
 
-    def __exit__(self, *details: object) -> None:
+    def __exit__(self, *_: object) -> None:
         if self._tree:
-            self._tree.__exit__(*details)
+            self._live.update(self._tree.render(), refresh=True)
+            self._live.stop()
 
     def open(self, session: Session, wall: Stopwatch, /) -> None:
         """Begin to draw."""
@@ -104,21 +118,23 @@ class LiveView(Quiet):
         def header() -> str:
             virtual_s = (session.now_ns - session.start_ns) / 1e9
             factor = virtual_s / wall.elapsed_s if wall.elapsed_s > 0 else 0.0
-            status = session.executive.status
-            return f"{_title(session)}   {virtual_s:.1f} s   {factor:.0f} x real time   {status}"
+            executive = session.executive
+            state = ": ".join(filter(None, (executive.state, executive.explanation)))
+            return f"{_title(session)}   {virtual_s:.1f} s   {factor:.0f} x real time   {state}"
 
         self._tree = LiveTree(self._console, session.executive, header)
-        self._tree.__enter__()
+        self._live.start()
 
     def refresh(self) -> None:
-        """Draw, if it is time."""
-        if self._tree:
-            self._tree.refresh()
+        """Draw, if the last frame is old enough."""
+        if self._tree and self._watch.elapsed_s >= self._next_frame_s:
+            self._next_frame_s = self._watch.elapsed_s + FRAME_S
+            self._live.update(self._tree.render(), refresh=True)
 
     def say(self, text: str) -> None:
         """Show what the mission says."""
         if self._tree:
-            self._tree.say(text)
+            self._tree.said.append(text)
 
 
 def _title(session: Session) -> str:
@@ -128,7 +144,7 @@ def _title(session: Session) -> str:
 
 
 class LiveTree:
-    """Draws the tree of a running mission, at most ten times a second.
+    """The picture of a running mission.
 
     Args:
         console: A terminal.
@@ -137,40 +153,18 @@ class LiveTree:
     """
 
     def __init__(self, console: Console, executive: Executive, header: Callable[[], str]) -> None:
+        self.said: deque[str] = deque(maxlen=LOG_LINES)
+        """What the mission said last; stands below the tree."""
         self._console = console
         self._executive = executive
         self._header = header
         self._marks = marks_for(console.encoding)
-        self._said: deque[str] = deque(maxlen=LOG_LINES)
-        self._watch = Stopwatch()
-        self._next_frame_s = 0.0
-        self._live = Live(
-            console=console, auto_refresh=False, transient=False, vertical_overflow="crop"
-        )
-
-    def __enter__(self) -> Self:
-        self._live.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._live.update(self.render(), refresh=True)
-        self._live.stop()
-
-    def say(self, text: str) -> None:
-        """Show what a mission says below the tree."""
-        self._said.append(text)
-
-    def refresh(self) -> None:
-        """Draw, if the last frame is old enough."""
-        if self._watch.elapsed_s >= self._next_frame_s:
-            self._next_frame_s = self._watch.elapsed_s + FRAME_S
-            self._live.update(self.render(), refresh=True)
 
     def render(self) -> RenderableType:
         """The whole picture: header, tree, what was said."""
         rows = list(self._rows(self._executive.root, ""))
-        room = max(self._console.height - 3 - len(self._said), 1)
-        said = [Text(f"  {line}", style="italic", no_wrap=True) for line in self._said]
+        room = max(self._console.height - 3 - len(self.said), 1)
+        said = [Text(f"  {line}", style="italic", no_wrap=True) for line in self.said]
         return Group(
             Text(self._header(), style="bold", no_wrap=True, overflow="ellipsis"),
             *_window(rows, room),
@@ -188,20 +182,14 @@ class LiveTree:
         row.append(
             f"{indent}{self._marks.status[node.status]} {node.name}", style=STYLES[node.status]
         )
-        progress = progress_of(node)
-        if progress is not None:
-            row.append(f"  {self._bar(progress)}", style="cyan")
-        if node.feedback_message and (node.status is not Status.INVALID or _was_halted(node)):
+        if (progress := progress_of(node)) is not None:
+            value, limit = progress.value, progress.limit
+            drawn = bar(value, limit, BAR_WIDTH, self._marks)
+            row.append(f"  {drawn} {value:.4g} of {limit:.4g}", style="cyan")
+        was_halted = isinstance(node, ActionLeaf) and node.was_halted
+        if node.feedback_message and (node.status is not Status.INVALID or was_halted):
             row.append(f"  {node.feedback_message}", style="dim")
         return row
-
-    def _bar(self, progress: LeafProgress) -> str:
-        drawn = bar(progress.value, progress.limit, BAR_WIDTH, self._marks)
-        return f"{drawn} {progress.value:.4g} of {progress.limit:.4g}"
-
-
-def _was_halted(node: Behaviour) -> bool:
-    return isinstance(node, ActionLeaf) and node.was_halted
 
 
 def _window(rows: list[tuple[Status, Text]], room: int) -> list[Text]:

@@ -8,11 +8,15 @@ from textual import events
 from textual.binding import Binding, BindingType
 
 from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.events.attachment import Attachment
 from bt_mission.events.events import FINAL
-from bt_mission.events.source import ControlRequest, ExecutiveSource, FoundExecutive, Graph, Verb
-from bt_mission.views.terminal.marks import Marks
-from bt_mission.views.terminal.words import Span
+from bt_mission.events.source import (
+    Attachment,
+    ControlRequest,
+    ExecutiveSource,
+    Graph,
+    Verb,
+)
+from bt_mission.views.terminal.marks import Marks, Span
 from bt_mission.views.tui.dialogs import Chooser
 from bt_mission.views.tui.keys import KEYS
 from bt_mission.views.tui.view_app import ViewApp
@@ -136,16 +140,11 @@ class WatchApp(ViewApp):
         if (command := self.outlook.breakpoint()) is not None:
             self.send_command(command)
 
-    def on_event_key(self, key: str) -> None:
+    async def on_event(self, event: events.Event) -> None:
         """Forget the wish to stop when another key is pressed."""
-        if key != "x" and self._may_stop:
+        if isinstance(event, events.Key) and event.key != "x" and self._may_stop:
             self._may_stop = False
             self._notice = ""
-
-    async def on_event(self, event: events.Event) -> None:
-        """See every key before it is acted upon."""
-        if isinstance(event, events.Key):
-            self.on_event_key(event.key)
         await super().on_event(event)
 
     def action_choose(self) -> None:
@@ -157,7 +156,4 @@ class WatchApp(ViewApp):
             if name is not None:
                 self.attach(name)
 
-        self.push_screen(Chooser(self._marks, self._find, self.graph.where), chosen)
-
-    def _find(self) -> tuple[FoundExecutive, ...]:
-        return self.graph.find()
+        self.push_screen(Chooser(self._marks, self.graph.find, self.graph.where), chosen)

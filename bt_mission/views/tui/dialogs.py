@@ -11,8 +11,7 @@ from textual.binding import Binding, BindingType
 from textual.screen import ModalScreen
 
 from bt_mission.events.source import FoundExecutive
-from bt_mission.views.terminal.marks import Marks, clean
-from bt_mission.views.terminal.words import Span
+from bt_mission.views.terminal.marks import Marks, Span, clean
 from bt_mission.views.tui.keys import Key
 from bt_mission.views.tui.pane import Pane
 

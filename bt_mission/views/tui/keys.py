@@ -24,7 +24,12 @@ class Key:
 
 WISHES = (
     Key("p", "send('PAUSE')", "p", "pause; running goals are cancelled, and start anew later"),
-    Key("P", "send('PAUSE_KEEPING_GOALS')", "P", "pause, while running goals run on, unwatched"),
+    Key(
+        "P",
+        "send('PAUSE_KEEPING_GOALS')",
+        "P",
+        "pause, while running goals run on within their limits",
+    ),
     Key("r", "send('RESUME')", "r", "resume"),
     Key("s", "send('STEP')", "s", "step: one tick of a paused mission"),
     Key("x", "stop", "x x", "stop the mission; every goal is seen to its end"),

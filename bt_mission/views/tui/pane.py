@@ -15,9 +15,8 @@ from textual.geometry import Region
 from textual.strip import Strip
 from textual.widget import Widget
 
-from bt_mission.events.status_marks import STYLES as STATUS_LOOKS
-from bt_mission.views.terminal.marks import Marks
-from bt_mission.views.terminal.words import Span, fit
+from bt_mission.events.log import STYLES as STATUS_LOOKS
+from bt_mission.views.terminal.marks import Marks, Span, fit
 
 STYLES: Mapping[str, Style] = {
     "": Style(),

@@ -9,8 +9,7 @@ from textual.binding import Binding, BindingType
 
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.recording.replay.player import Player
-from bt_mission.views.terminal.marks import Marks
-from bt_mission.views.terminal.words import Span, bar
+from bt_mission.views.terminal.marks import Marks, Span, bar
 from bt_mission.views.tui.keys import REPLAY_KEYS
 from bt_mission.views.tui.view_app import Prompt, ViewApp
 

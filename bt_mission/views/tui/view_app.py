@@ -12,12 +12,10 @@ from textual.app import App
 from textual.widgets import Input
 
 from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.views.terminal.arrangement import PANELS
-from bt_mission.views.terminal.marks import Marks
-from bt_mission.views.terminal.words import Span
+from bt_mission.views.terminal.marks import Marks, Span
 from bt_mission.views.tui.dialogs import Help
 from bt_mission.views.tui.keys import Key
-from bt_mission.views.tui.layout import MainScreen
+from bt_mission.views.tui.layout import PANELS, MainScreen
 from bt_mission.views.tui.watch_model import WatchModel
 
 FRAME_S = 0.1
@@ -148,7 +146,7 @@ class ViewApp(App[None]):
     def on_click(self, event: events.Click) -> None:
         """Select the node that is clicked on; fold or unfold it with a second click."""
         if event.widget is self._main.panes["tree"] and event.y > 0:
-            self.outlook.select_row(event.y - 1)
+            self.outlook.move(self.outlook.top + event.y - 1 - self.outlook.cursor_row)
             if event.chain > 1:
                 self.outlook.toggle()
             self.draw()

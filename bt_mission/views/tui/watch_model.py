@@ -8,7 +8,7 @@ from bt_mission.events import messages
 from bt_mission.events.events import MissionStarted
 from bt_mission.events.mission_state import MissionState
 from bt_mission.events.source import ControlRequest, Heard, Verb
-from bt_mission.views.terminal.outline import Outline, scrolled_to
+from bt_mission.views.terminal.tree_rows import Outline, scrolled_to
 
 WINDOW_S = 3.0
 """Wall time over which the pace is taken."""
@@ -114,10 +114,6 @@ class WatchModel:
             self.is_following = False
             row = min(max(self.cursor_row + rows, 0), len(self.outline.rows) - 1)
             self.cursor = self.outline.rows[row]
-
-    def select_row(self, row: int) -> None:
-        """Select the node of a row in view."""
-        self.move(self.top + row - self.cursor_row)
 
     def fold(self) -> None:
         """Hide what is below the selected node; of a leaf or a folded one, go to its parent."""

@@ -8,7 +8,7 @@ import numpy as np
 from PIL import Image as Pillow
 from PIL import ImageDraw
 
-from bt_mission.behaviours.progress import LeafProgress
+from bt_mission.behaviours.leaves import LeafProgress
 from bt_mission.views.drawing.letters import width_px, wrapped
 from bt_mission.views.drawing.png import font
 from bt_mission.views.video.mp4 import Picture

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from pathlib import Path
 from typing import Any, Protocol, Self
 
 import numpy as np
 import numpy.typing as npt
 
-from bt_mission.behaviours.progress import progress_of
+from bt_mission.behaviours.leaves import progress_of
 from bt_mission.core.errors import described
 from bt_mission.executive.status import MissionStatus
 from bt_mission.goals.goal import Goal
@@ -89,11 +88,7 @@ class VideoRecorder:
     """
 
     def __init__(
-        self,
-        session: Session,
-        views: RobotViews,
-        file: Mp4File,
-        zones: Iterable[Zone] = (),
+        self, session: Session, views: RobotViews, file: Mp4File, zones: Iterable[Zone] = ()
     ) -> None:
         self.file = file
         self._session = session
@@ -113,11 +108,6 @@ class VideoRecorder:
 
     def __exit__(self, *_: object) -> None:
         self.close()
-
-    @property
-    def path(self) -> Path:
-        """The film's file."""
-        return self.file.path
 
     @property
     def missing(self) -> str:
@@ -158,13 +148,13 @@ class VideoRecorder:
             self._shoot(due)
 
     def _on_goal(self, what: str, goal: Goal) -> None:
-        if what == "sent":
-            self._guarded(lambda: self._mark(goal))
+        def mark() -> None:
+            for place in poses_of(goal.request):
+                if place.frame in FRAMES:
+                    self._ground.mark(place.x, place.y)
 
-    def _mark(self, goal: Goal) -> None:
-        for place in poses_of(goal.request):
-            if place.frame in FRAMES:
-                self._ground.mark(place.x, place.y)
+        if what == "sent":
+            self._guarded(mark)
 
     def _shoot(self, times: int) -> None:
         if self.file.fault is not None:
@@ -185,23 +175,20 @@ class VideoRecorder:
         self.file.add(frame, times)
 
     def _captions(self) -> Captions:
-        executive = self._session.executive
+        session, executive = self._session, self._session.executive
+        driven = session.distance_travelled_m or 0.0
+        counts = f"goals sent: {executive.goals_sent}, collisions: {session.collisions}"
         is_running = executive.status is MissionStatus.RUNNING
         leaves = executive.running_leaves if is_running else []
         return Captions(
-            mission=self._session.mission.name,
-            seconds=(self._session.now_ns - self._session.start_ns) / 1e9,
+            mission=session.mission.name,
+            seconds=(session.now_ns - session.start_ns) / 1e9,
             state=executive.state,
             leaves=tuple(PanelLeaf(leaf.name, progress_of(leaf)) for leaf in leaves),
             said=self._said,
-            facts=self._facts(),
+            facts=f"{driven:.2f} m driven, {counts}",
             reason=executive.reason,
         )
-
-    def _facts(self) -> str:
-        sent, hits = self._session.executive.goals_sent, self._session.collisions
-        driven = self._session.distance_travelled_m or 0.0
-        return f"{driven:.2f} m driven, goals sent: {sent}, collisions: {hits}"
 
     def _guarded(self, call: Callable[[], None]) -> None:
         try:

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from action_servers.arbiter.arbiter import SOURCES, Arbiter
+from action_servers.arbiter.arbiter import SOURCES, Arbiter, CommandAge
 from action_servers.core.maneuver import ZERO
 from bt_mission.core.geometry import Twist2D
 
@@ -79,3 +79,47 @@ def test_a_clock_that_is_set_back_ends_what_was_heard_before(arbiter):
     arbiter.take(JOY, SLOW, 10_000 * MS)
     assert arbiter.step(0) == ZERO
     assert arbiter.take(MISSION, FAST, 0) == FAST
+
+
+def test_a_command_counts_from_when_it_was_sent(arbiter):
+    """One that was under way for a while is given as much less time; too late, it counts not."""
+    assert arbiter.take(MISSION, FAST, 1000 * MS, age_ns=100 * MS) == FAST
+    assert arbiter.step(1050 * MS - 1) is None
+    assert arbiter.step(1050 * MS) == ZERO
+    assert arbiter.take(MISSION, FAST, 1100 * MS, age_ns=150 * MS) is None
+    assert arbiter.step(1100 * MS) == ZERO
+
+
+def test_a_stop_counts_however_late_it_comes(arbiter):
+    """From when it is heard."""
+    assert arbiter.take(STOP, ZERO, 1000 * MS, age_ns=5000 * MS) == ZERO
+    assert arbiter.take(JOY, SLOW, 1500 * MS - 1) is None
+
+
+@pytest.mark.parametrize("ahead_ms", [0, -3_600_000, 400])
+def test_an_age_does_not_depend_on_how_clocks_are_set(ahead_ms):
+    """Only on how much longer a command took than the fastest before it."""
+    age = CommandAge()
+    sent = [(10_000, 10_010), (10_050, 10_055), (10_100, 10_290), (10_150, 10_295)]
+    found = [age.of((at + ahead_ms) * MS, here * MS) // MS for at, here in sent]
+    assert found == [0, 0, 185, 140]
+
+
+def test_a_source_whose_clock_is_set_back_is_heard_again():
+    """After the 2 s in which what came before is compared with."""
+    age = CommandAge()
+    assert age.of(100_000 * MS, 100_000 * MS) == 0
+    ages = [age.of(at * MS, (100_000 + at) * MS) // MS for at in range(50, 2200, 50)]
+    assert ages == [100_000] * 39 + [0] * 4
+
+
+def test_after_a_long_silence_a_command_is_compared_with_the_last():
+    """What has waited all that time is as old as it is."""
+    age = CommandAge()
+    assert age.of(1000 * MS, 1000 * MS) == 0
+    assert age.of(1050 * MS, 61_000 * MS) == 59_950 * MS
+
+
+def test_a_command_without_a_stamp_counts_as_new():
+    """ROS takes zero for no stamp."""
+    assert CommandAge().of(0, 5 * MS) == 0

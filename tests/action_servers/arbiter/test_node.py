@@ -12,6 +12,7 @@ from rclpy.context import Context
 from rclpy.node import Node
 
 from action_servers.arbiter.node import ArbiterNode, ArbiterOptions
+from bt_mission.core.stamps import set_ns, to_ns
 from bt_mission.virtual_time import VirtualTimeExecutor
 
 START_NS = 10_000_000_000
@@ -28,6 +29,7 @@ class Desk:
         self.people = Node("people", context=self.context, **lean)
         self.arbiter = ArbiterNode(ArbiterOptions(lean=True, context=self.context, **options))
         self.sent: list[tuple[int, float]] = []
+        self.stamps: list[int] = []
         self.clock = VirtualTimeExecutor(start_ns=START_NS, context=self.context)
         self.people.create_subscription(TwistStamped, "cmd_vel", self._hear, 10)
         self.sources = {
@@ -39,12 +41,16 @@ class Desk:
 
     def _hear(self, message: Any) -> None:
         self.sent.append((self.clock.now_ns - START_NS, message.twist.linear.x))
+        self.stamps.append(to_ns(message.header.stamp) - START_NS)
 
-    def say(self, source: str, speed: float) -> None:
-        """Command a speed, heard now."""
-        message = TwistStamped()
-        message.twist.linear.x = speed
-        self.sources[source].publish(message)
+    def say(self, source: str, *speeds: float, sent_ms: int | None = None) -> None:
+        """Command speeds, one after the other, heard now; they may have been sent earlier."""
+        for speed in speeds:
+            message = TwistStamped()
+            message.twist.linear.x = speed
+            if sent_ms is not None:
+                set_ns(message.header.stamp, START_NS + sent_ms * MS)
+            self.sources[source].publish(message)
         self.clock.run_until_quiet()
 
     def wait_until(self, ms: int) -> None:
@@ -116,6 +122,30 @@ def test_stop_holds_the_base_against_all_others(desk):
     desk.wait_until(400)
     assert desk.moving == [(0, 0.2)]
     assert desk.first_zero_after(0) == 40
+
+
+def test_a_command_is_passed_on_with_the_time_at_which_it_was_sent(desk):
+    """So the timeout of the base does not begin anew on the way."""
+    desk.wait_until(100)
+    desk.say("mission", 0.2, sent_ms=100)
+    desk.wait_until(240)
+    desk.say("mission", 0.2, sent_ms=150)
+    assert desk.moving == [(100, 0.2), (240, 0.2)]
+    moved = [stamp // MS for stamp, (_, speed) in zip(desk.stamps, desk.sent, strict=True) if speed]
+    assert moved == [100, 150]
+    desk.wait_until(1000)
+    assert desk.first_zero_after(240) == 300
+
+
+def test_of_commands_that_have_waited_none_moves_the_base(desk):
+    """An arbiter that was held up, while the servers died, hears the newest alone, as old."""
+    desk.wait_until(100)
+    desk.say("mission", 0.2, sent_ms=100)
+    desk.wait_until(1000)
+    before = len(desk.moving)
+    desk.say("mission", *[0.2] * 8, sent_ms=150)
+    desk.wait_until(2000)
+    assert len(desk.moving) == before
 
 
 def test_timeouts_are_parameters():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image as Picture
 
-from action_servers.camera.storage import ImageFolder
+from action_servers.camera.camera_sweep import ImageFolder
 from action_servers.core.maneuver import Image
 
 

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from action_servers.core.checks import outside, refusal, stale
+from action_servers.core.checks import refusal, stale
+from action_servers.core.limits import outside
 from action_servers.core.maneuver import ErrorCode, Finished, Observation, Refusal
 from bt_mission.core.geometry import Pose2D
 

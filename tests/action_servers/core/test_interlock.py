@@ -4,9 +4,14 @@ from __future__ import annotations
 
 import pytest
 
-from action_servers.core.interlock import Interlock
 from action_servers.core.maneuver import ZERO, ErrorCode, Observation
-from action_servers.core.pilot import REFUSED_WHILE_DRIVING, ManeuverOutcome, ManeuverRun, Pilot
+from action_servers.core.pilot import (
+    REFUSED_WHILE_DRIVING,
+    Interlock,
+    ManeuverOutcome,
+    ManeuverRun,
+    Pilot,
+)
 from bt_mission.core.geometry import Twist2D
 
 

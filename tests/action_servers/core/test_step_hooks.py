@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from action_servers.core.maneuver import Finished, Observation
-from action_servers.core.step_hooks import Before, HookedManeuver
+from action_servers.robot_io.adapter import Before, HookedManeuver
 from bt_mission.core.geometry import Twist2D
 
 

@@ -7,9 +7,7 @@ from dataclasses import fields
 import pytest
 
 from action_servers.core.parameters import specs
-from action_servers.core.tuning import Tuning
-from action_servers.mapping.tuning import FrontierTuning, MapperTuning
-from action_servers.navigation.tuning import NavigationTuning
+from action_servers.core.tuning import FrontierTuning, MapperTuning, NavigationTuning, Tuning
 
 ALL = (Tuning, NavigationTuning, FrontierTuning, MapperTuning)
 

@@ -9,7 +9,7 @@ import pytest
 
 from action_servers.core.maneuver import ErrorCode, Finished
 from action_servers.driving.drive import DriveGuard
-from action_servers.driving.rotation import ARRIVED_WITHIN, Rotation
+from action_servers.driving.turn import ARRIVED_WITHIN, Rotation
 from bt_mission.core.geometry import Twist2D
 
 POST_BEHIND_RIGHT = (0.0, -0.205, 0.0, -0.5)

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from action_servers.core.maneuver import Finished, Refusal
-from action_servers.driving.spin import Spin, plan
+from action_servers.driving.turn import Spin, plan_spin
 
 
 def goal(yaw, allowance_s=0):
@@ -23,7 +23,7 @@ def goal(yaw, allowance_s=0):
 def test_it_turns_by_the_angle_in_its_sign(fake, robot, yaw):
     """Not wrapped, within a degree; the result has the time used."""
     base = fake(robot)
-    spin = plan(goal(yaw), base.observe(), robot)
+    spin = plan_spin(goal(yaw), base.observe(), robot)
     assert isinstance(spin, Spin)
     assert base.run(spin) == Finished("succeeded")
     assert base.yaw == pytest.approx(yaw, abs=math.radians(1.0))
@@ -57,7 +57,7 @@ def test_no_room_to_turn_is_a_collision_ahead(fake, waffle):
 def test_a_negative_time_is_refused(fake, waffle):
     """And NaN."""
     now = fake(waffle).observe()
-    assert plan(goal(1.0, -1), now, waffle) == Refusal(
+    assert plan_spin(goal(1.0, -1), now, waffle) == Refusal(
         "time_allowance must not be negative, got -1 s"
     )
-    assert isinstance(plan(goal(math.nan), now, waffle), Refusal)
+    assert isinstance(plan_spin(goal(math.nan), now, waffle), Refusal)

@@ -120,4 +120,4 @@ def test_feedback_is_the_distance(fake, waffle):
 def test_a_speed_that_the_robot_does_not_have_is_refused(fake, waffle):
     """Before it moves."""
     planned = plan_back_up(goal(0.3, 0.5), fake(waffle).observe(), waffle)
-    assert planned == Refusal("speed must be from -0.26 to 0.26 m/s, got -0.5")
+    assert planned == Refusal("speed must be from -0.26 to 0.26 m/s, got 0.5")

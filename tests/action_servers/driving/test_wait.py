@@ -7,12 +7,12 @@ from types import SimpleNamespace
 import pytest
 
 from action_servers.core.maneuver import SUCCEEDED, ZERO, Observation, Refusal
-from action_servers.driving.wait import Wait, plan
+from action_servers.driving.recoveries import WaitManeuver, plan_wait
 
 
 def test_it_ends_at_the_time():
     """Feedback counts down to nothing; the result is the time that has passed."""
-    wait = Wait(0.15)
+    wait = WaitManeuver(0.15)
     left = []
     for step in range(4):
         answer = wait.step(Observation(10.0 + step * 0.05))
@@ -25,10 +25,10 @@ def test_it_ends_at_the_time():
 
 def test_no_time_at_all_ends_with_the_first_step():
     """As in Nav2."""
-    assert Wait(0.0).step(Observation(10.0)) == SUCCEEDED
+    assert WaitManeuver(0.0).step(Observation(10.0)) == SUCCEEDED
 
 
 def test_less_than_nothing_is_refused():
     """It needs no sensors."""
     wrong = SimpleNamespace(time=SimpleNamespace(sec=-1, nanosec=0))
-    assert plan(wrong) == Refusal("time must not be negative, got -1 s")
+    assert plan_wait(wrong) == Refusal("time must not be negative, got -1 s")

@@ -6,10 +6,10 @@ from types import SimpleNamespace
 import pytest
 
 from action_servers.core.maneuver import ErrorCode, Finished, Refusal
+from action_servers.core.tuning import FRONTIERS
 from action_servers.mapping import explore
 from action_servers.mapping.explore import ExploreFrontiers, plan
-from action_servers.mapping.tuning import FRONTIERS
-from action_servers.navigation.codes import Code
+from action_servers.navigation.senses import Code
 
 
 def goal(max_duration=0.0, min_frontier=0.0):

@@ -13,6 +13,7 @@ from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import OccupancyGrid
 from rclpy.context import Context
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_srvs.srv import Trigger
 
@@ -163,6 +164,26 @@ def test_save_map_writes_and_says_where(bench: Bench, tmp_path: Path) -> None:
     assert after.success
     assert after.message == f"map saved: {tmp_path / 'map.yaml'}"
     assert (tmp_path / "map.pgm").stat().st_size > 1000
+
+
+@pytest.mark.parametrize("place", ["elsewhere/map", "link/map", "../map"])
+def test_a_client_cannot_have_a_map_written_anywhere(
+    bench: Bench, tmp_path: Path, place: str
+) -> None:
+    """The parameter may be set to another name in the folder; no link leads elsewhere."""
+    other = tmp_path.parent / f"{tmp_path.name}_other"
+    other.mkdir()
+    (tmp_path / "link").symlink_to(other)
+    target = other / "map" if place == "elsewhere/map" else tmp_path / place
+    bench.run_for(1.0)
+    bench.mapper.set_parameters([Parameter("map_prefix", value=str(target))])
+    answer = bench.save()
+    assert not answer.success
+    assert f"lies outside of {tmp_path}" in answer.message
+    assert not list(other.iterdir())
+    assert not target.with_suffix(".pgm").exists()
+    bench.mapper.set_parameters([Parameter("map_prefix", value=str(tmp_path / "second"))])
+    assert bench.save().success
 
 
 def test_a_map_without_news_is_not_sent_again(

@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from action_servers.navigation.history import PoseHistory
+from action_servers.navigation.senses import PoseHistory
 from bt_mission.core.geometry import Pose2D
 
 

@@ -5,8 +5,8 @@ import pytest
 
 from action_servers.core.grid import survey
 from action_servers.core.maneuver import Grid, Scan
+from action_servers.core.tuning import NAVIGATION
 from action_servers.navigation.obstacles import ObstacleLayer
-from action_servers.navigation.tuning import NAVIGATION
 from bt_mission.core.geometry import Pose2D
 
 LIDAR = Pose2D(2.02, 2.02, 0.0)

@@ -3,7 +3,7 @@ import dataclasses
 import pytest
 
 from action_servers.core.maneuver import SUCCEEDED, Finished
-from action_servers.navigation.tuning import NavigationTuning
+from action_servers.core.tuning import NavigationTuning
 from action_servers.navigation.waypoints import FollowWaypoints
 from bt_mission.core.geometry import Pose2D
 

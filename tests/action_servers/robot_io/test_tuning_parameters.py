@@ -8,9 +8,7 @@ from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValu
 from rclpy.parameter import Parameter
 
 from action_servers.core.parameters import specs
-from action_servers.core.tuning import Tuning
-from action_servers.mapping.tuning import FrontierTuning
-from action_servers.navigation.tuning import NavigationTuning
+from action_servers.core.tuning import FrontierTuning, NavigationTuning, Tuning
 from action_servers.server.node import ServerOptions, ServersNode
 
 TUNINGS = (("", Tuning), ("navigation.", NavigationTuning), ("frontiers.", FrontierTuning))
@@ -110,5 +108,5 @@ def test_a_tuning_of_navigation_reaches_its_maneuvers(make_node):
     node = make_node(**{"navigation.patience": 2.5, "frontiers.map_wait": 1.5})
     (explore,) = [one for one in node._adapters if one._action.name == "explore_frontiers"]
     planned = explore._action.plan(explore._action.type.Goal(), node._sensors.observe())
-    assert planned._around.tuning.patience == 2.5
+    assert planned.surroundings.tuning.patience == 2.5
     assert planned._tuning.map_wait == 1.5

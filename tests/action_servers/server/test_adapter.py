@@ -8,7 +8,7 @@ from bt_mission_interfaces.action import Turn
 from nav2_msgs.action import FollowWaypoints
 
 from action_servers.core.maneuver import ZERO
-from action_servers.server.adapter import SHOWN_CHARACTERS, shown
+from action_servers.robot_io.adapter import SHOWN_CHARACTERS, shown
 
 
 def test_a_goal_is_shown_in_one_line():

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from bt_mission.core.dds.liveliness import EXECUTIVE_LOST
 from bt_mission.core.errors import BtMissionError
 from bt_mission.executive.journal.file import JournalFile
 from bt_mission.executive.journal.recorder import JournalRecorder
@@ -16,7 +17,7 @@ from bt_mission.executive.journal.state import JournalState, head_of, told
 from bt_mission.goals.goal import Event, Goal, Phase
 from bt_mission.language.loader import load_text
 from tests.conftest import ScriptedServer
-from tests.support.play import TICK_NS, Play
+from tests.support.play import TICK_NS, Play, message
 
 S = 1_000_000_000
 
@@ -285,3 +286,43 @@ def test_a_journal_that_cannot_be_written_ends_the_mission(begun: Any, tmp_path:
         life.tick()
     assert life.play.status == "failure"
     assert "cannot write the journal: Bad file descriptor" in life.play.executive.reason
+
+
+@pytest.mark.parametrize("shape", ["{}", "retry: {{attempts: 1}}\n  do:\n    {}"])
+def test_a_mission_whose_goal_was_cut_off_goes_on(tmp_path: Path, shape: str) -> None:
+    """Its servers took its process for dead, which lived: it failed, and can be resumed."""
+    tree = shape.format("sequence: [{log: a}, {turn: {angle: 9}}, {log: b}]")
+    text, world = f"mission: m\ntree:\n  {tree}\n", World("cut short")
+    life = Life(text, tmp_path / "j", world)
+    life.tick()
+    (goal,) = world.goals.values()
+    life.tick()
+    del world.goals[goal.id]
+    goal.on_result(6, message(error_code=EXECUTIVE_LOST, error_msg="the executive has died"))
+    world.ended[goal.id] = 6
+    life.tick()
+    executive = life.play.executive
+    assert (executive.state, executive.is_resumable) == ("failure", True)
+    assert executive.reason == "'turn' aborted: /turn: the executive has died (code 911)"
+    life.die()
+    status, said, driven = run(text, tmp_path / "j", world, [])
+    assert (status, life.play.said + said, driven) == ("success ", ["a", "b"], 1)
+
+
+def test_a_goal_that_was_cut_off_may_be_tried_again(tmp_path: Path) -> None:
+    """By the mission itself; when that fails, too, for a reason of its own, it has ended."""
+    tree = "retry: {attempts: 2}\n  do:\n    turn: {angle: 9}"
+    text, world = f"mission: m\ntree:\n  {tree}\n", World("cut short")
+    life = Life(text, tmp_path / "j", world)
+    for code in (EXECUTIVE_LOST, 902):
+        while not world.goals:
+            life.tick()
+        life.tick()
+        (goal,) = world.goals.values()
+        del world.goals[goal.id]
+        goal.on_result(6, message(error_code=code))
+        life.tick()
+    assert (life.play.executive.state, life.play.executive.is_resumable) == ("failure", False)
+    life.die()
+    with pytest.raises(BtMissionError, match="this mission has ended: failure"):
+        Life(text, tmp_path / "j", world)

@@ -12,6 +12,7 @@ from pydantic import Field
 
 from bt_mission.behaviours import leaves
 from bt_mission.behaviours.builder import BEHAVIOURS, build_tree
+from bt_mission.behaviours.hooks import Hooked
 from bt_mission.behaviours.runtime import Scope
 from bt_mission.cli.main import main
 from bt_mission.core.diagnostics import InputError
@@ -72,6 +73,12 @@ def test_a_kind_lacks_nothing(key: str, corpus: Path, capsys: pytest.CaptureFixt
     """Its class tells the rest: form, values, variables, ends, label and details."""
     page = PAGE.read_text(encoding="utf-8")
     assert list(lacking(key, corpus, page, capsys)) == ([XML] if key in ONLY_YAML else [])
+
+
+def test_every_behaviour_has_hooks(corpus: Path) -> None:
+    """Breakpoints and faults reach each node, whatever its kind."""
+    nodes = build_tree(load(corpus), Scope({}, 0)).iterate()
+    assert [node.name for node in nodes if not isinstance(node, Hooked)] == []
 
 
 class HonkNode(NodeModel):

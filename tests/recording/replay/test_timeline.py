@@ -8,8 +8,8 @@ import pytest
 
 from bt_mission.recording.file import McapFile
 from bt_mission.recording.reading import Channel, RecordingError
-from bt_mission.recording.replay.seeker import TimelineSeeker
-from bt_mission.recording.replay.timeline import read_timeline
+from bt_mission.recording.replay.player import TimelineSeeker
+from bt_mission.recording.replay.timeline import beside, read_timeline
 from tests.support.recordings import edited, recording
 
 S = 1_000_000_000
@@ -29,10 +29,10 @@ def test_changes_of_the_tree_are_found_in_both_directions() -> None:
     """The next one, and the one before."""
     timeline = read_timeline(recording())
     first, second = timeline.changes_ns[:2]
-    assert timeline.change_after(first) == second
-    assert timeline.change_before(second) == first
-    assert timeline.change_before(first) is None
-    assert timeline.change_after(timeline.changes_ns[-1]) is None
+    assert beside(timeline.changes_ns, first, 1) == second
+    assert beside(timeline.changes_ns, second, -1) == first
+    assert beside(timeline.changes_ns, first, -1) is None
+    assert beside(timeline.changes_ns, timeline.changes_ns[-1], 1) is None
 
 
 def test_starts_of_a_node_are_found_in_both_directions() -> None:
@@ -41,13 +41,13 @@ def test_starts_of_a_node_are_found_in_both_directions() -> None:
     tree = TimelineSeeker(timeline).seek(timeline.end_ns).tree
     assert tree is not None
     (index,) = (at for at, node in enumerate(tree.nodes) if node.name == "drive")
-    first = timeline.start_after(tree.run, index, timeline.start_ns - 1)
+    first = beside(timeline.starts_ns[tree.run, index], timeline.start_ns - 1, 1)
     assert first is not None
-    second = timeline.start_after(tree.run, index, first)
+    second = beside(timeline.starts_ns[tree.run, index], first, 1)
     assert second is not None
-    assert timeline.start_after(tree.run, index, second) is None
-    assert timeline.start_before(tree.run, index, second) == first
-    assert timeline.start_before("another run", index, second) is None
+    assert beside(timeline.starts_ns[tree.run, index], second, 1) is None
+    assert beside(timeline.starts_ns[tree.run, index], second, -1) == first
+    assert timeline.starts_ns.get(("another run", index)) is None
 
 
 def test_a_file_of_another_recorder_that_begins_later(tmp_path: Path) -> None:

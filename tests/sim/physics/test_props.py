@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from sim.physics.prop import PropError
+from sim.physics.props import PropError
 from sim.physics.spawn import RobotSpawn
-from sim.sensors.raycast import RaycastCamera
+from sim.sensors.camera import RaycastCamera
 from sim.simulation import Fleet, Simulation
 from sim.world.loader import load_world
 from sim.world.world import Spawn

@@ -2,7 +2,7 @@
 
 import pytest
 
-from sim.sensors.encoders import Encoders
+from sim.sensors.odometry import Encoders
 
 
 def read(encoders: Encoders, times: int) -> tuple[float, float]:

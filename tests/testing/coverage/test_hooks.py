@@ -103,6 +103,40 @@ def test_missions_that_no_test_runs_count_where_that_is_asked_for(missions):
     )
 
 
+def test_missions_that_a_test_starts_by_itself_count(missions):
+    """On a stage of its own, or on a node of its own that it spins."""
+    missions.makepyfile(
+        test_b="""
+import rclpy
+
+import bt_mission
+
+def test_a_stage(tmp_path):
+    mission = bt_mission.load("missions/turning.yaml")
+    with bt_mission.Stage(mission, image_folder=tmp_path) as stage:
+        while not stage.is_done:
+            stage.step()
+
+def test_a_runner():
+    context = rclpy.Context()
+    rclpy.init(context=context)
+    node = rclpy.create_node("own", context=context)
+    executor = rclpy.executors.SingleThreadedExecutor(context=context)
+    executor.add_node(node)
+    mission = bt_mission.load("missions/resting.yaml")
+    with bt_mission.MissionRunner(node, mission) as runner:
+        while not runner.is_done:
+            executor.spin_once(timeout_sec=0.1)
+    node.destroy_node()
+    context.shutdown()
+"""
+    )
+    result = missions.runpytest_subprocess("--mission-cov", "test_b.py")
+    result.assert_outcomes(passed=2)
+    result.stdout.fnmatch_lines(["*missions/turning.yaml*"])
+    result.stdout.fnmatch_lines(["*missions/resting.yaml*"])
+
+
 @pytest.mark.parametrize(
     "workers", [(), pytest.param(("-n", "1"), marks=pytest.mark.process)], ids=["one", "xdist"]
 )

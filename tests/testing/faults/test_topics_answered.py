@@ -128,7 +128,7 @@ def test_what_a_drive_bears(stage: Any, make: Any) -> None:
 def test_a_command_that_sticks_is_ended_by_the_limit(stage: Any) -> None:
     """The base hears the same again and again; the mission gives up, the goal is cancelled."""
     run = stage.run(TURN)
-    stuck = stage.faults.freeze("cmd_vel")
+    stuck = stage.faults.freeze("cmd_vel", fresh_stamps=True)
     run.at(1.0, stuck)
     run.until(lambda s: s.leaf("drive").failed)
     assert (run.t, run.leaf("drive").outcome) == (4.15, "canceled by timeout: not done within 4 s")

@@ -9,8 +9,7 @@ import pytest
 from bt_mission.language.loader import load_text
 from bt_mission.language.nodes.registry import KINDS
 from bt_mission.sessions.load import load
-from bt_mission.views.drawing.nodes import SIGNS, drawn, heading
-from bt_mission.views.drawing.outline import legend, outline
+from bt_mission.views.drawing.nodes import SIGNS, drawn, heading, legend, outline
 from tests.support.project import ROOT
 
 MISSIONS = sorted([*ROOT.glob("missions/*.yaml"), *ROOT.glob("missions/sources/*.yaml")])

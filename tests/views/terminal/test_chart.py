@@ -7,8 +7,7 @@ import pytest
 from bt_mission.events.messages import FrameTransform, Map, ScanPoints
 from bt_mission.events.robot_state import RobotState
 from bt_mission.views.terminal.chart import MapChart
-from bt_mission.views.terminal.marks import ASCII_SIGNS, SIGNS, Marks
-from bt_mission.views.terminal.words import text_of
+from bt_mission.views.terminal.marks import ASCII_SIGNS, SIGNS, Marks, text_of
 
 QUARTER = 1.5707963267948966
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bt_mission.views.terminal.outline import Outline
+from bt_mission.views.terminal.tree_rows import Outline
 from tests.support.watched import tree
 
 

@@ -8,7 +8,7 @@ from bt_mission.events.events import GoalChanged
 from bt_mission.events.messages import BatteryState, FrameTransform
 from bt_mission.events.mission_state import MissionState
 from bt_mission.events.robot_state import RobotState
-from bt_mission.views.terminal.marks import ASCII_SIGNS, SIGNS
+from bt_mission.views.terminal.marks import ASCII_SIGNS, SIGNS, text_of
 from bt_mission.views.terminal.panels import (
     goals_title,
     header,
@@ -18,7 +18,6 @@ from bt_mission.views.terminal.panels import (
     targets,
     variable_rows,
 )
-from bt_mission.views.terminal.words import text_of
 from tests.support.watched import S, ScriptedExecutive
 
 

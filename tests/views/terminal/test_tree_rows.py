@@ -7,10 +7,16 @@ import pytest
 from bt_mission.events.log import LogEntry
 from bt_mission.events.mission_state import MissionState
 from bt_mission.views.terminal.lines import log_line, whole_tree
-from bt_mission.views.terminal.marks import ASCII_SIGNS, SIGNS, clean, marks_for
-from bt_mission.views.terminal.outline import Outline
-from bt_mission.views.terminal.tree_rows import tree_row
-from bt_mission.views.terminal.words import fit, seconds, text_of
+from bt_mission.views.terminal.marks import (
+    ASCII_SIGNS,
+    SIGNS,
+    clean,
+    fit,
+    marks_for,
+    seconds,
+    text_of,
+)
+from bt_mission.views.terminal.tree_rows import Outline, tree_row
 from tests.support.watched import S, ScriptedExecutive
 
 

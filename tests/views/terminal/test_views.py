@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import io
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from bt_mission_interfaces.action import Turn
 from rich.console import Console
 
-from bt_mission.views.terminal.views import LiveTree
+from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.views.terminal.views import LiveTree, LiveView, PlainView
 
 TREE = """\
   sequence:
@@ -78,3 +80,44 @@ def test_on_a_low_terminal_the_running_leaf_stays_in_sight(picture: Any) -> None
 def test_feedback_that_is_no_number_has_no_bar(picture: Any) -> None:
     """A NaN must not end what shows it."""
     assert "of 45" not in picture(float("nan"))[3]
+
+
+def paused_with_a_goal(play: Any) -> Any:
+    """A session that is paused while its goal is under way."""
+    story = play("  turn: {angle: 90}\n")
+    story.tick()
+    story.turn.accept()
+    story.executive.pause("by hand", keep_goals=True)
+    mission = SimpleNamespace(name="test", world="", robot="waffle", seed=0)
+    return SimpleNamespace(
+        executive=story.executive, mission=mission, start_ns=0, now_ns=2_000_000_000, story=story
+    )
+
+
+def test_a_pause_is_in_the_plain_lines_with_what_is_under_way(play: Any) -> None:
+    """A line for each change of it, and one for its end."""
+    session, stream = paused_with_a_goal(play), io.StringIO()
+    view = PlainView(stream)
+    view.open(session, Stopwatch())
+    view.refresh()
+    view.refresh()
+    session.story.turn.succeed()
+    session.story.tick()
+    view.refresh()
+    session.executive.resume()
+    view.refresh()
+    assert [line.strip() for line in stream.getvalue().splitlines()[1:]] == [
+        "2.00 s    mission paused  by hand; still under way: 'turn'",
+        "2.00 s    mission paused  by hand",
+        "2.00 s    mission running",
+    ]
+
+
+def test_a_pause_is_above_the_live_tree_with_what_is_under_way(play: Any) -> None:
+    """Instead of the state."""
+    console = Console(file=io.StringIO(), width=120, force_terminal=True)
+    with LiveView(console) as view:
+        view.open(paused_with_a_goal(play), Stopwatch())
+        view.refresh()
+    drawn = console.file.getvalue()  # type: ignore[attr-defined]  # a StringIO
+    assert "paused: by hand; still under way: 'turn'" in drawn

@@ -6,7 +6,7 @@ import pytest
 
 from bt_mission.events.messages import FrameTransform
 from bt_mission.events.source import ControlRequest, Verb
-from bt_mission.views.terminal.outline import scrolled_to
+from bt_mission.views.terminal.tree_rows import scrolled_to
 from bt_mission.views.tui.watch_model import RealTimeFactor, WatchModel
 from tests.support.watched import S, ScriptedExecutive
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bt_mission.behaviours.progress import LeafProgress
+from bt_mission.behaviours.leaves import LeafProgress
 from bt_mission.views.video.panel import Captions, PanelLeaf, panel
 
 RUNNING = Captions(

@@ -1,0 +1,105 @@
+"""Limits of single fields of a goal: what is accepted, and why a value is not."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from operator import attrgetter
+from typing import Any, TypeAlias
+
+from bt_mission.core.diagnostics import did_you_mean, listed
+from bt_mission.core.stamps import NS, to_ns
+
+# A goal field is a float32: 1.82 arrives as 1.8200000525, and must still be within 1.82.
+FLOAT32_ROUNDING = 1e-6
+
+COLOURS = ("red", "yellow", "green", "turquoise", "blue")
+"""The colours that are known by name; `camera.colours` has their hues."""
+
+
+def outside(name: str, value: float, low: float, high: float, unit: str) -> str | None:
+    """Return why `value` is no number from `low` to `high`, or None when it is one.
+
+    NaN and infinities are always outside. Both limits belong to the range.
+    """
+    low_slack = FLOAT32_ROUNDING * abs(low)
+    high_slack = FLOAT32_ROUNDING * abs(high)
+    if math.isfinite(value) and low - low_slack <= value <= high + high_slack:
+        return None
+    return f"{name} must be from {low:g} to {high:g} {unit}, got {value:g}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NumberLimit:
+    """A number of a goal, from `low` to `high`, both included.
+
+    Args:
+        field: Its name in the goal, dotted where it is nested; a duration counts in seconds.
+        source: Where the limit comes from, in words.
+        zero: What 0 asks for, where it is accepted beside the range; "" where it is not.
+        above: Whether the number must be above `low`.
+    """
+
+    field: str
+    low: float
+    high: float
+    unit: str
+    source: str
+    zero: str = ""
+    above: bool = False
+
+    @property
+    def words(self) -> str:
+        """What is accepted, in words."""
+        if math.isinf(self.high):
+            return f"{self.low:g} {self.unit} or more"
+        if self.above:
+            return f"above {self.low:g} and at most {self.high:g} {self.unit}"
+        return f"from {self.low:g} to {self.high:g} {self.unit}"
+
+    def fault(self, value: Any) -> str | None:
+        """Return why a server refuses a goal with this value, or None."""
+        if self.zero and value == 0.0:
+            return None
+        if math.isinf(self.high):
+            is_negative = value < self.low
+            return f"{self.field} must not be negative, got {value:g} s" if is_negative else None
+        why = outside(self.field, value, self.low, self.high, self.unit)
+        if self.above and (why is not None or value == self.low):
+            return f"{self.field} must be {self.words}, got {value:g}"
+        return why
+
+
+@dataclass(frozen=True, slots=True)
+class ColourLimit:
+    """A text of a goal that names one of the known colours."""
+
+    field: str
+    source: str = "the colours that are told apart by their hue"
+
+    @property
+    def words(self) -> str:
+        """What is accepted, in words."""
+        return listed(COLOURS)
+
+    def fault(self, value: Any) -> str | None:
+        """Return why a server refuses a goal with this value, or None."""
+        return None if value in COLOURS else f"no such colour '{value[:40]}' (known: {self.words})"
+
+    def hint(self, value: Any) -> str | None:
+        """Return the colour that was meant, where one is near."""
+        return did_you_mean(value, COLOURS)
+
+
+Limit: TypeAlias = NumberLimit | ColourLimit
+Limits: TypeAlias = tuple[Limit, ...]
+
+
+def faults(goal: Any, limits: Limits) -> Iterator[str | None]:
+    """Yield for each limit why a goal message is refused, or None."""
+    for limit in limits:
+        value = attrgetter(limit.field)(goal)
+        fault = limit.fault(to_ns(value) / NS if hasattr(value, "nanosec") else value)
+        hint = limit.hint(value) if fault and isinstance(limit, ColourLimit) else None
+        yield f"{fault}; {hint}" if hint else fault

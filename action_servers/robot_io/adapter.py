@@ -1,0 +1,276 @@
+"""The one adapter between a ROS action and a maneuver.
+
+A goal is checked before it is accepted, and its maneuver is in the pilot's care from the moment of
+acceptance, so that a cancel finds it however early it comes. Execution only waits for the end.
+"""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from typing import Any, Literal, TypeAlias
+
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.action.server import ServerGoalHandle
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from rclpy.task import Future
+
+from action_servers.core.maneuver import (
+    Action,
+    Fields,
+    Finished,
+    Maneuver,
+    Observation,
+    Refusal,
+)
+from action_servers.core.pilot import ManeuverOutcome, ManeuverRun, Pilot, raised
+from action_servers.robot_io.messages import fill
+from action_servers.robot_io.sensors import SensorSubscriptions
+from bt_mission.core.geometry import Twist2D
+from bt_mission.core.goal_rate import MOST_WAITING, GoalRate
+
+SHOWN_CHARACTERS = 300
+
+
+RESULT_TIMEOUT_S = 10
+"""How long a result is kept, s, as by rcl_action's C++ servers; rclpy's own default of 900 s makes
+every status message carry all goals of a quarter of an hour."""
+
+BURST = QoSProfile(depth=MOST_WAITING)
+
+QUIET_S = 1.0
+"""Seconds between two lines of the log about goals beyond the limit."""
+
+
+Method: TypeAlias = Literal["step", "feedback", "result"]
+
+Before: TypeAlias = Callable[[Method, Fields], "tuple[int, str] | None"]
+"""Called before a method of a maneuver, with the newest feedback; whatever it raises, the maneuver
+raises. Before a step, a code and a reason end the goal as aborted."""
+
+
+class HookedManeuver:
+    """A maneuver that others may have fail. `before` may change while it runs."""
+
+    def __init__(self, maneuver: Maneuver, before: Sequence[Before]) -> None:
+        self._maneuver = maneuver
+        self._before = before
+        self._feedback: Fields = {}
+
+    @property
+    def needs_base(self) -> bool:
+        """As the maneuver."""
+        return self._maneuver.needs_base
+
+    def step(self, now: Observation) -> Twist2D | Finished:
+        """As the maneuver, or the end of the goal."""
+        return self._ask("step") or self._maneuver.step(now)
+
+    def feedback(self) -> Fields | None:
+        """As the maneuver."""
+        self._ask("feedback")
+        fields = self._maneuver.feedback()
+        if fields is not None:
+            self._feedback = fields
+        return fields
+
+    def result(self) -> Fields:
+        """As the maneuver."""
+        self._ask("result")
+        return self._maneuver.result()
+
+    def _ask(self, method: Method) -> Finished | None:
+        for before in tuple(self._before):
+            end = before(method, self._feedback)
+            if end is not None:
+                return Finished("aborted", *end)
+        return None
+
+
+class ActionAdapter:
+    """Offers one action on a node, carried out by a pilot.
+
+    The result's `error_code` and `error_msg` are filled from the way the maneuver ended. A goal
+    whose maneuver raises is aborted with the cause. `refusal` says why a maneuver, which drives or
+    not, may not begin now. `sensors` give what is known of the robot when a goal comes.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        pilot: Pilot,
+        action: Action,
+        sensors: SensorSubscriptions,
+        refusal: Callable[[Maneuver], str | None],
+    ) -> None:
+        self._clock = node.get_clock()
+        self._log = node.get_logger().get_child(action.name)
+        self._pilot = pilot
+        self._action = action
+        self.name = node.resolve_topic_name(action.name)
+        self._sensors = sensors
+        self._refusal = refusal
+        self._planned: Maneuver | None = None
+        self._running: dict[bytes, tuple[ManeuverRun, Future]] = {}
+        self._before: list[Before] = []
+        self._closed: str | None = None
+        self._rate = GoalRate(RESULT_TIMEOUT_S)
+        self.refused = ""
+        """Why the last goal was rejected; a rejection itself carries no reason in ROS."""
+        self._server = ActionServer(
+            node,
+            action.type,
+            action.name,
+            execute_callback=self._execute,
+            goal_callback=self._check,
+            handle_accepted_callback=self._begin,
+            cancel_callback=self._cancel,
+            result_timeout=RESULT_TIMEOUT_S,
+            goal_service_qos_profile=BURST,
+            result_service_qos_profile=BURST,
+            cancel_service_qos_profile=BURST,
+        )
+
+    @property
+    def action_name(self) -> str:
+        """The action's name, relative to the namespace."""
+        return self._action.name
+
+    def close(self, reason: str) -> None:
+        """Refuse every goal from now on."""
+        self._closed = reason
+
+    def plan_by(self, action: Action) -> None:
+        """Plan goals that come from now on by another form of this action."""
+        self._action = action
+
+    def interpose(self, before: Before) -> Callable[[], None]:
+        """Ask before each step of this action's maneuvers; gives a function that ends it."""
+        self._before.append(before)
+        for run, _ in self._running.values():
+            run.maneuver = self._interposed(run.maneuver)
+
+        def remove() -> None:
+            if before in self._before:
+                self._before.remove(before)
+
+        return remove
+
+    def destroy(self) -> None:
+        """Withdraw the action; its goals are to be ended before."""
+        self._server.destroy()
+
+    def _check(self, goal: Any) -> GoalResponse:
+        now_ns = self._clock.now().nanoseconds
+        too_many = self._rate.refusal(now_ns)
+        if too_many is not None:
+            self.refused = too_many
+            self._log.warning(f"goal rejected: {too_many}", throttle_duration_sec=QUIET_S)
+            return GoalResponse.REJECT
+        planned = Refusal(self._closed) if self._closed else self._plan(goal)
+        if isinstance(planned, Refusal):
+            self.refused = planned.reason
+            self._log.warning(f"goal rejected: {planned.reason}")
+            return GoalResponse.REJECT
+        self._planned = planned
+        self._rate.accept(now_ns)
+        return GoalResponse.ACCEPT
+
+    def _plan(self, goal: Any) -> Maneuver | Refusal:
+        try:
+            planned = self._action.plan(goal, self._sensors.observe(on_map=self._action.needs_map))
+            if isinstance(planned, Refusal):
+                return planned
+            reason = self._refusal(planned)
+            return planned if reason is None else Refusal(reason)
+        except Exception as error:  # noqa: BLE001 - no goal, whatever it holds, may end the server
+            self._log.error("".join(traceback.format_exception(error)))
+            return Refusal(f"{type(error).__name__}: {error}")
+
+    def _begin(self, handle: ServerGoalHandle) -> None:
+        maneuver, self._planned = self._planned, None
+        assert maneuver is not None  # rclpy comes from _check straight to here
+        ended = Future()
+        meanwhile = ExitStack()
+
+        def on_end(outcome: ManeuverOutcome) -> None:
+            meanwhile.close()
+            ended.set_result(outcome)
+
+        def on_feedback(fields: Fields) -> None:
+            handle.publish_feedback(self._filled(self._action.type.Feedback(), fields))
+
+        self._log.info(f"goal accepted: {shown(handle.request)}")
+        run = ManeuverRun(self._interposed(maneuver), on_feedback, on_end)
+        self._running[_key(handle)] = (run, ended)
+        self._pilot.start(run)
+        try:
+            if self._action.needs_map:
+                meanwhile.enter_context(self._sensors.localization())
+            meanwhile.enter_context(self._action.during(maneuver, _key(handle).hex()))
+        except Exception as error:  # noqa: BLE001 - the goal was accepted, so it ends with the cause
+            self._pilot.fail(run, error)
+        handle.execute()
+
+    def _interposed(self, maneuver: Maneuver) -> Maneuver:
+        if not self._before or isinstance(maneuver, HookedManeuver):
+            return maneuver
+        return HookedManeuver(maneuver, self._before)
+
+    def _cancel(self, handle: ServerGoalHandle) -> CancelResponse:
+        # Never refused: rclpy skips the goal after one whose cancel is refused, and a goal that
+        # has just ended may still say how after a cancel.
+        found = self._running.get(_key(handle))
+        if found is not None:
+            self._pilot.cancel(found[0])
+        return CancelResponse.ACCEPT
+
+    async def _execute(self, handle: ServerGoalHandle) -> Any:
+        _, ended = self._running[_key(handle)]
+        outcome: ManeuverOutcome = await ended
+        del self._running[_key(handle)]
+        result, outcome = self._result(outcome)
+        self._report(outcome)
+        if outcome.status == "succeeded":
+            handle.succeed()
+        elif outcome.status == "canceled":
+            handle.canceled()
+        else:
+            handle.abort()
+        return result
+
+    def _result(self, outcome: ManeuverOutcome) -> tuple[Any, ManeuverOutcome]:
+        result = self._action.type.Result()
+        try:
+            self._filled(result, outcome.result or {})
+        except Exception as error:  # noqa: BLE001 - a result that cannot be sent ends no server
+            result = self._action.type.Result()
+            outcome = raised(error)
+        told = {"error_code": int(outcome.error_code), "error_msg": outcome.reason}
+        for name in told.keys() & result.get_fields_and_field_types().keys():
+            setattr(result, name, told[name])
+        return result, outcome
+
+    def _filled(self, message: Any, fields: Fields) -> Any:
+        return fill(message, fields, lambda: self._clock.now().to_msg())
+
+    def _report(self, outcome: ManeuverOutcome) -> None:
+        if outcome.cause is not None:
+            self._log.error("".join(traceback.format_exception(outcome.cause)))
+        if outcome.status == "aborted":
+            self._log.warning(f"goal aborted, code {int(outcome.error_code)}: {outcome.reason}")
+        else:
+            self._log.info(f"goal {outcome.status}")
+
+
+def shown(message: Any) -> str:
+    """Return the fields of a goal in one line of reasonable length."""
+    fields = message.get_fields_and_field_types()
+    text = ", ".join(f"{name}={getattr(message, name)}" for name in fields)
+    return text if len(text) <= SHOWN_CHARACTERS else f"{text[:SHOWN_CHARACTERS]}..."
+
+
+def _key(handle: ServerGoalHandle) -> bytes:
+    return bytes(handle.goal_id.uuid)

@@ -1,0 +1,44 @@
+"""The look at who publishes what the robot is known by: two robots are not driven as one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from rclpy.node import Node
+
+from bt_mission.core.dds.publishers import duplicate_publishers
+
+WATCH_PERIOD_S = 0.5
+"""Seconds between two looks."""
+
+
+class PublisherWatch:
+    """Looks whether topics of the robot have several publishers.
+
+    Args:
+        node: Whose graph is looked at.
+        topics: Each of which shall have one publisher.
+        on_fault: Told the reason whenever there is a new one.
+    """
+
+    def __init__(self, node: Node, topics: Iterable[str], on_fault: Callable[[str], None]) -> None:
+        self._node = node
+        self._topics = tuple(topics)
+        self._log: Any = node.get_logger()
+        self._on_fault = on_fault
+        self._fault: str | None = None
+        node.create_timer(WATCH_PERIOD_S, self.look)
+
+    def look(self) -> str | None:
+        """Return why nothing may be driven, or None."""
+        if not self._node.context.ok():
+            return None
+        fault, before = duplicate_publishers(self._node, self._topics), self._fault
+        self._fault = fault
+        if fault is not None and fault != before:
+            self._log.error(fault)
+            self._on_fault(fault)
+        elif fault is None and before is not None:
+            self._log.info(f"each of {', '.join(self._topics)} has one publisher again")
+        return fault

@@ -1,0 +1,42 @@
+"""The part of a command in the ROS graph: with this machine's processes, or the network's."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from bt_mission.core.dds.discovery import isolate, restrict_discovery
+from bt_mission.core.dds.middleware import prepare_middleware
+
+
+def add_network_option(parser: argparse.ArgumentParser) -> None:
+    """Add the choice between this machine and the network."""
+    parser.add_argument(
+        "--network",
+        action="store_true",
+        help="find processes of other machines, and be found by them (default: what "
+        "ROS_AUTOMATIC_DISCOVERY_RANGE says; where it is not set, this machine alone)",
+    )
+
+
+def add_duplicates_option(parser: argparse.ArgumentParser, when: str = "") -> None:
+    """Add the leave to drive where two robots may be taken for one."""
+    parser.add_argument(
+        "--allow-duplicates",
+        action="store_true",
+        help=f"{when}go on although several nodes publish the same odometry or /clock",
+    )
+
+
+def prepare_graph(options: argparse.Namespace) -> None:
+    """Make ready for rclpy, and say who is found, unless the environment decides that.
+
+    Raises:
+        BtMissionError: For a middleware or a domain that is none.
+    """
+    said = restrict_discovery(network=options.network)
+    if getattr(options, "visible", False):
+        isolate(visible=True, network=options.network)
+    prepare_middleware()
+    if said is not None:
+        print(said, file=sys.stderr, flush=True)

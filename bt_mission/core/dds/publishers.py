@@ -1,0 +1,36 @@
+"""Topics that one robot publishes: with two publishers, two robots would be driven as one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any, Protocol
+
+from bt_mission.core.diagnostics import listed
+
+CLOCK, ODOMETRY = "/clock", "odom"
+
+ADVICE = (
+    "two robots, or a robot and a simulation, would be taken for one; stop one of them, give each "
+    "a namespace or a ROS_DOMAIN_ID of its own, or start this with --allow-duplicates"
+)
+
+
+class TopicGraph(Protocol):
+    """What is asked of a node."""
+
+    def resolve_topic_name(self, topic: str) -> str:
+        """Return the full name of a topic."""
+
+    def get_publishers_info_by_topic(self, topic_name: str) -> Sequence[Any]:
+        """Return the publishers of a topic."""
+
+
+def duplicate_publishers(node: TopicGraph, topics: Iterable[str]) -> str | None:
+    """Return which of the topics has several publishers, whose, and what to do, or None."""
+    for topic in topics:
+        name = node.resolve_topic_name(topic)
+        found = node.get_publishers_info_by_topic(name)
+        if len(found) > 1:
+            who = sorted(f"{one.node_namespace.rstrip('/')}/{one.node_name}" for one in found)
+            return f"{name} has {len(found)} publishers ({listed(who)}): {ADVICE}"
+    return None

@@ -1,0 +1,110 @@
+"""What an expression can come to where the numbers in it lie in known ranges."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from itertools import pairwise, product
+
+from bt_mission.language.expressions.syntax import (
+    Arithmetic,
+    Comparison,
+    Constant,
+    FunctionCall,
+    Logic,
+    Name,
+    Negation,
+    Not,
+    SyntaxNode,
+)
+from bt_mission.language.expressions.values import type_of
+
+Range = tuple[float, float]
+FindRange = Callable[[Name], Range | None]
+"""The range of the number behind a name; None where it is not known, or is no number."""
+
+ANYTHING: Range = (-math.inf, math.inf)
+BOTH = frozenset((True, False))
+
+_ARITHMETIC: dict[str, Callable[[float, float], float]] = {
+    "+": lambda a, b: a + b,
+    "-": lambda a, b: a - b,
+    "*": lambda a, b: a * b,
+}
+_SMALLEST_LARGEST: dict[str, Callable[..., float]] = {"min": min, "max": max}
+
+
+def outcomes(node: SyntaxNode, find: FindRange) -> frozenset[bool]:
+    """Return the truth values that a condition can have; both where that is not known."""
+    match node:
+        case Constant(value=bool(value)):
+            return frozenset((value,))
+        case Not(operand=operand):
+            return frozenset(not value for value in outcomes(operand, find))
+        case Logic(symbol=symbol, left=left, right=right):
+            join = any if symbol == "or" else all
+            pairs = product(outcomes(left, find), outcomes(right, find))
+            return frozenset(join(pair) for pair in pairs)
+        case Comparison():
+            return _compared(node, find)
+    return BOTH
+
+
+def _compared(node: Comparison, find: FindRange) -> frozenset[bool]:
+    sides = [node.first, *(side for _, _, side in node.rest)]
+    constants = [side.value for side in sides if isinstance(side, Constant)]
+    if any(type_of(value) not in ("integer", "number") for value in constants):
+        return BOTH
+    ranges = [range_of(side, find) for side in sides]
+    pairs = zip(pairwise(ranges), node.rest, strict=True)
+    found = [_compare(left, right, symbol) for (left, right), (symbol, _, _) in pairs]
+    if any(one == {False} for one in found):
+        return frozenset((False,))
+    return frozenset((True,)) if all(one == {True} for one in found) else BOTH
+
+
+def _compare(left: Range, right: Range, symbol: str) -> frozenset[bool]:
+    """Return what the comparison of two numbers in these ranges can come to."""
+    if symbol in (">", ">="):
+        return _compare(right, left, "<" if symbol == ">" else "<=")
+    if symbol == "!=":
+        return frozenset(not value for value in _compare(left, right, "=="))
+    if symbol == "==":
+        apart = left[1] < right[0] or right[1] < left[0]
+        same = left[0] == left[1] == right[0] == right[1]
+        return frozenset((False,)) if apart else frozenset((True,)) if same else BOTH
+    if symbol == "<":
+        always, never = left[1] < right[0], left[0] >= right[1]
+    else:
+        always, never = left[1] <= right[0], left[0] > right[1]
+    return frozenset((True,)) if always else frozenset((False,)) if never else BOTH
+
+
+def range_of(node: SyntaxNode, find: FindRange) -> Range:
+    """Return from where to where the number can go that an expression gives."""
+    match node:
+        case Constant(value=int() | float() as value):
+            return (float(value), float(value))
+        case Name():
+            return find(node) or ANYTHING
+        case Negation(sign=sign, operand=operand):
+            low, high = range_of(operand, find)
+            return (-high, -low) if sign < 0 else (low, high)
+        case Arithmetic(symbol=symbol, left=left, right=right) if symbol in _ARITHMETIC:
+            apply = _ARITHMETIC[symbol]
+            ends = product(range_of(left, find), range_of(right, find))
+            return _spanned([apply(*pair) for pair in ends])
+        case FunctionCall(name="abs", arguments=(operand,)):
+            low, high = range_of(operand, find)
+            least = 0.0 if low <= 0.0 <= high else min(abs(low), abs(high))
+            return (least, max(abs(low), abs(high)))
+        case FunctionCall(name="min" | "max" as name, arguments=arguments) if len(arguments) > 1:
+            pick = _SMALLEST_LARGEST[name]
+            lows, highs = zip(*(range_of(one, find) for one in arguments), strict=True)
+            return (pick(lows), pick(highs))
+    return ANYTHING
+
+
+def _spanned(ends: list[float]) -> Range:
+    """Return the range of these numbers; of what is not a number nothing is known."""
+    return ANYTHING if any(map(math.isnan, ends)) else (min(ends), max(ends))

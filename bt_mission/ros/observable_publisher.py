@@ -1,0 +1,68 @@
+"""Publishers whose messages somebody may look at before they are sent, and nodes that make them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.qos import DurabilityPolicy
+from rclpy.serialization import serialize_message
+
+
+class ObservablePublisher(Publisher):
+    """A publisher with room for one observer, which takes each message serialized.
+
+    A subscription would do, too, but costs twice as much: another reader for the middleware, and
+    another look into a queue at every instant.
+    """
+
+    _take: Callable[[bytes], None] | None = None
+    msg_type: Any
+    _counts: bool
+    _is_latched: bool
+    _send: Callable[[bytes], None]
+    _count: Callable[[], int]
+
+    def observe(self, take: Callable[[bytes], None], *, counts: bool) -> None:
+        """Have an observer take each message from now on.
+
+        Args:
+            counts: Be taken for a subscription, so that what is only sent to somebody is sent.
+        """
+        self._take, self._counts = take, counts
+        self._is_latched = self.qos_profile.durability is not DurabilityPolicy.VOLATILE
+        # What rclpy's own methods call in the end; they also ask what kind of message it is.
+        self._send, self._count = self.handle.publish_raw, self.handle.get_subscription_count
+
+    def unobserve(self) -> None:
+        """Let the observer go."""
+        self._take = None
+
+    def publish(self, msg: Any) -> None:
+        """Send a message; while it is observed, only where somebody else hears it, or will."""
+        take = self._take
+        if take is None or not isinstance(msg, (bytes, self.msg_type)):
+            super().publish(msg)
+            return
+        data = msg if isinstance(msg, bytes) else serialize_message(msg)
+        take(data)
+        if self._is_latched or self._count():
+            self._send(data)
+
+    def get_subscription_count(self) -> int:
+        """How many subscriptions it has, and one more where its observer counts as one."""
+        if self._take is None:
+            count: int = super().get_subscription_count()
+            return count
+        return self._count() + self._counts
+
+
+class ObservableNode(Node):
+    """A node all of whose publishers can be observed; a base in front of another node's class."""
+
+    def create_publisher(self, *args: Any, **options: Any) -> Publisher:
+        """Make an :class:`ObservablePublisher`, unless the caller asks for another class."""
+        options.setdefault("publisher_class", ObservablePublisher)
+        return super().create_publisher(*args, **options)

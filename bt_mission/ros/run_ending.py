@@ -1,0 +1,132 @@
+"""Sees the goals of a mission that was halted to their end, also after ROS was shut down.
+
+rclpy's own handlers of Ctrl-C and SIGTERM shut the context down. Requests still leave it, so goals
+are cancelled, but no answer is heard any more: the goals are then asked for over another context.
+"""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from typing import TYPE_CHECKING, Protocol
+
+import rclpy
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.signals import SignalHandlerOptions
+
+from bt_mission.core.errors import described
+from bt_mission.core.wall_clock import Stopwatch, rest
+from bt_mission.ros.goal_client import RosGoalClient
+from bt_mission.ros.graph import END_WAIT_S, WAIT_S, quiet_node
+
+if TYPE_CHECKING:
+    from rclpy.executors import Executor
+    from rclpy.node import Node
+
+    from bt_mission.executive.executive import Executive
+    from bt_mission.goals.ledger import Ledger
+
+
+FIND_WAIT_S = 3.0
+"""How long servers are looked for over another context."""
+
+
+class HaltedRun(Protocol):
+    """A mission that has been halted, with the node that it ran on."""
+
+    node: Node
+    executive: Executive
+    ledger: Ledger
+    domain_id: int
+    """Of the node's context, which does not tell once it is shut down."""
+
+    @property
+    def is_done(self) -> bool:
+        """Has every goal ended?"""
+
+    def tick(self) -> None:
+        """Take in what has come."""
+
+
+def see_to_the_end(runner: HaltedRun) -> None:
+    """Spin until every goal of a halted mission has ended, within a bound of wall time."""
+    watch = Stopwatch()
+    with ExitStack() as made:
+        if runner.node.context.ok():
+            _spin(runner, _executor_of(runner.node, made), watch)
+        if not runner.is_done:
+            runner.executive.after_tick.clear()  # what they publish goes nowhere any more
+            runner.tick()
+        if not runner.is_done:
+            node = _stand_in(runner, made)
+            executor = SingleThreadedExecutor(context=node.context)
+            made.callback(executor.shutdown)
+            executor.add_node(node)
+            made.callback(executor.remove_node, node)
+            if _move_goals(runner, node, executor, made):
+                _spin(runner, executor, watch)
+
+
+def _executor_of(node: Node, made: ExitStack) -> Executor:
+    executor: Executor | None = node.executor
+    if executor is None or node not in executor.get_nodes():
+        # `rclpy.spin_once` takes the node out of its executor each time.
+        executor = SingleThreadedExecutor(context=node.context)
+        made.callback(executor.shutdown)
+        executor.add_node(node)
+        made.callback(executor.remove_node, node)
+    return executor
+
+
+def _spin(runner: HaltedRun, executor: Executor, watch: Stopwatch) -> None:
+    """Spin until the mission is done, or the executor's context is shut down."""
+    while not runner.is_done:
+        if watch.elapsed_s > END_WAIT_S:
+            runner.executive.abandon(f"not every goal had ended after {END_WAIT_S:g} s")
+        try:
+            executor.spin_once(timeout_sec=WAIT_S)
+        except ValueError:
+            rest(WAIT_S)  # another thread spins this executor, and so the node
+        except ExternalShutdownException:
+            return
+        except Exception as error:  # noqa: BLE001 - what the caller does on its node
+            runner.executive.abandon(f"a callback failed: {described(error)}")
+        else:
+            runner.tick()  # also where ROS time, and with it the timer, stands still
+
+
+def _stand_in(runner: HaltedRun, made: ExitStack) -> Node:
+    """Make a node in a context of its own, beside one whose context is shut down."""
+    node = runner.node
+    context = rclpy.Context()
+    rclpy.init(
+        context=context,
+        domain_id=runner.domain_id,
+        signal_handler_options=SignalHandlerOptions.NO,
+    )
+    made.callback(context.shutdown)
+    other = quiet_node(f"{node.get_name()}_ending", context, node.get_namespace())
+    made.callback(other.destroy_node)
+    return other
+
+
+def _move_goals(runner: HaltedRun, node: Node, executor: Executor, made: ExitStack) -> bool:
+    """Ask for the goals that are open over another node; False where a server does not answer."""
+    goals = runner.ledger.open_goals
+    clients = {goal.goal_client for goal in goals if isinstance(goal.goal_client, RosGoalClient)}
+    for client in clients:
+        client.move_to(node)
+        made.callback(client.close)
+    watch = Stopwatch()
+    while not all(client.is_ready() for client in clients):
+        if watch.elapsed_s > FIND_WAIT_S:
+            missing = ", ".join(sorted(one.name for one in clients if not one.is_ready()))
+            runner.executive.abandon(
+                "ROS was shut down before the end of every goal was heard: cancels were sent, and "
+                f"within {FIND_WAIT_S:g} s no server of {missing} was found to ask"
+            )
+            return False
+        executor.spin_once(timeout_sec=WAIT_S)
+    for goal in goals:
+        if isinstance(goal.goal_client, RosGoalClient):
+            goal.goal_client.ask_again(goal)
+    return True

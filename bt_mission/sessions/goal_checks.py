@@ -1,0 +1,259 @@
+"""Goals against what is known of our action servers, of the robot, and of units."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+from action_servers.core.goal_rules import ACTIONS
+from action_servers.core.goal_rules import GoalRules as ActionRules
+from action_servers.core.limits import Limit, NumberLimit
+from action_servers.core.tuning import TUNING, Tuning
+from bt_mission.core.diagnostics import Diagnostic
+from bt_mission.core.robot.model import RobotModel
+from bt_mission.core.stamps import NS
+from bt_mission.core.yaml.document import Document
+from bt_mission.language.checks.rules import Ranges
+from bt_mission.language.message_types import MAP_FRAME
+from bt_mission.language.nodes.base import Path
+from bt_mission.language.nodes.interfaces import InterfaceNode
+
+if TYPE_CHECKING:
+    from bt_mission.sessions.pose_checks import PoseChecker
+    from sim.world.world import World
+
+_AXES = ("x", "y", "z")
+"""What the numbers of a point stand for that is written as a list."""
+
+_FAST_TURN = 5.0
+"""From so much on a speed of turning is taken for degrees a second; no robot here turns at it."""
+
+_STEP_DEG = 15.0
+_NEAR_DEG = 0.1
+"""An angle in radians is told by being a multiple of 15 degrees but for this much."""
+
+
+@dataclass(frozen=True)
+class ServerSettings:
+    """Parameters of the action servers, as far as it depends on them what goals they refuse.
+
+    Args:
+        tuning: Their limits.
+        velocities: Highest speeds that they drive at, by the robot's names, where these are lower.
+        offered: The actions that are theirs; None is all that they have.
+    """
+
+    tuning: Tuning = TUNING
+    velocities: Mapping[str, float] | None = None
+    offered: frozenset[str] | None = None
+
+
+OUR_SERVERS = ServerSettings()
+"""The servers as they are started without any parameters."""
+
+
+class ServerGoalRules:
+    """What the action servers accept of goals, for one robot.
+
+    Goals of actions that are not theirs are not judged, and poses only on the map of a world.
+    """
+
+    def __init__(
+        self,
+        robot: RobotModel,
+        settings: ServerSettings = OUR_SERVERS,
+        world: World | None = None,
+    ) -> None:
+        self._robot = robot.model_copy(update=dict(settings.velocities or {}))
+        self._settings = settings
+        self._world = world
+
+    def faults(
+        self, document: Document, node: InterfaceNode, values: Mapping[str, Any]
+    ) -> Iterator[Diagnostic]:
+        """Yield why our servers refuse a goal, and numbers that look as if of another unit."""
+        rules = self._rules(node)
+        if rules is None:
+            return
+        refused = False
+        for limit in rules.limits(self._robot, self._settings.tuning):
+            value = _value(values, limit.field)
+            why = None if value is None else limit.fault(value)
+            if why is not None:
+                refused = True
+                yield self._refusal(document, node, limit, why, value)
+            elif value is not None and isinstance(limit, NumberLimit):
+                yield from _suspicion(document, node, limit, value)
+        misfit = None if refused or _has_unknown(values) else rules.misfit(_as_goal(values))
+        if misfit is not None:
+            path = (*node.path, *node.sent_path)
+            message = f"{misfit}: the server of {node.ros_name} does not carry that out"
+            yield document.fault(path, message)
+        for path, pose in _poses(node, values):
+            yield from self._pose_faults(document, path, pose)
+
+    def _pose_faults(
+        self, document: Document, path: Path, stamped: Mapping[str, Any]
+    ) -> Iterator[Diagnostic]:
+        """Yield why a robot cannot stand at a pose, and a yaw that looks like radians."""
+        position, turn = stamped["pose"]["position"], stamped["pose"]["orientation"]
+        why = None
+        if self._checker is not None and stamped["header"]["frame_id"] in ("", MAP_FRAME):
+            why = self._checker.fault(position["x"], position["y"])
+        if why is not None:
+            yield document.fault(path, why)
+        yaw = math.degrees(2.0 * math.atan2(turn["z"], turn["w"]))
+        is_list = isinstance(document.find(path).parts, list | tuple)
+        if is_list and is_like_radians(yaw):
+            yield _in_radians(document, (*path, 2), "the yaw of a pose", yaw)
+
+    @cached_property
+    def _checker(self) -> PoseChecker | None:
+        """The map of the world, drawn when the first pose is met."""
+        if self._world is None:
+            return None
+        from bt_mission.sessions.pose_checks import PoseChecker  # noqa: PLC0415 - SciPy takes long
+
+        return PoseChecker(self._world, self._robot)
+
+    def feedback(self, node: InterfaceNode, values: Mapping[str, Any]) -> Ranges:
+        """Return from where to where the feedback can go; nothing where the goal is not known."""
+        rules = self._rules(node)
+        return {} if rules is None or _has_unknown(values) else rules.feedback(_as_goal(values))
+
+    def _rules(self, node: InterfaceNode) -> ActionRules | None:
+        """Return the rules for the goals of a node, if its action is one of ours."""
+        name = node.ros_name.rpartition("/")[2]
+        offered = self._settings.offered
+        rules = ACTIONS.get(name) if offered is None or name in offered else None
+        return rules if rules is not None and rules.type == node.type else None
+
+    def _refusal(
+        self, document: Document, node: InterfaceNode, limit: Limit, why: str, value: Any
+    ) -> Diagnostic:
+        source = limit.source
+        if self._settings.velocities is None:
+            source = source.replace("the robot", f"the robot '{self._robot.name}'")
+        path = _path(node, limit.field)
+        if limit.field.partition(".")[0] not in node.sent:
+            why = f"{limit.field} is missing, so it is {value!r}, and it must be {limit.words}"
+        message = f"{why}: the server of {node.ros_name} refuses that (limit: {source})"
+        hint = _in_degrees(limit, value) if isinstance(limit, NumberLimit) else limit.hint(value)
+        return document.fault(path, message, hint)
+
+
+def _value(values: Mapping[str, Any], dotted: str) -> Any:
+    """Return a field of a goal, a duration in seconds; None where only the run can tell."""
+    found: Any = values
+    for name in dotted.split("."):
+        found = None if found is None else found[name]
+    if isinstance(found, Mapping):
+        return None if _has_unknown(found) else found["sec"] + found["nanosec"] / NS
+    return found
+
+
+def _path(node: InterfaceNode, dotted: str) -> Path:
+    """Return where a field stands, also where a point is written as a list."""
+    path: Path = (*node.path, *node.sent_path)
+    written: Any = node.sent
+    for name in dotted.split("."):
+        if isinstance(written, Mapping) and name in written:
+            path, written = (*path, name), written[name]
+        elif isinstance(written, tuple | list) and name in _AXES:
+            path = (*path, _AXES.index(name))
+    return path
+
+
+def _has_unknown(value: Any) -> bool:
+    match value:
+        case Mapping():
+            return any(_has_unknown(part) for part in value.values())
+        case list() | tuple():
+            return any(_has_unknown(part) for part in value)
+    return value is None
+
+
+def _as_goal(value: Any) -> Any:
+    """Return the fields of a goal as the attributes that its message has."""
+    if isinstance(value, Mapping):
+        return SimpleNamespace(**{name: _as_goal(part) for name, part in value.items()})
+    return [_as_goal(part) for part in value] if isinstance(value, list | tuple) else value
+
+
+def _suspicion(
+    document: Document, node: InterfaceNode, limit: NumberLimit, value: float
+) -> Iterator[Diagnostic]:
+    """Yield a warning for an angle that is accepted but looks as if it was of another unit."""
+    path = _path(node, limit.field)
+    if limit.unit == "deg" and is_like_radians(value):
+        yield _in_radians(document, path, f"'{limit.field}'", value)
+    elif limit.unit == "rad" and is_like_degrees(value):
+        turns = abs(value) / math.tau
+        message = f"'{limit.field}' is in radians, and {value:g} of them are {turns:.1f} turns"
+        yield document.fault(path, message, _in_degrees(limit, value), severity="warning")
+
+
+def _in_radians(document: Document, path: Path, what: str, value: float) -> Diagnostic:
+    degrees = round(math.degrees(value) / _STEP_DEG) * _STEP_DEG
+    message = f"{what} is in degrees, and {value:g} looks like {degrees:g} of them in radians"
+    hint = f"for {degrees:g} degrees write {degrees:g}"
+    return document.fault(path, message, hint, severity="warning")
+
+
+def _poses(
+    node: InterfaceNode, values: Mapping[str, Any]
+) -> Iterator[tuple[Path, Mapping[str, Any]]]:
+    """Yield the poses that are written in a navigation goal and known, each with its path."""
+    path = (*node.path, *node.sent_path)
+    one, many = values.get("pose"), values.get("poses") or ()
+    if isinstance(one, Mapping) and "pose" in node.sent and not _has_unknown(one):
+        yield (*path, "pose"), one
+    for index, pose in enumerate(many):
+        if isinstance(pose, Mapping) and not _has_unknown(pose):
+            yield (*path, "poses", index), pose
+
+
+def is_like_radians(value: float) -> bool:
+    """Return whether a number of degrees looks like a usual angle in radians, such as 1.5708."""
+    degrees = math.degrees(value)
+    steps = round(degrees / _STEP_DEG)
+    is_whole = abs(value - round(value)) < 1e-3
+    return (
+        steps != 0
+        and abs(value) <= math.tau + 0.01
+        and not is_whole
+        and (abs(degrees - steps * _STEP_DEG) < _NEAR_DEG)
+    )
+
+
+def is_like_degrees(value: float) -> bool:
+    """Return whether a number of radians looks like a usual angle in degrees, such as 90."""
+    return abs(value) >= _STEP_DEG and value % _STEP_DEG == 0
+
+
+def _in_degrees(limit: NumberLimit, value: float) -> str | None:
+    """Return how the same number of degrees is written in a field in radians."""
+    if limit.unit == "rad" and is_like_degrees(value):
+        return f"for {value:g} degrees write '{value:g} * pi / 180'"
+    in_radians = math.radians(value)
+    if limit.unit == "rad/s" and abs(value) >= _FAST_TURN and limit.fault(in_radians) is None:
+        return f"for {value:g} degrees a second write {in_radians:.4g}"
+    return None
+
+
+VELOCITIES = ("max_linear_velocity", "max_angular_velocity")
+"""Parameters of the servers that also are numbers of a robot."""
+
+PARAMETERS = (*(one.name for one in fields(Tuning)), *VELOCITIES)
+"""The parameters of the servers by which they may refuse goals."""
+
+
+def with_parameters(parameters: Mapping[str, Any], offered: frozenset[str]) -> ServerSettings:
+    """Return the settings of servers that run, from the `PARAMETERS` of their node."""
+    known = {name: value for name, value in parameters.items() if name not in VELOCITIES}
+    velocities = {name: parameters[name] for name in VELOCITIES if name in parameters}
+    return ServerSettings(replace(TUNING, **known), velocities, offered)

@@ -1,0 +1,33 @@
+"""Poses of navigation goals on the map of a world, by the planner of the servers."""
+
+from __future__ import annotations
+
+from action_servers.core.grid import survey
+from action_servers.core.maneuver import Grid
+from action_servers.navigation.path import cost_model
+from action_servers.navigation.planner import NoPath, goal_nodes, road_map
+from bt_mission.core.robot.model import RobotModel
+from sim.world.occupancy import rasterise
+from sim.world.world import World
+
+
+class PoseChecker:
+    """Tells at which places of a world the planner finds no room for a robot.
+
+    Only what stands there for ever counts: what moves is not on the map.
+    """
+
+    def __init__(self, world: World, robot: RobotModel) -> None:
+        self._world = world
+        drawn = rasterise(world)
+        grid = Grid(drawn.resolution, *drawn.origin, drawn.cells)
+        self._roads = road_map(survey(grid), cost_model(robot.turning_radius))
+
+    def fault(self, x: float, y: float) -> str | None:
+        """Return why no robot gets to a point of the map, in metres, or None."""
+        found = goal_nodes(self._roads, (x, y))
+        return (
+            f"{found.reason}, in the world '{self._world.name}'"
+            if isinstance(found, NoPath)
+            else None
+        )

@@ -1,0 +1,125 @@
+"""Which missions clients of ``execute_mission`` may have carried out, and what those bring in."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from bt_mission.core import files
+from bt_mission.core.diagnostics import InputError, listed, quoted
+from bt_mission.core.errors import BtMissionError
+from bt_mission.language.permissions import Permissions, is_within
+from bt_mission.sessions.check import examine, examine_text
+from bt_mission.sessions.load import XML
+
+if TYPE_CHECKING:
+    from bt_mission.language.mission import Mission
+
+TEXT_PERMISSIONS = Permissions(
+    folders=(),
+    includes=False,
+    python="refuse",
+    hint="a mission in the text of a goal uses no other files and no Python code; "
+    "one in a folder that is served may",
+)
+NO_PYTHON = "start serve with --allow-python to import the leaves of the folders it serves"
+NO_TEXT = (
+    "a mission in the text of a goal is not accepted here; put it into a folder that is served "
+    "and send its path, or start serve with --allow-text"
+)
+
+
+@dataclass(frozen=True)
+class ServedMissions:
+    """What clients may have carried out: by default nothing.
+
+    Attributes:
+        folders: Whose missions, at any depth; links are followed before that is judged.
+        allow_python: May they have Python leaves, from files of these folders?
+        allow_text: May a goal bring a mission in its text? It uses no files and no Python code.
+    """
+
+    folders: tuple[Path, ...] = ()
+    allow_python: bool = False
+    allow_text: bool = False
+
+    def load(self, goal: Any) -> Mission:
+        """Return the mission that a goal of ``execute_mission`` names or brings, checked.
+
+        Raises:
+            InputError: With every fault.
+            BtMissionError: For what is not offered here, for a goal that says neither or both, or
+                has no valid seed.
+        """
+        if bool(goal.path) == bool(goal.text):
+            raise BtMissionError("a goal gives a path or a text: one of them, not both")
+        if goal.text and not self.allow_text:
+            raise BtMissionError(NO_TEXT)
+        if goal.seed < -1:
+            raise BtMissionError(f"seed: expected an integer from 0, or -1, got {goal.seed}")
+        values = dict[str, str]()
+        for one in goal.inputs:
+            name, equals, value = one.partition("=")
+            if not name or not equals:
+                raise BtMissionError(f"inputs: expected NAME=VALUE, got {quoted(one)}")
+            values[name] = value
+        seed = None if goal.seed < 0 else int(goal.seed)
+        if goal.text:
+            mission, faults = examine_text(
+                goal.text, set=values, seed=seed, servers=None, permissions=TEXT_PERMISSIONS
+            )
+        else:
+            permissions = Permissions(
+                self.folders,
+                python="import" if self.allow_python else "refuse",
+                hint=None if self.allow_python else NO_PYTHON,
+            )
+            mission, faults = examine(
+                self.find(goal.path), set=values, seed=seed, servers=None, permissions=permissions
+            )
+        if mission is None:
+            raise InputError(faults)
+        return mission
+
+    def find(self, wanted: str) -> Path:
+        """Return the file of a mission: a path from a folder, or as `run` takes it; or a name.
+
+        Raises:
+            BtMissionError: For what is not in the folders, whether it is there or not.
+        """
+        path = Path(wanted)
+        named = [path]
+        if path.name and path.suffix not in (*files.SUFFIXES, XML):
+            named = [path.with_name(f"{path.name}{suffix}") for suffix in files.SUFFIXES]
+        for one in named:
+            for candidate in (one, *(folder / one for folder in self.folders)):
+                if is_within(candidate, self.folders) and files.is_file(candidate):
+                    return candidate
+        if not self.folders:
+            raise BtMissionError("no folder of missions is served; start serve with --missions DIR")
+        where = "in the folders that are served"
+        raise BtMissionError(
+            f"{quoted(wanted)}: no such mission {where} (known: {listed(self.names())}); "
+            "start serve with --missions DIR to offer another folder"
+        )
+
+    def names(self) -> list[str]:
+        """Return the names of the missions right in the folders, sorted."""
+        suffixes = (*files.SUFFIXES, XML)
+        found = (path for folder in self.folders for path in folder.iterdir())
+        return sorted({path.stem for path in found if path.suffix in suffixes})
+
+
+def folders_to_serve(chosen: Sequence[Path]) -> tuple[Path, ...]:
+    """Return the folders whose missions to serve: those chosen, or the first of the usual ones.
+
+    Raises:
+        BtMissionError: For one that is not there.
+    """
+    absent = next((folder for folder in chosen if not folder.is_dir()), None)
+    if absent is not None:
+        raise BtMissionError(f"--missions {absent}: no such folder")
+    usual = (folder for folder in files.folders("missions") if folder.is_dir())
+    return tuple(chosen) or tuple(usual)[:1]

@@ -1,0 +1,48 @@
+"""What is told instead of a word, a value or a modifier in the wrong place."""
+
+from typing import Any
+
+import pytest
+
+from bt_mission.language.action_names import ACTION_NAMES
+from bt_mission.language.message_types import ActionShapes
+from bt_mission.language.nodes import remedies
+from bt_mission.language.nodes.registry import KINDS
+from bt_mission.ros.interface_types import shapes
+
+
+def test_no_word_of_others_is_one_of_ours():
+    """Else nobody would ever be told."""
+    ours = {name for model in KINDS.values() for name in model.keys} | set(KINDS)
+    assert not ours & set(remedies.OTHER_WORDS)
+    assert all(remedies.bare_word(word) == word for word in remedies.OTHER_WORDS)
+
+
+@pytest.mark.parametrize("kind", remedies.FIRST_FIELDS)
+def test_the_field_that_is_meant_is_one_of_the_kind(kind):
+    """Of the goal, or of the settings."""
+    if kind in ACTION_NAMES:
+        found = shapes(ACTION_NAMES[kind].type)
+        assert isinstance(found, ActionShapes)
+        assert remedies.FIRST_FIELDS[kind] in found.goal.fields
+    else:
+        settings: Any = KINDS[kind].model_fields["settings"].annotation
+        assert remedies.FIRST_FIELDS[kind] in settings.model_fields
+
+
+def test_every_short_action_of_ours_has_such_a_field():
+    """Those of plug-ins have none."""
+    assert set(ACTION_NAMES) <= set(remedies.FIRST_FIELDS)
+
+
+def test_a_long_value_is_not_repeated():
+    """The line would be of no use."""
+    found = remedies.lone_value("follow_waypoints", list(range(100)))
+    hint = "write 'follow_waypoints: {poses: ...}'"
+    assert found == ("expected a mapping, got a list of 100", hint)
+
+
+@pytest.mark.parametrize("word", ["Else If", "else_if", "elseif", "ElseIf"])
+def test_blanks_signs_and_capitals_do_not_matter(word):
+    """All are one word."""
+    assert remedies.unknown_modifier(word, ["do"]) == remedies.OTHER_MODIFIERS["elseif"]

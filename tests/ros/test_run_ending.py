@@ -1,0 +1,72 @@
+"""A mission on a program's own node, while ROS is shut down by the handlers that rclpy installs."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+
+import pytest
+
+from bt_mission.testing import LiveGraph
+
+PROGRAM = """
+import sys
+
+import rclpy
+from rclpy.executors import ExternalShutdownException
+
+import bt_mission
+
+rclpy.init()
+node = rclpy.create_node("my_robot")
+mission = bt_mission.load_text("mission: m\\ntree: {turn: {angle: 3000}, timeout: 90}\\n")
+try:
+    with bt_mission.MissionRunner(node, mission) as runner:
+        is_said = False
+        while not runner.is_done:
+            rclpy.spin_once(node, timeout_sec=0.1)
+            goals = runner.ledger.open_goals
+            if not is_said and goals and goals[0].accepted:
+                print("the goal is accepted", flush=True)
+                is_said = True
+except (KeyboardInterrupt, ExternalShutdownException):
+    pass
+phases = {str(goal.phase) for goal in goals}
+print(runner.status, phases, runner.report().reason, sep="; ", flush=True)
+"""
+
+
+@pytest.mark.process
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
+def test_a_goal_is_seen_to_its_end_after_ros_was_shut_down(
+    live_graph: LiveGraph, name: str
+) -> None:
+    """It is cancelled, its end is heard over another context, and nothing is orphaned."""
+    live_graph.robot("empty_arena")
+    file = live_graph.folder / "program.py"
+    file.write_text(PROGRAM, encoding="utf-8")
+    program = live_graph.start_program("program", sys.executable, str(file))
+    program.until("the goal is accepted")
+    os.kill(program.pid, signal.Signals[name])
+    assert program.wait(within=60) == 0, program.output
+    said = program.output.splitlines()[-1]
+    assert said.startswith("interrupted; {'ended'}; its caller has left: "), program.output
+    assert "orphaned" not in said
+
+
+@pytest.mark.process
+def test_a_goal_whose_server_does_not_answer_is_named(live_graph: LiveGraph) -> None:
+    """With what is known of it, within the time that a cancel has."""
+    _, servers = live_graph.robot("empty_arena")
+    file = live_graph.folder / "program.py"
+    file.write_text(PROGRAM, encoding="utf-8")
+    program = live_graph.start_program("program", sys.executable, str(file))
+    program.until("the goal is accepted")
+    os.kill(servers.pid, signal.SIGSTOP)
+    os.kill(program.pid, signal.SIGINT)
+    assert program.wait(within=60) == 0, program.output
+    said = program.output.splitlines()[-1]
+    assert said.startswith("interrupted; {'lost'}; its caller has left: "), program.output
+    assert "orphaned goals: /turn goal " in said
+    os.kill(servers.pid, signal.SIGCONT)

@@ -1,0 +1,57 @@
+"""Faults can be drawn of every kind that the fixture has."""
+
+from __future__ import annotations
+
+import inspect
+from pathlib import Path
+
+import pytest
+
+from bt_mission.testing.faults import Faults
+from bt_mission.testing.faults.fault import Fault
+from bt_mission.testing.generators.draws import SeededDraws
+from bt_mission.testing.generators.faults import DRAWN, GRAPH_FAULTS, IN_LEAVES, drawn_faults
+from bt_mission.testing.stages import Stages
+
+DRIVES = """\
+mission: drives
+world: empty_arena
+tree:
+  sequence:
+    - explore_forward: {fwd_velocity: 0.2, stopping_distance: 0.3}
+      name: drive
+      cancel_when: current_distance_travelled > 0.6
+      on_cancel: success
+      timeout: 8
+    - turn: {angle: 30}
+      timeout: 8
+"""
+
+
+def test_every_fault_of_the_fixture_can_be_drawn() -> None:
+    """A new one is named here until it stands in the table."""
+    methods = inspect.getmembers(Faults, inspect.isfunction)
+    faults = {
+        name for name, method in methods if method.__annotations__["return"] == Fault.__name__
+    }
+    assert faults == {*DRAWN, *IN_LEAVES}
+    assert set(GRAPH_FAULTS) < set(DRAWN)
+
+
+@pytest.mark.parametrize("name", [*DRAWN, *IN_LEAVES])
+def test_a_drawn_fault_can_begin(name: str, tmp_path: Path) -> None:
+    """Whatever it breaks, the mission ends, and no goal is left that nobody names."""
+    draws = SeededDraws(name)
+    faults = next(found for _ in range(99) if (found := drawn_faults(draws, [name], ["drive"])))
+    stages = Stages(tmp_path)
+    try:
+        run = stages.run(DRIVES)
+        for fault in faults[:2]:
+            fault.plan(stages, run)
+        try:
+            run.until_done()
+        except RuntimeError as error:
+            assert str(error) == "made by a fault"  # noqa: PT017 - only some of them raise
+        assert run.is_done or name == "raise_in_callback"
+    finally:
+        stages.close()
