@@ -37,7 +37,7 @@ def _no_ranges(_goal: Any) -> FeedbackRanges:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class GoalRules:
+class ActionRules:
     """What is known of the goals of one action before any is sent.
 
     Args:
@@ -117,76 +117,76 @@ def _tuned(limits: Callable[[Tuning], Limits]) -> Callable[[RobotModel, Tuning],
     return lambda _robot, tuning: limits(tuning)
 
 
-ACTIONS: Mapping[str, GoalRules] = {
-    "move": GoalRules(type="bt_mission_interfaces/action/Move", limits=goal_limits.move_limits),
-    "turn": GoalRules(
+ACTIONS: Mapping[str, ActionRules] = {
+    "move": ActionRules(type="bt_mission_interfaces/action/Move", limits=goal_limits.move_limits),
+    "turn": ActionRules(
         type="bt_mission_interfaces/action/Turn",
         limits=goal_limits.turn_limits,
         feedback=_turn_feedback,
     ),
-    "explore_forward": GoalRules(
+    "explore_forward": ActionRules(
         type="bt_mission_interfaces/action/ExploreForward",
         limits=goal_limits.explore_forward_limits,
         feedback=_explore_forward_feedback,
     ),
-    "explore_frontiers": GoalRules(
+    "explore_frontiers": ActionRules(
         type="bt_mission_interfaces/action/ExploreFrontiers",
         limits=_fixed(goal_limits.EXPLORE_FRONTIERS),
         feedback=_frontiers_feedback,
     ),
-    "camera_sweep": GoalRules(
+    "camera_sweep": ActionRules(
         type="bt_mission_interfaces/action/CameraSweep",
         limits=_tuned(goal_limits.camera_sweep_limits),
         feedback=_sweep_feedback,
     ),
-    "take_pictures": GoalRules(
+    "take_pictures": ActionRules(
         type="bt_mission_interfaces/action/TakePictures",
         limits=_tuned(goal_limits.take_pictures_limits),
     ),
-    "find_colour": GoalRules(
+    "find_colour": ActionRules(
         type="bt_mission_interfaces/action/FindColour",
         limits=_fixed(goal_limits.FIND_COLOUR),
         feedback=_colour_feedback,
     ),
-    "record_distance": GoalRules(
+    "record_distance": ActionRules(
         type="bt_mission_interfaces/action/RecordDistance",
         limits=_tuned(goal_limits.record_distance_limits),
         feedback=_recorded_feedback,
     ),
-    "navigate_to_pose": GoalRules(
+    "navigate_to_pose": ActionRules(
         type="nav2_msgs/action/NavigateToPose",
         limits=_fixed(()),
         feedback=_navigation_feedback,
     ),
-    "navigate_through_poses": GoalRules(
+    "navigate_through_poses": ActionRules(
         type="nav2_msgs/action/NavigateThroughPoses",
         limits=_fixed(()),
         misfit=goal_limits.through_poses_misfit,
         feedback=_through_poses_feedback,
     ),
-    "follow_waypoints": GoalRules(
+    "follow_waypoints": ActionRules(
         type="nav2_msgs/action/FollowWaypoints",
         limits=_fixed(()),
         misfit=goal_limits.waypoints_misfit,
         feedback=_waypoints_feedback,
     ),
-    "spin": GoalRules(
+    "spin": ActionRules(
         type="nav2_msgs/action/Spin",
         limits=_tuned(goal_limits.spin_limits),
         feedback=_spin_feedback,
     ),
-    "backup": GoalRules(
+    "backup": ActionRules(
         type="nav2_msgs/action/BackUp",
         limits=goal_limits.straight_limits,
         misfit=partial(goal_limits.straight_misfit, backwards=True),
         feedback=_straight_feedback,
     ),
-    "drive_on_heading": GoalRules(
+    "drive_on_heading": ActionRules(
         type="nav2_msgs/action/DriveOnHeading",
         limits=goal_limits.straight_limits,
         misfit=partial(goal_limits.straight_misfit, backwards=False),
         feedback=_straight_feedback,
     ),
-    "wait": GoalRules(type="nav2_msgs/action/Wait", limits=_fixed(goal_limits.WAIT)),
+    "wait": ActionRules(type="nav2_msgs/action/Wait", limits=_fixed(goal_limits.WAIT)),
 }
 """The rules of each action, by the name that the servers give it."""

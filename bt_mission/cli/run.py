@@ -248,17 +248,16 @@ def refuse_contradictions(options: argparse.Namespace) -> None:
 
 def _open_session(options: argparse.Namespace, mission: Any, say: Any) -> AttachedSession | Stage:
     if options.attach:
-        from bt_mission.sessions.attached import AttachedSession
+        from bt_mission.sessions.attached import AttachedOptions, AttachedSession
 
-        return AttachedSession(
-            mission,
+        joining = AttachedOptions(
             namespace=options.namespace,
             wall_clock=options.wall_clock,
+            allow_duplicates=options.allow_duplicates,
             journal=options.journal,
             resume=options.resume,
-            allow_duplicates=options.allow_duplicates,
-            say=say,
         )
+        return AttachedSession(mission, joining, say)
     if options.namespace:
         raise BtMissionError("--namespace names a robot of a running graph: add --attach")
     from bt_mission.sessions.stage import Stage

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import ExitStack
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
 
@@ -17,16 +18,31 @@ from bt_mission.ros.mission_runner import RunnerOptions
 from bt_mission.sessions.session import SessionObserver
 
 
+@dataclass(frozen=True, kw_only=True)
+class AttachedOptions:
+    """How a mission joins a graph.
+
+    Attributes:
+        namespace: Of the robot whose servers to use.
+        wall_clock: Keep to this machine's clock, without looking for ``/clock``.
+        allow_duplicates: Go on where several nodes publish the same odometry or clock.
+        journal: File in which to write down where the mission stands.
+        resume: Go on with the mission of that journal.
+    """
+
+    namespace: str | None = None
+    wall_clock: bool = False
+    allow_duplicates: bool = False
+    journal: Path | None = None
+    resume: bool = False
+
+
 class AttachedSession:
     """Runs one mission against action servers in other processes.
 
     Args:
         mission: What to carry out.
-        namespace: Of the robot whose servers to use.
-        wall_clock: Keep to this machine's clock, without looking for ``/clock``.
-        journal: File in which to write down where the mission stands.
-        resume: Go on with the mission of that journal.
-        allow_duplicates: Go on where several nodes publish the same odometry or clock.
+        options: How it joins the graph.
         say: Where ``log`` nodes speak to; None is the ROS log.
 
     Raises:
@@ -41,33 +57,30 @@ class AttachedSession:
     def __init__(
         self,
         mission: Mission,
-        *,
-        namespace: str | None = None,
-        wall_clock: bool = False,
-        journal: Path | None = None,
-        resume: bool = False,
-        allow_duplicates: bool = False,
+        options: AttachedOptions | None = None,
         say: Callable[[str], None] | None = None,
     ) -> None:
+        chosen = options or AttachedOptions()
         self.mission = mission
         self.facts: dict[str, str] = {}
         self._observers: list[SessionObserver] = []
         with ExitStack() as made:
-            self._graph = GraphConnection(wall_clock=wall_clock)
+            self._graph = GraphConnection(wall_clock=chosen.wall_clock)
             made.callback(self._graph.close)
-            options = NodeOptions(
-                namespace=namespace,
+            node = NodeOptions(
+                namespace=chosen.namespace,
                 context=self._graph.context,
                 use_sim_time=self._graph.has_clock,
             )
-            self.node = MissionNode(mission, RunnerOptions(say=say), node=options)
+            self.node = MissionNode(mission, RunnerOptions(say=say), node=node)
             self.runner = self.node.runner
             made.callback(self.node.destroy_node)
-            if not allow_duplicates:
+            if not chosen.allow_duplicates:
                 self._graph.refuse_duplicates(self.node)
             self._graph.host(self.node)
-            if journal is not None:
-                made.callback(open_journal(journal, mission, self.runner, resume=resume).close)
+            if chosen.journal is not None:
+                journal = open_journal(chosen.journal, mission, self.runner, resume=chosen.resume)
+                made.callback(journal.close)
             self._exit = made.pop_all()
         self.executive = self.runner.executive
         self.trace = self.runner.trace

@@ -9,8 +9,7 @@ from functools import cached_property
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
-from action_servers.core.goal_rules import ACTIONS
-from action_servers.core.goal_rules import GoalRules as ActionRules
+from action_servers.core.goal_rules import ACTIONS, ActionRules
 from action_servers.core.limits import Limit, NumberLimit
 from action_servers.core.tuning import TUNING, Tuning
 from bt_mission.core.diagnostics import Diagnostic
