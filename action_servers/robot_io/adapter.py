@@ -122,7 +122,7 @@ class ActionAdapter:
         self._server = ActionServer(
             node,
             action.type,
-            action.name,
+            self.name,  # resolved: rcl applies no remapping to the plain name of an action
             execute_callback=self._execute,
             goal_callback=self._check,
             handle_accepted_callback=self._begin,

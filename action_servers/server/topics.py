@@ -16,6 +16,7 @@ from rclpy.duration import Duration
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.qos import LivelinessPolicy, QoSProfile
+from rclpy.timer import Timer
 from std_msgs.msg import Bool, Empty
 from std_srvs.srv import Trigger
 
@@ -57,11 +58,16 @@ def watch_executives(node: Node, limits: ExecutiveLimits, pilot: Pilot) -> None:
     A client that is no executive of ours is not watched.
     """
     log: Any = node.get_logger()
+    timer: Timer | None = None
 
     def be_late(why: str) -> None:
+        nonlocal timer
         if not pilot.idle:
             log.warning(why)
         pilot.hold()
+        if timer is None:  # made when it is needed: virtual time has no timer of another clock
+            wall = Clock(clock_type=ClockType.STEADY_TIME)
+            timer = node.create_timer(LOOK_S, watch.look, clock=wall)
         timer.reset()
 
     def lose(why: str) -> None:
@@ -69,12 +75,11 @@ def watch_executives(node: Node, limits: ExecutiveLimits, pilot: Pilot) -> None:
             pilot.stop(why, ErrorCode.EXECUTIVE_LOST)
 
     def be_back() -> None:
-        timer.cancel()
+        if timer is not None:
+            timer.cancel()
         pilot.release()
 
     watch = ExecutiveWatch(limits, be_late, be_back, lose)
-    timer = node.create_timer(LOOK_S, watch.look, clock=Clock(clock_type=ClockType.STEADY_TIME))
-    timer.cancel()
 
     def changed(status: Any) -> None:
         watch.update(status.alive_count, status.not_alive_count)

@@ -115,7 +115,7 @@ class MissionServer(Node):
         self._server = ActionServer(
             self,
             ExecuteMission,
-            "execute_mission",
+            self.resolve_topic_name("execute_mission"),
             execute_callback=self._execute,
             goal_callback=self._check,
             handle_accepted_callback=self._take,

@@ -103,6 +103,21 @@ def test_several_fixed_and_free_parameters_are_set_together_or_not_at_all(make_n
     assert node.get_parameter("pictures").value == 60
 
 
+@pytest.mark.parametrize("name", ["executive_lease", "executive_timeout"])
+def test_how_long_an_executive_may_be_late_is_fixed(waffle, tmp_path, name):
+    """The middleware takes the lease when the servers start."""
+    context = rclpy.Context()
+    rclpy.init(context=context)
+    node = ServersNode(waffle, ServerOptions(image_folder=tmp_path, context=context))
+    (answer,) = node.set_parameters([Parameter(name, value=3.0)])
+    assert not answer.successful
+    assert answer.reason == (
+        f"{name} is read when the node starts; start it again with --ros-args -p {name}:=3.0"
+    )
+    node.destroy_node()
+    context.shutdown()
+
+
 def test_a_tuning_of_navigation_reaches_its_maneuvers(make_node):
     """A pose in a wall is given up after the patience that was set."""
     node = make_node(**{"navigation.patience": 2.5, "frontiers.map_wait": 1.5})
