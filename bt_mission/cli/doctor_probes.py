@@ -134,7 +134,7 @@ def types_agree() -> str:
     rclpy.shutdown()
     conflicts = [text for text in found if text is not None]
     if conflicts:
-        raise TypeError("; ".join(conflicts))
+        raise SystemExit("; ".join(conflicts))
     return f"agree on all {len(topics)} topics of the running graph"
 
 

@@ -134,7 +134,7 @@ def test_types_that_differ_on_a_topic_are_named(monkeypatch):
     finding = doctor.probe("types_agree", otherwise="warning", is_local=False)
     assert finding.state == "warning"
     assert finding.found == (
-        "TypeError: /cmd_vel: geometry_msgs/msg/Twist by /patrol published, "
+        "/cmd_vel: geometry_msgs/msg/Twist by /patrol published, "
         "but geometry_msgs/msg/TwistStamped by /sim taken"
     )
     for context, node in ends:
