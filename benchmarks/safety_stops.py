@@ -8,7 +8,14 @@ from typing import Any
 from bt_mission_interfaces.action import CameraSweep, ExploreForward, Move, Turn
 from builtin_interfaces.msg import Duration
 from geometry_msgs.msg import Point, PoseStamped
-from nav2_msgs.action import BackUp, DriveOnHeading, FollowWaypoints, NavigateToPose, Spin
+from nav2_msgs.action import (
+    BackUp,
+    DriveOnHeading,
+    FollowWaypoints,
+    NavigateThroughPoses,
+    NavigateToPose,
+    Spin,
+)
 from safety_rig import Rig
 from safety_trials import Stop, stopped
 
@@ -34,6 +41,10 @@ GOALS: dict[str, tuple[Any, Callable[[], Any]]] = {
     "camera_sweep": (CameraSweep, lambda: CameraSweep.Goal(sweep_angle=180.0, image_count=2)),
     "move": (Move, lambda: Move.Goal(secs=8, linear_velocity=0.2, angular_velocity=0.5)),
     "navigate_to_pose": (NavigateToPose, lambda: NavigateToPose.Goal(pose=_pose(1.4, 0.3))),
+    "navigate_through_poses": (
+        NavigateThroughPoses,
+        lambda: NavigateThroughPoses.Goal(poses=[_pose(1.4, 0.3), _pose(0.0, 0.0)]),
+    ),
     "follow_waypoints": (
         FollowWaypoints,
         lambda: FollowWaypoints.Goal(poses=[_pose(1.5, 0.5), _pose(0.0, 0.0)]),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 from geometry_msgs.msg import TwistStamped
@@ -17,7 +16,13 @@ from action_servers.core.maneuver import ZERO
 from action_servers.core.parameters import ParameterSpec
 from action_servers.robot_io.base import CommandPublisher, CommandWiring
 from action_servers.robot_io.command_types import Choice
-from action_servers.robot_io.node import RobotNode, RobotNodeOptions, run
+from action_servers.robot_io.node import (
+    NO_ARGUMENTS,
+    ProcessOptions,
+    RobotNode,
+    RobotNodeOptions,
+    run,
+)
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.stamps import to_ns
 
@@ -140,10 +145,10 @@ def main(
     namespace: str = "",
     use_sim_time: bool = False,
     command_type: Choice = "stamped",
-    parameters: Path | None = None,
+    process: ProcessOptions = NO_ARGUMENTS,
 ) -> int:
     """Arbitrate until SIGINT or SIGTERM, then stop the robot. Returns the exit code 0."""
     options = ArbiterOptions(
         namespace=namespace, use_sim_time=use_sim_time, command_type=command_type
     )
-    return run(NODE_NAME, parameters, options, ArbiterNode)
+    return run(NODE_NAME, process, options, ArbiterNode)

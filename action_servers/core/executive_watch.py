@@ -26,11 +26,13 @@ class ExecutiveLimits:
         (LEASE_S, 10.0),
         "Time without a sign of life of an executive after which the base is held, s. With the "
         "0.26 s of braking from full speed, it stands within 0.5 s.",
+        is_fixed=True,
     )
     executive_timeout: float = number(
         TIMEOUT_S,
         (LEASE_S, 600.0),
         "Time without a sign of life of an executive after which every goal is aborted, s.",
+        is_fixed=True,
     )
 
 

@@ -131,6 +131,11 @@ def waypoints_misfit(goal: Any) -> str | None:
     return None
 
 
+def through_poses_misfit(goal: Any) -> str | None:
+    """Return why a goal of `navigate_through_poses` cannot be carried out, or None."""
+    return None if goal.poses else "poses must hold at least one pose"
+
+
 def camera_sweep_limits(tuning: Tuning) -> Limits:
     """Return the limits of `camera_sweep`."""
     return (

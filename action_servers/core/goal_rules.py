@@ -98,6 +98,13 @@ def _navigation_feedback(_goal: Any) -> FeedbackRanges:
     return {"distance_remaining": _UNBOUNDED, "number_of_recoveries": _UNBOUNDED}
 
 
+def _through_poses_feedback(goal: Any) -> FeedbackRanges:
+    return {
+        **_navigation_feedback(goal),
+        "number_of_poses_remaining": (1.0, max(1, len(goal.poses))),
+    }
+
+
 def _waypoints_feedback(goal: Any) -> FeedbackRanges:
     return {"current_waypoint": (0.0, max(0, len(goal.poses) - 1))}
 
@@ -150,6 +157,12 @@ ACTIONS: Mapping[str, ActionRules] = {
         type="nav2_msgs/action/NavigateToPose",
         limits=_fixed(()),
         feedback=_navigation_feedback,
+    ),
+    "navigate_through_poses": ActionRules(
+        type="nav2_msgs/action/NavigateThroughPoses",
+        limits=_fixed(()),
+        misfit=goal_limits.through_poses_misfit,
+        feedback=_through_poses_feedback,
     ),
     "follow_waypoints": ActionRules(
         type="nav2_msgs/action/FollowWaypoints",

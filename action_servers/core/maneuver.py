@@ -93,6 +93,7 @@ class Observation:
 
     `time_s` is ROS time in seconds, and so are the stamps. `odom` is the pose in the odometry
     frame, `velocity` the one that odometry measures, `map_pose` the pose in the map frame.
+    `frame_on_map` gives the pose on the map of a frame by its name, or why it is not known.
     Anything that has not arrived yet is None. `scan`, `grid` and `image` are the same objects
     from step to step until a newer message comes, so an identity test tells whether they are new.
     While `is_held`, the pilot commands zero velocity, whatever a maneuver answers.
@@ -106,6 +107,7 @@ class Observation:
     map_pose: Pose2D | None = None
     grid: Grid | None = None
     image: Image | None = None
+    frame_on_map: Callable[[str], Pose2D | Refusal] | None = None
     is_held: bool = False
 
 

@@ -43,9 +43,14 @@ class ParameterSpec:
         return None
 
 
-def number(default: float, limits: tuple[float, float], description: str) -> Any:
-    """Return a field of a dataclass that is a number, or a switch, as a parameter."""
-    spec = ParameterSpec(default, description, *limits)
+def number(
+    default: float, limits: tuple[float, float], description: str, *, is_fixed: bool = False
+) -> Any:
+    """Return a field of a dataclass that is a number, or a switch, as a parameter.
+
+    Unless `is_fixed`, it may be set while the node runs, and holds from the next goal on.
+    """
+    spec = ParameterSpec(default, description, *limits, is_fixed=is_fixed)
     return field(default=default, metadata={"spec": spec})
 
 

@@ -1,7 +1,8 @@
 """Limits, tolerances and rates of the maneuvers that are a matter of choice.
 
-Each is a ROS parameter of the servers' node, read when it starts. What follows from the robot's
-build stands in its model, and what belongs to one goal is a field of the goal.
+Each is a ROS parameter of the servers' node; a goal keeps the values of the moment it came. What
+follows from the robot's build stands in its model, and what belongs to one goal is a field of the
+goal.
 """
 
 from __future__ import annotations
@@ -93,7 +94,10 @@ class Tuning:
         0.01, (0.0001, 1.0), "Share of the picture that find_colour looks for by default."
     )
     side_goals: int = number(
-        8, (1, 100), "Most goals at a time that do not drive: pictures, distances, waiting."
+        8,
+        (1, 100),
+        "Most goals at a time that do not drive: pictures, distances, waiting.",
+        is_fixed=True,
     )
 
 
@@ -157,6 +161,12 @@ class NavigationTuning:
     arrival_angle: float = number(
         0.02, (0.005, 3.2), "The last turn ends this close to the goal's yaw, rad."
     )
+    passing_distance: float = number(
+        0.4,
+        (0.05, 5.0),
+        "How near the robot comes to a pose of navigate_through_poses, but the last, until it goes "
+        "on to the next, m.",
+    )
     stop_on_failure: bool = number(
         True,
         (0, 1),
@@ -205,6 +215,7 @@ class MapperTuning:
         (0.05, 2.0),
         "How often a scan is added, s: every scan of an LDS-01, every other one of a Waffle in "
         "simulation.",
+        is_fixed=True,
     )
     updates_per_map: int = number(
         5, (1, 100), "Updates from one map to the next; with the default period, one a second."

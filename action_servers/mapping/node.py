@@ -19,7 +19,13 @@ from action_servers.mapping.coverage import Measure, VisitedArea
 from action_servers.mapping.files import MapFileError, save
 from action_servers.mapping.occupancy import FREE, OccupancyMapper
 from action_servers.navigation.senses import PoseHistory
-from action_servers.robot_io.node import RobotNode, RobotNodeOptions, run
+from action_servers.robot_io.node import (
+    NO_ARGUMENTS,
+    ProcessOptions,
+    RobotNode,
+    RobotNodeOptions,
+    run,
+)
 from action_servers.robot_io.sensors import LATCHED, SensorSubscriptions, SensorWiring
 from bt_mission.core.robot.model import RobotModel, load_robot
 
@@ -63,6 +69,7 @@ class MapperNode(RobotNode):
         )
         self._map_folder = Path(prefix).expanduser().resolve().parent
         self._tuning = self.declare_all(MapperTuning())
+        self.add_post_set_parameters_callback(self._retune)
         self._mapper = OccupancyMapper(robot.lidar)
         self._coverage = VisitedArea()
         self._poses = PoseHistory()
@@ -87,6 +94,9 @@ class MapperNode(RobotNode):
     def measure(self) -> Measure:
         """What is known and visited by now, published or not."""
         return self._coverage.measure(self._mapper.grid())
+
+    def _retune(self, _parameters: Any) -> None:
+        self._tuning = self.read_all(MapperTuning())
 
     def _update(self) -> None:
         now = self._sensors.observe(on_map=True)
@@ -163,13 +173,13 @@ def main(
     namespace: str = "",
     use_sim_time: bool = False,
     map_prefix: str = "map",
-    parameters: Path | None = None,
+    process: ProcessOptions = NO_ARGUMENTS,
 ) -> int:
     """Map until SIGINT or SIGTERM. Returns the exit code 0.
 
-    `robot` is a name or a path, `parameters` a ROS parameter file; raises BtMissionError for one
-    that cannot be used.
+    `robot` is a name or a path. Raises BtMissionError for a robot or a parameter file that cannot
+    be used.
     """
     model = load_robot(robot)
     options = MapperOptions(namespace=namespace, use_sim_time=use_sim_time, map_prefix=map_prefix)
-    return run(NODE_NAME, parameters, options, lambda options: MapperNode(model, options))
+    return run(NODE_NAME, process, options, lambda options: MapperNode(model, options))

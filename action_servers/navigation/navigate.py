@@ -58,6 +58,11 @@ class NavigateToPose:
         self._time_s = 0.0
         self._pose: Pose2D | None = None
 
+    @property
+    def recoveries(self) -> int:
+        """How often it has recovered or planned around something."""
+        return self._recoveries
+
     def step(self, now: Observation) -> Twist2D | Finished:
         """Return the twist for this control step, or how the goal ends."""
         if self._senses is None:

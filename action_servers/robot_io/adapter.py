@@ -122,7 +122,7 @@ class ActionAdapter:
         self._server = ActionServer(
             node,
             action.type,
-            action.name,
+            self.name,  # resolved: rcl applies no remapping to the plain name of an action
             execute_callback=self._execute,
             goal_callback=self._check,
             handle_accepted_callback=self._begin,
@@ -133,9 +133,18 @@ class ActionAdapter:
             cancel_service_qos_profile=BURST,
         )
 
+    @property
+    def action_name(self) -> str:
+        """The action's name, relative to the namespace."""
+        return self._action.name
+
     def close(self, reason: str) -> None:
         """Refuse every goal from now on."""
         self._closed = reason
+
+    def plan_by(self, action: Action) -> None:
+        """Plan goals that come from now on by another form of this action."""
+        self._action = action
 
     def interpose(self, before: Before) -> Callable[[], None]:
         """Ask before each step of this action's maneuvers; gives a function that ends it."""

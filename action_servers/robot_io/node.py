@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
 import rclpy
-from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    SetParametersResult,
+)
 from rclpy.context import Context
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 from rclpy.executors import Executor, SingleThreadedExecutor
@@ -19,13 +24,15 @@ from rclpy.signals import SignalHandlerOptions
 
 from action_servers.core.parameters import ParameterSpec, specs
 from action_servers.robot_io.parameter_file import ParameterFile, read_parameters
-from bt_mission.core.diagnostics import InputError
+from bt_mission.core.diagnostics import InputError, did_you_mean
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.interrupts import InterruptSignals
 
 D = TypeVar("D", bound=Any)
 N = TypeVar("N", bound="RobotNode")
 Options = TypeVar("Options", bound="RobotNodeOptions")
+
+SIM_TIME = "use_sim_time"
 
 LOOK_S = 0.1
 """How often at least a signal is looked for, s."""
@@ -41,13 +48,16 @@ class RobotNodeOptions:
         use_sim_time: Follow `/clock`.
         lean: No parameter services, log topic or type description, and only warnings in the log,
             as on the stage.
-        parameters: Values of parameters by name, instead of their defaults.
+        has_parameters: Parameter services all the same, where others look on.
+        parameters: Values of parameters by name, instead of their defaults; those of the process's
+            ROS arguments come first.
     """
 
     context: Context | None = None
     namespace: str | None = None
     use_sim_time: bool = False
     lean: bool = False
+    has_parameters: bool = False
     parameters: Mapping[str, Any] = field(default_factory=dict)
 
 
@@ -60,13 +70,21 @@ class RobotNode(Node):
             context=options.context,
             namespace=options.namespace,
             enable_rosout=not options.lean,
-            start_parameter_services=not options.lean,
+            start_parameter_services=not options.lean or options.has_parameters,
             parameter_overrides=[
-                Parameter("use_sim_time", value=options.use_sim_time),
-                Parameter("start_type_description_service", value=not options.lean),
-                *(Parameter(name, value=value) for name, value in options.parameters.items()),
+                Parameter(name, value=value)
+                for name, value, is_set in (
+                    (SIM_TIME, True, options.use_sim_time),
+                    ("start_type_description_service", False, options.lean),
+                )
+                if is_set
             ],
         )
+        # What the options say is weaker than what the ROS arguments of the process say.
+        for key, value in options.parameters.items():
+            self._parameter_overrides.setdefault(key, Parameter(key, value=value))
+        self._texts: dict[str, ParameterSpec] = {}
+        self.add_on_set_parameters_callback(self._check_texts)
         self._log: Any = Node.get_logger(self)
         if options.lean:
             self._log.set_level(LoggingSeverity.WARN)
@@ -82,6 +100,8 @@ class RobotNode(Node):
         fault = spec.fault_of_text(name, value) if isinstance(spec.default, str) else None
         if fault is not None:
             raise InvalidParameterValueException(name, value, fault)
+        if isinstance(spec.default, str):
+            self._texts[name] = spec
         return value
 
     def declare_all(self, defaults: D, prefix: str = "") -> D:
@@ -89,13 +109,60 @@ class RobotNode(Node):
 
         `prefix` comes before each name, such as `navigation.`. Raises as `declare`.
         """
+        for attribute, (name, spec) in specs(defaults).items():
+            self.declare(prefix + name, replace(spec, default=getattr(defaults, attribute)))
+        return self.read_all(defaults, prefix)
+
+    def read_all(self, defaults: D, prefix: str = "") -> D:
+        """Return the present values of the parameters of a dataclass, which are declared."""
         values = {
-            attribute: self.declare(
-                prefix + name, replace(spec, default=getattr(defaults, attribute))
-            )
-            for attribute, (name, spec) in specs(defaults).items()
+            attribute: self.get_parameter(prefix + name).value
+            for attribute, (name, _) in specs(defaults).items()
         }
         return replace(defaults, **values)
+
+    def set_parameters(self, parameter_list: list[Parameter]) -> list[SetParametersResult]:
+        """Set each parameter; say of one that is fixed how to give it another value."""
+        results = Node.set_parameters(self, parameter_list)
+        for parameter, result in zip(parameter_list, results, strict=True):
+            self._explain([parameter], result)
+        return results
+
+    def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
+        """Set all parameters or none; say of one that is fixed how to give it another value."""
+        result = Node.set_parameters_atomically(self, parameter_list)
+        self._explain(parameter_list, result)
+        return result
+
+    def _explain(self, parameters: Sequence[Parameter], result: SetParametersResult) -> None:
+        fixed = [one for one in parameters if self._is_fixed(one.name)]
+        if not result.successful and fixed:
+            result.reason = (
+                f"{fixed[0].name} is read when the node starts; start it again with "
+                f"--ros-args -p {fixed[0].name}:={fixed[0].value}"
+            )
+
+    def _is_fixed(self, name: str) -> bool:
+        return self.has_parameter(name) and self.describe_parameter(name).read_only
+
+    def _check_texts(self, parameters: Sequence[Parameter]) -> SetParametersResult:
+        """Refuse a text that is not among the choices; ROS itself checks only numbers."""
+        faults = (
+            self._texts[one.name].fault_of_text(one.name, one.value)
+            for one in parameters
+            if one.name in self._texts and isinstance(one.value, str)
+        )
+        fault = next(filter(None, faults), None)
+        return SetParametersResult(successful=fault is None, reason=fault or "")
+
+    def warn_of_unknown(self) -> None:
+        """Say which values were given for parameters that do not exist."""
+        unknown = [name for name in self._parameter_overrides if not self.has_parameter(name)]
+        for name in unknown:
+            hint = did_you_mean(name, sorted(self.list_parameters([], 0).names))
+            self._log.warning(
+                f"no such parameter '{name}': passed over{f'; {hint}' if hint else ''}"
+            )
 
     def begin(self) -> None:
         """Begin as a process, before the first callback."""
@@ -132,25 +199,27 @@ def made_with(file: ParameterFile | None, options: Options, make: Callable[[Opti
 
     Raises:
         InputError: With the place of the fault in the file.
+        BtMissionError: For another value that does not suit, such as one of the ROS arguments.
     """
-    if file is None:
-        return make(options)
+    values = {} if file is None else file.values
     try:
-        node = make(replace(options, parameters=file.values))
+        node = make(replace(options, parameters=values))
     except (InvalidParameterTypeException, InvalidParameterValueException) as error:
         raise _refused(file, error) from error
     try:
-        file.refuse_unknown(node.list_parameters([], 0).names)
+        if file is not None:
+            file.refuse_unknown(node.list_parameters([], 0).names)
     except InputError:
         node.destroy_node()
         raise
     return node
 
 
-def _refused(file: ParameterFile, error: Exception) -> BtMissionError:
+def _refused(file: ParameterFile | None, error: Exception) -> BtMissionError:
     text = str(error)
-    name = next((name for name in file.values if text.endswith(f": {name}")), None)
-    if name is None:
+    names = () if file is None else file.values
+    name = next((name for name in names if text.endswith(f": {name}")), None)
+    if file is None or name is None:
         return BtMissionError(text)
     value = file.values[name]
     is_whole = isinstance(value, int) and "DOUBLE" in text
@@ -158,14 +227,30 @@ def _refused(file: ParameterFile, error: Exception) -> BtMissionError:
     return InputError([file.fault(name, text.removesuffix(f": {name}"), hint)])
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ProcessOptions:
+    """How a node's process is started.
+
+    Args:
+        parameters: A ROS parameter file, read with its places.
+        ros_args: What follows `--ros-args`: remappings, parameters, the level of the log.
+    """
+
+    parameters: Path | None = None
+    ros_args: Sequence[str] = ()
+
+
+NO_ARGUMENTS = ProcessOptions()
+
+
 def run(
-    name: str, parameters: Path | None, options: Options, make: Callable[[Options], RobotNode]
+    name: str, process: ProcessOptions, options: Options, make: Callable[[Options], RobotNode]
 ) -> int:
     """Make the node of that name and serve it until SIGINT or SIGTERM; the second leaves at once.
 
     Args:
         name: The node's name, by which a parameter file has a section for it.
-        parameters: A ROS parameter file.
+        process: Its parameter file and ROS arguments.
         options: What the node is made with, beside the values of the file.
         make: Makes the node.
 
@@ -175,11 +260,17 @@ def run(
     Raises:
         BtMissionError: For a file that cannot be used.
     """
-    file = None if parameters is None else read_parameters(parameters, name)
+    file = None if process.parameters is None else read_parameters(process.parameters, name)
+    has_sim_time = file.values.get(SIM_TIME) if file else None
+    simulated = options.use_sim_time if has_sim_time is None else has_sim_time
+    # First, so that the user's arguments, which come later, are stronger.
+    args = ["--ros-args", "-p", f"{SIM_TIME}:={str(simulated).lower()}", *process.ros_args]
+    options = replace(options, use_sim_time=False)
     # rclpy's own handlers would take the publishers away before the robot is stopped.
-    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     try:
         node = made_with(file, options, make)
+        node.warn_of_unknown()
         try:
             _serve(node)
         finally:

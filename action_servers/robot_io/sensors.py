@@ -26,6 +26,7 @@ from tf2_msgs.msg import TFMessage
 
 from action_servers.core.maneuver import Image, Observation
 from action_servers.core.parameters import text
+from action_servers.robot_io.frames import Frames
 from action_servers.robot_io.messages import (
     grid_of,
     image_of,
@@ -45,6 +46,7 @@ T = TypeVar("T")
 NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 TRANSFORMS = QoSProfile(depth=100)
+FIXED_TRANSFORMS = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,6 +57,9 @@ class SensorWiring:
     odom: str = text("topics.odom", "odom", "Odometry, nav_msgs/Odometry.")
     tf: str = text(
         "topics.tf", "tf", "Transforms; the one from the map to the odometry frame is read."
+    )
+    tf_static: str = text(
+        "topics.tf_static", "tf_static", "Fixed transforms, for goals in frames of the robot."
     )
     map: str = text("topics.map", "map", "The map, nav_msgs/OccupancyGrid.")
     camera: str = text("topics.camera", "camera/image_raw", "Pictures, sensor_msgs/Image.")
@@ -172,11 +177,13 @@ class SensorSubscriptions:
         self._transforms: deque[bytes] = deque(maxlen=100)
         self._map_to_odom: Pose2D | None = None
         self._map_users = 0
+        self._frames = Frames(wiring.map_frame)
         self.camera = CameraStream(node, wiring.camera)
         self._listen(LaserScan, wiring.scan, self._scan.take, NEWEST)
         self._listen(OdometryMessage, wiring.odom, self._odometry.take, NEWEST)
         self._listen(TFMessage, wiring.tf, self._take_transforms, TRANSFORMS)
         if listen_to_map:
+            self._listen(TFMessage, wiring.tf_static, self._frames.take_fixed, FIXED_TRANSFORMS)
             self._listen(OccupancyGrid, wiring.map, self._grid.take, LATCHED)
 
     def _listen(
@@ -206,10 +213,12 @@ class SensorSubscriptions:
             map_pose=self._pose_on_map() if on_map else None,
             grid=self._grid.value() if on_map else None,
             image=self.camera.value(),
+            frame_on_map=self._frames.on_map if on_map else None,
         )
 
     def _take_transforms(self, data: bytes) -> None:
         self._transforms.append(data)
+        self._frames.take_moving(data)
 
     def _pose_on_map(self) -> Pose2D | None:
         odometry = self._odometry.value()

@@ -19,7 +19,15 @@ from bt_mission_interfaces.action import (
     TakePictures,
     Turn,
 )
-from nav2_msgs.action import BackUp, DriveOnHeading, FollowWaypoints, NavigateToPose, Spin, Wait
+from nav2_msgs.action import (
+    BackUp,
+    DriveOnHeading,
+    FollowWaypoints,
+    NavigateThroughPoses,
+    NavigateToPose,
+    Spin,
+    Wait,
+)
 
 from action_servers.camera import camera_sweep, find_colour, take_pictures
 from action_servers.camera.camera import CameraSwitch
@@ -36,7 +44,11 @@ from action_servers.driving import (
     turn,
 )
 from action_servers.mapping import explore
-from action_servers.navigation.actions import plan_follow_waypoints, plan_navigate_to_pose
+from action_servers.navigation.actions import (
+    plan_follow_waypoints,
+    plan_navigate_through_poses,
+    plan_navigate_to_pose,
+)
 from action_servers.robot_io.sensors import SensorSubscriptions
 from bt_mission.core.robot.model import RobotModel
 
@@ -94,6 +106,13 @@ def _driving(kit: ServerContext, common: dict[str, Any]) -> tuple[Action, ...]:
         Action("turn", Turn, plan_turn),
         Action("explore_forward", ExploreForward, partial(explore_forward.plan, **common)),
         Action("navigate_to_pose", NavigateToPose, navigate, needs_map=True, during=navigating),
+        Action(
+            "navigate_through_poses",
+            NavigateThroughPoses,
+            partial(plan_navigate_through_poses, **on_roads),
+            needs_map=True,
+            during=navigating,
+        ),
         Action("follow_waypoints", FollowWaypoints, follow, needs_map=True, during=navigating),
         Action(
             "explore_frontiers", ExploreFrontiers, explore_map, needs_map=True, during=navigating

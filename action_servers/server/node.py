@@ -3,20 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from rclpy.executors import Executor
+from rclpy.parameter import Parameter
 from std_msgs.msg import Float64
 
 from action_servers.core.executive_watch import ExecutiveLimits
 from action_servers.core.maneuver import Action, Maneuver
 from action_servers.core.pilot import Interlock, Pilot
 from action_servers.core.tuning import FRONTIERS, NAVIGATION, TUNING
+from action_servers.navigation.senses import missing
 from action_servers.robot_io.adapter import ActionAdapter, Before
 from action_servers.robot_io.base import CommandPublisher, CommandWiring
 from action_servers.robot_io.command_types import Choice
-from action_servers.robot_io.node import RobotNode, RobotNodeOptions, run
+from action_servers.robot_io.node import (
+    NO_ARGUMENTS,
+    ProcessOptions,
+    RobotNode,
+    RobotNodeOptions,
+    run,
+)
 from action_servers.robot_io.publisher_watch import PublisherWatch
 from action_servers.robot_io.sensors import SensorSubscriptions, SensorWiring
 from action_servers.server.actions import ServerContext, actions
@@ -26,7 +34,7 @@ from action_servers.server.parameters import (
     declare_server_parameters,
     limited,
 )
-from action_servers.server.topics import PlanTopic, Switches, watch_executives
+from action_servers.server.topics import PlanTopic, Switches, answer_as_navigator, watch_executives
 from bt_mission.core.dds.publishers import CLOCK
 from bt_mission.core.robot.model import RobotModel, load_robot
 
@@ -97,7 +105,7 @@ class ServersNode(RobotNode):
         self._publisher_watch = self._watch_publishers(sensors.odom, options)
         self._switches = Switches(self, self._interlock)
         self._distance = self.create_publisher(Float64, "total_distance", 10)
-        kit = ServerContext(
+        self._kit = ServerContext(
             robot=robot,
             tuning=tuning,
             navigation=self.declare_all(NAVIGATION, "navigation."),
@@ -108,13 +116,16 @@ class ServersNode(RobotNode):
             publish_distance=lambda metres: self._distance.publish(Float64(data=metres)),
             publish_path=PlanTopic(self, lean=options.lean).publish,
         )
-        table = {action.name: action for action in (*actions(kit), *options.extra_actions)}
+        self._extra = tuple(options.extra_actions)
+        table = self._table()
         mine = [action for name, action in table.items() if name not in options.without]
         first = set(table) if options.at_first is None else set(options.at_first)
         self._adapters = [self._offered(action) for action in mine if action.name in first]
-        self._not_yet = [action for action in mine if action.name not in first]
+        self._not_yet = [action.name for action in mine if action.name not in first]
+        self.add_post_set_parameters_callback(self._retune)
         if not options.lean:
             watch_executives(self, self.declare_all(ExecutiveLimits()), self._pilot)
+            answer_as_navigator(self, lambda: missing(self._sensors.observe(on_map=True)) is None)
         self._control_timer = self.create_timer(1.0 / robot.control_rate, self._pilot.step)
         self._missing: tuple[str, ...] = ()
 
@@ -136,7 +147,8 @@ class ServersNode(RobotNode):
 
     def offer_all(self) -> None:
         """Offer what was not offered at first."""
-        self._adapters += map(self._offered, self._not_yet)
+        table = self._table()
+        self._adapters += [self._offered(table[name]) for name in self._not_yet]
         self._not_yet = []
 
     def interpose(self, action: str, before: Before) -> Callable[[], None]:
@@ -188,6 +200,22 @@ class ServersNode(RobotNode):
             executor.spin_once(timeout_sec=0.0)
         self._base.wait_until_stopped(LAST_WORDS_S)
 
+    def _table(self) -> dict[str, Action]:
+        """Return every action by its name."""
+        return {action.name: action for action in (*actions(self._kit), *self._extra)}
+
+    def _retune(self, _parameters: Sequence[Parameter]) -> None:
+        """Have the goals that come from now on planned with the present parameters."""
+        self._kit = replace(
+            self._kit,
+            tuning=self.read_all(TUNING),
+            navigation=self.read_all(NAVIGATION, "navigation."),
+            frontiers=self.read_all(FRONTIERS, "frontiers."),
+        )
+        table = self._table()
+        for adapter in self._adapters:
+            adapter.plan_by(self._base.guarded(table[adapter.action_name]))
+
     def _lose_base(self, reason: str) -> None:
         if not self._pilot.idle:
             self._pilot.stop(reason)
@@ -217,12 +245,12 @@ def main(
     namespace: str = "",
     use_sim_time: bool = False,
     command_type: Choice = "stamped",
-    parameters: Path | None = None,
+    process: ProcessOptions = NO_ARGUMENTS,
     allow_duplicates: bool = False,
 ) -> int:
     """Serve until SIGINT or SIGTERM, then stop the robot and end every goal.
 
-    `robot` is a name or a path, `parameters` a ROS parameter file. Returns the exit code 0; raises
+    `robot` is a name or a path. Returns the exit code 0; raises
     BtMissionError for a robot or a file that cannot be used. A second signal leaves at once.
     """
     model = load_robot(robot)
@@ -233,4 +261,4 @@ def main(
         command_type=command_type,
         allow_duplicates=allow_duplicates,
     )
-    return run(NODE_NAME, parameters, options, lambda options: ServersNode(model, options))
+    return run(NODE_NAME, process, options, lambda options: ServersNode(model, options))

@@ -1,4 +1,4 @@
-"""What the servers hear and tell beside their actions: stop, release, motors, executives, plan."""
+"""What the servers hear and tell beside their actions: stop, motors, executives, plan, state."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from functools import partial
 from typing import Any
 
 from geometry_msgs.msg import PoseStamped
+from lifecycle_msgs.msg import State
+from lifecycle_msgs.srv import GetState
 from nav_msgs.msg import Path
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
@@ -14,6 +16,7 @@ from rclpy.duration import Duration
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.qos import LivelinessPolicy, QoSProfile
+from rclpy.timer import Timer
 from std_msgs.msg import Bool, Empty
 from std_srvs.srv import Trigger
 
@@ -55,11 +58,16 @@ def watch_executives(node: Node, limits: ExecutiveLimits, pilot: Pilot) -> None:
     A client that is no executive of ours is not watched.
     """
     log: Any = node.get_logger()
+    timer: Timer | None = None
 
     def be_late(why: str) -> None:
+        nonlocal timer
         if not pilot.idle:
             log.warning(why)
         pilot.hold()
+        if timer is None:  # made when it is needed: virtual time has no timer of another clock
+            wall = Clock(clock_type=ClockType.STEADY_TIME)
+            timer = node.create_timer(LOOK_S, watch.look, clock=wall)
         timer.reset()
 
     def lose(why: str) -> None:
@@ -67,12 +75,11 @@ def watch_executives(node: Node, limits: ExecutiveLimits, pilot: Pilot) -> None:
             pilot.stop(why, ErrorCode.EXECUTIVE_LOST)
 
     def be_back() -> None:
-        timer.cancel()
+        if timer is not None:
+            timer.cancel()
         pilot.release()
 
     watch = ExecutiveWatch(limits, be_late, be_back, lose)
-    timer = node.create_timer(LOOK_S, watch.look, clock=Clock(clock_type=ClockType.STEADY_TIME))
-    timer.cancel()
 
     def changed(status: Any) -> None:
         watch.update(status.alive_count, status.not_alive_count)
@@ -109,3 +116,23 @@ class PlanTopic:
             pose.pose.position.x, pose.pose.position.y = x, y
             path.poses.append(pose)
         self._publisher.publish(path)
+
+
+def answer_as_navigator(node: Node, is_ready: Callable[[], bool]) -> None:
+    """Offer `bt_navigator/get_state`, which programs for Nav2 ask until they hear "active".
+
+    Args:
+        node: Of the servers.
+        is_ready: Whether navigation has all that it needs; "inactive" until then.
+    """
+
+    def answer(_request: Any, response: Any) -> Any:
+        state = response.current_state
+        state.id, state.label = (
+            (State.PRIMARY_STATE_ACTIVE, "active")
+            if is_ready()
+            else (State.PRIMARY_STATE_INACTIVE, "inactive")
+        )
+        return response
+
+    node.create_service(GetState, "bt_navigator/get_state", answer)

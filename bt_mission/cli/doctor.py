@@ -33,6 +33,11 @@ REINSTALL = "pip install bt-mission, or `make demo` in a checkout"
 REAL_TIME = "run in real time: bt-mission sim, servers, run --attach"
 RENDERING = "the camera is slower without it: apt install libegl1 libgl1-mesa-dri libopengl0"
 
+SAME_TYPE = (
+    "DDS connects equal types only. For velocity commands: bt-mission sim --cmd-vel-type, the "
+    "parameter cmd_vel_type of servers and arbiter, enable_stamped_cmd_vel of the robot's bringup"
+)
+
 State = Literal["ok", "warning", "missing", "skipped"]
 STYLES: Mapping[State, str] = {
     "ok": "green",
@@ -85,13 +90,18 @@ def probe(
     remedy: str = "",
     without: tuple[str, ...] = (),
     limit_s: float = PROBE_LIMIT_S,
+    is_local: bool = True,
 ) -> CheckResult:
     """Run one of `bt_mission.cli.doctor_probes` in a process of its own.
 
     Args:
+        name: Of the probe.
+        arguments: Of the probe.
         otherwise: The state of the result where the probe fails; its text is the reason then.
+        remedy: What to do about it.
         without: Names of variables that the probe shall not find in its environment.
         limit_s: Seconds of the wall clock after which it counts as hung.
+        is_local: It hears this machine only, whatever the environment says.
     """
 
     def failed(reason: str) -> CheckResult:
@@ -105,7 +115,7 @@ def probe(
             errors="replace",
             timeout=limit_s,
             check=False,
-            env=_environment(without),
+            env=_environment(without, is_local=is_local),
         )
     except subprocess.TimeoutExpired:
         return failed(f"no answer within {limit_s:g} s")
@@ -121,9 +131,11 @@ def _command(name: str, *arguments: str) -> list[str]:
     return [sys.executable, "-m", f"{__package__}.doctor_probes", name, *arguments]
 
 
-def _environment(without: tuple[str, ...] = ()) -> dict[str, str]:
+def _environment(without: tuple[str, ...] = (), *, is_local: bool = True) -> dict[str, str]:
     # As every command that lets a second terminal attach: this machine, and no further.
-    mine = {**os.environ, RANGE: MACHINE}
+    mine = dict(os.environ)
+    if is_local or not mine.get(RANGE):
+        mine[RANGE] = MACHINE
     return {name: value for name, value in mine.items() if name not in without}
 
 
@@ -229,6 +241,11 @@ CHECKS = (
     DoctorCheck("middleware", middleware, needs=("ROS 2",)),
     DoctorCheck("discovery", discovery),
     DoctorCheck("DDS between processes", loopback, needs=("ROS 2", "middleware")),
+    DoctorCheck(
+        "topic types",
+        partial(probe, "types_agree", otherwise="warning", remedy=SAME_TYPE, is_local=False),
+        needs=("ROS 2", "middleware"),
+    ),
     DoctorCheck(
         "virtual clock", partial(probe, "lockstep", remedy=REAL_TIME), needs=("ROS 2", "middleware")
     ),

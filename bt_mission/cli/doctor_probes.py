@@ -17,12 +17,16 @@ from pathlib import Path
 ANSWER_LIMIT_S = 15.0
 """How long one process listens for another, in seconds of the wall clock."""
 
+LOOK_S = 4.0
+"""How long it looks around: Fast DDS announces each participant every 3 s."""
+
 TYPES = (
     "bt_mission_interfaces.action.CameraSweep",
     "bt_mission_interfaces.action.ExploreForward",
     "bt_mission_interfaces.action.Turn",
     "bt_mission_interfaces.msg.Collision",
     "nav2_msgs.action.FollowWaypoints",
+    "nav2_msgs.action.NavigateThroughPoses",
     "nav2_msgs.action.NavigateToPose",
     "tf2_msgs.msg.TFMessage",
 )
@@ -108,6 +112,32 @@ def listen(topic: str) -> str:
     return "two processes hear each other"
 
 
+def types_agree() -> str:
+    """Looks for topics of the running graph whose publishers and subscribers differ in type."""
+    import rclpy
+
+    from bt_mission.core.dds.endpoints import type_conflict
+
+    rclpy.init()
+    node = rclpy.create_node("_bt_mission_doctor_types")
+    rclpy.spin_until_future_complete(node, rclpy.Future(), timeout_sec=LOOK_S)
+    topics = [name for name, _ in node.get_topic_names_and_types()]
+    found = [
+        type_conflict(
+            topic,
+            node.get_publishers_info_by_topic(topic),
+            node.get_subscriptions_info_by_topic(topic),
+        )
+        for topic in topics
+    ]
+    node.destroy_node()
+    rclpy.shutdown()
+    conflicts = [text for text in found if text is not None]
+    if conflicts:
+        raise SystemExit("; ".join(conflicts))
+    return f"agree on all {len(topics)} topics of the running graph"
+
+
 def lockstep() -> str:
     """Proves that virtual time can be trusted with this middleware on this machine."""
     from bt_mission.virtual_time import self_test
@@ -117,7 +147,8 @@ def lockstep() -> str:
 
 
 PROBES: dict[str, Callable[..., str]] = {
-    probe.__name__: probe for probe in (ros, rmw, types, render, talk, listen, lockstep)
+    probe.__name__: probe
+    for probe in (ros, rmw, types, render, talk, listen, types_agree, lockstep)
 }
 
 if __name__ == "__main__":

@@ -28,6 +28,7 @@ from bt_mission.cli import (
     watch,
 )
 from bt_mission.cli.exits import BAD_INPUT, INTERRUPTED, MISSION_FAILED, NO_SERVER
+from bt_mission.cli.ros_arguments import split
 from bt_mission.core.errors import BtMissionError, NotThereError
 
 PARSERS: tuple[Callable[[Any], None], ...] = (
@@ -117,7 +118,12 @@ def _parsed(parser: argparse.ArgumentParser, arguments: Sequence[str] | None) ->
     It takes such a word as absent once it has seen the words before the option; a command names
     the word in its default ``late``.
     """
-    options, rest = parser.parse_known_args(arguments)
+    mine, for_ros = split(sys.argv[1:] if arguments is None else arguments)
+    options, rest = parser.parse_known_args(mine)
+    if getattr(options, "takes_ros_args", False):
+        options.ros_args = for_ros
+    elif for_ros:
+        parser.error("--ros-args: this command has no node to hand them to")
     late = getattr(options, "late", None)
     if late and len(rest) == 1 and not getattr(options, late) and _is_word(rest[0]):
         setattr(options, late, rest.pop())

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from bt_mission.cli.network import add_duplicates_option, add_network_option, prepare_graph
+from bt_mission.cli.ros_arguments import EPILOG, TAKEN, checked
 from bt_mission.cli.view import add_view_option
 from bt_mission.core.files import find
 
@@ -42,8 +44,19 @@ def _add_sim(commands: Any) -> None:
     )
     _add_namespace(parser)
     parser.add_argument("--no-camera", action="store_true", help="never render images")
+    parser.add_argument(
+        "--no-map",
+        action="store_true",
+        help="publish neither map nor the transform from map to odom: SLAM or localisation does",
+    )
+    parser.add_argument(
+        "--cmd-vel-type",
+        choices=("stamped", "plain"),
+        default="stamped",
+        help="take commands as TwistStamped (default) or as Twist",
+    )
     add_view_option(parser)
-    parser.set_defaults(command=sim)
+    _set_command(parser, sim)
 
 
 def _add_servers(commands: Any) -> None:
@@ -68,7 +81,7 @@ def _add_servers(commands: Any) -> None:
     )
     _add_parameters(parser, ", or the name of a shipped one")
     add_duplicates_option(parser)
-    parser.set_defaults(command=servers)
+    _set_command(parser, servers)
 
 
 def _add_mapper(commands: Any) -> None:
@@ -86,7 +99,8 @@ def _add_mapper(commands: Any) -> None:
     )
     _add_parameters(parser)
     _add_wall_clock(parser, ", as with a real robot")
-    parser.set_defaults(command=mapper, real=False)
+    parser.set_defaults(real=False)
+    _set_command(parser, mapper)
 
 
 def _add_arbiter(commands: Any) -> None:
@@ -106,7 +120,12 @@ def _add_arbiter(commands: Any) -> None:
         help="drive a real robot: this machine's clock, and the type of command it listens for",
     )
     _add_parameters(parser)
-    parser.set_defaults(command=arbiter)
+    _set_command(parser, arbiter)
+
+
+def _set_command(parser: argparse.ArgumentParser, command: Callable[..., int]) -> None:
+    parser.set_defaults(command=command, **TAKEN)
+    parser.epilog = EPILOG
 
 
 def _add_namespace(parser: argparse.ArgumentParser) -> None:
@@ -128,15 +147,22 @@ def sim(options: argparse.Namespace) -> int:
     """Simulate until interrupted."""
     prepare_graph(options)
     from sim.ros.live import main
+    from sim.ros.node import SimOptions
 
     return main(
         world=options.world,
         robot=options.robots or options.robot,
-        seed=options.seed,
+        options=SimOptions(
+            seed=options.seed,
+            namespace=options.namespace,
+            camera=not options.no_camera,
+            with_map=not options.no_map,
+            localises=not options.no_map,
+            command_type=options.cmd_vel_type,
+        ),
         speed=options.speed,
-        namespace=options.namespace,
-        camera=not options.no_camera,
         view=options.view,
+        ros_args=checked(options.ros_args),
     )
 
 
@@ -176,8 +202,13 @@ def _driving(options: argparse.Namespace) -> dict[str, Any]:
 
 def _common(options: argparse.Namespace) -> dict[str, Any]:
     """The arguments of every node but the simulated robot's."""
+    from action_servers.robot_io.node import ProcessOptions
+
     return {
         "namespace": options.namespace,
         "use_sim_time": not (options.wall_clock or options.real),
-        "parameters": find("parameters", options.params) if options.params else None,
+        "process": ProcessOptions(
+            parameters=find("parameters", options.params) if options.params else None,
+            ros_args=checked(options.ros_args),
+        ),
     }

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.exits import INTERRUPTED, SUCCESS
 from bt_mission.cli.network import add_duplicates_option, add_network_option, prepare_graph
+from bt_mission.cli.ros_arguments import TAKEN, checked, of_node
 
 if TYPE_CHECKING:
     from bt_mission.sessions.served_missions import ServedMissions
@@ -24,6 +25,8 @@ examples:
 in a mission:
   - execute_mission: {path: missions/patrol.yaml}
     timeout: 300
+
+ROS arguments may follow: --ros-args -r __ns:=/robot1 -r __node:=executive -p use_sim_time:=true
 
 exit codes: 0 ended by Ctrl-C with every goal ended, 2 bad input, 130 left at once
 """
@@ -77,7 +80,7 @@ def add_parser(commands: Any) -> None:
     )
     add_network_option(parser)
     add_duplicates_option(parser)
-    parser.set_defaults(command=serve)
+    parser.set_defaults(command=serve, **TAKEN)
 
 
 def _offered(missions: ServedMissions) -> str:
@@ -117,7 +120,8 @@ def _serve(options: argparse.Namespace) -> int:
         allow_python=options.allow_python,
         allow_text=options.allow_text,
     )
-    graph = GraphConnection(wall_clock=options.wall_clock)
+    ros_args = of_node(checked(options.ros_args), NodeOptions().name)
+    graph = GraphConnection(wall_clock=options.wall_clock, ros_args=ros_args)
     try:
         node = MissionServer(
             graph.host,

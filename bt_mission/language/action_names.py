@@ -39,6 +39,7 @@ _OURS = {
     "record_distance": ActionName("record_distance", f"{_OWN}/RecordDistance", moves_base=False),
     "execute_mission": ActionName("execute_mission", f"{_OWN}/ExecuteMission"),
     "navigate_to_pose": ActionName("navigate_to_pose", f"{_NAV2}/NavigateToPose"),
+    "navigate_through_poses": ActionName("navigate_through_poses", f"{_NAV2}/NavigateThroughPoses"),
     "follow_waypoints": ActionName("follow_waypoints", f"{_NAV2}/FollowWaypoints"),
     "spin": ActionName("spin", f"{_NAV2}/Spin"),
     "back_up": ActionName("backup", f"{_NAV2}/BackUp"),

@@ -80,7 +80,7 @@ class RosGoalClient(RosClient):
         self._listeners = listeners
         self._type, full = action_type(type_name), node.resolve_topic_name(name)
         super().__init__(node, full, type_name, self._type.Goal, get_action_names_and_types(node))
-        self._client: ActionClient = _Client(node, self._type, name)  # type: ignore[no-untyped-call]
+        self._client: ActionClient = _Client(node, self._type, full)  # type: ignore[no-untyped-call]
         self._handles: dict[bytes, ClientGoalHandle] = {}
         self._is_closed = False
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any, Self
@@ -47,6 +48,7 @@ class NodeOptions:
         context: The rclpy context; None is the default one.
         use_sim_time: Follow ``/clock``.
         lean: No parameter services, log topic or type description for others to find.
+        has_parameters: Parameter services all the same, where others look on.
     """
 
     name: str = "bt_mission"
@@ -54,6 +56,7 @@ class NodeOptions:
     context: Context | None = None
     use_sim_time: bool = False
     lean: bool = False
+    has_parameters: bool = False
 
     def arguments(self, **parameters: Any) -> dict[str, Any]:
         """Return the arguments of rclpy's constructor, with values of parameters."""
@@ -66,7 +69,7 @@ class NodeOptions:
             "namespace": self.namespace,
             "context": self.context,
             "enable_rosout": not self.lean,
-            "start_parameter_services": not self.lean,
+            "start_parameter_services": not self.lean or self.has_parameters,
             "parameter_overrides": [Parameter(name, value=it) for name, it in parameters.items()],
         }
 
@@ -107,13 +110,18 @@ class GraphConnection:
 
     Args:
         wall_clock: Keep to this machine's clock, without looking for ``/clock``.
+        ros_args: What follows ``--ros-args``, for all nodes of the context.
     """
 
-    def __init__(self, *, wall_clock: bool = False) -> None:
+    def __init__(self, *, wall_clock: bool = False, ros_args: Sequence[str] = ()) -> None:
         self._probe: Node | None = None
         with ExitStack() as made:
             self.context = rclpy.Context()
-            rclpy.init(context=self.context, signal_handler_options=SignalHandlerOptions.NO)
+            rclpy.init(
+                context=self.context,
+                args=["--ros-args", *ros_args],
+                signal_handler_options=SignalHandlerOptions.NO,
+            )
             made.callback(self.context.shutdown)
             self.executor = SingleThreadedExecutor(context=self.context)
             made.callback(self.executor.shutdown)

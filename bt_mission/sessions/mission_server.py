@@ -64,7 +64,7 @@ class MissionServerOptions:
     Attributes:
         missions: What clients may have carried out.
         on_new_goal: What a mission does that comes while another runs: ``replace`` or ``refuse``;
-            the value of the parameter of that name.
+            the default of the parameter of that name.
         allow_duplicates: Go on where several nodes publish the same odometry or clock.
         say: Told of what happens; None is the ROS log.
         on_mission_started: Given each mission that starts, with its executive.
@@ -95,7 +95,7 @@ class MissionServer(Node):
         node: NodeOptions,
         options: MissionServerOptions,
     ) -> None:
-        super().__init__(**node.arguments(on_new_goal=options.on_new_goal))
+        super().__init__(**node.arguments())
         self._host = host
         self._drop = drop
         self._options = node
@@ -103,7 +103,7 @@ class MissionServer(Node):
         self._refuses_duplicates = not options.allow_duplicates
         self._say = options.say or self._log_line
         self._on_mission_started = options.on_mission_started
-        self._declare_on_new_goal()
+        self._declare_on_new_goal(options.on_new_goal)
         self._rate = GoalRate(RESULT_TIMEOUT_S)
         self._closed: str | None = None
         self._run: _Run | None = None
@@ -115,7 +115,7 @@ class MissionServer(Node):
         self._server = ActionServer(
             self,
             ExecuteMission,
-            "execute_mission",
+            self.resolve_topic_name("execute_mission"),
             execute_callback=self._execute,
             goal_callback=self._check,
             handle_accepted_callback=self._take,
@@ -172,13 +172,13 @@ class MissionServer(Node):
 
     # ---- the action ----------------------------------------------------------------------
 
-    def _declare_on_new_goal(self) -> None:
+    def _declare_on_new_goal(self, default: str) -> None:
         what = "What a mission does that comes while another runs: replace it, which ends first and"
         what += " is aborted, or be refused."
         descriptor = ParameterDescriptor(
             description=what, additional_constraints=" or ".join(ON_NEW_GOAL), read_only=True
         )
-        chosen = self.declare_parameter("on_new_goal", ON_NEW_GOAL[0], descriptor).value
+        chosen = self.declare_parameter("on_new_goal", default, descriptor).value
         if chosen not in ON_NEW_GOAL:
             raise BtMissionError(f"on_new_goal: expected {' or '.join(ON_NEW_GOAL)}, got {chosen}")
         self._replaces = chosen == "replace"

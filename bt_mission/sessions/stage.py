@@ -149,6 +149,7 @@ class Stage:
                 seed=seed,
                 start_ns=START_NS,
                 lean=True,
+                has_parameters=self._options.visible,
                 context=self.context,
                 with_map=self.mission.map == "known",
                 props=self._options.props,

@@ -103,6 +103,7 @@ class FleetRun:
         self._server_options = ServerOptions(
             image_folder=images / member.name,
             lean=True,
+            has_parameters=options.visible,
             context=context,
             namespace=member.name or None,
             without=options.without,
@@ -115,7 +116,8 @@ class FleetRun:
         self.has_servers = True
         self.mapper: MapperNode | None = None
         if member.mission.map == "unknown":
-            self.mapper = StageMapperNode(robot.robot, MapperOptions(lean=True, context=context))
+            mapping = MapperOptions(lean=True, has_parameters=options.visible, context=context)
+            self.mapper = StageMapperNode(robot.robot, mapping)
 
     def _make_servers(self) -> ServersNode:
         options = replace(self._server_options, at_first=self._at_first())
@@ -132,7 +134,12 @@ class FleetRun:
             has_presence=False,
             why_rejected=self._why_rejected,
         )
-        node = NodeOptions(namespace=name or None, context=self._context, lean=True)
+        node = NodeOptions(
+            namespace=name or None,
+            context=self._context,
+            lean=True,
+            has_parameters=self._options.visible,
+        )
         self.node = StageMissionNode(mission, options, node=node)
         self.runner = self.node.runner
         self.executive, self.trace = self.runner.executive, self.runner.trace

@@ -9,17 +9,19 @@ import rclpy
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
+from rclpy.exceptions import ParameterException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
+from bt_mission.core.dds.endpoints import unheard
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.interrupts import InterruptSignals
 from bt_mission.core.robot.model import load_robot
 from bt_mission.core.wall_clock import Pacer
 from sim.physics.spawn import read
 from sim.ros.node import SimNode, SimOptions
-from sim.ros.topics import log
+from sim.ros.topics import COMMAND_TYPES, log
 from sim.views.window import Window, check_display
 from sim.world.loader import load_world
 
@@ -29,6 +31,7 @@ SLOWEST, FASTEST = 0.01, 1000.0
 CLOCK_HZ = 100.0
 _TICK_S = 0.01
 _FRAME_S = 0.03
+_WATCH_S = 1.0
 
 LOOK_S = 0.1
 """How often at least a signal is looked for, s."""
@@ -48,10 +51,8 @@ def main(
     *,
     world: str,
     robot: str | Sequence[str],
-    seed: int = 0,
+    options: SimOptions,
     speed: float = 1.0,
-    namespace: str = "",
-    camera: bool = True,
     view: bool = False,
     ros_args: Sequence[str] = (),
 ) -> int:
@@ -59,8 +60,8 @@ def main(
 
     `world` is a name or a path; `robot`, too, or several, each as `entrants.read` takes it.
     `view` opens MuJoCo's own viewer. `ros_args` is what follows `--ros-args`. Returns the exit
-    code 0. Raises BtMissionError for a world, a robot or a speed that cannot be used, and where
-    there is no display to view it on.
+    code 0. Raises BtMissionError for a world, a robot, a speed or a parameter that cannot be used,
+    and where there is no display to view it on.
     """
     check_speed(speed)
     if view:
@@ -72,22 +73,49 @@ def main(
     with ExitStack() as stack:
         interrupts = stack.enter_context(InterruptSignals())
         stack.callback(rclpy.shutdown)
-        options = SimOptions(seed=seed, namespace=namespace, camera=camera)
-        node = SimNode(scene, who, options)
+        try:
+            node = SimNode(scene, who, options)
+            _declare_parameters(node, options.seed)
+            _pace(node, speed)
+        except ParameterException as error:
+            raise BtMissionError(str(error)) from error
         node.publish_clock_at(CLOCK_HZ)
-        _declare_parameters(node, seed)
-        _pace(node, speed)
+        wall = Clock(clock_type=ClockType.STEADY_TIME)
+        node.create_timer(_WATCH_S, CommandWatch(node).look, clock=wall)
         if view:
             window = stack.enter_context(closing(Window(node.physics)))
-            wall = Clock(clock_type=ClockType.STEADY_TIME)
             node.create_timer(_FRAME_S, window.look, clock=wall)
-        log(node).info(f"{_names(node)} in {scene.name}, seed {seed}, speed {speed:g}")
+        speed = node.get_parameter("speed").value
+        log(node).info(f"{_names(node)} in {scene.name}, seed {options.seed}, speed {speed:g}")
         executor = SingleThreadedExecutor()
         executor.add_node(node)
         while not interrupts.count:
             executor.spin_once(timeout_sec=LOOK_S)
         node.destroy_node()
     return 0
+
+
+class CommandWatch:
+    """Warns once of each node whose velocity commands have a type that no robot takes."""
+
+    def __init__(self, node: SimNode) -> None:
+        self._node = node
+        self._told: set[tuple[str, str, str]] = set()
+
+    def look(self) -> None:
+        """Look who publishes `cmd_vel` of each robot, and as what."""
+        taken = COMMAND_TYPES[self._node.command_type]
+        other = "plain" if self._node.command_type == "stamped" else "stamped"
+        for robot in self._node.robots:
+            topic = self._node.resolve_topic_name(f"{robot.prefix}cmd_vel")
+            publishers = self._node.get_publishers_info_by_topic(topic)
+            lost = {(topic, *one) for one in unheard(publishers, {taken}).items()}
+            for _, who, sent in sorted(lost - self._told):
+                log(self._node).warning(
+                    f"{topic}: {who} publishes {sent}, but the robot takes {taken}, so it does not "
+                    f"hear; have {who} publish that, or start with --cmd-vel-type {other}"
+                )
+            self._told |= lost
 
 
 def _names(node: SimNode) -> str:

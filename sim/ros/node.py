@@ -11,7 +11,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.context import Context
+from rclpy.exceptions import InvalidParameterValueException
 from rclpy.logging import LoggingSeverity
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -23,9 +25,18 @@ from bt_mission.core.stamps import set_ns
 from sim.physics.names import STEP_NS
 from sim.physics.spawn import RobotSpawn
 from sim.robot.robot import SimulatedRobot
+from sim.ros.localization import localise
 from sim.ros.pictures import CameraTopics
 from sim.ros.schedule import Schedule
-from sim.ros.topics import LATCHED, RELIABLE, RobotPublishers, log, wanted
+from sim.ros.topics import (
+    COMMAND_TYPES,
+    LATCHED,
+    RELIABLE,
+    CommandType,
+    RobotPublishers,
+    log,
+    wanted,
+)
 from sim.ros.world_messages import occupancy_grid, zone_markers
 from sim.simulation import Fleet, Simulation
 from sim.world.loader import unseen
@@ -45,8 +56,12 @@ class SimOptions:
         context: The rclpy context; None is the default one.
         namespace: Of the robot's topics.
         lean: No parameter services, no /rosout, and only warnings in the log.
+        has_parameters: Parameter services all the same, where others look on.
         camera: Whether there are cameras.
         with_map: Whether the map of the world is published.
+        localises: Whether `tf` has the place of `odom` on the map; else something else has to
+            find it.
+        command_type: Of `cmd_vel`: `TwistStamped` (stamped) or `Twist` (plain).
         props: How many obstacles can be placed later (`sim.physics.props`).
     """
 
@@ -55,8 +70,11 @@ class SimOptions:
     context: Context | None = None
     namespace: str | None = None
     lean: bool = False
+    has_parameters: bool = False
     camera: bool = True
     with_map: bool = True
+    localises: bool = True
+    command_type: CommandType = "stamped"
     props: int = 0
 
 
@@ -68,7 +86,8 @@ class SimNode(Node):
     it (`robot1/scan`), each has a `robot1/map`, `robot1/tf` with the same frames as a robot alone,
     and so on; `fleet["robot1"]` is one of them, and there is one `/clock`.
 
-    Raises SpawnError, RobotSpawnError, RateError and PropError.
+    Raises SpawnError, RobotSpawnError, RateError, PropError, and rclpy's ParameterException for a
+    parameter that does not suit.
     """
 
     def __init__(
@@ -87,12 +106,13 @@ class SimNode(Node):
             NODE_NAME,
             context=options.context,
             namespace=options.namespace,
-            start_parameter_services=not lean,
+            start_parameter_services=not lean or options.has_parameters,
             enable_rosout=not lean,
             parameter_overrides=[Parameter("start_type_description_service", value=not lean)],
         )
         if lean:
             log(self).set_level(LoggingSeverity.WARN)
+        self.command_type = self._declare_command_type(options)
         self._schedule = Schedule(options.start_ns)
         self._time = Clock()
         self._stamp = self._time.clock  # shared by all messages
@@ -105,7 +125,18 @@ class SimNode(Node):
                 self._latch(occupancy_grid(drawn, self._stamp), f"{one.prefix}map")
             if world.zones:
                 self._latch(zone_markers(world, self._stamp), f"{one.prefix}zones")
-            self._topics.append(RobotPublishers(self, self._schedule, self._stamp, one))
+            self._topics.append(
+                RobotPublishers(
+                    self,
+                    self._schedule,
+                    self._stamp,
+                    one,
+                    command_type=self.command_type,
+                    localises=options.localises,
+                )
+            )
+            if options.localises and not lean:
+                localise(self, self._schedule, self._stamp, one)
             if options.camera and one.robot.camera is not None:
                 made = CameraTopics(self, self._schedule, self._stamp, one, one.robot.camera)
                 self._cameras.append(made)
@@ -153,6 +184,22 @@ class SimNode(Node):
         self.reset()
         response.success, response.message = True, "everything is as it was at the start"
         return response
+
+    def _declare_command_type(self, options: SimOptions) -> CommandType:
+        """Declare the parameter `cmd_vel_type`; the stage, without parameters, has the option."""
+        if options.lean:
+            return options.command_type
+        choices = " or ".join(COMMAND_TYPES)
+        descriptor = ParameterDescriptor(
+            description="Type of cmd_vel: TwistStamped (stamped) or Twist (plain).",
+            additional_constraints=choices,
+            read_only=True,
+        )
+        value: Any = self.declare_parameter("cmd_vel_type", options.command_type, descriptor).value
+        if value not in COMMAND_TYPES:
+            raise InvalidParameterValueException("cmd_vel_type", value, f"must be {choices}")
+        chosen: CommandType = value
+        return chosen
 
     def _latch(self, message: Any, topic: str) -> None:
         """Publish a message once, at the start."""

@@ -7,10 +7,11 @@ published that nobody subscribes to. All names begin with the robot's prefix.
 from __future__ import annotations
 
 import array
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, Literal, TypeAlias
 
 from bt_mission_interfaces.msg import Collision as CollisionMessage
-from geometry_msgs.msg import TransformStamped, TwistStamped
+from geometry_msgs.msg import TransformStamped, Twist, TwistStamped
 from nav_msgs.msg import Odometry as OdometryMessage
 from rclpy.node import Node
 from rclpy.publisher import Publisher
@@ -57,11 +58,40 @@ BATTERY_RATE = 20.0
 """Hz [turtlebot3_node]."""
 
 
-class RobotPublishers:
-    """The topics and services of one robot, apart from its camera. `stamp` is shared by all."""
+CommandType: TypeAlias = Literal["stamped", "plain"]
+COMMAND_TYPES: Mapping[CommandType, str] = {
+    "stamped": "geometry_msgs/msg/TwistStamped",
+    "plain": "geometry_msgs/msg/Twist",
+}
+"""Types of `cmd_vel` that a robot takes: the first is that of a TurtleBot3 on Jazzy, the second
+that with `enable_stamped_cmd_vel: false`. Never both: in one participant of Fast DDS a topic has
+one type."""
 
-    def __init__(self, node: Node, schedule: Schedule, stamp: Any, robot: SimulatedRobot) -> None:
+
+class RobotPublishers:
+    """The topics and services of one robot, apart from its camera.
+
+    Args:
+        node: The simulator's.
+        schedule: When its messages are due.
+        stamp: Of all messages, shared.
+        robot: Whose topics they are.
+        command_type: Of `cmd_vel`.
+        localises: Whether `tf` has the place of `odom` on the map.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        schedule: Schedule,
+        stamp: Any,
+        robot: SimulatedRobot,
+        *,
+        command_type: CommandType = "stamped",
+        localises: bool = True,
+    ) -> None:
         self._node = node
+        self._localises = localises
         self._schedule = schedule
         self._stamp = stamp
         self._robot = robot
@@ -72,8 +102,13 @@ class RobotPublishers:
         self._make_lidar()
         self._make_battery()
         self._make_motors()
+        self._command_type = command_type
         node.create_subscription(
-            TwistStamped, self._name("cmd_vel"), self._on_command, RELIABLE, raw=True
+            TwistStamped if command_type == "stamped" else Twist,
+            self._name("cmd_vel"),
+            self._on_command,
+            RELIABLE,
+            raw=True,
         )
         node.create_service(Trigger, self._name("reset_odometry"), self._on_reset_odometry)
 
@@ -96,8 +131,11 @@ class RobotPublishers:
 
     def _on_command(self, data: bytes) -> None:
         try:
-            message = decoder_of("geometry_msgs/msg/TwistStamped").decode(data)
-            twist, stamp_ns = message.twist, to_ns(message.header.stamp)
+            message = decoder_of(COMMAND_TYPES[self._command_type]).decode(data)
+            if self._command_type == "stamped":
+                twist, stamp_ns = message.twist, to_ns(message.header.stamp)
+            else:
+                twist, stamp_ns = message, 0
             age_s = self._robot.command(twist.linear.x, twist.angular.z, stamp_ns)
         except ValueError as error:
             log(self._node).warning(f"cmd_vel refused: {error}", throttle_duration_sec=5.0)
@@ -157,12 +195,13 @@ class RobotPublishers:
             TransformStamped(), self._stamp, frames.ODOM, frames.BASE_FOOTPRINT
         )
         odom = message_fields.header(TransformStamped(), self._stamp, frames.MAP, frames.ODOM)
+        sent = [odom, base] if self._localises else [base]
         moving = self._packed(
-            TFMessage(transforms=[odom, base]), (odom, PLANAR_TRANSFORM), (base, PLANAR_TRANSFORM)
+            TFMessage(transforms=sent), *((frame, PLANAR_TRANSFORM) for frame in sent)
         )
-        to_odom, to_base = (
+        *to_odom, to_base = [
             (one.transform.translation, one.transform.rotation) for one in moving.numbers
-        )
+        ]
         wheels = self._packed(turned, (turned, ("position", "velocity")), unused=4)  # no effort
         odometry = self._packed(reckoned, (reckoned, PLANAR_MOTION))
         truth = self._packed(true, (true, PLANAR_MOTION))
@@ -185,7 +224,8 @@ class RobotPublishers:
                 odometry_out.publish(odometry.packed())
             if wanted(moving_out) and not faults.odometry.dead:
                 set_planar(*to_base, Pose2D(*here))
-                set_planar(*to_odom, Pose2D(*frames.map_to_odom(robot.pose, here)))
+                for place in to_odom:
+                    set_planar(*place, Pose2D(*frames.map_to_odom(robot.pose, here)))
                 moving_out.publish(moving.packed())
             if wanted(truth_out):
                 moves = Twist2D(*robot.velocity)

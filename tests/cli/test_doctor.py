@@ -3,6 +3,10 @@
 import io
 
 import pytest
+import rclpy
+from geometry_msgs.msg import Twist, TwistStamped
+from rclpy.context import Context
+from rclpy.node import Node
 from rich.console import Console
 
 from bt_mission.cli import doctor
@@ -114,6 +118,28 @@ def test_a_middleware_that_is_absent_is_named(monkeypatch):
         "missing",
         "RMW_IMPLEMENTATION=rmw_of_nobody_cpp does not load",
     )
+
+
+@pytest.mark.process
+def test_types_that_differ_on_a_topic_are_named(monkeypatch):
+    """DDS says nothing of it, and nothing arrives."""
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    ends = []
+    for name in ("patrol", "sim"):  # a participant each, as processes have
+        context = Context()
+        rclpy.init(context=context)
+        ends.append((context, Node(name, context=context)))
+    ends[0][1].create_publisher(Twist, "cmd_vel", 10)
+    ends[1][1].create_subscription(TwistStamped, "cmd_vel", print, 10)
+    finding = doctor.probe("types_agree", otherwise="warning", is_local=False)
+    assert finding.state == "warning"
+    assert finding.found == (
+        "/cmd_vel: geometry_msgs/msg/Twist by /patrol published, "
+        "but geometry_msgs/msg/TwistStamped by /sim taken"
+    )
+    for context, node in ends:
+        node.destroy_node()
+        context.shutdown()
 
 
 @pytest.mark.process

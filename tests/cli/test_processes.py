@@ -232,6 +232,45 @@ def test_goals_are_compared_with_the_limits_of_servers_that_run(tmp_path: Path) 
     assert "angular_velocity must be from 0.05 to 1.82 rad/s, got 2.5" in said
 
 
+REMAPPED = """\
+mission: remapped
+tree:
+  retry: {attempts: 20, pause: 1}
+  do:
+    turn: {angle: 5}
+    timeout: 20
+"""
+
+
+def test_an_executive_that_serves_goes_by_other_names(tmp_path: Path) -> None:
+    """As launch files give them: its namespace and its node, and actions offered and asked for."""
+    (tmp_path / "remapped.yaml").write_text(REMAPPED, encoding="utf-8")
+    there = ("--ros-args", "-r", "__ns:=/robot1", "-r", "turn:=rotate")
+    mine = (*there, "-r", "__node:=executive", "-r", "execute_mission:=patrol")
+    with ExitStack() as stack:
+        sim = stack.enter_context(started("sim", "--no-camera", *there, **LOCAL))
+        servers = stack.enter_context(started("servers", *there, **LOCAL))
+        read_until(sim, "empty_arena")
+        read_until(servers, "ready: scan and odometry have come")
+        options = ("serve", "--missions", str(tmp_path))
+        serve = stack.enter_context(started(*options, *mine, **LOCAL))
+        read_until(serve, "/robot1/patrol waits for missions (/clock)")
+        sent = stack.enter_context(
+            started("actions", "send", "/robot1/patrol", "{path: remapped.yaml}", **LOCAL)
+        )
+        result, _ = sent.communicate(timeout=60)
+        listing = stack.enter_context(started("actions", "list", **LOCAL))
+        offered, _ = listing.communicate(timeout=60)
+        serve.send_signal(signal.SIGINT)
+        served, _ = serve.communicate(timeout=30)
+    assert sent.returncode == 0, result
+    assert "remapped: success" in served
+    who = {line.split()[0]: line.split()[-1] for line in offered.splitlines() if "/" in line}
+    assert who["/robot1/patrol"] == "/robot1/executive"
+    assert who["/robot1/rotate"] == "/robot1/bt_mission_servers"
+    assert not {"/robot1/execute_mission", "/robot1/turn"} & set(who)
+
+
 def test_a_simulation_beside_another_is_not_driven_with_it(tmp_path: Path, drive: str) -> None:
     """Neither by the executive nor by the servers, unless that is asked for."""
     options = ("--world", "empty_arena", "--no-camera")

@@ -35,7 +35,9 @@ def test_every_number_of_a_goal_is_tried(name):
     assert SERVED[name].bad.keys() == fields.keys() - poses - harmless
 
 
-@pytest.mark.parametrize("action", ["navigate_to_pose", "follow_waypoints"])
+@pytest.mark.parametrize(
+    "action", ["navigate_to_pose", "navigate_through_poses", "follow_waypoints"]
+)
 def test_bad_poses_are_rejected_and_nothing_moves(bench, action):
     """Wherever in the message the number stands, and whatever the frame."""
 

@@ -1,7 +1,11 @@
 """The sources of the ROS packages: complete, explained, of one version."""
 
+import importlib
 import re
+import sys
+import sysconfig
 import tomllib
+from pathlib import Path
 
 import pytest
 
@@ -25,7 +29,7 @@ def test_every_field_and_constant_has_a_comment(definition):
     """A reader of `ros2 interface show` learns what each field means, and its unit."""
     lines = definition.read_text(encoding="utf-8").splitlines()
     fields = [line for line in lines if re.match(r"\s*\w", line)]
-    assert fields
+    assert fields or definition.stem == "Empty"
     assert [line for line in fields if not re.search(r"#\s+\S", line)] == []
 
 
@@ -52,3 +56,35 @@ def test_package_and_project_have_one_version(package):
         "version": project["version"],
         "license": project["license"],
     }
+
+
+EXAMPLES = {
+    "action": {"Fibonacci"},
+    "srv": {"AddTwoInts", "SetBool", "Trigger"},
+    "msg": {
+        *("Bool", "Byte", "Char", "Empty", "Float32", "Float64", "String", "WString"),
+        *(f"{kind}{bits}" for kind in ("Int", "UInt") for bits in (8, 16, 32, 64)),
+        *(f"{kind}{bits}MultiArray" for kind in ("Int", "UInt") for bits in (8, 16, 32, 64)),
+        *("ByteMultiArray", "Float32MultiArray", "Float64MultiArray"),
+        *("MultiArrayDimension", "MultiArrayLayout"),
+    },
+}
+"""What the public package of ROS 2 Jazzy has."""
+
+
+@pytest.mark.parametrize("kind", EXAMPLES)
+def test_example_interfaces_has_all_that_the_public_package_has(kind):
+    """Tutorials of ROS 2 import any of them."""
+    folder = ROOT / "interfaces/example_interfaces" / kind
+    assert {path.stem for path in folder.iterdir()} == EXAMPLES[kind]
+
+
+@pytest.mark.parametrize("package", ["example_interfaces", "nav2_msgs", "tf2_msgs"])
+def test_a_substitute_lies_where_python_looks_last(package):
+    """So that it neither overwrites nor hides a real package, whichever was installed first."""
+    place = Path(importlib.import_module(package).__file__ or "").parents[1]
+    real = Path(sysconfig.get_path("purelib"))
+    assert place == Path(sys.prefix, "share/bt_mission/ros", real.relative_to(sys.prefix))
+    assert sys.path.index(str(real)) < [str(Path(one).resolve()) for one in sys.path].index(
+        str(place.resolve())
+    )

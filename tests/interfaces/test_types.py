@@ -33,6 +33,7 @@ from nav2_msgs.action import (
     BackUp,
     DriveOnHeading,
     FollowWaypoints,
+    NavigateThroughPoses,
     NavigateToPose,
     Spin,
     Wait,
@@ -45,6 +46,11 @@ from tf2_msgs.msg import TFMessage
 from action_servers.core.maneuver import ErrorCode
 
 ELAPSED = "builtin_interfaces/Duration total_elapsed_time, uint16 error_code, string error_msg"
+NAVIGATED = (
+    "geometry_msgs/PoseStamped current_pose, builtin_interfaces/Duration navigation_time, "
+    "builtin_interfaces/Duration estimated_time_remaining, "
+    "int16 number_of_recoveries, float distance_remaining"
+)
 STRAIGHT = "geometry_msgs/Point target, float speed, builtin_interfaces/Duration time_allowance"
 
 FIELDS = [
@@ -143,14 +149,15 @@ FIELDS = [
     ),
     (NavigateToPose.Goal, "geometry_msgs/PoseStamped pose, string behavior_tree"),
     (NavigateToPose.Result, "uint16 error_code, string error_msg"),
+    (NavigateToPose.Feedback, NAVIGATED),
     (
-        NavigateToPose.Feedback,
-        (
-            "geometry_msgs/PoseStamped current_pose, "
-            "builtin_interfaces/Duration navigation_time, "
-            "builtin_interfaces/Duration estimated_time_remaining, "
-            "int16 number_of_recoveries, float distance_remaining"
-        ),
+        NavigateThroughPoses.Goal,
+        "sequence<geometry_msgs/PoseStamped> poses, string behavior_tree",
+    ),
+    (NavigateThroughPoses.Result, "uint16 error_code, string error_msg"),
+    (
+        NavigateThroughPoses.Feedback,
+        f"{NAVIGATED}, int16 number_of_poses_remaining",
     ),
     (
         FollowWaypoints.Goal,
@@ -268,6 +275,7 @@ def test_follow_waypoints_has_the_codes_of_nav2():
         FindColour,
         ExploreFrontiers,
         NavigateToPose,
+        NavigateThroughPoses,
         FollowWaypoints,
         Spin,
         BackUp,

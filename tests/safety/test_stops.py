@@ -12,6 +12,7 @@ ACTIONS = (
     "camera_sweep",
     "move",
     "navigate_to_pose",
+    "navigate_through_poses",
     "follow_waypoints",
     "spin",
     "backup",

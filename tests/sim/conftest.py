@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 import rclpy
 from bt_mission_interfaces.msg import Collision
-from geometry_msgs.msg import TwistStamped
+from geometry_msgs.msg import Twist, TwistStamped
 from nav_msgs.msg import OccupancyGrid, Odometry
 from rclpy.context import Context
 from rclpy.node import Node
@@ -95,7 +95,9 @@ class Stage:
         self.heard: list[tuple[str, Any]] = []
         for topic in topics:
             self.listen(topic)
-        self.commands = self.ear.create_publisher(TwistStamped, "cmd_vel", 10)
+        self._is_plain = options.get("command_type") == "plain"
+        kind = Twist if self._is_plain else TwistStamped
+        self.commands = self.ear.create_publisher(kind, "cmd_vel", 10)
         self.clock = VirtualTimeExecutor(world=self.sim, context=self.context)
         for node in (self.sim, self.ear):
             self.clock.add_node(node)
@@ -122,8 +124,9 @@ class Stage:
 
     def command(self, linear: float, angular: float = 0.0) -> None:
         """Publish a velocity, and see it delivered."""
-        message = TwistStamped()
-        message.twist.linear.x, message.twist.angular.z = linear, angular
+        message: Any = Twist() if self._is_plain else TwistStamped()
+        twist = message if self._is_plain else message.twist
+        twist.linear.x, twist.angular.z = linear, angular
         self.commands.publish(message)
         self.clock.run_until_quiet()
 

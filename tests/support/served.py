@@ -18,7 +18,15 @@ from bt_mission_interfaces.action import (
 )
 from builtin_interfaces.msg import Duration
 from geometry_msgs.msg import Point
-from nav2_msgs.action import BackUp, DriveOnHeading, FollowWaypoints, NavigateToPose, Spin, Wait
+from nav2_msgs.action import (
+    BackUp,
+    DriveOnHeading,
+    FollowWaypoints,
+    NavigateThroughPoses,
+    NavigateToPose,
+    Spin,
+    Wait,
+)
 
 from action_servers.camera.camera_sweep import CameraSweep as CameraSweepManeuver
 from action_servers.camera.find_colour import FindColour as FindColourManeuver
@@ -32,6 +40,9 @@ from action_servers.driving.turn import Spin as SpinManeuver
 from action_servers.driving.turn import Turn as TurnManeuver
 from action_servers.mapping.explore import ExploreFrontiers as ExploreFrontiersManeuver
 from action_servers.navigation.navigate import NavigateToPose as NavigateToPoseManeuver
+from action_servers.navigation.through_poses import (
+    NavigateThroughPoses as NavigateThroughPosesManeuver,
+)
 from action_servers.navigation.waypoints import FollowWaypoints as FollowWaypointsManeuver
 from tests.support.robot_node import pose
 
@@ -108,6 +119,11 @@ SERVED: dict[str, Served] = {
         },
     ),
     "navigate_to_pose": Served(NavigateToPose, NavigateToPoseManeuver, {"pose": pose(1.5, 0.0)}),
+    "navigate_through_poses": Served(
+        NavigateThroughPoses,
+        NavigateThroughPosesManeuver,
+        {"poses": [pose(1.0, 0.0), pose(1.5, 0.5)]},
+    ),
     "follow_waypoints": Served(
         FollowWaypoints,
         FollowWaypointsManeuver,

@@ -57,9 +57,13 @@ class NoDefinitionError(BtMissionError):
 
 
 def share_folders() -> list[Path]:
-    """Where interface packages are installed, in the order in which they count."""
+    """Where interface packages are installed, in the order in which they count.
+
+    Last come those of ours that stand in for real ones (interfaces/wheel).
+    """
     prefixes = [*filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep))]
-    return [Path(prefix) / "share" for prefix in [*prefixes, sys.prefix]]
+    here = Path(sys.prefix, "share")
+    return [*(Path(prefix) / "share" for prefix in prefixes), here, here / "bt_mission/ros/share"]
 
 
 def file_text(type_name: str, folders: Sequence[Path]) -> str | None:

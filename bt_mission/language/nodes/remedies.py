@@ -79,6 +79,7 @@ FIRST_FIELDS = {
     "record_distance": "seconds",
     "execute_mission": "path",
     "navigate_to_pose": "pose",
+    "navigate_through_poses": "poses",
     "follow_waypoints": "poses",
     "spin": "target_yaw",
     "back_up": "target",

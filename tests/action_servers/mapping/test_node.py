@@ -108,6 +108,25 @@ def test_the_first_map_comes_after_two_scans_and_the_next_once_a_second(bench: B
     assert all(b - a >= 1.0 - 1e-6 for a, b in pairwise(times))
 
 
+def test_tuning_that_is_set_holds_at_once_and_the_period_is_fixed(bench: Bench) -> None:
+    """From one map a second to one in two; the reason of a refusal says what to do."""
+    bench.run_for(2.0, angular=1.0)
+    set_at_s = bench.seconds
+    period, each = bench.mapper.set_parameters(
+        [Parameter("update_period", value=0.1), Parameter("updates_per_map", value=10)]
+    )
+    assert not period.successful
+    assert period.reason == (
+        "update_period is read when the node starts; start it again with "
+        "--ros-args -p update_period:=0.1"
+    )
+    assert each.successful
+    bench.run_for(6.0, angular=1.0)
+    times = [time for time, _ in bench.maps if time > set_at_s]
+    assert [b - a for a, b in pairwise(times)] == pytest.approx([2.0] * (len(times) - 1))
+    assert len(times) == 3
+
+
 def test_what_it_maps_agrees_with_the_world(bench: Bench) -> None:
     """While the robot turns and drives, free and occupied cells are so within a cell."""
     bench.run_for(3.0, angular=1.0)

@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -54,6 +55,20 @@ def test_a_goal_in_odom_is_moved_to_the_map(waffle):
     """One metre ahead of a robot that faces up is one metre up."""
     planned = plan_navigate_to_pose(to_pose(x=1.5, frame="odom"), READY, waffle)
     assert goal_of(planned) == pytest.approx((1.0, 2.0, math.pi / 2))
+
+
+def test_a_goal_in_a_frame_of_the_robot_is_relative_to_it(waffle):
+    """One metre ahead of the robot, wherever the frame has its place."""
+    ready = replace(READY, frame_on_map={"base_link": Pose2D(1.0, 1.0, math.pi / 2)}.__getitem__)
+    planned = plan_navigate_to_pose(to_pose(x=1.0, yaw=0.5, frame="base_link"), ready, waffle)
+    assert goal_of(planned) == pytest.approx((1.0, 2.0, math.pi / 2 + 0.5))
+
+
+def test_a_frame_whose_place_is_not_known_is_refused(waffle):
+    """With what is known of it."""
+    ready = replace(READY, frame_on_map=lambda name: Refusal(f"no {name}"))
+    planned = plan_navigate_to_pose(to_pose(frame="base_link"), ready, waffle)
+    assert planned == Refusal("pose: no base_link")
 
 
 @pytest.mark.parametrize(

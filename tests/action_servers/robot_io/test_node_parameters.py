@@ -14,6 +14,7 @@ from action_servers.robot_io.node import made_with
 from action_servers.robot_io.parameter_file import read_parameters
 from action_servers.server.node import NODE_NAME, ServerOptions, ServersNode
 from bt_mission.core.diagnostics import InputError
+from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import find, names
 from bt_mission.core.robot.model import load_robot
 
@@ -63,6 +64,31 @@ def test_values_of_the_file_hold(context, tmp_path):
     assert node.get_parameter("control_rate").value == 10.0
     assert node.get_parameter("topics.scan").value == "scan"
     node.destroy_node()
+
+
+def test_ros_arguments_come_before_the_file(tmp_path):
+    """And what neither names has its default."""
+    context = Context()
+    arguments = ["--ros-args", "-p", "control_rate:=20.0", "-p", "use_sim_time:=true"]
+    rclpy.init(context=context, args=arguments)
+    node = servers(context, tmp_path, "control_rate: 10.0\n    sensor_timeout: 2.0")
+    names = ("control_rate", "sensor_timeout", "hold_after", "use_sim_time")
+    assert [node.get_parameter(name).value for name in names] == [20.0, 2.0, 0.6, True]
+    node.destroy_node()
+    context.shutdown()
+
+
+def test_a_ros_argument_that_does_not_suit_is_an_error_of_ours(tmp_path):
+    """Whether or not there is a file."""
+    context = Context()
+    rclpy.init(context=context, args=["--ros-args", "-p", "control_rate:=1"])
+    with pytest.raises(BtMissionError, match="'control_rate' to '1' of type 'INTEGER'"):
+        made_with(
+            None,
+            ServerOptions(image_folder=tmp_path, lean=True, context=context),
+            lambda options: ServersNode(load_robot("waffle"), options),
+        )
+    context.shutdown()
 
 
 @pytest.mark.parametrize(

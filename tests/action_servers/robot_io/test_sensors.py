@@ -141,7 +141,8 @@ def test_a_robot_in_a_namespace(fake, tmp_path, waffle):
         ServerOptions(image_folder=tmp_path, lean=True, context=context, namespace="robot_7"),
     )
     topics = {subscription.topic_name for subscription in node.subscriptions}
-    assert topics == {f"/robot_7/{name}" for name in ("scan", "odom", "tf", "map", "motors_on")}
+    names = ("scan", "odom", "tf", "tf_static", "map", "motors_on")
+    assert topics == {f"/robot_7/{name}" for name in names}
     assert node.count_publishers("/robot_7/cmd_vel") == 1
     node.destroy_node()
     context.shutdown()

@@ -39,7 +39,7 @@ def make_node(waffle, tmp_path):
 
 
 def test_each_tuning_is_a_parameter_with_description_and_range(make_node):
-    """Read when the node is made, and fixed from then on."""
+    """May be set while the node runs, unless it is fixed, and then is refused with what to do."""
     node = make_node()
     for prefix, tunings in TUNINGS:
         for name, (_, allowed) in specs(tunings).items():
@@ -49,7 +49,8 @@ def test_each_tuning_is_a_parameter_with_description_and_range(make_node):
                 assert (declared.from_value, declared.to_value) == (allowed.low, allowed.high)
             assert node.get_parameter(prefix + name).value == default
             (answer,) = node.set_parameters([Parameter(prefix + name, value=default)])
-            assert not answer.successful
+            assert answer.successful == (not allowed.is_fixed)
+            assert ("start it again with --ros-args -p" in answer.reason) == allowed.is_fixed
 
 
 def test_a_value_out_of_its_range_is_refused(make_node):
@@ -68,6 +69,53 @@ def test_a_tuning_reaches_the_maneuvers(make_node, waffle):
     (move,) = [one for one in node._adapters if one._action.name == "move"]
     planned = move._action.plan(move._action.type.Goal(secs=8), node._sensors.observe())
     assert planned.reason == "secs must be from 1 to 7 s, got 8"
+
+
+def test_a_tuning_that_is_set_holds_from_the_next_goal_on(make_node):
+    """One that is out of its range leaves everything as it was."""
+    node = make_node()
+    (move,) = [one for one in node._adapters if one._action.name == "move"]
+
+    def refusal() -> str:
+        planned = move._action.plan(move._action.type.Goal(secs=4000), node._sensors.observe())
+        return str(planned.reason)
+
+    assert refusal() == "secs must be from 1 to 3600 s, got 4000"
+    (answer,) = node.set_parameters([Parameter("duration_limit", value=0)])
+    assert not answer.successful
+    assert "out of range" in answer.reason
+    assert refusal() == "secs must be from 1 to 3600 s, got 4000"
+    (answer,) = node.set_parameters([Parameter("duration_limit", value=1200)])
+    assert answer.successful
+    assert refusal() == "secs must be from 1 to 1200 s, got 4000"
+
+
+def test_several_fixed_and_free_parameters_are_set_together_or_not_at_all(make_node):
+    """The reason names the fixed one."""
+    node = make_node()
+    both = [Parameter("pictures", value=9), Parameter("control_rate", value=10.0)]
+    answer = node.set_parameters_atomically(both)
+    assert not answer.successful
+    assert answer.reason == (
+        "control_rate is read when the node starts; start it again with "
+        "--ros-args -p control_rate:=10.0"
+    )
+    assert node.get_parameter("pictures").value == 60
+
+
+@pytest.mark.parametrize("name", ["executive_lease", "executive_timeout"])
+def test_how_long_an_executive_may_be_late_is_fixed(waffle, tmp_path, name):
+    """The middleware takes the lease when the servers start."""
+    context = rclpy.Context()
+    rclpy.init(context=context)
+    node = ServersNode(waffle, ServerOptions(image_folder=tmp_path, context=context))
+    (answer,) = node.set_parameters([Parameter(name, value=3.0)])
+    assert not answer.successful
+    assert answer.reason == (
+        f"{name} is read when the node starts; start it again with --ros-args -p {name}:=3.0"
+    )
+    node.destroy_node()
+    context.shutdown()
 
 
 def test_a_tuning_of_navigation_reaches_its_maneuvers(make_node):

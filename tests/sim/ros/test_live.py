@@ -8,6 +8,7 @@ from contextlib import ExitStack
 
 import pytest
 import rclpy
+from geometry_msgs.msg import Twist
 from rcl_interfaces.srv import DescribeParameters
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
@@ -18,11 +19,14 @@ from sensor_msgs.msg import LaserScan
 
 from bt_mission.core.errors import BtMissionError
 from sim.ros.live import FASTEST, SpeedError, check_speed, main
+from sim.ros.node import SimOptions
 
 LIVE = """
 import sys
 from sim.ros.live import main
-sys.exit(main(world="dqn_stage1", robot="waffle", seed=3, speed=2.0, camera=False))
+from sim.ros.node import SimOptions
+options = SimOptions(seed=3, camera=False)
+sys.exit(main(world="dqn_stage1", robot="waffle", options=options, speed=2.0))
 """
 
 pytestmark = pytest.mark.process
@@ -93,7 +97,7 @@ def test_it_runs_and_ends_cleanly_on_a_signal(beside, live, number):
 )
 def test_what_cannot_be_started_is_refused(wrong, words):
     """With an error of ours, before there is a node."""
-    options = {"world": "dqn_stage1", "robot": "waffle"} | wrong
+    options = {"world": "dqn_stage1", "robot": "waffle", "options": SimOptions(seed=0)} | wrong
     with pytest.raises(BtMissionError, match=words):
         main(**options)
 
@@ -101,8 +105,10 @@ def test_what_cannot_be_started_is_refused(wrong, words):
 TWO = """
 import sys
 from sim.ros.live import main
+from sim.ros.node import SimOptions
 robots = ["one=waffle@-1,0", "two=burger@1,0,180"]
-sys.exit(main(world="dqn_stage1", robot=robots, speed=5.0, camera=False))
+options = SimOptions(seed=0, camera=False)
+sys.exit(main(world="dqn_stage1", robot=robots, options=options, speed=5.0))
 """
 
 
@@ -136,3 +142,65 @@ def test_a_useless_speed_is_refused(speed):
     """The message gives both bounds."""
     with pytest.raises(SpeedError, match=r"expected a speed from 0\.01 to 1000, got"):
         check_speed(speed)
+
+
+PATROL = """
+import sys
+from sim.ros.live import main
+from sim.ros.node import SimOptions
+options = SimOptions(seed=0, camera=False)
+sys.exit(main(world="dqn_stage1", robot="waffle", options=options, ros_args=sys.argv[1:]))
+"""
+
+
+def test_who_commands_in_vain_is_named(beside):
+    """A node that publishes Twist where the robot takes TwistStamped; the remapped topic too."""
+    node, executor = beside
+    node.create_publisher(Twist, "drive", 10)
+    remapped = ["-r", "cmd_vel:=drive", "-r", "__node:=world"]
+    with (
+        subprocess.Popen(
+            [sys.executable, "-c", PATROL, *remapped], stderr=subprocess.PIPE, text=True
+        ) as process,
+        ExitStack() as last,
+    ):
+        last.callback(process.kill)  # a failed assertion must not wait for it
+        stderr = process.stderr
+        assert stderr is not None
+        said = next(line for line in stderr if "WARN" in line)
+        assert ("world", "/") in node.get_node_names_and_namespaces()
+        executor.spin_once(timeout_sec=0.0)
+    assert "[world]: /drive: /beside publishes geometry_msgs/msg/Twist, but the robot takes" in said
+    assert "--cmd-vel-type plain" in said
+
+
+def test_commands_of_the_type_that_a_parameter_names_are_taken(beside):
+    """As a launch file sets it."""
+    node, executor = beside
+    commands = node.create_publisher(Twist, "cmd_vel", 10)
+    arguments = ["-p", "cmd_vel_type:=plain", "-p", "speed:=4.0", "--log-level", "warn"]
+    with (
+        subprocess.Popen(
+            [sys.executable, "-c", PATROL, *arguments], stderr=subprocess.PIPE, text=True
+        ) as process,
+        ExitStack() as last,
+    ):
+        last.callback(process.kill)  # a failed assertion must not wait for it
+        while not commands.get_subscription_count():
+            assert process.poll() is None
+            executor.spin_once(timeout_sec=0.1)
+        process.send_signal(signal.SIGINT)
+        _, said = process.communicate()
+    assert (process.returncode, said) == (0, "")
+
+
+@pytest.mark.parametrize("given", ["speed:=0.0", "cmd_vel_type:=twist"])
+def test_a_parameter_out_of_its_range_is_refused(given):
+    """By an error of ours."""
+    with pytest.raises(BtMissionError, match=given.partition(":=")[0]):
+        main(
+            world="dqn_stage1",
+            robot="waffle",
+            options=SimOptions(seed=0, camera=False),
+            ros_args=["-p", given],
+        )

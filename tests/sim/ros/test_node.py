@@ -71,6 +71,30 @@ def test_commands_are_stamped_twists(stage):
     assert info.qos_profile.reliability == ReliabilityPolicy.RELIABLE
 
 
+def test_commands_may_be_plain_twists(stage):
+    """As with `enable_stamped_cmd_vel: false`: the wheels turn."""
+    here = stage(command_type="plain")
+    (info,) = here.sim.get_subscriptions_info_by_topic("cmd_vel")
+    assert info.topic_type == "geometry_msgs/msg/Twist"
+    for time_ms in range(0, 500, 50):
+        here.run(S + time_ms * MS)
+        here.command(0.1)
+    assert here.sim.simulation.velocity[0] == pytest.approx(0.1, abs=0.01)
+
+
+def test_map_and_the_way_to_it_are_left_to_others(stage):
+    """Two publishers of a transform would have the robot jump between them."""
+    here = stage("tf", with_map=False, localises=False)
+    here.run(1 * S + 100 * MS)
+    assert here.sim.get_publishers_info_by_topic("map") == []
+    frames = [
+        (one.header.frame_id, one.child_frame_id)
+        for message in here.messages("tf")
+        for one in message.transforms
+    ]
+    assert set(frames) == {("odom", "base_footprint")}
+
+
 def test_names_are_relative(stage):
     """A namespace moves every topic but the clock, of which there is one."""
     node = stage(namespace="robot1").sim

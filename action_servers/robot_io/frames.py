@@ -1,0 +1,73 @@
+"""Where frames lie on the map, as the transforms of ROS tell."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import Any
+
+from action_servers.core.maneuver import Refusal
+from action_servers.robot_io.messages import transform_of
+from bt_mission.core.cdr.decoder import decoder_of
+from bt_mission.core.geometry import Pose2D, composed
+
+KEPT = 100
+"""Messages of moving frames: one or two seconds of a TurtleBot3's."""
+
+_LEAST_UPRIGHT = 0.99
+"""Cosine of the tilt up to which a frame counts as level, 8 degrees."""
+
+_TRANSFORMS = "tf2_msgs/msg/TFMessage"
+
+
+class Frames:
+    """Finds a frame's place on the map, as of now, from what came on `tf` and `tf_static`.
+
+    Messages are kept as they come, and read only when somebody asks.
+    """
+
+    def __init__(self, map_frame: str) -> None:
+        self._map_frame = map_frame
+        self._fixed: deque[bytes] = deque(maxlen=KEPT)
+        self._moving: deque[bytes] = deque(maxlen=KEPT)
+
+    def take_fixed(self, data: bytes) -> None:
+        """Keep a serialized message of `tf_static`."""
+        self._fixed.append(data)
+
+    def take_moving(self, data: bytes) -> None:
+        """Keep a serialized message of `tf`."""
+        self._moving.append(data)
+
+    def on_map(self, frame: str) -> Pose2D | Refusal:
+        """Return the place of a frame on the map, or why it is not known."""
+        links = self._links()
+        pose, at = Pose2D(0.0, 0.0, 0.0), frame
+        for _ in range(len(links) + 1):
+            if at == self._map_frame:
+                return pose
+            if at not in links:
+                break
+            parent, transform = links[at]
+            if _upright(transform.rotation) < _LEAST_UPRIGHT:
+                return Refusal(f"the frame '{frame}' is tilted, at the transform to '{at}'")
+            placed = transform_of(transform)
+            if placed is None:
+                return Refusal(f"the transform from '{parent}' to '{at}' holds no finite numbers")
+            pose, at = composed(placed, pose), parent
+        known = ", ".join(sorted({self._map_frame, *links})) or "none"
+        return Refusal(
+            f"the frame '{frame}' has no transform to '{self._map_frame}' (known frames: {known})"
+        )
+
+    def _links(self) -> dict[str, tuple[str, Any]]:
+        """Return parent and transform of each frame, the newest of each."""
+        return {
+            one.child_frame_id: (one.header.frame_id, one.transform)
+            for data in (*self._fixed, *self._moving)
+            for one in decoder_of(_TRANSFORMS).decode(data).transforms
+        }
+
+
+def _upright(rotation: Any) -> float:
+    """Return the cosine of the angle between a frame's z axis and its parent's."""
+    return float(1.0 - 2.0 * (rotation.x**2 + rotation.y**2))

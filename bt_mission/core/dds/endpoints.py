@@ -1,0 +1,48 @@
+"""Endpoints of a topic whose types differ: DDS connects none of them, and says nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping
+from typing import Protocol
+
+
+class Endpoint(Protocol):
+    """What rclpy tells of a publisher or a subscription (`TopicEndpointInfo`)."""
+
+    @property
+    def node_name(self) -> str:
+        """Name of its node."""
+
+    @property
+    def node_namespace(self) -> str:
+        """Namespace of its node."""
+
+    @property
+    def topic_type(self) -> str:
+        """Full name of the type, such as `geometry_msgs/msg/Twist`."""
+
+
+def node_of(endpoint: Endpoint) -> str:
+    """Return the full name of an endpoint's node."""
+    return f"{endpoint.node_namespace.rstrip('/')}/{endpoint.node_name}"
+
+
+def unheard(publishers: Iterable[Endpoint], types: Collection[str]) -> Mapping[str, str]:
+    """Return the types, by the names of their nodes, of publishers whose type is not in `types`."""
+    found = {node_of(one): one.topic_type for one in publishers if one.topic_type not in types}
+    return dict(sorted(found.items()))
+
+
+def type_conflict(
+    topic: str, publishers: Iterable[Endpoint], subscriptions: Iterable[Endpoint]
+) -> str | None:
+    """Return who publishes what nobody on the topic takes, and what is taken; None if all fits."""
+    taken = {node_of(one): one.topic_type for one in subscriptions}
+    lost = unheard(publishers, set(taken.values()))
+    if not lost or not taken:
+        return None
+    return f"{topic}: {_listed(lost)} published, but {_listed(taken)} taken"
+
+
+def _listed(types: Mapping[str, str]) -> str:
+    return ", ".join(f"{type_name} by {node}" for node, type_name in sorted(types.items()))

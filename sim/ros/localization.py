@@ -1,0 +1,38 @@
+"""The simulator in AMCL's place: programs for Nav2 wait for it before they send goals."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from geometry_msgs.msg import PoseWithCovarianceStamped
+from lifecycle_msgs.msg import State
+from lifecycle_msgs.srv import GetState
+from rclpy.node import Node
+
+from bt_mission.core.geometry import Pose2D, set_planar
+from sim.robot import frames
+from sim.robot.robot import SimulatedRobot
+from sim.ros.message_fields import header
+from sim.ros.schedule import Schedule
+from sim.ros.topics import LATCHED
+
+RATE_HZ = 2.0
+
+
+def localise(node: Node, schedule: Schedule, stamp: Any, robot: SimulatedRobot) -> None:
+    """Publish a robot's true pose as `amcl_pose`, and answer `amcl/get_state` with "active"."""
+    message = header(PoseWithCovarianceStamped(), stamp, frames.MAP)
+    place = message.pose.pose
+    publisher = node.create_publisher(type(message), f"{robot.prefix}amcl_pose", LATCHED)
+
+    def publish(_: int) -> None:
+        set_planar(place.position, place.orientation, Pose2D(*robot.pose))
+        publisher.publish(message)
+
+    def answer(_request: Any, response: Any) -> Any:
+        response.current_state.id = State.PRIMARY_STATE_ACTIVE
+        response.current_state.label = "active"
+        return response
+
+    schedule.every(RATE_HZ, "amcl_pose", publish)
+    node.create_service(GetState, f"{robot.prefix}amcl/get_state", answer)

@@ -1,0 +1,90 @@
+"""Facts about the places of frames on the map."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from geometry_msgs.msg import TransformStamped
+from rclpy.serialization import serialize_message
+from tf2_msgs.msg import TFMessage
+
+from action_servers.core.maneuver import Refusal
+from action_servers.robot_io.frames import Frames
+from bt_mission.core.geometry import Pose2D
+
+
+def message(*links: tuple[str, str, float, float, float], roll: float = 0.0) -> bytes:
+    """A message of transforms: parent, child, x, y, yaw."""
+    made = TFMessage()
+    for parent, child, x, y, yaw in links:
+        one = TransformStamped()
+        one.header.frame_id, one.child_frame_id = parent, child
+        one.transform.translation.x, one.transform.translation.y = x, y
+        one.transform.rotation.z, one.transform.rotation.w = math.sin(yaw / 2), math.cos(yaw / 2)
+        if roll:
+            one.transform.rotation.x, one.transform.rotation.w = (
+                math.sin(roll / 2),
+                math.cos(roll / 2),
+            )
+        made.transforms.append(one)
+    return bytes(serialize_message(made))
+
+
+@pytest.fixture
+def frames() -> Frames:
+    """A robot at (1, 2) that faces up, as its odometry and localisation tell."""
+    made = Frames("map")
+    made.take_fixed(message(("base_link", "base_scan", -0.064, 0.0, 0.0)))
+    made.take_fixed(message(("base_footprint", "base_link", 0.0, 0.0, 0.0)))
+    made.take_moving(message(("map", "odom", 1.0, 1.0, math.pi / 2)))
+    made.take_moving(message(("odom", "base_footprint", 9.0, 9.0, 0.0)))
+    made.take_moving(message(("odom", "base_footprint", 1.0, 0.0, 0.0)))
+    return made
+
+
+def pose(found: Pose2D | Refusal) -> tuple[float, float, float]:
+    """A pose as a tuple."""
+    assert isinstance(found, Pose2D)
+    return found.x, found.y, found.yaw
+
+
+def test_a_frame_of_the_robot_is_found_through_all_between(frames):
+    """By the newest of each transform."""
+    assert pose(frames.on_map("base_scan")) == pytest.approx((1.0, 1.936, math.pi / 2))
+
+
+def test_the_map_itself_lies_at_its_origin(frames):
+    """Whatever it is called."""
+    assert pose(frames.on_map("map")) == (0.0, 0.0, 0.0)
+
+
+def test_a_frame_that_nobody_publishes_is_refused_with_those_that_are_known(frames):
+    """A spelling mistake shows."""
+    assert frames.on_map("base_lnk") == Refusal(
+        "the frame 'base_lnk' has no transform to 'map' "
+        "(known frames: base_footprint, base_link, base_scan, map, odom)"
+    )
+
+
+def test_a_tilted_frame_is_refused(frames):
+    """What is ahead in a camera's optical frame is below in the map."""
+    frames.take_fixed(message(("base_link", "optical", 0.0, 0.0, 0.0), roll=-math.pi / 2))
+    found = frames.on_map("optical")
+    assert isinstance(found, Refusal)
+    assert "tilted" in found.reason
+
+
+def test_frames_in_a_circle_end_in_a_refusal():
+    """And not in a search without an end."""
+    made = Frames("map")
+    made.take_moving(message(("a", "b", 0.0, 0.0, 0.0), ("b", "a", 0.0, 0.0, 0.0)))
+    assert isinstance(made.on_map("a"), Refusal)
+
+
+def test_a_transform_without_finite_numbers_is_refused(frames):
+    """A localisation that has lost itself publishes such."""
+    frames.take_moving(message(("map", "odom", math.nan, 0.0, 0.0)))
+    found = frames.on_map("base_link")
+    assert isinstance(found, Refusal)
+    assert "'map' to 'odom' holds no finite numbers" in found.reason
