@@ -17,6 +17,7 @@ from bt_mission.btcpp.attributes import (
 from bt_mission.btcpp.elements import Element, XmlSource, parse
 from bt_mission.btcpp.nodes import XmlNodeReader
 from bt_mission.btcpp.ports import TreePorts, read_models
+from bt_mission.btcpp.tree_ids import TREE_NAME
 from bt_mission.btcpp.yaml_text import yaml_text
 from bt_mission.core.diagnostics import InputError, did_you_mean, in_order, listed, quoted
 from bt_mission.core.yaml.composer import MAX_DEPTH, MAX_VALUES, Place
@@ -65,6 +66,7 @@ class _FileReader:
         self._source = source
         self._trees: dict[str, Element] = {}
         self._ports: dict[str, TreePorts] = {}
+        self._names: set[str] = set()
         self.nodes = XmlNodeReader(source)
         self.report = self.nodes.report
 
@@ -85,7 +87,7 @@ class _FileReader:
             return None
         head = self._head(main, self._ports[main])
         trees = [
-            (name, element.at, self._definition(element, self._ports[name]))
+            (self._tree_name(element), element.at, self._definition(element, self._ports[name]))
             for name, element in self._trees.items()
             if name != main
         ]
@@ -165,11 +167,21 @@ class _FileReader:
             self.report(at, f"a mission gives no outputs, such as {quoted(key)}")
         return [*head, *_section("inputs", inputs)]
 
+    def _tree_name(self, element: Element) -> str:
+        """Return the name of a tree; report it where another tree has it, too."""
+        given = element.attributes["ID"]
+        named = self._ports[given.value].tree_name(given)
+        if named.value in self._names:
+            self.report(named.value_at, f"there is a tree {quoted(named.value)} already")
+        self._names.add(named.value)
+        return named.value
+
     def _definition(self, element: Element, ports: TreePorts) -> LocatedValue:
         """Return a tree with a name."""
         entries = self._description(element)
         for attribute in ports.metadata.values():
-            self.report(attribute.at, "only the main tree has metadata that counts")
+            if attribute.name != TREE_NAME:
+                self.report(attribute.at, "only the main tree has metadata that counts")
         for key, found in zip(("needs", "inputs", "outputs"), ports.entries(), strict=True):
             entries += _section(key, found)
         return mapping(element.at, [*entries, ("do", element.at, self._body(element))])
