@@ -149,6 +149,7 @@ ACTIONS: Mapping[str, ActionRules] = {
     "navigate_to_pose": ActionRules(
         type="nav2_msgs/action/NavigateToPose",
         limits=_fixed(()),
+        misfit=goal_limits.pose_misfit,
         feedback=_navigation_feedback,
     ),
     "follow_waypoints": ActionRules(
