@@ -121,6 +121,11 @@ def straight_misfit(goal: Any, *, backwards: bool) -> str | None:
     return None
 
 
+def pose_misfit(goal: Any) -> str | None:
+    """Return why a goal of `navigate_to_pose` leads nowhere, or None."""
+    return None if goal.pose.header.frame_id else "the pose is missing, or its header.frame_id"
+
+
 def waypoints_misfit(goal: Any) -> str | None:
     """Return why a goal of `follow_waypoints` cannot be carried out, or None."""
     if not goal.poses:

@@ -156,6 +156,7 @@ ACTIONS: Mapping[str, ActionRules] = {
     "navigate_to_pose": ActionRules(
         type="nav2_msgs/action/NavigateToPose",
         limits=_fixed(()),
+        misfit=goal_limits.pose_misfit,
         feedback=_navigation_feedback,
     ),
     "navigate_through_poses": ActionRules(

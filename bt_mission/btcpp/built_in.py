@@ -6,8 +6,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from bt_mission.btcpp.attributes import located, mapping
+from bt_mission.btcpp.attributes import NAME, located, mapping
 from bt_mission.btcpp.elements import Tag
+from bt_mission.btcpp.nav2 import NAV2
 from bt_mission.btcpp.node_parts import NodeData, NodeElement
 from bt_mission.btcpp.scripts import ScriptError, assignments, written_assignments
 from bt_mission.core.diagnostics import quoted
@@ -30,13 +31,13 @@ def _composite(kind: str, tag: str) -> BuiltIn:
     reactive = f"Reactive{tag}"
 
     def read(node: NodeElement) -> dict[str, Any]:
-        return {kind: node.children(), **({} if node.tag == tag else {"memory": False})}
+        return {kind: node.children(), **({"memory": False} if node.tag == reactive else {})}
 
     def write(node: NodeData) -> Tag:
         written = tag if node.data.get("memory", True) else reactive
         return Tag(written, {}, node.children(kind))
 
-    return BuiltIn({tag: (), reactive: ()}, read, write)
+    return BuiltIn({tag: (), reactive: (), f"Async{tag}": ()}, read, write)
 
 
 # ---- parallel --------------------------------------------------------------------------------
@@ -207,6 +208,20 @@ def _write_set(node: NodeData) -> Tag:
     return node.leaf("set") if code is None else Tag("Script", {"code": code})
 
 
+def _read_blackboard(node: NodeElement) -> dict[str, Any]:
+    key, value = node.take("output_key"), node.value("value", 0)
+    node.exactly(0)
+    if key is None:
+        return {"set": {}}
+    if NAME.fullmatch(key.value) is None:
+        node.report(key.value_at, f"expected the name of a variable, got {quoted(key.value)}")
+        return {"set": {}}
+    text = value.data
+    if isinstance(text, str) and not text.startswith("$"):
+        value = located(repr(text), (value.place.line, value.place.column))
+    return {"set": mapping(key.value_at, [(key.value, key.value_at, value)])}
+
+
 def _read_wait(node: NodeElement) -> dict[str, Any]:
     seconds = node.seconds("msec")
     node.exactly(0)
@@ -251,6 +266,8 @@ KINDS = {
 
 BUILT_IN = {
     "Delay": (("delay_msec",), _read_delay),
+    "SetBlackboard": (("value", "output_key"), _read_blackboard),
+    **NAV2,
     **{tag: (names, kind.read) for kind in KINDS.values() for tag, names in kind.tags.items()},
 }
-"""The nodes of BehaviorTree.CPP that have a counterpart: their attributes, and what reads them."""
+"""The nodes of BehaviorTree.CPP and Nav2 that have a counterpart, and what reads each."""

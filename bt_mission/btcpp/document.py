@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 from bt_mission.btcpp.attributes import (
@@ -14,9 +15,10 @@ from bt_mission.btcpp.attributes import (
     plain_text,
     refuse_attribute,
 )
-from bt_mission.btcpp.elements import Element, XmlSource, parse
+from bt_mission.btcpp.elements import Attribute, Element, XmlSource, parse
 from bt_mission.btcpp.nodes import XmlNodeReader
-from bt_mission.btcpp.ports import TreePorts, read_models
+from bt_mission.btcpp.ports import SUBTREE, TreePorts, read_models
+from bt_mission.btcpp.tree_ids import TREE_NAME
 from bt_mission.btcpp.yaml_text import yaml_text
 from bt_mission.core.diagnostics import InputError, did_you_mean, in_order, listed, quoted
 from bt_mission.core.yaml.composer import MAX_DEPTH, MAX_VALUES, Place
@@ -65,6 +67,7 @@ class _FileReader:
         self._source = source
         self._trees: dict[str, Element] = {}
         self._ports: dict[str, TreePorts] = {}
+        self._names: set[str] = set()
         self.nodes = XmlNodeReader(source)
         self.report = self.nodes.report
 
@@ -85,7 +88,7 @@ class _FileReader:
             return None
         head = self._head(main, self._ports[main])
         trees = [
-            (name, element.at, self._definition(element, self._ports[name]))
+            (self._tree_name(element), element.at, self._definition(element, self._ports[name]))
             for name, element in self._trees.items()
             if name != main
         ]
@@ -117,22 +120,35 @@ class _FileReader:
             self.report(child.at, message, "put their <BehaviorTree> elements into this file")
         elif child.tag != "BehaviorTree":
             self.report(child.at, f"expected BehaviorTree or TreeNodesModel, got <{child.tag}>")
-        elif "ID" not in child.attributes:
-            self.report(child.at, "the attribute 'ID' is missing")
         else:
-            name = child.attributes["ID"]
+            name = self._identified(child)
             if name.value in self._trees:
                 message = f"there is a tree {quoted(name.value)} already"
                 self.report(name.value_at, message)
             self._trees[name.value] = child
 
+    def _identified(self, tree: Element) -> Attribute:
+        """Return the ID of a tree; the only one needs none, and is called as the file is."""
+        if "ID" not in tree.attributes:
+            if sum(child.tag == tree.tag for child in self._source.root.children) > 1:
+                self.report(tree.at, "the attribute 'ID' is missing")
+            name = Path(self._source.file).stem
+            tree.attributes["ID"] = Attribute("ID", name, tree.at, tree.at)
+        return tree.attributes["ID"]
+
     def _main(self, root: Element) -> str | None:
         """Return the ID of the main tree."""
         named = root.attributes.get("main_tree_to_execute")
         if not self._trees:
-            self.report(root.at, "no <BehaviorTree> with an ID is in this file")
+            self.report(root.at, "no <BehaviorTree> is in this file")
             return None
         if named is None:
+            used = {
+                one.attributes["ID"].value for one in self._uses(root) if "ID" in one.attributes
+            }
+            alone = [name for name in self._trees if name not in used]
+            if len(alone) == 1:
+                return alone[0]
             if len(self._trees) > 1:
                 message = f"which of the trees is the mission? ({listed(self._trees)})"
                 self.report(root.at, message, "write 'main_tree_to_execute' in <root>")
@@ -143,6 +159,14 @@ class _FileReader:
             self.report(named.value_at, message, did_you_mean(named.value, self._trees))
             return None
         return named.value
+
+    def _uses(self, element: Element) -> Iterator[Element]:
+        """Yield the uses of trees within the trees."""
+        for child in element.children:
+            if child.tag == SUBTREE:
+                yield child
+            elif child.tag != "TreeNodesModel":
+                yield from self._uses(child)
 
     def _head(self, main: str, ports: TreePorts) -> list[Entry]:
         """Return the head of the mission."""
@@ -165,11 +189,21 @@ class _FileReader:
             self.report(at, f"a mission gives no outputs, such as {quoted(key)}")
         return [*head, *_section("inputs", inputs)]
 
+    def _tree_name(self, element: Element) -> str:
+        """Return the name of a tree; report it where another tree has it, too."""
+        given = element.attributes["ID"]
+        named = self._ports[given.value].tree_name(given)
+        if named.value in self._names:
+            self.report(named.value_at, f"there is a tree {quoted(named.value)} already")
+        self._names.add(named.value)
+        return named.value
+
     def _definition(self, element: Element, ports: TreePorts) -> LocatedValue:
         """Return a tree with a name."""
         entries = self._description(element)
         for attribute in ports.metadata.values():
-            self.report(attribute.at, "only the main tree has metadata that counts")
+            if attribute.name != TREE_NAME:
+                self.report(attribute.at, "only the main tree has metadata that counts")
         for key, found in zip(("needs", "inputs", "outputs"), ports.entries(), strict=True):
             entries += _section(key, found)
         return mapping(element.at, [*entries, ("do", element.at, self._body(element))])

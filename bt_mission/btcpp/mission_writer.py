@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
 import operator
-import re
 from collections.abc import Mapping
 from functools import reduce
 from pathlib import Path
@@ -15,8 +13,9 @@ from bt_mission.btcpp.document import FORMAT, METADATA
 from bt_mission.btcpp.elements import Tag, xml_text
 from bt_mission.btcpp.leaves import Path as At
 from bt_mission.btcpp.nodes import NodeWriter
-from bt_mission.btcpp.palette import leaf_models
+from bt_mission.btcpp.palette import leaf_models, palette_xml
 from bt_mission.btcpp.ports import LABELS, written_port_value
+from bt_mission.btcpp.tree_ids import TREE_NAME, main_id, tree_id
 from bt_mission.core.diagnostics import Diagnostic, InputError, in_order
 from bt_mission.core.yaml.document import Document
 from bt_mission.language.checks.types import FindShapes
@@ -27,7 +26,6 @@ from bt_mission.language.mission import Mission, Tree
 from bt_mission.language.node_reader import Signature
 from bt_mission.language.nodes.leaves import PythonNode
 
-_ID = re.compile(r"[A-Za-z_][\w-]*")
 _RESERVED = ("name", "ID")
 
 
@@ -36,10 +34,25 @@ def mission_xml(document: Document, shapes: FindShapes | None = None) -> str:
 
     `shapes` tells what ROS types hold, so that the ports of every leaf are listed.
     """
+    return _written(document, shapes).text()
+
+
+def mission_palette(document: Document, shapes: FindShapes | None = None) -> str:
+    """Return the palette with every attribute in it that a mission uses.
+
+    Raises:
+        InputError: With everything that is wrong with the mission, or that XML cannot say.
+    """
+    writer = _written(document, shapes)
+    writer.text()
+    return palette_xml(shapes, writer.used)
+
+
+def _written(document: Document, shapes: FindShapes | None) -> _Writer:
     found = draft(document)
     if found.faults or found.mission is None:
         raise InputError(found.faults)
-    return _Writer(document, found.mission, shapes).text()
+    return _Writer(document, found.mission, shapes)
 
 
 class _Writer:
@@ -48,38 +61,32 @@ class _Writer:
         self._mission = mission
         self._shapes = shapes
         self._limits = GoalLimitsTable.written(MissionFile.model_validate(document.data))
-        self._used: dict[str, dict[str, None]] = {}
+        self.used: dict[str, dict[str, None]] = {}
         self._faults: list[Diagnostic] = []
         self._signatures = {
             name: Signature(name, _definition(tree), tree.types, tree.document, tree.path)
             for name, tree in mission.trees.items()
         }
+        self._ids = {name: tree_id(name, mission.trees) for name in mission.trees}
 
     def text(self) -> str:
         data = self._document.data
-        main = self._id()
+        main = main_id(self._mission.name, {*self._mission.trees, *self._ids.values()})
         bodies = [self._tree(self._document, ("tree",), data["tree"], main, data)]
         models = [self._main_model(main)]
         for name, tree in self._mission.trees.items():
             written = _data(tree)
             path = (*tree.path, "do")
-            bodies.append(self._tree(tree.document, path, written["do"], name, written))
+            bodies.append(self._tree(tree.document, path, written["do"], self._ids[name], written))
             models.append(self._model(name, tree, self._signatures[name].definition))
             self._refuse_files(tree)
         if self._faults:
             raise InputError(in_order(self._faults))
         models = [model for model in models if model.children]
-        models += leaf_models(self._used, self._shapes)
+        models += leaf_models(self.used, self._shapes)
         palette = [Tag("TreeNodesModel", {}, tuple(models))] if models else []
         root = {"BTCPP_format": FORMAT, "main_tree_to_execute": main}
         return xml_text(Tag("root", root, (*bodies, *palette)))
-
-    def _id(self) -> str:
-        """Return the ID of the main tree: the mission's name where it can be one."""
-        own = [name for name in (self._mission.name,) if _ID.fullmatch(name)]
-        others = (f"MainTree{number}" for number in itertools.count(2))
-        candidates = itertools.chain(own, ["MainTree"], others)
-        return next(name for name in candidates if name not in self._mission.trees)
 
     def _refuse(self, document: Document, path: At, what: str, hint: str) -> None:
         message = f"{what}: XML has no counterpart"
@@ -88,7 +95,7 @@ class _Writer:
     def _tree(
         self, document: Document, path: At, node: Any, name: str, written: Mapping[str, Any]
     ) -> Tag:
-        writer = NodeWriter(document, self._signatures, self._limits, self._used)
+        writer = NodeWriter(document, self._signatures, self._limits, self.used)
         body = writer.node(node, path)
         self._faults += writer.faults
         attributes = {"ID": name}
@@ -104,12 +111,9 @@ class _Writer:
         said = {key: str(data[key]) for key in METADATA if data.get(key) not in (None, "")}
         if main == data["mission"]:
             del said["mission"]
-        children = []
-        if said:
-            children = [Tag("MetadataFields", {}, (Tag("Metadata", said),))]
         types = self._mission.main.types
         ports = self._inputs(self._document, ("inputs",), data.get("inputs", {}), types)
-        return Tag("SubTree", {"ID": main}, (*ports, *children))
+        return Tag("SubTree", {"ID": main}, (*ports, *_metadata(said)))
 
     def _model(self, name: str, tree: Tree, definition: TreeDefinition) -> Tag:
         document, needs, outputs = tree.document, (*tree.path, "needs"), (*tree.path, "outputs")
@@ -124,7 +128,8 @@ class _Writer:
             if key in tree.types:
                 hint = "give the output another name, and 'set' it"
                 self._refuse(document, path, f"'{key}' as an input and an output", hint)
-        return Tag("SubTree", {"ID": name}, tuple(ports))
+        said = {} if self._ids[name] == name else {TREE_NAME: name}
+        return Tag("SubTree", {"ID": self._ids[name]}, (*ports, *_metadata(said)))
 
     def _inputs(
         self, document: Document, path: At, values: Mapping[str, Any], types: Mapping[str, Any]
@@ -154,6 +159,10 @@ class _Writer:
                 hint = "write 'module:Class', or include no file of another folder"
                 path = (*step.path, "python")
                 self._refuse(tree.document, path, "a file beside an included one", hint)
+
+
+def _metadata(said: Mapping[str, str]) -> list[Tag]:
+    return [Tag("MetadataFields", {}, (Tag("Metadata", said),))] if said else []
 
 
 def _data(tree: Tree) -> Any:

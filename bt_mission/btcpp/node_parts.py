@@ -17,6 +17,8 @@ from bt_mission.btcpp.attributes import (
     mapping,
     number,
     read_reference,
+    read_value,
+    read_variable,
     refuse_attribute,
 )
 from bt_mission.btcpp.elements import Attribute, Element, Tag
@@ -79,6 +81,29 @@ class NodeElement:
         if found is None and needed:
             self.report(self.at, f"the attribute '{name}' is missing")
         return found
+
+    def has(self, name: str) -> bool:
+        """Return whether an attribute is there that was not read yet."""
+        return name in self._rest
+
+    def value(self, name: str, default: Any) -> LocatedValue:
+        """Return a literal, or the variable that holds it."""
+        found = self.take(name, needed=False)
+        return located(default, self.at) if found is None else read_value(found, self.report)
+
+    def reference(self, name: str, what: str) -> LocatedValue:
+        """Return the variable of an attribute that takes nothing else."""
+        found = self.take(name)
+        reference = None if found is None else read_reference(found)
+        if found is not None and reference is None:
+            message = f"expected a variable such as '{{{name}}}' with {what}"
+            self.report(found.value_at, f"{message}, got {quoted(found.value)}")
+        return reference or located([], self.at)
+
+    def variable(self, name: str) -> LocatedValue:
+        """Return the name of the variable that an attribute writes to."""
+        found = self.take(name)
+        return located("_", self.at) if found is None else read_variable(found, self.report)
 
     def times(self, name: str, least: int = 1) -> LocatedValue:
         """Return a whole number, or the variable that holds it."""

@@ -10,6 +10,7 @@ from bt_mission.btcpp.attributes import LocatedValue, located
 from bt_mission.btcpp.built_in import BUILT_IN, KINDS
 from bt_mission.btcpp.elements import Element, Tag, XmlSource
 from bt_mission.btcpp.leaves import LEAVES, Path, read_leaf, write_leaf
+from bt_mission.btcpp.nav2 import HINTS as NAV2_HINTS
 from bt_mission.btcpp.node_parts import NodeData, NodeElement
 from bt_mission.btcpp.ports import SUBTREE, TreePorts, read_use, write_use
 from bt_mission.core.diagnostics import MOST_FAULTS, Diagnostic, did_you_mean, fault_at, quoted
@@ -25,9 +26,9 @@ EXPLICIT = ("Action", "Condition", "Control", "Decorator")
 _HINTS = {
     "SequenceWithMemory": "a 'Sequence' begins anew after a failure; there is no other",
     "KeepRunningUntilFailure": "write 'Repeat' with a number of cycles",
-    "SetBlackboard": "write 'Script', such as code=\"x := 1\"",
     "RunOnce": "write 'Precondition' on a variable that a 'Script' sets",
     "SubTreePlus": "write 'SubTree'",
+    **NAV2_HINTS,
 }
 
 

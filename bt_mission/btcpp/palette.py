@@ -6,17 +6,38 @@ from collections.abc import Iterable, Iterator, Mapping
 
 from bt_mission.btcpp.document import FORMAT
 from bt_mission.btcpp.elements import Tag, xml_text
-from bt_mission.btcpp.leaves import LEAVES, OUT, LeafElement
+from bt_mission.btcpp.leaves import LEAVES, OUT, LeafElement, Names
 from bt_mission.btcpp.ports import LABELS
 from bt_mission.core.errors import BtMissionError
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.checks.types import FindShapes
-from bt_mission.language.message_types import ActionShapes, Shape, value_type
+from bt_mission.language.message_types import (
+    ActionShapes,
+    MessageShape,
+    ServiceShapes,
+    Shape,
+    value_type,
+)
+
+_COMMON = {
+    "service": ("std_srvs/srv/SetBool", "std_srvs/srv/Trigger"),
+    "publish": ("std_msgs/msg/String",),
+    "wait_for": ("std_msgs/msg/String",),
+}
+"""Types whose fields are ports of a leaf for any type; more are listed as a mission uses them."""
 
 
-def palette_xml(shapes: FindShapes | None = None) -> str:
-    """Return the models of all leaves, as a file without a tree, for Groot 2 to load."""
-    models = Tag("TreeNodesModel", {}, tuple(leaf_models(dict.fromkeys(LEAVES, ()), shapes)))
+def palette_xml(
+    shapes: FindShapes | None = None, used: Mapping[str, Iterable[str]] | None = None
+) -> str:
+    """Return the models of all leaves, as a file without a tree, for Groot 2 to load.
+
+    Args:
+        shapes: Tells what ROS types hold; without it the fields of goals are left out.
+        used: Attributes of each kind of leaf that are listed as well.
+    """
+    kinds: dict[str, Iterable[str]] = {**dict.fromkeys(LEAVES, ()), **(used or {})}
+    models = Tag("TreeNodesModel", {}, tuple(leaf_models(kinds, shapes)))
     return xml_text(Tag("root", {"BTCPP_format": FORMAT}, (models,)))
 
 
@@ -33,26 +54,63 @@ def leaf_models(
 
 def _ports(leaf: LeafElement, shapes: FindShapes | None) -> dict[str, str | None]:
     """Return the ports of a leaf that are known without a mission, each with its type."""
-    found = action_shapes(leaf, shapes)
-    goal, result = (found.goal.fields, found.result.fields) if found else ({}, {})
-    fields = {leaf.field_attribute((name,)): _label(shape) for name, shape in goal.items()}
+    fields, outputs = field_ports(leaf, shapes)
     return {
         **dict.fromkeys([leaf.whole] if leaf.whole else leaf.settings),
-        **{name: label for name, label in fields.items() if name is not None},
+        **{name: _label(leaf, shape) for name, shape in fields.items()},
         **dict.fromkeys(leaf.modifiers),
-        **{leaf.output_attribute(name): _label(shape) for name, shape in result.items()},
+        **{name: _label(leaf, shape) for name, shape in outputs.items()},
     }
 
 
-def action_shapes(leaf: LeafElement, shapes: FindShapes | None) -> ActionShapes | None:
-    """Return what the type of an action with a short name holds, as far as that is known."""
-    if shapes is None or leaf.kind not in ACTION_NAMES:
-        return None
+def field_ports(
+    leaf: LeafElement, shapes: FindShapes | None
+) -> tuple[dict[str, Shape], dict[str, Shape]]:
+    """Return the attributes of a leaf for fields of what it sends, and of what it gives.
+
+    Those are known of actions with a short name, as far as their types are installed, and of some
+    common types of services and topics. Fields within fields have attributes of their own.
+    """
+    short = (ACTION_NAMES[leaf.kind].type,) if leaf.kind in ACTION_NAMES else ()
+    sent: dict[str, Shape] = {}
+    given: dict[str, Shape] = {}
+    for name in short or _COMMON.get(leaf.kind, ()):
+        taken, returned = _messages(leaf, name, shapes)
+        for path, shape in _nested(taken):
+            attribute = leaf.field_attribute(path)
+            if attribute is not None:
+                sent[attribute] = shape
+        if leaf.gives:
+            given |= {leaf.output_attribute(".".join(path)): one for path, one in _nested(returned)}
+    return sent, given
+
+
+def _messages(
+    leaf: LeafElement, name: str, shapes: FindShapes | None
+) -> tuple[MessageShape | None, MessageShape | None]:
+    """Return what a leaf sends and what it gives, for a type."""
     try:
-        found = shapes(ACTION_NAMES[leaf.kind].type)
+        found = shapes(name) if shapes is not None else None
     except BtMissionError:  # a type that is not installed: the attributes in use will do
-        return None
-    return found if isinstance(found, ActionShapes) else None
+        return None, None
+    match found:
+        case ActionShapes():
+            return found.goal, found.result
+        case ServiceShapes():
+            return found.request, found.response
+        case MessageShape() if leaf.fields:
+            return found, None
+        case MessageShape():
+            return None, found
+    return None, None
+
+
+def _nested(message: MessageShape | None, path: Names = ()) -> Iterator[tuple[Names, Shape]]:
+    """Yield the fields of a message, each with its path, and behind it the fields in it."""
+    for name, shape in message.fields.items() if message else ():
+        yield (*path, name), shape
+        if isinstance(shape, MessageShape):
+            yield from _nested(shape, (*path, name))
 
 
 def _port(name: str, label: str | None) -> Tag:
@@ -60,6 +118,7 @@ def _port(name: str, label: str | None) -> Tag:
     return Tag(direction, {"name": name, **({"type": label} if label else {})})
 
 
-def _label(shape: Shape) -> str | None:
-    kind = value_type(shape)
+def _label(leaf: LeafElement, shape: Shape) -> str | None:
+    """Return what Groot 2 shows as the type; a leaf for any type has none."""
+    kind = value_type(shape) if leaf.kind in ACTION_NAMES else None
     return LABELS[kind] if kind else None

@@ -22,6 +22,7 @@ from bt_mission.btcpp.attributes import (
 )
 from bt_mission.btcpp.elements import Attribute, Element, Tag
 from bt_mission.btcpp.leaves import Path, Refuse
+from bt_mission.btcpp.tree_ids import TREE_NAME, tree_id
 from bt_mission.btcpp.yaml_text import flow
 from bt_mission.core.diagnostics import did_you_mean, listed, quoted
 from bt_mission.core.yaml.composer import At
@@ -64,6 +65,10 @@ class TreePorts:
     inputs: dict[str, Port] = field(default_factory=dict)
     outputs: dict[str, Port] = field(default_factory=dict)
     metadata: dict[str, Attribute] = field(default_factory=dict)
+
+    def tree_name(self, tree_id: Attribute) -> Attribute:
+        """Return the name of the tree with an ID: that, unless it could not be the ID."""
+        return self.metadata.get(TREE_NAME, tree_id)
 
     def entries(self) -> tuple[list[Entry], list[Entry], list[Entry]]:
         """Return the types of what has to be given, the defaults, and the types of outputs."""
@@ -192,7 +197,8 @@ def read_use(element: Element, trees: Mapping[str, TreePorts], report: FaultRepo
         found = _port_use(attribute, name.value, ports, report)
         if found is not None:
             use[found[0]].append((attribute.name, attribute.at, found[1]))
-    tree, inputs, outputs = plain_text(name), use["inputs"], use["outputs"]
+    tree = LocatedValue(ports.tree_name(name).value, plain_text(name).place)
+    inputs, outputs = use["inputs"], use["outputs"]
     if inputs:
         given = ("inputs", inputs[0][1], mapping(at, inputs))
         tree = mapping(at, [("name", name.at, tree), given])
@@ -228,7 +234,7 @@ def write_use(
 ) -> Tag:
     """Return the use of a named tree as a SubTree."""
     use = data["tree"] if isinstance(data["tree"], dict) else {"name": data["tree"]}
-    attributes = {"ID": use["name"]}
+    attributes = {"ID": tree_id(use["name"], trees)}
     types = trees[use["name"]].types
     for name, value in use.get("inputs", {}).items():
         said = _written_given(value, types[name] or "list")

@@ -28,7 +28,7 @@ from bt_mission.behaviours.builder import build_tree
 from bt_mission.behaviours.runtime import MissionFailure, Runtime, Scope
 from bt_mission.btcpp.elements import Attribute, Element
 from bt_mission.btcpp.leaves import LEAVES, LeafElement, read_leaf
-from bt_mission.btcpp.palette import action_shapes
+from bt_mission.btcpp.palette import field_ports
 from bt_mission.core.diagnostics import Diagnostic, InputError
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.yaml.composer import Place
@@ -191,15 +191,11 @@ def _class_of(leaf: LeafElement, known: _Known) -> type[PortLeaf]:
         inputs[name] = PortInformation(data_type=_ANY)
     for name in leaf.modifiers:
         inputs[name] = PortInformation(data_type=_ANY, required=False)
-    talk = action_shapes(leaf, known.shapes)
-    if talk is not None:
-        for field, shape in talk.goal.fields.items():
-            attribute = leaf.field_attribute((field,))
-            if attribute is not None:
-                inputs[attribute] = PortInformation(data_type=_type(shape), required=False)
-        for field in talk.result.fields:
-            attribute = leaf.output_attribute(field)
-            outputs[attribute] = PortInformation(data_type=object, required=False)
+    fields, given = field_ports(leaf, known.shapes)
+    for attribute, shape in fields.items():
+        inputs[attribute] = PortInformation(data_type=_type(shape), required=False)
+    for attribute in given:
+        outputs[attribute] = PortInformation(data_type=object, required=False)
     body = {
         "__doc__": f"A leaf '{leaf.kind}'.",
         "leaf": leaf,

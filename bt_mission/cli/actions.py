@@ -7,6 +7,7 @@ import os
 import sys
 from collections.abc import Mapping
 from contextlib import closing
+from shlex import quote
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli import graph_command
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from bt_mission.graph_tools.goal_events import GoalOutcome
     from bt_mission.graph_tools.goal_sender import GoalSender
     from bt_mission.graph_tools.graph_session import GraphSession
+    from bt_mission.graph_tools.interface_description import InterfacePart
 
 EPILOG = """\
 examples:
@@ -32,7 +34,7 @@ examples:
 exit codes of send: 0 succeeded, 1 aborted, 2 bad input, 3 rejected, 4 canceled, 5 no server,
 6 lost or not confirmed, 130 left by a second Ctrl-C; of cancel: 0 all ended, 3 refused, 5, 6
 """
-GOAL = "fields of the goal in YAML, such as 'angle: 90'; - reads standard input (default: {})"
+GOAL = "the goal's fields in YAML, such as 'angle: 90'; {}: all defaults; -: from standard input"
 
 
 def add_parser(commands: Any) -> None:
@@ -143,7 +145,10 @@ def send(options: argparse.Namespace) -> int:
     text = sys.stdin.read() if options.goal == "-" else options.goal
     with graph_command.joined(options) as session:
         name, type_name = graph_command.named(session, options)
-        fields = read_fields(text, describe_interface(type_name).part("goal").shape, "goal")
+        part = describe_interface(type_name).part("goal")
+        if not (text.strip() or options.form):
+            _refuse_nothing(name, part)
+        fields = read_fields(text, part.shape, "goal")
         sender = GoalSender(
             session, name, type_name, server_s=options.wait, limit_s=options.timeout
         )
@@ -166,6 +171,26 @@ def _fill_in(session: GraphSession, sender: GoalSender, fields: Mapping[str, Any
     for line in form.last_words:
         print(line)
     return SUCCESS if end is None else _code(end.how)
+
+
+def _refuse_nothing(name: str, part: InterfacePart) -> None:
+    """Refuse to send a goal without being given one, where it has fields.
+
+    Raises:
+        BtMissionError: With the fields, and an example.
+    """
+    from bt_mission.graph_tools.form_fields import example, lines_of
+    from bt_mission.graph_tools.listing import columns
+
+    if not part.shape.fields:
+        return
+    lines = (
+        f"no goal is given; the fields of a goal of {name}:",
+        *columns((f"  {one.name}", one.kind, one.note) for one in lines_of(part)),
+        f"give those that matter, such as: bt-mission actions send {name} {quote(example(part))}",
+        "'{}' sends a goal with all fields at their defaults, --form asks for each",
+    )
+    raise BtMissionError("\n".join(lines))
 
 
 def _refuse_form(options: argparse.Namespace) -> None:

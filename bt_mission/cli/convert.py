@@ -24,6 +24,7 @@ examples:
   bt-mission convert explore.xml -o explore.yaml            back, as Groot 2 has left it
   bt-mission convert explore.xml                            to the terminal
   bt-mission convert --palette -o leaves.xml                all our leaves, for Groot 2's palette
+  bt-mission convert --palette tour.yaml -o leaves.xml      with the ports that a mission uses
   bt-mission check explore.xml                              without converting
 
 A leaf is an element with its kind as name and its ports as attributes; {name} is $name:
@@ -49,17 +50,17 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--palette",
         action="store_true",
-        help="instead of a mission: the models of all leaves, for Groot 2",
+        help="the models of all leaves, for Groot 2, with the ports that FILE uses, if it is given",
     )
     parser.set_defaults(command=convert)
 
 
 def convert(options: argparse.Namespace) -> int:
     """Write the other form of a file."""
-    if (options.file is None) != options.palette:
+    if options.file is None and not options.palette:
         raise BtMissionError("expected the file of a mission, or --palette")
     refuse_existing(options, options.output)
-    text = _converted(options.file)
+    text = _text(options.file, palette=options.palette)
     if options.output is None:
         print(text, end="")
     else:
@@ -67,13 +68,8 @@ def convert(options: argparse.Namespace) -> int:
     return SUCCESS
 
 
-def _converted(file: Path | None) -> str:
+def _text(file: Path | None, *, palette: bool) -> str:
     """The text of the other form, or of the palette."""
-    from bt_mission.sessions.load import convert as converted
-    from bt_mission.sessions.load import installed_shapes
+    from bt_mission.sessions import load
 
-    if file is None:
-        from bt_mission.btcpp.palette import palette_xml
-
-        return palette_xml(installed_shapes())
-    return converted(file)
+    return load.palette(file) if palette or file is None else load.convert(file)

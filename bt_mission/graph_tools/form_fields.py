@@ -8,7 +8,15 @@ from typing import Any
 
 from bt_mission.graph_tools.interface_description import InterfaceField, InterfacePart
 from bt_mission.graph_tools.values import read_value, short
-from bt_mission.language.message_types import SHORTHANDS, ListOf, MessageShape, Scalar
+from bt_mission.language.message_types import (
+    DURATION,
+    POINT,
+    POSE_STAMPED,
+    SHORTHANDS,
+    ListOf,
+    MessageShape,
+    Scalar,
+)
 
 LARGEST_SHOWN = 2**16
 """Limits beyond it say no more than the type's name does."""
@@ -69,6 +77,30 @@ def lines_of(part: InterfacePart) -> list[FormField]:
     return lines
 
 
+class _Placeholder(str):
+    """A word to be replaced; it needs no quotes."""
+
+    __slots__ = ()
+
+
+_POINT_EXAMPLE = [1.0, 0.5, 0.0]
+_EXAMPLES = {POSE_STAMPED: _POINT_EXAMPLE, POINT: _POINT_EXAMPLE, DURATION: 10.0}
+
+
+def example(part: InterfacePart) -> str:
+    """A message as YAML on one line, to be changed: defaults, short forms, and words for texts."""
+    return _as_flow(nested({line.name: _example_of(line) for line in lines_of(part)}))
+
+
+def _example_of(line: FormField) -> Any:
+    if isinstance(line.shape, MessageShape):
+        return _EXAMPLES[line.shape.name]
+    item = line.shape.item if isinstance(line.shape, ListOf) else None
+    if item is not None and item.name in _EXAMPLES:
+        return [_EXAMPLES[item.name]]
+    return _Placeholder(line.name.upper()) if line.default == "" else line.default
+
+
 def nested(values: Mapping[str, Any]) -> dict[str, Any]:
     """Values by dotted names as a message's fields."""
     found: dict[str, Any] = {}
@@ -98,6 +130,8 @@ def _as_flow(value: Any) -> str:
     match value:
         case bool():
             return "true" if value else "false"
+        case _Placeholder():
+            return value
         case str():
             return "'" + value.replace("'", "''") + "'"
         case Mapping():

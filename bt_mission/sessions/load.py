@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bt_mission.btcpp.document import mission_yaml, read_xml
-from bt_mission.btcpp.mission_writer import mission_xml
+from bt_mission.btcpp.mission_writer import mission_palette, mission_xml
+from bt_mission.btcpp.palette import palette_xml
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import SUFFIXES
 from bt_mission.core.yaml.document import Document, read
@@ -58,6 +59,16 @@ def convert(path: str | Path) -> str:
             f"{path}: expected a file with the suffix {', '.join((*SUFFIXES, XML))}"
         )
     return mission_xml(read(path), installed_shapes())
+
+
+def palette(path: str | Path | None = None) -> str:
+    """Return the models of all leaves for Groot 2, with every attribute that a mission uses.
+
+    Raises:
+        InputError: With everything that is wrong with the mission, or that XML cannot say.
+    """
+    shapes = installed_shapes()
+    return palette_xml(shapes) if path is None else mission_palette(read_mission(path), shapes)
 
 
 def port_leaves(shapes: FindShapes | None = None, seed: int = 0) -> dict[str, type[PortLeaf]]:

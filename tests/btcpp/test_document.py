@@ -225,7 +225,7 @@ def test_the_ports_of_a_tree_are_read_strictly(models, messages):
             in_tree(ONE, root='BTCPP_format="4" main_tree_to_execute="x"'),
             (1, 45, "no tree is called 'x' (trees: m)"),
         ),
-        ('<root BTCPP_format="4"/>', (1, 2, "no <BehaviorTree> with an ID is in this file")),
+        ('<root BTCPP_format="4"/>', (1, 2, "no <BehaviorTree> is in this file")),
         (
             in_tree(ONE).replace("</root>", '<include path="x.xml"/></root>'),
             (3, 2, "other files are not taken in"),
@@ -265,3 +265,25 @@ def test_what_is_nested_too_deeply_for_yaml_is_refused():
     text = in_tree("<SubTree ID='n'/>").replace("</root>", other)
     (fault,) = faults_of(text.replace('"4"', '"4" main_tree_to_execute="m"'))
     assert fault == (3, 1006, "nested too deeply; at most 200 levels of YAML are read", None)
+
+
+def test_the_only_tree_needs_no_id(tmp_path):
+    """The mission has the name of the file; among several trees each needs its own."""
+    tree = f"<BehaviorTree>{ONE}</BehaviorTree>"
+    path = tmp_path / "two_legs.xml"
+    path.write_text(f'<root BTCPP_format="4">{tree}</root>')
+    assert load(path).name == "two_legs"
+    assert faults_of(f'<root BTCPP_format="4">{tree}{tree}</root>')[0][:3] == (
+        *(1, 25),
+        "the attribute 'ID' is missing",
+    )
+
+
+def test_the_mission_is_the_tree_that_no_other_uses():
+    """Where 'main_tree_to_execute' does not say another; it needs to be the only such tree."""
+    part = f'<BehaviorTree ID="part">{ONE}</BehaviorTree>'
+    whole = '<BehaviorTree ID="whole"><Sequence><SubTree ID="part"/></Sequence></BehaviorTree>'
+    document = document_of(f'<root BTCPP_format="4">{part}{whole}</root>')
+    assert document.data["mission"] == "whole"
+    root = '<root BTCPP_format="4" main_tree_to_execute="part">'
+    assert document_of(f"{root}{part}{whole}</root>").data["mission"] == "part"

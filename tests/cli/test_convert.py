@@ -65,11 +65,27 @@ def test_a_file_that_is_no_xml_exits_with_2_and_points_at_it(
     )
 
 
+def test_the_palette_of_a_mission_has_the_ports_that_it_uses(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Beside all that every palette has: of a service of any type they are not known otherwise."""
+    port = '<input_port name="request__enabled"/>'
+    yaml = tmp_path / "m.yaml"
+    service = "{name: /lamp, type: my_msgs/srv/Lamp, request: {enabled: true}}"
+    yaml.write_text(f"mission: m\ntree: {{service: {service}}}\n", encoding="utf-8")
+    assert main(["convert", "--palette"]) == 0
+    plain = capsys.readouterr().out
+    assert '<input_port name="request__data"' in plain
+    assert port not in plain
+    assert main(["convert", "--palette", str(yaml)]) == 0
+    assert port in capsys.readouterr().out
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
         ([], "expected the file of a mission, or --palette"),
-        (["x.yaml", "--palette"], "expected the file of a mission, or --palette"),
+        (["no/such.yaml", "--palette"], "no/such.yaml: error: no such file"),
         (["x.txt"], "x.txt: expected a file with the suffix .yaml, .yml, .xml"),
         (["no/such.xml"], "no/such.xml: error: no such file"),
         (["--palette", "-o", "no/such/folder/x.xml"], "cannot write no/such/folder/x.xml"),

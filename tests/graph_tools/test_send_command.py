@@ -10,6 +10,10 @@ from typing import Any
 import pytest
 from rcl_interfaces.msg import Log
 
+from bt_mission.graph_tools.form_fields import example
+from bt_mission.graph_tools.interface_description import describe_interface
+from bt_mission.graph_tools.values import read_fields
+from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.testing.scripted_server import ScriptedServer
 from tests.support.graph import TURN
 
@@ -55,7 +59,7 @@ def test_an_aborted_goal_exits_with_1(ros: Any, hand: Any, type_in: Any) -> None
     """With its result, which says why."""
     server = ros.server()
     hand.when(lambda: server.goals, lambda: server.goal.abort(error_msg="no scan"))
-    done = type_in("actions", "send", "/turn")
+    done = type_in("actions", "send", "/turn", "{}")
     assert done.code == 1
     assert "/turn aborted the goal after" in done.out
     assert "  error_msg     no scan" in done.lines
@@ -64,7 +68,7 @@ def test_an_aborted_goal_exits_with_1(ros: Any, hand: Any, type_in: Any) -> None
 def test_a_rejected_goal_exits_with_3(ros: Any, type_in: Any) -> None:
     """Its server has not warned of anything."""
     ros.server(accepts=False)
-    done = type_in("actions", "send", "/turn")
+    done = type_in("actions", "send", "/turn", "{}")
     assert (done.code, done.lines) == (3, ["/turn rejected the goal; its log says why"])
 
 
@@ -85,7 +89,7 @@ def test_a_rejection_is_explained_by_the_log_of_the_server(
         server.goal.reject()
 
     hand.when(lambda: server.goals, reject)
-    done = type_in("actions", "send", "/turn")
+    done = type_in("actions", "send", "/turn", "{}")
     assert done.lines == ["/turn rejected the goal; its log says: angle: too\\x1b[31m large"]
 
 
@@ -108,7 +112,7 @@ def test_a_second_ctrl_c_leaves_and_names_the_goal(ros: Any, hand: Any, type_in:
     server = ros.server(cancels=None)
     hand.at(1.0, hand.press_ctrl_c)
     hand.at(2.0, hand.press_ctrl_c)
-    done = type_in("actions", "send", "/turn")
+    done = type_in("actions", "send", "/turn", "{}")
     short = server.goal.id.hex()[:8]
     assert done.code == 130
     assert done.lines[-1] == (
@@ -121,7 +125,7 @@ def test_a_goal_cancelled_by_somebody_else_exits_with_4(ros: Any, hand: Any, typ
     """Whoever it was."""
     server = ros.server()
     hand.when(lambda: server.goals, move(server, "cancel"))
-    done = type_in("actions", "send", "/turn")
+    done = type_in("actions", "send", "/turn", "{}")
     assert done.code == 4
     assert done.lines[1].startswith("canceled: by somebody else after")
 
@@ -129,7 +133,7 @@ def test_a_goal_cancelled_by_somebody_else_exits_with_4(ros: Any, hand: Any, typ
 def test_a_goal_that_takes_too_long_is_cancelled(ros: Any, type_in: Any) -> None:
     """With --timeout."""
     server = ros.server()
-    done = type_in("actions", "send", "/turn", "--timeout", "2")
+    done = type_in("actions", "send", "/turn", "{}", "--timeout", "2")
     assert done.code == 4
     assert "canceling: not done within 2 s" in done.lines
     assert server.goal.cancels == 1
@@ -141,7 +145,7 @@ def test_a_server_that_dies_is_lost(ros: Any, hand: Any, type_in: Any) -> None:
     server = ScriptedServer(node, TURN, "turn")
     hand.when(lambda: server.goals, lambda: None)
     hand.at(2.0, lambda: ros.drop(node))
-    done = type_in("actions", "send", "/turn")
+    done = type_in("actions", "send", "/turn", "{}")
     short = server.goal.id.hex()[:8]
     assert done.code == 6
     assert done.lines[-1] == (
@@ -160,7 +164,11 @@ def test_without_a_server_it_says_what_it_looked_for(ros: Any, type_in: Any) -> 
         "did you mean '/turn'?\n"
     )
     given = type_in(
-        "actions", "send", "/tur", "--type", "bt_mission_interfaces/action/Turn", "--wait", "2"
+        "actions",
+        "send",
+        "/tur",
+        "{}",
+        *("--type", "bt_mission_interfaces/action/Turn", "--wait", "2"),
     )
     assert (given.code, given.out) == (
         5,
@@ -176,7 +184,10 @@ def test_without_a_server_it_says_what_it_looked_for(ros: Any, type_in: Any) -> 
         (["/turn", "{angle: 9"], ["goal:1:1: error: this mapping is opened with '{' and never"]),
         (["/turn", "90"], ["goal:1:1: error: expected fields of the goal of bt_mission_interf"]),
         (["/turn", "--type", "a/action/B"], ["the action type a/action/B is not installed"]),
-        (["/turn", "--type", "nav2_msgs/action/Spin"], ["/turn is a bt_mission_interfaces/act"]),
+        (
+            ["/turn", "{}", "--type", "nav2_msgs/action/Spin"],
+            ["/turn is a bt_mission_interfaces/act"],
+        ),
         (["/t urn"], ["expected the name of an action", "must not contain characters"]),
         (["a//b"], ["expected the name of an action", "repeated"]),
     ],
@@ -190,6 +201,38 @@ def test_bad_input_exits_with_2_and_sends_nothing(
     assert (done.code, done.out) == (2, "")
     assert all(word in done.err for word in words), done.err
     assert server.goals == []
+
+
+@pytest.mark.parametrize("arguments", [[], ["-"]])
+def test_without_a_goal_nothing_is_sent(
+    ros: Any, type_in: Any, monkeypatch: pytest.MonkeyPatch, arguments: list[str]
+) -> None:
+    """It shows the fields, and a command to be changed, which is valid as it stands."""
+    monkeypatch.setattr("sys.stdin", io.StringIO(" \n"))
+    server = ros.server()
+    done = type_in("actions", "send", "/turn", *arguments)
+    assert (done.code, done.out, server.goals) == (2, "", [])
+    first, *fields, such, others = done.err.splitlines()
+    assert first == "no goal is given; the fields of a goal of /turn:"
+    assert [line.split()[:3] for line in fields] == [
+        ["angle", "deg", "float32"],
+        ["angular_velocity", "rad/s", "float32"],
+    ]
+    assert such == (
+        "give those that matter, such as: "
+        "bt-mission actions send /turn '{angle: 0.0, angular_velocity: 0.0}'"
+    )
+    assert others.startswith("'{}' sends a goal with all fields at their defaults")
+
+
+def test_the_example_of_a_pose_is_its_short_form(ros: Any, type_in: Any) -> None:
+    """Also in a list; what is shown can be read."""
+    ros.server("navigate_to_pose", "nav2_msgs/action/NavigateToPose")
+    done = type_in("actions", "send", "/navigate_to_pose")
+    assert "'{pose: [1.0, 0.5, 0.0], behavior_tree: BEHAVIOR_TREE}'" in done.err
+    for name in ("navigate_to_pose", "follow_waypoints", "back_up", "execute_mission"):
+        part = describe_interface(ACTION_NAMES[name].type).part("goal")
+        assert set(read_fields(example(part), part.shape, "goal")) == set(part.shape.fields)
 
 
 def test_programs_read_an_object_a_line(ros: Any, hand: Any, type_in: Any) -> None:

@@ -1,0 +1,87 @@
+"""BehaviorTree.CPP takes what we write: no tree has the name of a node, every port is declared."""
+
+import pytest
+
+from bt_mission.btcpp.document import document_of
+from bt_mission.btcpp.leaves import LEAVES
+from bt_mission.btcpp.mission_writer import mission_palette, mission_xml
+from bt_mission.btcpp.palette import palette_xml
+from bt_mission.btcpp.tree_ids import REGISTERED
+from bt_mission.core.diagnostics import InputError
+from bt_mission.core.yaml.document import read, read_text
+from bt_mission.language.loader import draft
+from bt_mission.ros.interface_types import shapes
+from tests.support.btcpp_rules import CHILDREN, models, refusals
+from tests.support.missions import meaning
+from tests.support.project import ROOT
+
+SHIPPED = sorted(path.relative_to(ROOT) for path in (ROOT / "missions").rglob("*.yaml"))
+
+TREES_LIKE_NODES = """\
+mission: Sequence
+inputs: {far: 2}
+trees:
+  turn: {needs: {by: number}, do: {turn: {angle: $by}, timeout: 9}}
+  turn_tree: {do: {log: hi}}
+  Sleep: {do: {tree: {name: turn, inputs: {by: 5.0}}}}
+tree:
+  sequence: [{tree: Sleep}, {tree: turn_tree}, {tree: {name: turn, inputs: {by: $far}}}]
+"""
+
+
+@pytest.mark.parametrize("path", SHIPPED, ids=str)
+def test_behaviortree_cpp_takes_a_shipped_mission(path):
+    """With the leaves registered as the palette of that mission has them."""
+    document = read(ROOT / path)
+    leaves = models(mission_palette(document, shapes))
+    assert list(leaves) == list(LEAVES)
+    assert list(refusals(mission_xml(document, shapes), leaves)) == []
+
+
+def test_only_leaves_for_any_type_need_a_mission_for_their_ports():
+    """The palette alone does for all others."""
+    leaves = models(palette_xml(shapes))
+    refused = {
+        (path.stem, why)
+        for path in SHIPPED
+        for why in refusals(mission_xml(read(ROOT / path), shapes), leaves)
+    }
+    assert refused == {("recoveries", "no ports ['goal__time'] of <action>")}
+
+
+def test_a_mission_with_the_name_of_a_leaf_has_another_id():
+    """Its name is in its metadata, and comes back."""
+    xml = mission_xml(read_text("mission: turn\ntree: {wait: 1}\n", "m.yaml"))
+    assert '<BehaviorTree ID="MainTree">' in xml
+    assert '<Metadata mission="turn"/>' in xml
+    assert document_of(xml).data["mission"] == "turn"
+
+
+def test_trees_with_names_of_nodes_have_other_ids_and_come_back():
+    """Each under its own name, also where the other ID would be taken."""
+    document = read_text(TREES_LIKE_NODES, "m.yaml")
+    xml = mission_xml(document, shapes)
+    assert list(refusals(xml, models(xml))) == []
+    assert [line.split('"')[1] for line in xml.splitlines() if "<BehaviorTree" in line] == [
+        *("MainTree", "turn_tree1", "turn_tree", "Sleep_tree")
+    ]
+    there, here = draft(document_of(xml)).mission, draft(document).mission
+    assert there is not None
+    assert here is not None
+    assert meaning(there) == meaning(here)
+
+
+def test_two_trees_with_one_name_are_refused():
+    """Whichever of them has the name as its ID."""
+    model = (
+        '<TreeNodesModel><SubTree ID="b"><MetadataFields><Metadata tree="a"/></MetadataFields>'
+        "</SubTree></TreeNodesModel>"
+    )
+    trees = "".join(f'<BehaviorTree ID="{name}"><AlwaysSuccess/></BehaviorTree>' for name in "mab")
+    with pytest.raises(InputError, match="there is a tree 'a' already"):
+        document_of(f'<root BTCPP_format="4" main_tree_to_execute="m">{trees}{model}</root>')
+
+
+def test_the_names_of_all_registered_nodes_are_known():
+    """Those whose children are known as well."""
+    assert set(CHILDREN) == REGISTERED
