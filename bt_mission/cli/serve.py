@@ -113,7 +113,11 @@ def _serve(options: argparse.Namespace) -> int:
 
     def watch(mission: Mission, executive: Executive) -> None:
         say(f"{mission.name} (seed {mission.seed})")
-        executive.listeners.append(PlainLines(sys.stdout, lambda: executive.started_ns).on_change)
+        lines = PlainLines(
+            sys.stdout, executive, lambda: executive.started_ns, lambda: executive.now_ns
+        )
+        executive.listeners.append(lines.on_change)
+        executive.after_tick.append(lines.refresh)
 
     missions = ServedMissions(
         folders_to_serve(options.missions),
