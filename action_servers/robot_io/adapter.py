@@ -13,6 +13,7 @@ from typing import Any, Literal, TypeAlias
 
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
+from rclpy.logging import LoggingSeverity
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.task import Future
@@ -137,6 +138,10 @@ class ActionAdapter:
     def action_name(self) -> str:
         """The action's name, relative to the namespace."""
         return self._action.name
+
+    def log_from(self, level: LoggingSeverity) -> None:
+        """Log what becomes of goals from this level on, in the whole process."""
+        self._log.set_level(level)
 
     def close(self, reason: str) -> None:
         """Refuse every goal from now on."""

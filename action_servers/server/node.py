@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from rclpy.executors import Executor
+from rclpy.logging import LoggingSeverity
 from rclpy.parameter import Parameter
 from std_msgs.msg import Float64
 
@@ -59,7 +60,7 @@ class ServerOptions(RobotNodeOptions):
         without: Names of actions that are left to others.
         allow_duplicates: Drive also while several nodes publish the same odometry or clock.
         at_first: Names of the actions that are offered before `ServersNode.offer_all`; None is
-            all.
+            all. Until then a lean node logs no rejected and no aborted goals.
     """
 
     image_folder: Path
@@ -123,6 +124,10 @@ class ServersNode(RobotNode):
         self._adapters = [self._offered(action) for action in mine if action.name in first]
         self._not_yet = [action.name for action in mine if action.name not in first]
         self.add_post_set_parameters_callback(self._retune)
+        # The only client tells people what became of its goals.
+        is_private = options.lean and options.at_first is not None
+        for adapter in self._adapters:
+            adapter.log_from(LoggingSeverity.ERROR if is_private else LoggingSeverity.UNSET)
         if not options.lean:
             watch_executives(self, self.declare_all(ExecutiveLimits()), self._pilot)
             answer_as_navigator(self, lambda: missing(self._sensors.observe(on_map=True)) is None)
@@ -150,6 +155,8 @@ class ServersNode(RobotNode):
         table = self._table()
         self._adapters += [self._offered(table[name]) for name in self._not_yet]
         self._not_yet = []
+        for adapter in self._adapters:
+            adapter.log_from(LoggingSeverity.UNSET)
 
     def interpose(self, action: str, before: Before) -> Callable[[], None]:
         """Ask before each step of an action's maneuvers; gives a function that ends it.

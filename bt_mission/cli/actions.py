@@ -66,7 +66,6 @@ def _add_send(kinds: Any) -> None:
         "goal and waits for its end, for 10 s at most; a second Ctrl-C leaves at once and says "
         "which goal it left.",
         epilog=EPILOG.partition("\n\n")[2],
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     _add_action(parser, "a server", "goal", GOAL)
     parser.add_argument(

@@ -61,7 +61,6 @@ def add_parser(commands: Any, root: argparse.ArgumentParser) -> None:
         description="Prints a script with which a shell completes commands, options, files, and "
         "the names of missions, worlds and robots.",
         epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("shell", nargs="?", choices=SHELLS, help="the shell")
     parser.add_argument(

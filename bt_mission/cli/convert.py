@@ -40,7 +40,6 @@ def add_parser(commands: Any) -> None:
         help="turn a mission from YAML into XML for Groot 2, and back",
         description=DESCRIPTION,
         epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("file", type=Path, nargs="?", help="the mission: a YAML or an XML file")
     parser.add_argument(

@@ -27,7 +27,6 @@ def subcommands(commands: Any, name: str, words: str, epilog: str) -> Any:
         description=f"{words[0].upper()}{words[1:]}. Works with any ROS 2 graph, and with every "
         "type that is installed.",
         epilog=epilog,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     return parser.add_subparsers(metavar="what", required=True)
 

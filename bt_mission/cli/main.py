@@ -28,6 +28,7 @@ from bt_mission.cli import (
     watch,
 )
 from bt_mission.cli.exits import BAD_INPUT, INTERRUPTED, MISSION_FAILED, NO_SERVER
+from bt_mission.cli.parser import Parser
 from bt_mission.cli.ros_arguments import split
 from bt_mission.core.errors import BtMissionError, NotThereError
 
@@ -96,13 +97,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return code
 
 
-def make_parser() -> argparse.ArgumentParser:
+def make_parser() -> Parser:
     """The parser of all commands."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="bt-mission",
         description="Missions in YAML, carried out as behaviour trees over ROS 2 actions.",
         epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action=Version, nargs=0, help="say the version, and leave")
     commands = parser.add_subparsers(metavar="command", required=True)
@@ -112,7 +112,7 @@ def make_parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _parsed(parser: argparse.ArgumentParser, arguments: Sequence[str] | None) -> Any:
+def _parsed(parser: Parser, arguments: Sequence[str] | None) -> Any:
     """Parse, with what argparse leaves behind when an optional word comes after an option.
 
     It takes such a word as absent once it has seen the words before the option; a command names
@@ -128,7 +128,7 @@ def _parsed(parser: argparse.ArgumentParser, arguments: Sequence[str] | None) ->
     if late and len(rest) == 1 and not getattr(options, late) and _is_word(rest[0]):
         setattr(options, late, rest.pop())
     if rest:
-        parser.error(f"unrecognized arguments: {' '.join(rest)}")
+        options.parser.refuse(rest)
     return options
 
 

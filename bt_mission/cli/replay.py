@@ -40,7 +40,6 @@ def add_parser(commands: Any) -> None:
         "('run --trace FILE'; failed tests leave both), it tells a line for each event, with its "
         "virtual time.",
         epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("file", type=Path, help="a recording (MCAP), or a trace (JSON lines)")
     parser.add_argument(

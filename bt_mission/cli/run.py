@@ -112,12 +112,20 @@ def run(options: argparse.Namespace) -> int:
         return _run(options)
 
 
+def announce(what: str) -> None:
+    """Tell people at a terminal what goes on, before the imports and ROS take their seconds."""
+    if sys.stderr.isatty():
+        print(f"{what} ...", file=sys.stderr, flush=True)
+
+
 def _run(options: argparse.Namespace) -> int:
+    refuse_contradictions(options)
+    how = "joining the ROS graph" if options.attach else "starting the simulation"
+    announce(f"loading {options.file}, {how}")
     from bt_mission.cli.check import load_checked
     from bt_mission.cli.watch import is_drawable
     from bt_mission.executive.status import MissionStatus
 
-    refuse_contradictions(options)
     if options.attach or options.visible:
         prepare_graph(options)
     else:

@@ -43,7 +43,6 @@ def add_parser(commands: Any) -> None:
         "it goes. Only missions from the folders of --missions are carried out. Ctrl-C sees every "
         "goal ended and the robot stopped; a second Ctrl-C leaves at once.",
         epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
         "--namespace", default="", help="namespace of the robot whose servers carry missions out"
@@ -92,8 +91,9 @@ def _offered(missions: ServedMissions) -> str:
 
 def serve(options: argparse.Namespace) -> int:
     """Serve until interrupted; gives the exit code."""
-    from bt_mission.cli.run import leaving_at_once
+    from bt_mission.cli.run import announce, leaving_at_once
 
+    announce("joining the ROS graph")
     prepare_graph(options)
     with leaving_at_once():
         return _serve(options)
@@ -113,7 +113,11 @@ def _serve(options: argparse.Namespace) -> int:
 
     def watch(mission: Mission, executive: Executive) -> None:
         say(f"{mission.name} (seed {mission.seed})")
-        executive.listeners.append(PlainLines(sys.stdout, lambda: executive.started_ns).on_change)
+        lines = PlainLines(
+            sys.stdout, executive, lambda: executive.started_ns, lambda: executive.now_ns
+        )
+        executive.listeners.append(lines.on_change)
+        executive.after_tick.append(lines.refresh)
 
     missions = ServedMissions(
         folders_to_serve(options.missions),

@@ -36,7 +36,6 @@ def add_parser(commands: Any) -> None:
         description="Shows the tree of a mission, with the trees that it uses in their places. "
         "Neither ROS nor Graphviz is needed.",
         epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     add_mission_file(parser)
     add_set_option(parser)

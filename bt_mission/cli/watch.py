@@ -49,7 +49,6 @@ def add_parser(commands: Any) -> None:
         "variables and where the robot is. Waits where there is none, and when it goes until it "
         "is back. A mission does not notice.",
         epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
         "executive",

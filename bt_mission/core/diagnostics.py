@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import unicodedata
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from typing import Literal
@@ -44,13 +44,17 @@ class Diagnostic:
     severity: Severity = "error"
 
     def __str__(self) -> str:
+        if not self.line or not self.source.strip():
+            return self.headline
+        shown, caret = _excerpt(self.source, self.column)
+        return f"{self.headline}\n    {shown}\n    {caret}^"
+
+    @property
+    def headline(self) -> str:
+        """Place, message and hint, without the line of the input itself."""
         place = f"{self.file}:{self.line}:{self.column}" if self.line else self.file
         hint = f"; {self.hint}" if self.hint else ""
-        head = f"{place}: {self.severity}: {self.message}{hint}"
-        if not self.line or not self.source.strip():
-            return head
-        shown, caret = _excerpt(self.source, self.column)
-        return f"{head}\n    {shown}\n    {caret}^"
+        return f"{place}: {self.severity}: {self.message}{hint}"
 
 
 def fault_at(
@@ -75,10 +79,17 @@ class InputError(BtMissionError):
         super().__init__(self.faults)
 
     def __str__(self) -> str:
-        shown = [str(fault) for fault in self.faults[:SHOWN_FAULTS]]
-        if len(self.faults) > SHOWN_FAULTS:
-            shown.append(f"... and {len(self.faults) - SHOWN_FAULTS} more")
-        return "\n".join(shown)
+        return "\n".join(self._shown(str))
+
+    @property
+    def on_one_line(self) -> str:
+        """Every fault, without the lines of the input, for where a text has but one line."""
+        return " | ".join(self._shown(lambda fault: fault.headline))
+
+    def _shown(self, written: Callable[[Diagnostic], str]) -> list[str]:
+        shown = [written(fault) for fault in self.faults[:SHOWN_FAULTS]]
+        more = len(self.faults) - SHOWN_FAULTS
+        return [*shown, f"... and {more} more"] if more > 0 else shown
 
 
 def in_order(faults: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:

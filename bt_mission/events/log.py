@@ -82,6 +82,11 @@ def entry_of(happening: MissionEvent) -> LogEntry | None:
     return None
 
 
+def verdict(status: str, reason: str) -> str:
+    """Return a mission's state and why, without saying the same word twice."""
+    return reason if reason.startswith(status) else ": ".join(filter(None, (status, reason)))
+
+
 # ---- lines of a trace ---------------------------------------------------------------------------
 
 
@@ -127,7 +132,7 @@ def _told(event: dict[str, Any], glyphs: dict[Status, str]) -> str | None:
             hits = event["collisions"]
             line = f"  robot at ({x:.3f}, {y:.3f}) m, {yaw:.1f} deg, {hits} collisions"
         case "mission":
-            line = f"mission ended: {event['status']}{_reason(event)}"
+            line = f"mission ended: {verdict(event['status'], event['reason'])}"
         case "log":
             line = f"  {event['text']}"
         case "fault":
@@ -153,7 +158,7 @@ def rosout_line(line: str) -> tuple[int, str] | None:
             said = ENDS[event["status"]], f"'{event['node']}' {event['message']}"
         case "mission":
             level = INFO if event["status"] == "success" else ERROR
-            said = level, f"mission: {event['status']}{_reason(event)}"
+            said = level, f"mission: {verdict(event['status'], event['reason'])}"
         case "resumed":
             said = INFO, "resumed"
         case "paused":

@@ -22,7 +22,8 @@ from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.behaviours.runtime import Runtime
 from bt_mission.core.errors import BtMissionError, cause_of, described
 from bt_mission.executive.breakpoints import Breakpoints
-from bt_mission.executive.status import Change, MissionStatus, failed_node
+from bt_mission.executive.node_states import NodeStates
+from bt_mission.executive.status import Change, MissionStatus, failed_node, node_paths
 from bt_mission.executive.trace import Trace
 from bt_mission.goals.goal import Goal
 
@@ -59,7 +60,10 @@ class Executive:
         """Did it fail because a server took this process for dead? A journal can go on then."""
         self.paused: str | None = None
         """Why it is paused; None while it is not."""
-        self.listeners: list[Callable[[Change], None]] = []
+        self.steps = 0
+        """How often :meth:`step` was called."""
+        self.node_states = NodeStates(root, lambda: self.status is MissionStatus.RUNNING)
+        self.listeners: list[Callable[[Change], None]] = [self.node_states.on_change]
         self.goal_listeners: list[Callable[[str, Goal], None]] = []
         runtime.ledger.on_event = self._on_goal
         self.after_tick: list[Callable[[], None]] = []
@@ -68,13 +72,12 @@ class Executive:
         self._runtime = runtime
         self._trace = trace
         self._verdict = MissionStatus.FAILURE
-        self._paths: dict[Behaviour, str] = {}
-        self._known: dict[Behaviour, Status] = {}
+        self._paths = node_paths(root)
+        self._known = dict.fromkeys(self._paths, Status.INVALID)
         self._running: dict[Behaviour, None] = {}
         self._walk: Iterator[Behaviour] | None = None
         self._steps = 0
         self._recovery: Recovery | None = None
-        self._name_nodes(root, "0")
         self.breakpoints = Breakpoints(self._paths)
         self._known[self.breakpoints.mark] = Status.RUNNING  # never its status, so always noted
         for node in root.iterate():
@@ -84,6 +87,11 @@ class Executive:
     def is_done(self) -> bool:
         """Has the mission ended, with every goal accounted for?"""
         return self.status in FINAL
+
+    @property
+    def now_ns(self) -> int:
+        """ROS time, ns; during a tick that of its start."""
+        return self._runtime.now_ns
 
     @property
     def goals_sent(self) -> int:
@@ -196,6 +204,7 @@ class Executive:
     def step(self) -> None:
         """While paused: let one tick pass, or the rest of the one that a breakpoint stopped."""
         self._steps = 1
+        self.steps += 1
 
     # ---- looking -------------------------------------------------------------------------
 
@@ -204,15 +213,6 @@ class Executive:
         return self._paths[node]
 
     # ---- inside --------------------------------------------------------------------------
-
-    def _name_nodes(self, node: Behaviour, path: str) -> None:
-        stack = [(node, path)]
-        while stack:
-            current, place = stack.pop()
-            self._paths[current] = place
-            self._known[current] = Status.INVALID
-            children = [(child, f"{place}.{i}") for i, child in enumerate(current.children)]
-            stack += reversed(children)
 
     def _on_goal(self, time_ns: int, what: str, goal: Goal) -> None:
         self._trace.record(

@@ -5,11 +5,31 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
+from bt_mission.core.stamps import NS
+from bt_mission.events.log import verdict
+
 if TYPE_CHECKING:
     from bt_mission.executive.executive import Executive
     from bt_mission.executive.leaf_statistics import LeafSummary
     from bt_mission.executive.trace import Trace
     from bt_mission.language.mission import Mission
+
+
+@dataclass(frozen=True)
+class FailurePath:
+    """The nodes from the root of a tree down to the one whose failure came last.
+
+    Attributes:
+        nodes: Their names.
+        path: The place of the last one in the tree, such as ``0.1.0``.
+        message: Why that one failed, as it says.
+        time_s: ROS time of that since the start, s.
+    """
+
+    nodes: tuple[str, ...]
+    path: str
+    message: str
+    time_s: float
 
 
 @dataclass(frozen=True)
@@ -26,6 +46,7 @@ class Report:
         distance_travelled_m: True path length of the robot, m.
         trace_sha256: Equal for two runs in which the same things happened at the same times.
         leaves: What each leaf came to, where they were counted.
+        failure: What made the tree fail; None where that did not.
     """
 
     mission: str
@@ -44,6 +65,7 @@ class Report:
     distance_travelled_m: float | None
     trace_sha256: str
     leaves: tuple[LeafSummary, ...] = ()
+    failure: FailurePath | None = None
 
     def __str__(self) -> str:
         return self.as_text()
@@ -53,8 +75,12 @@ class Report:
         return asdict(self)
 
     def as_text(self) -> str:
-        """Two or three lines for people."""
-        lines = [f"{self.mission}: {self.status}" + (f": {self.reason}" if self.reason else "")]
+        """Three or four lines for people."""
+        lines = [f"{self.mission}: {verdict(self.status, self.reason)}"]
+        if self.failure is not None and len(self.failure.nodes) > 1:
+            message = "" if self.failure.message in self.reason else f": {self.failure.message}"
+            path = " > ".join(self.failure.nodes)
+            lines.append(f"  {path}, at {self.failure.time_s:.2f} s{message}")
         lines.append(
             f"  {self.virtual_s:.2f} s in {self.wall_s:.2f} s of wall time "
             f"({self.real_time_factor:.1f} x real time), seed {self.seed}"
@@ -88,4 +114,20 @@ def report_on(
         collisions=None,
         distance_travelled_m=None,
         trace_sha256=trace.sha256,
+        failure=_failure_of(executive, virtual_s),
+    )
+
+
+def _failure_of(executive: Executive, virtual_s: float) -> FailurePath | None:
+    """Return what made a tree fail whose mission ended after so many seconds."""
+    path = executive.node_states.failure_path()
+    if not path:
+        return None
+    node, state = path[-1]
+    ago_s = (executive.ended_ns - (state.since_ns or 0)) / NS
+    return FailurePath(
+        nodes=tuple(one.name for one, _ in path),
+        path=executive.path_of(node),
+        message=state.message,
+        time_s=round(virtual_s - ago_s, 6),
     )

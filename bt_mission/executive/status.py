@@ -1,4 +1,4 @@
-"""Where a mission stands, a change of one of its nodes, and why its tree has failed."""
+"""Where a mission stands, the places and changes of its nodes, and why its tree has failed."""
 
 from __future__ import annotations
 
@@ -28,6 +28,17 @@ class Change:
     path: str
     status: Status
     message: str
+
+
+def node_paths(root: Behaviour) -> dict[Behaviour, str]:
+    """Return every node of a tree, depth first, with its place, such as ``0.1.0``."""
+    paths: dict[Behaviour, str] = {}
+    stack = [(root, "0")]
+    while stack:
+        node, path = stack.pop()
+        paths[node] = path
+        stack += reversed([(child, f"{path}.{i}") for i, child in enumerate(node.children)])
+    return paths
 
 
 def failed_node(root: Behaviour) -> Behaviour:

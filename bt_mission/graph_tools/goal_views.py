@@ -216,6 +216,10 @@ def _table(message: Any, part: InterfacePart) -> list[str]:
         if isinstance(value, list) and len(short(value)) > LONG:
             lines += [f"  {name}", *(f"    {short(item)}" for item in value)]
             continue
+        if isinstance(value, str) and "\n" in value.strip():
+            first, *more = (short(line) for line in value.strip().split("\n"))
+            lines += [f"  {name:{width}}  {first}", *(f"  {'':{width}}  {line}" for line in more)]
+            continue
         words = f"{short(value)}{_unit(units, name)}{f'  ({known})' if known else ''}"
         lines.append(f"  {name:{width}}  {words}")
     return lines

@@ -18,6 +18,7 @@ from rclpy.qos import QoSProfile
 from rclpy.task import Future
 
 from bt_mission.core.dds.publishers import CLOCK, ODOMETRY, duplicate_publishers
+from bt_mission.core.diagnostics import InputError
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.goal_rate import MOST_WAITING, GoalRate
 from bt_mission.core.stamps import NS
@@ -257,7 +258,8 @@ class MissionServer(Node):
             )
         except BtMissionError as error:
             self._say(f"mission not started:\n{error}")
-            self._end(handle, Result.UNSOUND, str(error))
+            why = error.on_one_line if isinstance(error, InputError) else str(error)
+            self._end(handle, Result.UNSOUND, why)
             return
         except Exception as error:  # noqa: BLE001 - a user's behaviour may raise when it is made
             why = f"the mission cannot be set up: {type(error).__name__}: {error}"

@@ -132,5 +132,5 @@ def test_a_pipe_gets_the_short_summary(
     assert main(["run", str(path), "--plain"]) == 0
     assert capsys.readouterr().out.splitlines()[-2:] == [
         "  leaf  runs    time  driven  outcomes",
-        "  wait     1  0.50 s  0.00 m  success",
+        "  wait     1  0.50 s  0.00 m  succeeded",
     ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 
 import pytest
-from bt_mission_interfaces.action import CameraSweep
+from bt_mission_interfaces.action import CameraSweep, ExecuteMission
 from rich.console import Console
 
 from bt_mission.graph_tools.goal_events import (
@@ -18,7 +18,13 @@ from bt_mission.graph_tools.goal_events import (
     GoalResult,
     ServerAwaited,
 )
-from bt_mission.graph_tools.goal_views import GoalLines, GoalObjects, GoalPicture, goal_view_for
+from bt_mission.graph_tools.goal_views import (
+    GoalLines,
+    GoalObjects,
+    GoalPicture,
+    event_lines,
+    goal_view_for,
+)
 from bt_mission.graph_tools.interface_description import describe_interface
 
 SWEEP = describe_interface("bt_mission_interfaces/action/CameraSweep")
@@ -96,3 +102,13 @@ def test_what_is_drawn_fits_the_output(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("TERM", "dumb")
     view = goal_view_for(Terminal(), SWEEP, goal, json=False, plain=False)
     assert isinstance(view, GoalLines)
+
+
+def test_a_text_of_several_lines_is_shown_in_as_many() -> None:
+    """Such as the summary of a mission."""
+    about = describe_interface("bt_mission_interfaces/action/ExecuteMission")
+    result = ExecuteMission.Result(summary="ok: success\n  1.00 s", status="success")
+    end = GoalEnded(GoalResult(GoalOutcome.SUCCEEDED, "succeeded", result), 1.0)
+    lines = event_lines(end, about, {})
+    at = lines.index("  summary            ok: success")
+    assert lines[at + 1] == "                       1.00 s"

@@ -140,6 +140,7 @@ def test_what_is_not_sound_never_starts(ros: Any, send: Any, goal: Any, words: s
     status, result = send(**goal).end()
     assert (status, result.status, result.error_code) == ("aborted", "", 909)
     assert words in result.error_msg
+    assert "\n" not in result.error_msg  # a leaf, a log and a table have one line for it
 
 
 def test_a_behaviour_that_cannot_be_made_ends_no_server(ros: Any, send: Any, tmp_path: Any) -> None:

@@ -208,3 +208,26 @@ def test_a_step_lets_nobody_drive_past_a_limit(
     run.until_done()
     assert run.reason.startswith(f"'drive' {ended_as}")
     assert len(run.goals) == 1
+
+
+REFUSED = "mission: m\ninputs: {far: 10000}\ntree: {turn: {angle: $far}, timeout: 9}"
+
+
+def test_a_rejection_that_the_mission_tells_is_not_logged_as_well(
+    stage: Any, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """It would stand on the terminal twice."""
+    run = stage.run(REFUSED)
+    run.until_done()
+    assert "angle must be from -3600 to 3600 deg" in run.stage.executive.reason
+    assert "goal rejected" not in capfd.readouterr().err
+
+
+def test_where_others_may_send_goals_rejections_are_logged(
+    stage: Any, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """A rejection itself has no reason in ROS."""
+    run = stage.run(REFUSED)
+    run.stage.offer_all()
+    run.until_done()
+    assert "goal rejected: angle must be" in capfd.readouterr().err

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from typing import TextIO
 
@@ -9,8 +10,10 @@ from py_trees.common import Status
 from rich.cells import cell_len, set_cell_size
 
 from bt_mission.behaviours.leaves import Log
-from bt_mission.events.log import LogEntry, glyphs_for
+from bt_mission.core.stamps import NS
+from bt_mission.events.log import LogEntry, glyphs_for, verdict
 from bt_mission.events.mission_state import MissionState
+from bt_mission.executive.executive import Executive
 from bt_mission.executive.leaf_statistics import LeafSummary
 from bt_mission.executive.status import Change
 from bt_mission.views.terminal.marks import Marks, clean, fit, seconds, text_of
@@ -18,37 +21,88 @@ from bt_mission.views.terminal.panels import log_words
 from bt_mission.views.terminal.tree_rows import Outline, tree_row
 
 LONGEST_NAME = 28
+OUTCOME_WORDS = {"success": "succeeded", "failure": "failed"}
+"""Ends of leaves without a goal, in the words for goals."""
+
 MOST_ROWS = 20
 """Where there are more leaves, those that ran longest are shown."""
 
 
+class ControlLines:
+    """Tells what others do to a mission: breakpoints, steps, pauses."""
+
+    def __init__(self, executive: Executive) -> None:
+        self._executive = executive
+        self._steps = executive.steps
+        self._pause = ""
+        self._breakpoints: tuple[str, ...] = ()
+
+    def take(self) -> Iterator[str]:
+        """Give a line for each thing that was done since it was last asked."""
+        executive = self._executive
+        before, self._breakpoints = self._breakpoints, executive.breakpoints.names
+        for name in self._breakpoints:
+            if name not in before:
+                yield f"breakpoint set at '{name}'"
+        for name in before:
+            if name not in self._breakpoints:
+                yield f"breakpoint removed from '{name}'"
+        if executive.steps != self._steps:
+            self._steps = executive.steps
+            yield "mission stepped"
+        pause = "" if executive.paused is None else f"mission paused  {executive.explanation}"
+        if pause != self._pause:
+            self._pause = pause
+            yield pause or f"mission {executive.state}"
+
+
+def timed(time_ns: int, text: str) -> str:
+    """Return a line with the time since the start before it, ns."""
+    return f"{time_ns / NS:9.2f} s  {text}".rstrip()
+
+
 class PlainLines:
-    """Writes a line whenever a leaf starts or ends.
+    """Writes a line whenever a leaf starts or ends, or others do something to the mission.
 
     Args:
         stream: Where to write.
+        executive: Of the mission.
         start_ns: Gives the ROS time of the start; lines show seconds since then.
+        now_ns: Gives the ROS time.
     """
 
-    def __init__(self, stream: TextIO, start_ns: Callable[[], int]) -> None:
+    def __init__(
+        self,
+        stream: TextIO,
+        executive: Executive,
+        start_ns: Callable[[], int],
+        now_ns: Callable[[], int],
+    ) -> None:
         self._stream = stream
         self._start_ns = start_ns
+        self._now_ns = now_ns
+        self._controls = ControlLines(executive)
         self._glyphs = glyphs_for(stream.encoding)
+
+    def refresh(self) -> None:
+        """Show what others have done to the mission."""
+        for line in self._controls.take():
+            self.say(line)
 
     def on_change(self, change: Change) -> None:
         """Show a change of a leaf's status; composites follow from their leaves."""
+        self.refresh()
         if change.node.children or isinstance(change.node, Log):
             return  # what a log leaf says is shown as it is said
         words = "" if change.status is Status.RUNNING else change.message
         self._line(change.time_ns, f"{self._glyphs[change.status]} {change.node.name}  {words}")
 
-    def say(self, time_ns: int, text: str) -> None:
+    def say(self, text: str) -> None:
         """Show what a mission says."""
-        self._line(time_ns, f"  {text}")
+        self._line(self._now_ns(), f"  {text}")
 
     def _line(self, time_ns: int, text: str) -> None:
-        seconds = (time_ns - self._start_ns()) / 1e9
-        print(f"{seconds:9.2f} s  {text}".rstrip(), file=self._stream, flush=True)
+        print(timed(time_ns - self._start_ns(), text), file=self._stream, flush=True)
 
 
 # ---- a watched mission ------------------------------------------------------------------------
@@ -62,7 +116,7 @@ def title(mission: MissionState, marks: Marks) -> str:
     if tree is not None:
         parts.append(seconds(mission.elapsed_ns))
     if state is not None:
-        parts.append(state.status + (f": {clean(state.reason, marks)}" if state.reason else ""))
+        parts.append(verdict(state.status, clean(state.reason, marks)))
     return "   ".join(parts)
 
 
@@ -83,8 +137,7 @@ def whole_tree(mission: MissionState, marks: Marks, width: int | None) -> Iterat
 
 def log_line(entry: LogEntry, start_ns: int, marks: Marks) -> str:
     """A line of the log, with the time since the start."""
-    time_s = (entry.time_ns - start_ns) / 1e9
-    return f"{time_s:9.2f} s  {text_of(log_words(entry, marks))}".rstrip()
+    return timed(entry.time_ns - start_ns, text_of(log_words(entry, marks)))
 
 
 # ---- leaves ----------------------------------------------------------------------------------
@@ -119,6 +172,9 @@ def _row(one: LeafSummary, marks: Marks, *, has_distance: bool) -> list[str]:
     row = [name, str(one.runs), f"{one.running_s:.2f} s"]
     if has_distance:
         row.append("" if one.distance_m is None else f"{one.distance_m:.2f} m")
-    counts = sorted(one.outcomes.items(), key=lambda pair: -pair[1])
-    only = len(counts) == 1
+    outcomes = Counter[str]()
+    for what, count in one.outcomes.items():
+        outcomes[OUTCOME_WORDS.get(what, what)] += count
+    only = len(outcomes) == 1
+    counts = outcomes.most_common()
     return [*row, ", ".join(what if only else f"{count} {what}" for what, count in counts)]

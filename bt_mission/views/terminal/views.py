@@ -3,29 +3,30 @@
 from __future__ import annotations
 
 import sys
-from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from itertools import islice
 from typing import Self, TextIO
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
-from rich.console import Console, Group, RenderableType
+from rich.console import Console, ConsoleDimensions, Group, RenderableType
 from rich.live import Live
 from rich.text import Text
 
 from bt_mission.behaviours.action_leaf import ActionLeaf
-from bt_mission.behaviours.leaves import progress_of
+from bt_mission.behaviours.leaves import LeafProgress, progress_of
 from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.events.log import STYLES
+from bt_mission.events.log import STYLES, verdict
 from bt_mission.executive.executive import Executive
-from bt_mission.executive.status import Change
+from bt_mission.executive.node_states import NodeState
+from bt_mission.executive.status import Change, MissionStatus
 from bt_mission.sessions.session import Session, View
-from bt_mission.views.terminal.lines import PlainLines
-from bt_mission.views.terminal.marks import bar, marks_for
+from bt_mission.views.terminal.lines import ControlLines, PlainLines, timed
+from bt_mission.views.terminal.marks import bar, clean, marks_for
+from bt_mission.views.terminal.output_capture import OutputCapture
 
 FRAME_S = 0.1
 BAR_WIDTH = 12
-LOG_LINES = 4
 
 
 def view_for(stream: TextIO, *, plain: bool, quiet: bool) -> View:
@@ -35,7 +36,8 @@ def view_for(stream: TextIO, *, plain: bool, quiet: bool) -> View:
     console = Console(file=stream)
     if plain or not console.is_terminal or console.is_dumb_terminal:
         return PlainView(stream)
-    return LiveView(console)
+    capture = OutputCapture()
+    return LiveView(Console(file=capture.terminal), capture)
 
 
 class Quiet:
@@ -62,55 +64,71 @@ class Quiet:
 
 
 class PlainView(Quiet):
-    """A line for each leaf that starts or ends, and for each change of a pause."""
+    """A line for each leaf that starts or ends, and for what others do to the mission."""
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
-        self._pause = ""
-        self._session: Session | None = None
-        self._lines = PlainLines(stream, lambda: self._session.start_ns if self._session else 0)
+        self._lines: PlainLines | None = None
 
     def open(self, session: Session, _wall: Stopwatch, /) -> None:
         """Say what is run."""
-        self._session = session
+        self._lines = PlainLines(
+            self._stream, session.executive, lambda: session.start_ns, lambda: session.now_ns
+        )
         print(_title(session), file=self._stream, flush=True)
 
     def on_change(self, change: Change) -> None:
         """Show a change."""
-        self._lines.on_change(change)
+        if self._lines:
+            self._lines.on_change(change)
 
     def refresh(self) -> None:
-        """Tell that the mission is paused, and which of its goals are still under way."""
-        if self._session is None:
-            return
-        executive = self._session.executive
-        pause = "" if executive.paused is None else f"mission paused  {executive.explanation}"
-        if pause != self._pause:
-            self._pause = pause
-            self.say(pause or f"mission {executive.state}")
+        """Show what others have done to the mission."""
+        if self._lines:
+            self._lines.refresh()
 
     def say(self, text: str) -> None:
         """Show what the mission says."""
-        if self._session:
-            self._lines.say(self._session.now_ns, text)
+        if self._lines:
+            self._lines.say(text)
 
 
 class LiveView(Quiet):
-    """The tree, drawn again and again, at most ten times a second."""
+    """The tree, drawn again and again, at most ten times a second.
 
-    def __init__(self, console: Console) -> None:
+    What the mission says, what others do to it, and what anybody else writes to the terminal
+    scrolls by above the tree.
+
+    Args:
+        console: A terminal.
+        capture: Keeps what others write to that terminal; None where nothing is kept.
+    """
+
+    def __init__(self, console: Console, capture: OutputCapture | None = None) -> None:
         self._console = console
+        self._capture = capture
+        self._session: Session | None = None
         self._tree: LiveTree | None = None
+        self._controls: ControlLines | None = None
         self._watch = Stopwatch()
         self._next_frame_s = 0.0
+        self._above: list[Text] = []
+        self._marks = marks_for(console.encoding)
         self._live = Live(
-            console=console, auto_refresh=False, transient=False, vertical_overflow="crop"
+            console=console,
+            auto_refresh=False,
+            vertical_overflow="crop",
+            redirect_stdout=False,
+            redirect_stderr=False,
         )
 
     def __exit__(self, *_: object) -> None:
         if self._tree:
-            self._live.update(self._tree.render(), refresh=True)
+            self._draw()
             self._live.stop()
+        if self._capture:
+            for line in self._capture.stop():
+                self._console.print(Text.from_ansi(line))
 
     def open(self, session: Session, wall: Stopwatch, /) -> None:
         """Begin to draw."""
@@ -119,22 +137,49 @@ class LiveView(Quiet):
             virtual_s = (session.now_ns - session.start_ns) / 1e9
             factor = virtual_s / wall.elapsed_s if wall.elapsed_s > 0 else 0.0
             executive = session.executive
-            state = ": ".join(filter(None, (executive.state, executive.explanation)))
+            state = verdict(executive.state, executive.explanation)
             return f"{_title(session)}   {virtual_s:.1f} s   {factor:.0f} x real time   {state}"
 
+        self._session = session
         self._tree = LiveTree(self._console, session.executive, header)
+        self._controls = ControlLines(session.executive)
+        if self._capture:
+            self._capture.start()
         self._live.start()
 
     def refresh(self) -> None:
         """Draw, if the last frame is old enough."""
         if self._tree and self._watch.elapsed_s >= self._next_frame_s:
             self._next_frame_s = self._watch.elapsed_s + FRAME_S
-            self._live.update(self._tree.render(), refresh=True)
+            self._draw()
 
     def say(self, text: str) -> None:
         """Show what the mission says."""
-        if self._tree:
-            self._tree.said.append(text)
+        if self._session is None:
+            return
+        self._collect()
+        time_ns = self._session.now_ns - self._session.start_ns
+        for line in text.splitlines():
+            self._above.append(Text(timed(time_ns, f"  {clean(line, self._marks)}")))
+
+    def _draw(self) -> None:
+        assert self._tree is not None
+        assert self._controls is not None
+        for line in self._controls.take():
+            self.say(line)
+        self._collect()
+        if self._capture and all(size := self._capture.size()):
+            self._console.size = ConsoleDimensions(*size)
+        with self._console:  # in one write, so that it does not flicker
+            for text in self._above:
+                self._console.print(text)
+            self._live.update(self._tree.render(), refresh=True)
+        self._above.clear()
+
+    def _collect(self) -> None:
+        """Take what others have written."""
+        if self._capture:
+            self._above += [Text.from_ansi(line) for line in self._capture.take()]
 
 
 def _title(session: Session) -> str:
@@ -153,50 +198,63 @@ class LiveTree:
     """
 
     def __init__(self, console: Console, executive: Executive, header: Callable[[], str]) -> None:
-        self.said: deque[str] = deque(maxlen=LOG_LINES)
-        """What the mission said last; stands below the tree."""
         self._console = console
         self._executive = executive
         self._header = header
         self._marks = marks_for(console.encoding)
+        self._states = executive.node_states
+        self._doing: dict[Behaviour, tuple[str, LeafProgress | None]] = {}
+        executive.after_tick.append(self._note_running)
+        executive.tick_wrappers.append(
+            lambda walk: self._states.keep_visited(walk, lambda: executive.now_ns)
+        )
 
     def render(self) -> RenderableType:
-        """The whole picture: header, tree, what was said."""
-        rows = list(self._rows(self._executive.root, ""))
-        room = max(self._console.height - 3 - len(self.said), 1)
-        said = [Text(f"  {line}", style="italic", no_wrap=True) for line in self.said]
+        """The whole picture: header and tree."""
+        failed = {node for node, _ in self._states.failure_path()}
+        rows: list[Text] = []
+        focus: list[int] = []
+        above: list[int] = []
+        for number, (node, depth, state) in enumerate(self._states.walk()):
+            rows.append(self._row(node, depth, state))
+            above[depth:] = [number]
+            if node in failed or (state.status is Status.RUNNING and not failed):
+                focus = above.copy()
+        room = max(self._console.height - 3, 1)
         return Group(
             Text(self._header(), style="bold", no_wrap=True, overflow="ellipsis"),
-            *_window(rows, room),
-            *said,
+            *(rows[number] for number in _shown(len(rows), focus, room)),
         )
 
-    def _rows(self, node: Behaviour, indent: str) -> list[tuple[Status, Text]]:
-        rows = [(node.status, self._row(node, indent))]
-        for child in node.children:
-            rows += self._rows(child, indent + "  ")
-        return rows
+    def _note_running(self) -> None:
+        """Keep what the leaves do; a halt takes it from them."""
+        if self._executive.status is MissionStatus.RUNNING:
+            leaves = self._executive.running_leaves
+            self._doing = {leaf: (leaf.feedback_message, progress_of(leaf)) for leaf in leaves}
 
-    def _row(self, node: Behaviour, indent: str) -> Text:
+    def _row(self, node: Behaviour, depth: int, state: NodeState) -> Text:
+        message, progress = state.message, progress_of(node)
+        if state.status is Status.RUNNING and node.status is not Status.RUNNING:
+            message, progress = self._doing.get(node, (message, None))
         row = Text(no_wrap=True, overflow="ellipsis")
-        row.append(
-            f"{indent}{self._marks.status[node.status]} {node.name}", style=STYLES[node.status]
-        )
-        if (progress := progress_of(node)) is not None:
+        sign = f"{'  ' * depth}{self._marks.status[state.status]} "
+        row.append(sign + clean(node.name, self._marks), style=STYLES[state.status])
+        if progress is not None:
             value, limit = progress.value, progress.limit
             drawn = bar(value, limit, BAR_WIDTH, self._marks)
             row.append(f"  {drawn} {value:.4g} of {limit:.4g}", style="cyan")
         was_halted = isinstance(node, ActionLeaf) and node.was_halted
-        if node.feedback_message and (node.status is not Status.INVALID or was_halted):
-            row.append(f"  {node.feedback_message}", style="dim")
+        if message and (state.status is not Status.INVALID or was_halted):
+            row.append(f"  {clean(message, self._marks)}", style="dim")
         return row
 
 
-def _window(rows: list[tuple[Status, Text]], room: int) -> list[Text]:
-    """As many rows as fit, with the deepest running one in sight."""
-    if len(rows) <= room:
-        return [text for _, text in rows]
-    running = [i for i, (status, _) in enumerate(rows) if status is Status.RUNNING]
-    focus = running[-1] if running else 0
-    first = min(max(focus - room // 2, 0), len(rows) - room)
-    return [text for _, text in rows[first : first + room]]
+def _shown(count: int, focus: Sequence[int], room: int) -> list[int]:
+    """As many rows as fit, with the end of the path to one in sight, and the rows around that."""
+    if count <= room:
+        return list(range(count))
+    shown = set(focus[-room:])
+    at = focus[-1] if focus else 0
+    near = sorted(range(count), key=lambda row: abs(row - at))
+    others = (row for row in near if row not in shown)
+    return sorted(shown | set(islice(others, room - len(shown))))

@@ -1,9 +1,12 @@
-"""What the leaves of a run came to, in columns."""
+"""A run in plain lines, and what its leaves came to, in columns."""
 
 from __future__ import annotations
 
+import io
+from typing import Any
+
 from bt_mission.executive.leaf_statistics import LeafSummary
-from bt_mission.views.terminal.lines import MOST_ROWS, leaf_table
+from bt_mission.views.terminal.lines import MOST_ROWS, PlainLines, leaf_table
 from bt_mission.views.terminal.marks import ASCII_SIGNS, SIGNS
 
 DRIVE = LeafSummary("drive", "0.0", 12, {"canceled by condition": 2, "succeeded": 10}, 85.5, 16.1)
@@ -16,7 +19,7 @@ def test_columns_stand_below_each_other() -> None:
     assert leaf_table([DRIVE, LOG, CHECK], 80, SIGNS) == [
         "  leaf   runs     time   driven  outcomes",
         "  drive    12  85.50 s  16.10 m  10 succeeded, 2 canceled by condition",
-        "  check     1   0.00 s   0.00 m  failure",
+        "  check     1   0.00 s   0.00 m  failed",
     ]
 
 
@@ -25,7 +28,7 @@ def test_without_distances_there_is_no_column_for_them() -> None:
     wait = LeafSummary("wait", "0", 1, {"success": 1}, 2.0, None)
     assert leaf_table([wait], 80, SIGNS) == [
         "  leaf  runs    time  outcomes",
-        "  wait     1  2.00 s  success",
+        "  wait     1  2.00 s  succeeded",
     ]
 
 
@@ -52,3 +55,34 @@ def test_of_many_leaves_those_that_ran_longest_are_shown() -> None:
     assert len(lines) == MOST_ROWS + 2
     assert lines[1].split()[:2] == ["leaf", "30"]
     assert lines[-1] == "  and 30 leaves that ran for less time"
+
+
+def test_one_way_to_end_has_one_word() -> None:
+    """Whether a leaf was counted by its goal or by its status."""
+    one = LeafSummary("a", "0.0", 6, {"succeeded": 4, "success": 1, "failure": 1}, 1.0, None)
+    assert leaf_table([one], 80, SIGNS)[1].endswith("5 succeeded, 1 failed")
+
+
+def test_what_others_do_to_a_mission_is_in_the_plain_lines(play: Any) -> None:
+    """Breakpoints, the pauses that they make, steps, and the end of a pause."""
+    story = play("  sequence: [{log: one}, {wait: 9}]\n")
+    stream = io.StringIO()
+    executive = story.executive
+    lines = PlainLines(stream, executive, lambda: 0, lambda: story.now_ns)
+    executive.listeners.append(lines.on_change)
+    executive.after_tick.append(lines.refresh)
+    executive.breakpoints.add("wait")
+    story.tick()
+    executive.step()
+    story.tick()
+    executive.breakpoints.remove("wait")
+    executive.resume()
+    story.tick()
+    assert [line.split("s  ", 1)[1].strip() for line in stream.getvalue().splitlines()] == [
+        "breakpoint set at 'wait'",
+        "mission paused  breakpoint at 'wait'",
+        "mission stepped",
+        "> wait",
+        "breakpoint removed from 'wait'",
+        "mission running",
+    ]

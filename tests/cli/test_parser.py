@@ -1,0 +1,54 @@
+"""Help fits the terminal, and an error says what was probably meant."""
+
+from __future__ import annotations
+
+import pytest
+
+from bt_mission.cli import main
+
+
+def error_of(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[str, str]:
+    """The first words of the usage, and the error, of a command line that is refused."""
+    with pytest.raises(SystemExit) as left:
+        main(arguments)
+    assert left.value.code == 2
+    said = capsys.readouterr().err.splitlines()
+    return said[0].split(" [")[0], said[-1]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "usage", "hint"),
+    [
+        (["rnu"], "usage: bt-mission", "'rnu'; did you mean 'run'? (choose from run, watch,"),
+        (["actions", "lst"], "usage: bt-mission actions", "did you mean 'list'?"),
+        (["run", "square", "--sped", "1"], "usage: bt-mission run", "did you mean '--speed'?"),
+        (["run", "square", "--wrold=x"], "usage: bt-mission run", "did you mean '--world'?"),
+        (["actions", "list", "--jsno"], "usage: bt-mission actions list", "mean '--json'?"),
+        (["serve", "--on-new-goal", "relpace"], "usage: bt-mission serve", "mean 'replace'?"),
+    ],
+)
+def test_a_word_that_is_nearly_right_gets_the_right_one(
+    capsys: pytest.CaptureFixture[str], arguments: list[str], usage: str, hint: str
+) -> None:
+    """With the usage of the command that it was said to."""
+    shown, error = error_of(capsys, *arguments)
+    assert shown == usage
+    assert hint in error
+
+
+def test_a_word_too_many_gets_no_hint(capsys: pytest.CaptureFixture[str]) -> None:
+    """Nothing is near it."""
+    _, error = error_of(capsys, "run", "square", "circle")
+    assert error == "bt-mission run: error: unrecognized arguments: circle"
+
+
+@pytest.mark.parametrize("command", ["run", "watch", "serve", "replay"])
+def test_help_is_wrapped(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, command: str
+) -> None:
+    """Examples, which are indented, stay in one line each."""
+    monkeypatch.setenv("COLUMNS", "80")
+    with pytest.raises(SystemExit):
+        main([command, "--help"])
+    lines = capsys.readouterr().out.splitlines()
+    assert [line for line in lines if len(line) > 80 and not line.startswith("  ")] == []

@@ -1,0 +1,75 @@
+"""What made a tree fail is told from the root down to the leaf."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bt_mission.executive.report import FailurePath, report_on
+from bt_mission.executive.trace import Trace
+from bt_mission.language.loader import load_text
+
+TREE = """\
+  sequence:
+    - {log: hello}
+    - retry: {attempts: 2}
+      do:
+        fallback:
+          - {turn: {angle: 90}, name: first way, timeout: 30}
+          - {turn: {angle: 180}, name: second way, timeout: 30}
+"""
+
+
+def report_of(story: Any, virtual_s: float) -> Any:
+    """The report of a mission that has ended after so many seconds."""
+    mission = load_text(f"mission: test\ntree:\n{TREE}")
+    return report_on(mission, story.executive, Trace(), virtual_s, 1.0)
+
+
+def test_a_failure_is_named_by_the_path_to_it(play: Any) -> None:
+    """In the report for programs and in the summary for people."""
+    story = play(TREE)
+    while not story.executive.is_done:
+        story.tick()
+        story.turn.reject()
+    report = report_of(story, 1.0)
+    assert report.failure == FailurePath(
+        nodes=("test", "retry", "fallback", "second way"),
+        path="0.1.0.1",
+        message="rejected: /turn; its log says why",
+        time_s=1.0,
+    )
+    assert report.as_text().splitlines()[:2] == [
+        "test: failure: 'second way' rejected: /turn; its log says why",
+        "  test > retry > fallback > second way, at 1.00 s",
+    ]
+    assert report.as_dict()["failure"]["nodes"] == ("test", "retry", "fallback", "second way")
+
+
+def test_what_has_not_failed_has_no_path(play: Any) -> None:
+    """Neither a success nor what was interrupted before any node had failed."""
+    story = play("  wait: 0.1\n")
+    story.tick(9)
+    assert report_of(story, 1.0).failure is None
+    story = play(TREE)
+    story.tick()
+    story.executive.interrupt("interrupted by Ctrl-C")
+    story.turn.reject()
+    story.tick(2)
+    report = report_of(story, 1.0)
+    assert (report.status, report.failure) == ("interrupted", None)
+    assert report.as_text().splitlines()[0] == "test: interrupted by Ctrl-C"
+
+
+def test_a_failure_that_was_caught_before_is_not_on_the_path(play: Any) -> None:
+    """The first fallback went on, the second did not."""
+    story = play(
+        "  sequence:\n"
+        "    - fallback:\n"
+        "        - {turn: {angle: 90}, name: caught, timeout: 30}\n"
+        "        - {log: went on}\n"
+        "    - {turn: {angle: 90}, name: fatal, timeout: 30}\n"
+    )
+    while not story.executive.is_done:
+        story.tick()
+        story.turn.reject()
+    assert report_of(story, 1.0).failure.nodes == ("test", "fatal")
