@@ -144,3 +144,22 @@ def test_a_time_must_be_one(text: str, capsys: pytest.CaptureFixture[str]) -> No
         main(["replay", "a.mcap", f"--at={text}"])
     assert left.value.code == 2
     assert f"expected seconds from 0, such as 12.5, got '{text}'" in capsys.readouterr().err
+
+
+def test_a_mission_says_its_last_before_it_ends(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """At the same instant."""
+    from bt_mission.recording.replay.player import TimelineSeeker  # noqa: PLC0415 - as the command does
+    from bt_mission.recording.replay.timeline import read_timeline  # noqa: PLC0415 - as the command does
+
+    mission, film = tmp_path / "m.yaml", tmp_path / "m.mcap"
+    mission.write_text(
+        "mission: short\nworld: empty_arena\ntree: {sequence: [wait: 1, log: done]}\n",
+        encoding="utf-8",
+    )
+    assert main(["run", str(mission), "--record", str(film)]) == 0
+    capsys.readouterr()
+    timeline = read_timeline(film)
+    log = TimelineSeeker(timeline).seek(timeline.end_ns).log
+    assert [(one.name, one.text) for one in log][-2:] == [("", "done"), ("mission success", "")]
