@@ -7,11 +7,13 @@ Times are ROS time, ns. Statuses are those of py_trees.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from py_trees.common import Status
 
 from bt_mission.events.events import (
+    FINAL,
     GoalChanged,
     LogLine,
     MissionStarted,
@@ -60,6 +62,21 @@ class DetailsUpdate:
     goals: tuple[GoalChanged, ...]
     variables: tuple[tuple[str, str], ...]
     breakpoints: tuple[str, ...]
+
+
+Told = MissionStarted | Changes | Statuses | MissionStateChanged | DetailsUpdate | LogLine
+"""What comes from an executive."""
+
+
+def in_order(told: Iterable[Told]) -> list[Told]:
+    """Put the end of a mission after all else that is told of it; topics may overtake."""
+    ordered = list(told)
+    for one in tuple(ordered):
+        if isinstance(one, MissionStateChanged) and one.status in FINAL:
+            last = max(at for at, other in enumerate(ordered) if other.run == one.run)
+            ordered.insert(last + 1, one)
+            ordered.remove(one)
+    return ordered
 
 
 @dataclass(frozen=True)
@@ -111,9 +128,6 @@ class BatteryState:
     charge: float
     voltage: float
 
-
-Told = MissionStarted | Changes | Statuses | MissionStateChanged | DetailsUpdate | LogLine
-"""What comes from an executive."""
 
 Robot = tuple[FrameTransform, ...] | ScanPoints | Map | BatteryState
 """What comes from a robot."""

@@ -9,12 +9,14 @@ from __future__ import annotations
 import copy
 from collections import deque
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import TypeVar
 
 from py_trees.common import Status
 
 from bt_mission.events import messages
 from bt_mission.events.events import (
+    FINAL,
     GoalChanged,
     LogLine,
     MissionEvent,
@@ -37,6 +39,20 @@ ROBOT = (tuple, messages.ScanPoints, messages.Map, messages.BatteryState)
 State = TypeVar("State", "MissionState", RobotState)
 
 
+MOST_ENDS = 4
+"""How often a node has ended that is kept."""
+
+
+@dataclass(frozen=True)
+class NodeEnd:
+    """How and when a node has ended, ns; halted is :attr:`Status.INVALID`. None was not seen."""
+
+    status: Status
+    time_ns: int | None
+    ran_ns: int | None
+    message: str
+
+
 class MissionState:
     """One mission after another, as an executive tells of them. Feed it with :meth:`take`."""
 
@@ -55,6 +71,8 @@ class MissionState:
         """When each node got its status, ns; None where that was not seen."""
         self.ran_ns: list[int | None] = []
         """How long each node had run when it last ended, ns; None where that was not seen."""
+        self.ends: list[tuple[NodeEnd, ...]] = []
+        """How each node has ended the last few times, the newest last."""
         self.is_leaf: list[bool] = []
         self.running: dict[int, None] = {}
         """Indices of the nodes that run, the newest last."""
@@ -89,8 +107,13 @@ class MissionState:
 
     @property
     def elapsed_ns(self) -> int:
-        """ROS time since the mission's start, ns."""
-        return max(self.now_ns - self.tree.time_ns, 0) if self.tree else 0
+        """ROS time since the mission's start, ns; once it has ended, to its end."""
+        if self.tree is None:
+            return 0
+        state = self.state
+        is_over = state is not None and state.run == self.tree.run and state.status in FINAL
+        end_ns = state.time_ns if is_over and state is not None else self.now_ns
+        return max(end_ns - self.tree.time_ns, 0)
 
     @property
     def tip(self) -> int | None:
@@ -129,6 +152,7 @@ class MissionState:
         self.tree, self.sequence, self.now_ns = tree, None, tree.time_ns
         self.statuses, self.messages = [Status.INVALID] * count, [""] * count
         self.since_ns, self.ran_ns = [None] * count, [None] * count
+        self.ends = [()] * count
         self.is_leaf, self._running_children = [True] * count, [0] * count
         for index, node in enumerate(tree.nodes):
             if index:
@@ -192,8 +216,28 @@ class MissionState:
             self.ran_ns[index] = time_ns - since_ns if known else None  # type: ignore[operator]
         self.statuses[index], self.since_ns[index] = one.status, time_ns
         self._count_running(index, before, one.status)
+        if self._has_only_ended(one, before, time_ns):
+            return
         node = self.tree.nodes[index]
         yield NodeStatusChanged(time_ns, index, node, one.status, one.message, self.is_leaf[index])
+
+    def _has_only_ended(
+        self, one: messages.NodeStatus, before: Status, time_ns: int | None
+    ) -> bool:
+        """Note an end; give whether nothing has happened, as where a loop begins a new round.
+
+        A node is reset in it, and may end at once as it did in the last one.
+        """
+        if one.status is Status.RUNNING:
+            return False
+        index, has_run = one.node, before is Status.RUNNING
+        if one.status is Status.INVALID and not has_run:
+            self.since_ns[index] = None
+            return True
+        ends = self.ends[index]
+        ran_ns = self.ran_ns[index] if has_run else 0
+        self.ends[index] = (*ends, NodeEnd(one.status, time_ns, ran_ns, one.message))[-MOST_ENDS:]
+        return not has_run and bool(ends) and ends[-1].status is one.status
 
     def _count_running(self, index: int, before: Status, after: Status) -> None:
         assert self.tree is not None

@@ -119,11 +119,13 @@ class AttachmentNews:
     Args:
         text: For the user; empty where there is nothing to say.
         is_new: Has an executive just been found?
+        is_nobody: Is nobody there who is wanted?
         is_choice: Are there several, of which the user has to choose one?
     """
 
     text: str = ""
     is_new: bool = False
+    is_nobody: bool = False
     is_choice: bool = False
 
 
@@ -154,11 +156,12 @@ class Attachment:
                 self.source.close()  # its messages would be read as what they are not
                 self.source, self._wanted = None, name
             return AttachmentNews()
+        everybody = found
         if self._wanted is not None:
             found = tuple(one for one in found if one.name == self._wanted)
         if not found:
             return AttachmentNews(
-                f"no sign of {self._wanted or 'an executive'} ({self._graph.where})"
+                nobody(self._wanted, everybody, self._graph.where), is_nobody=True
             )
         if len(found) > 1:
             return AttachmentNews(is_choice=True)
@@ -200,6 +203,8 @@ def nobody(wanted: str | None, found: Sequence[FoundExecutive], where: str) -> s
     who = wanted or "an executive"
     return (
         f"no sign of {who} ({where}).\n"
-        "`bt-mission run FILE --visible`, `bt-mission run FILE --attach` and `bt-mission serve` "
-        "can be watched."
+        "Start one in another terminal, in the same ROS domain:\n"
+        "  bt-mission run FILE --visible --speed 1   in a simulation of its own\n"
+        "  bt-mission run FILE --attach              against the servers of a robot\n"
+        "  bt-mission serve                          missions that others send"
     )

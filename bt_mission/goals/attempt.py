@@ -19,6 +19,9 @@ from bt_mission.goals.goal import Event, Goal, GoalClient, GoalStatus, Phase
 from bt_mission.goals.ledger import Ledger
 from bt_mission.goals.outcome import AttemptResult, Outcome
 
+REJECTED = "goal rejected: "
+"""With which our own servers log a rejection."""
+
 SERVER_CHECK_NS = NS // 4
 """How often a working goal's server is looked for in the graph."""
 
@@ -260,8 +263,8 @@ class Attempt:
     def _read_end(self, goal: Goal) -> AttemptResult:
         name = self._courier.name
         if not goal.accepted:
-            why = f": {goal.refusal}" if goal.refusal else "; its log says why"
-            return AttemptResult(Outcome.REJECTED, f"{name}{why}")
+            why = goal.refusal().removeprefix(REJECTED)
+            return AttemptResult(Outcome.REJECTED, f"{name}: {why or 'its server gave no reason'}")
         if goal.status is GoalStatus.SUCCEEDED:
             return AttemptResult(Outcome.SUCCEEDED, "succeeded", goal.result)
         if goal.status is GoalStatus.CANCELED:

@@ -8,7 +8,7 @@ and stale messages are noted by the ledger and otherwise without effect.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum, StrEnum
 from types import MappingProxyType
@@ -142,7 +142,8 @@ class Goal:
     cancel_refused: bool = False
     status: GoalStatus | None = None
     result: Any = None
-    refusal: str = ""
+    refusal: Callable[[], str] = str
+    """Returns why the server has rejected it; empty where nobody knows."""
     feedback: Any = None
     unread: deque[Any] = field(default_factory=lambda: deque(maxlen=UNREAD_FEEDBACK))
     orphaned_ns: int | None = None

@@ -175,7 +175,7 @@ class GoalRequest:
         words = self._why_rejected()
         if not words and now_ns - self._rejected_ns < QUIET_NS:
             return None
-        why = f"its log says: {words}" if words else "its log says why"
+        why = f"its log says: {words}" if words else "its server gave no reason"
         return GoalResult(GoalOutcome.REJECTED, f"{self._client.name} rejected the goal; {why}")
 
     def _given_up(self, how: GoalOutcome, what: str) -> GoalResult:

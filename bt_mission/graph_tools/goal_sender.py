@@ -5,22 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from rcl_interfaces.msg import Log
-from rclpy.qos import QoSProfile
-
-from bt_mission.core.text import escape_control
 from bt_mission.graph_tools.goal_request import GoalRequest
-from bt_mission.graph_tools.graph_query import FEEDBACK
 from bt_mission.graph_tools.interface_description import describe_interface
 from bt_mission.ros.goal_client import RosGoalClient
+from bt_mission.ros.server_logs import ServerLogs
 
 if TYPE_CHECKING:
-    from rclpy.node import Node
-
     from bt_mission.graph_tools.goal_events import GoalEvent, GoalResult
     from bt_mission.graph_tools.graph_session import GraphSession
-
-ROSOUT_DEPTH = 50
 
 
 class GoalSender:
@@ -43,8 +35,9 @@ class GoalSender:
         self.about = describe_interface(type_name)
         self._server_s = server_s
         self._limit_s = limit_s
-        self._rosout = RosoutListener(session.node, action)
-        self._client = RosGoalClient(session.node, action, type_name, lambda _: "")
+        logs = ServerLogs(session.node)
+        self._client = RosGoalClient(session.node, action, type_name, logs.listen)
+        self._why_rejected = logs.listen(self._client.name)
 
     def prepare(self, fields: Mapping[str, Any]) -> Any:
         """A goal message with these fields. Raises BtMissionError."""
@@ -58,29 +51,8 @@ class GoalSender:
             tell,
             server_s=self._server_s,
             limit_s=self._limit_s,
-            why_rejected=lambda: self._rosout.last_warning,
+            why_rejected=self._why_rejected,
         )
-
-
-class RosoutListener:
-    """Hears why a server rejects a goal: the answer has no words for it, but servers log them."""
-
-    def __init__(self, node: Node, action: str) -> None:
-        self._node = node
-        self._action = action
-        self.last_warning = ""
-        """The newest warning of a server of the action since the subscription was made."""
-        node.create_subscription(Log, "/rosout", self._take, QoSProfile(depth=ROSOUT_DEPTH))
-
-    def _take(self, message: Any) -> None:
-        if message.level < Log.WARN:
-            return
-        servers = {
-            f"{one.node_namespace}/{one.node_name}".strip("/").replace("/", ".")
-            for one in self._node.get_publishers_info_by_topic(self._action + FEEDBACK)
-        }
-        if any(message.name == name or message.name.startswith(f"{name}.") for name in servers):
-            self.last_warning = escape_control(message.msg)
 
 
 def step_to_end(session: GraphSession, goal: GoalRequest) -> GoalResult:

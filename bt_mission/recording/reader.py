@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -136,7 +136,10 @@ def spans_of(
     spans: list[list[Span]] = [[] for _ in range(nodes)]
     running: dict[int, tuple[int, str]] = {}
     for time_ns, change in changes:
+        is_new = change.node not in running
         begun = running.pop(change.node, (time_ns, change.message))
+        if is_new and _is_of_a_round(change, spans[change.node]):
+            continue
         if change.status is Status.RUNNING:
             running[change.node] = begun
         else:
@@ -145,6 +148,13 @@ def spans_of(
     for node, (start_ns, message) in running.items():
         spans[node].append(Span(start_ns, max(end_ns, start_ns), WORDS[Status.RUNNING], message))
     return tuple(map(tuple, spans))
+
+
+def _is_of_a_round(change: NodeStatus, spans: Sequence[Span]) -> bool:
+    """Is a node only reset for a new round of a loop, or has it ended in it at once as before?"""
+    if change.status is Status.INVALID:
+        return not change.message
+    return bool(spans) and spans[-1].status == WORDS[change.status]
 
 
 class _RunReader:
@@ -221,7 +231,7 @@ class _RunReader:
             name: json.loads(value)
             for name, value in file.notes.get("bt_mission_summary", {}).items()
         }
-        start_ns = int(facts.get("start_ns", file.first_ns or 0))
+        start_ns = file.started_ns(self._tree.time_ns)
         robot = self._robot or RobotLife(facts.get("namespace", "/"), None)
         texts = {
             one.name: one.data.decode(errors="replace")

@@ -107,6 +107,17 @@ class RecordedFile:
         more = ", ..." if len(self._topics) > SHOWN_TOPICS else ""
         return ", ".join(sorted(self._topics)[:SHOWN_TOPICS]) + more
 
+    def started_ns(self, tree_ns: int) -> int:
+        """ROS time from which the times of a run are counted, ns, as `run` itself does.
+
+        A simulation starts before the first tick; against servers of others a run starts with it.
+
+        Args:
+            tree_ns: The stamp of the mission's tree.
+        """
+        facts = self.notes.get("bt_mission", {})
+        return int(facts["start_ns"]) if {"world", "start_ns"} <= facts.keys() else tree_ns
+
     def feed(self, take: Callable[[Channel, int, bytes], None]) -> None:
         """Hand on all CDR messages in the order of the file; those that fit no reader are noted.
 

@@ -61,7 +61,8 @@ class RosGoalClient(RosClient):
         node: Owns the action client.
         name: The action's name; resolved against the node's namespace.
         type_name: Such as ``bt_mission_interfaces/action/Turn``.
-        why_rejected: Asked with the resolved name; empty where nobody knows.
+        listen: Given the resolved name when a goal is sent; returns what tells why it was
+            rejected, empty where nobody knows.
         listeners: Told of what passes between client and server.
 
     Raises:
@@ -73,10 +74,10 @@ class RosGoalClient(RosClient):
         node: Node,
         name: str,
         type_name: str,
-        why_rejected: Callable[[str], str],
+        listen: Callable[[str], Callable[[], str]],
         listeners: Sequence[ExchangeListener] = (),
     ) -> None:
-        self._why_rejected = why_rejected
+        self._listen = listen
         self._listeners = listeners
         self._type, full = action_type(type_name), node.resolve_topic_name(name)
         super().__init__(node, full, type_name, self._type.Goal, get_action_names_and_types(node))
@@ -97,6 +98,7 @@ class RosGoalClient(RosClient):
     def send(self, goal: Goal, request: Any) -> None:
         """Send the goal with the UUID of its record."""
         goal_id = _uuid(goal)
+        goal.refusal = self._listen(self.name)
         service = self._type.Impl.SendGoalService
         asked = service.Request(goal_id=goal_id, goal=request) if self._listeners else None
 
@@ -108,7 +110,9 @@ class RosGoalClient(RosClient):
             if handle.accepted:
                 self._handles[goal.id] = handle
             else:
-                goal.refusal = self._why_rejected(self.name)
+                # What is known by now; else what comes until the leaf is ticked.
+                if reason := goal.refusal():
+                    goal.refusal = lambda: reason
                 # rclpy forgets it only with a result
                 self._client._feedback_callbacks.pop(goal.id, None)  # noqa: SLF001
             goal.on(Event.ACCEPTED if handle.accepted else Event.REJECTED)

@@ -120,7 +120,7 @@ class MissionClient:
             self._told.append(read(message))
         robot: list[messages.Robot] = [reader.transforms(one) for one in self._frames]
         robot += [read(message) for read, message in self._robot.values()]
-        heard = Heard(tuple(self._told), tuple(robot), tuple(self._answers))
+        heard = Heard(tuple(messages.in_order(self._told)), tuple(robot), tuple(self._answers))
         for queue in (self._told, self._frames, self._answers):
             queue.clear()
         self._robot.clear()

@@ -41,6 +41,7 @@ from bt_mission.ros.control_services import ControlServices
 from bt_mission.ros.goal_client import ExchangeListener, RosGoalClient
 from bt_mission.ros.mission_details import MissionRun
 from bt_mission.ros.run_ending import see_to_the_end
+from bt_mission.ros.server_logs import ServerLogs
 from bt_mission.ros.status_publisher import StatusPublisher
 from bt_mission.ros.subscriber import LatestMessageSubscriber
 from bt_mission.ros.waypoint_markers import WaypointMarkers
@@ -71,7 +72,8 @@ class RunnerOptions:
             the UUIDs of earlier runs for a while.
         has_controls: Offer the topics and services for tools, below the name of the node.
         has_presence: Let servers notice when this process dies. They end its goals then.
-        why_rejected: Returns why an action, by its resolved name, rejected its last goal.
+        why_rejected: Returns why an action, by its resolved name, rejected its last goal; None
+            takes what its server warns of on ``/rosout`` meanwhile.
         on_mission_started: Takes the mission and its executive before the first tick.
     """
 
@@ -80,7 +82,7 @@ class RunnerOptions:
     goal_seed: str | None = None
     has_controls: bool = True
     has_presence: bool = True
-    why_rejected: Callable[[str], str] = lambda _: ""
+    why_rejected: Callable[[str], str] | None = None
     on_mission_started: Callable[[Mission, Executive], None] = lambda *_: None
 
 
@@ -115,18 +117,24 @@ class MissionRunner:
         self.exchange_listeners: list[ExchangeListener] = []
         """Told of every request to an action, and of every answer."""
         self._say = options.say or self._log_line
-        self._why_rejected = options.why_rejected
         self._time = MissionTime(self._on_clock_jump)
         self._tick_ns: int | None = None
         self._wall = Stopwatch()
         self._wall_s: float | None = None
         self._clients: dict[tuple[Callable[..., Any], str, str], Any] = {}
         self._waypoints: WaypointMarkers | None = None
+        self._listen: Callable[[str], Callable[[], str]]
         self.scope = Scope(dict(mission.inputs), mission.seed)
         self.trace = options.trace or Trace()
         self.ledger = Ledger(options.goal_seed or secrets.token_hex(8), CANCEL_GRACE_NS)
         with ExitStack() as made:
             made.callback(self._close_clients)
+            if (why := options.why_rejected) is not None:
+                self._listen = lambda action: lambda: why(action)
+            else:
+                logs = ServerLogs(node)
+                made.callback(logs.close)
+                self._listen = logs.listen
             if options.has_controls:
                 self._claim_controls(made)
             if options.has_presence:
@@ -232,7 +240,7 @@ class MissionRunner:
         """The client of an action; one for each name and type."""
         full = self.node.resolve_topic_name(action)
         return self._client(
-            RosGoalClient, full, action, type_name, self._why_rejected, self.exchange_listeners
+            RosGoalClient, full, action, type_name, self._listen, self.exchange_listeners
         )
 
     def service_client(self, service: str, type_name: str) -> RosServiceClient:

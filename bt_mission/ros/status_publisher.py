@@ -31,7 +31,6 @@ from rclpy.qos import QoSProfile
 from bt_mission.behaviours.python_leaf import PythonLeaf
 from bt_mission.core.stamps import set_ns
 from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.executive.executive import Executive
 from bt_mission.executive.status import Change
 from bt_mission.ros.graph import LATCHED
 from bt_mission.ros.mission_details import MissionDetailsBuilder, MissionRun
@@ -61,7 +60,8 @@ class StatusPublisher:
     """Publishes one mission after another, and tells listeners of this process, such as a recorder.
 
     Args:
-        node: Gives the time of the stamps; the topics begin with its name.
+        node: The topics begin with its name. Before the first mission it gives the time of the
+            stamps; after that the mission does.
         has_topics: False tells the listeners only.
     """
 
@@ -75,10 +75,14 @@ class StatusPublisher:
         self.indices: dict[Behaviour, int] = {}
         """The nodes of the tree, each with its number."""
         self._mission = ""
-        self._executive: Executive | None = None
+        self._run: MissionRun | None = None
         self._has_tree = False
         """Has the tree been told?"""
         self._pending: list[NodeStatus] = []
+        self._ended: dict[Behaviour, None] = {}
+        """Nodes that stand as ended."""
+        self._reset: dict[Behaviour, None] = {}
+        """Nodes that had ended, and are to run again in a new round of a loop above them."""
         self._seen: tuple[str, str, bool] | None = None
         self._shown: tuple[str, str] | None = None
         self._topics: dict[str, Any] = {}
@@ -109,8 +113,8 @@ class StatusPublisher:
         if self._listeners and self._has_tree:
             self.publish_if_changed()
         self._listeners.append(listener)
-        if self._has_tree and self._executive is not None:
-            listener("tree", self._tree(self._executive))
+        if self._has_tree and self._run is not None:
+            listener("tree", self._tree(self._run))
         if self._shown is not None:
             listener("state", self._state(*self._shown))
 
@@ -126,8 +130,8 @@ class StatusPublisher:
         the stage does not have the mission's time yet.
         """
         self.run, self._mission = secrets.token_hex(8), mission
-        self.sequence, self._executive = 0, run.executive
-        self._pending = []
+        self.sequence, self._run = 0, run
+        self._pending, self._ended, self._reset = [], {}, {}
         self._has_tree = False
         self.indices = {node: index for index, node in enumerate(run.executive.nodes)}
         run.executive.listeners.append(self._on_change)
@@ -156,11 +160,12 @@ class StatusPublisher:
 
     def _tell_changes(self) -> bool:
         """Tell of tree, changes and state; return whether the state is another one."""
-        if self._executive is None or not self._listeners:
+        if self._run is None or not self._listeners:
             return False
         if not self._has_tree:
             self._has_tree = True
-            self._tell("tree", self._tree(self._executive))
+            self._tell("tree", self._tree(self._run))
+        self._tell_rounds()
         if self._pending:
             self.sequence += 1
             changes = StatusChanges(
@@ -171,7 +176,7 @@ class StatusPublisher:
             )
             self._pending = []
             self._tell("changes", changes)
-        executive = self._executive
+        executive = self._run.executive
         seen = (executive.status, executive.explanation, executive.paused is not None)
         if seen == self._seen:
             return False
@@ -208,13 +213,35 @@ class StatusPublisher:
         for listener in self._listeners:
             listener(what, message)
 
+    def _tell_rounds(self) -> None:
+        """Add what the executive tells nobody: a new round of a loop resets what is below it.
+
+        What ends in that round at once, as it did in the last one, is no change to it either.
+        """
+        invalid = Status.INVALID
+        for node in [node for node in self._reset if node.status is not invalid]:
+            del self._reset[node]
+            self._ended[node] = None
+            self._pending.append(_status(self.indices[node], node.status, node.feedback_message))
+        if self._pending:
+            for node in [node for node in self._ended if node.status is invalid]:
+                del self._ended[node]
+                self._reset[node] = None
+                self._pending.append(_status(self.indices[node], invalid, ""))
+
     def _on_change(self, change: Change) -> None:
+        self._reset.pop(change.node, None)
+        if change.status in (Status.SUCCESS, Status.FAILURE):
+            self._ended[change.node] = None
+        else:
+            self._ended.pop(change.node, None)
         if self._listeners:
             self._pending.append(_status(self.indices[change.node], change.status, change.message))
 
-    def _tree(self, executive: Executive) -> Tree:
+    def _tree(self, run: MissionRun) -> Tree:
+        executive = run.executive
         return Tree(
-            stamp=self._stamp(),
+            stamp=set_ns(Time(), executive.started_ns or run.now_ns),
             run=self.run,
             mission=self._mission,
             nodes=[
@@ -234,7 +261,9 @@ class StatusPublisher:
         )
 
     def _stamp(self) -> Any:
-        return self._node.get_clock().now().to_msg()
+        if self._run is None:
+            return self._node.get_clock().now().to_msg()
+        return set_ns(Time(), self._run.now_ns)
 
 
 def _status(index: int, status: Status, message: str) -> NodeStatus:

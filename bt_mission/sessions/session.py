@@ -220,7 +220,8 @@ def _step(session: Session) -> None:
 
 def summarise(session: Session, wall_s: float) -> Report:
     """The report of a session that has ended."""
-    virtual_s = (session.now_ns - session.start_ns) / 1e9
+    end_ns = session.executive.ended_ns or session.now_ns
+    virtual_s = (end_ns - session.start_ns) / 1e9
     distance = session.distance_travelled_m
     return replace(
         report_on(session.mission, session.executive, session.trace, virtual_s, wall_s),

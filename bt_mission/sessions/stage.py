@@ -105,6 +105,8 @@ class Stage:
             self.sim = self._make_sim(world, members, models)
             made.callback(self.sim.destroy_node)
             self.runs = tuple(self._make_runs(members, say, made))
+            for run in self.runs:
+                run.executive.started_ns = START_NS
             self.clock = VirtualTimeExecutor(
                 start_ns=START_NS, world=self.sim, context=self.context
             )

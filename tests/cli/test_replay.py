@@ -45,10 +45,31 @@ def test_in_a_pipe_a_recording_is_told_as_its_trace_is(
 def test_the_tree_at_a_time(capsys: pytest.CaptureFixture[str]) -> None:
     """Printed once."""
     lines = said(capsys, recording(), "--once", "--at", "1")
-    assert lines[0] == "there and back   1.0 s   running"
-    assert "▶ drive  1.0 s  ███" in lines[5]
+    assert lines[0] == "there and back   1.00 s   running"
+    assert "▶ drive  0.95 s  ██" in lines[5]
     assert "of 0.4" in lines[5]
-    assert said(capsys, recording(), "--once")[0] == "there and back   0.0 s   running"
+    assert said(capsys, recording(), "--once")[0] == "there and back   0.00 s"
+
+
+def test_times_are_those_of_the_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Run, replay and report count from the same instant, with the same digits."""
+    mission, film, page = (tmp_path / name for name in ("m.yaml", "m.mcap", "m.html"))
+    mission.write_text(
+        "mission: short\nworld: empty_arena\ntree: {sequence: [wait: 1.05, log: done]}\n",
+        encoding="utf-8",
+    )
+    assert main(["run", str(mission), "--record", str(film), "--report", str(page)]) == 0
+    printed = capsys.readouterr().out
+    assert "     1.10 s  ✓ wait" in printed
+    assert "  1.10 s in " in printed
+    assert said(capsys, film, "--once", "--at", "1.1")[:4] == [
+        "short   1.10 s   success",
+        " ✓ short  1.05 s",
+        "   ✓ wait  1.05 s  0.0 s left",
+        "   ✓ log  done",
+    ]
+    assert "the recording ends at 1.10 s" in refused(capsys, film, "--once", "--at", "1.2")
+    assert "<dd>1.10 s</dd>" in page.read_text(encoding="utf-8")
 
 
 def test_a_recording_without_a_trace_is_told_by_its_log(
@@ -123,3 +144,22 @@ def test_a_time_must_be_one(text: str, capsys: pytest.CaptureFixture[str]) -> No
         main(["replay", "a.mcap", f"--at={text}"])
     assert left.value.code == 2
     assert f"expected seconds from 0, such as 12.5, got '{text}'" in capsys.readouterr().err
+
+
+def test_a_mission_says_its_last_before_it_ends(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """At the same instant."""
+    from bt_mission.recording.replay.player import TimelineSeeker  # noqa: PLC0415 - as the command does
+    from bt_mission.recording.replay.timeline import read_timeline  # noqa: PLC0415 - as the command does
+
+    mission, film = tmp_path / "m.yaml", tmp_path / "m.mcap"
+    mission.write_text(
+        "mission: short\nworld: empty_arena\ntree: {sequence: [wait: 1, log: done]}\n",
+        encoding="utf-8",
+    )
+    assert main(["run", str(mission), "--record", str(film)]) == 0
+    capsys.readouterr()
+    timeline = read_timeline(film)
+    log = TimelineSeeker(timeline).seek(timeline.end_ns).log
+    assert [(one.name, one.text) for one in log][-2:] == [("", "done"), ("mission success", "")]

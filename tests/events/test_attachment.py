@@ -23,7 +23,7 @@ def test_the_only_one_is_taken_when_it_comes():
     one, two = (ScriptedExecutive(name=f"/robot{n}/bt_mission") for n in (1, 2))
     one.is_there = two.is_there = False
     attachment = Attachment(ScriptedGraph(one, two), None)
-    assert attachment.look() == AttachmentNews("no sign of an executive (a test)")
+    assert attachment.look() == AttachmentNews(nobody(None, (), "a test"), is_nobody=True)
     one.is_there = True
     assert attachment.look() == AttachmentNews(is_new=True)
     two.is_there = True

@@ -42,7 +42,7 @@ def test_failure_names_the_leaf_and_why(play: Any) -> None:
     story.turn.reject()
     story.tick()
     assert story.status == "failure"
-    assert story.executive.reason == ("'turn' rejected: /turn; its log says why")
+    assert story.executive.reason == ("'turn' rejected: /turn: its server gave no reason")
 
 
 def test_interrupt_cancels_every_goal_and_waits_for_the_servers(play: Any) -> None:

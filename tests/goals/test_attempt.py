@@ -89,11 +89,11 @@ def test_success(story: Story, server: Any) -> None:
 
 
 def test_rejected(story: Story, server: Any) -> None:
-    """A rejection names the server and where the reason stands."""
+    """A rejection names the server, and says so where that gave no reason."""
     story.tick()
     server.reject()
     assert story.tick() is Outcome.REJECTED
-    assert story.reason == "/turn; its log says why"
+    assert story.reason == "/turn: its server gave no reason"
 
 
 def test_aborted_with_the_servers_own_words(story: Story, server: Any) -> None:

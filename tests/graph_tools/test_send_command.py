@@ -69,7 +69,7 @@ def test_a_rejected_goal_exits_with_3(ros: Any, type_in: Any) -> None:
     """Its server has not warned of anything."""
     ros.server(accepts=False)
     done = type_in("actions", "send", "/turn", "{}")
-    assert (done.code, done.lines) == (3, ["/turn rejected the goal; its log says why"])
+    assert (done.code, done.lines) == (3, ["/turn rejected the goal; its server gave no reason"])
 
 
 def test_a_rejection_is_explained_by_the_log_of_the_server(

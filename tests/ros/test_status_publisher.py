@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
+from bt_mission.events import reader
+from bt_mission.events.mission_state import MissionState
 from bt_mission.ros.status_publisher import StatusPublisher
 
+READERS: dict[str, Callable[[Any], Any]] = {
+    "tree": reader.tree,
+    "changes": reader.changes,
+    "state": reader.state,
+}
 ONE = "mission: m\ntree: {wait: 1}\n"
 
 
@@ -37,3 +45,47 @@ def test_nothing_is_made_for_nobody(ros: Any) -> None:
     assert isinstance(node.status_publisher, StatusPublisher)
     ros.until(lambda: node.executive.is_done)
     assert node.status_publisher.sequence == 0
+
+
+def test_times_are_the_mission_s(ros: Any) -> None:
+    """The tree has the time of its first tick, the end that of the last."""
+    node = ros.mission(ONE)
+    told: list[tuple[str, Any]] = []
+    node.status_publisher.add(lambda what, message: told.append((what, message)))
+    ros.until(lambda: node.executive.is_done)
+    times = {what: message.stamp for what, message in told}
+    first, last = times["tree"], times["state"]
+    assert first.sec * 10**9 + first.nanosec == node.executive.started_ns
+    assert last.sec * 10**9 + last.nanosec == node.executive.ended_ns
+
+
+LOOP = """\
+mission: m
+tree:
+  repeat: {count: 2}
+  do:
+    sequence:
+      - {wait: 1, name: first}
+      - {wait: 1, name: second}
+      - {log: hello, name: said}
+"""
+
+
+def test_a_new_round_begins_anew(ros: Any) -> None:
+    """What ended in the last round of a loop is to run again, as in the tree itself."""
+    node = ros.mission(LOOP)
+    mission = MissionState()
+    events: list[Any] = []
+
+    def take(what: str, message: Any) -> None:
+        events.extend(mission.take(READERS[what](message)))
+
+    node.status_publisher.add(take)
+    at: dict[int, Any] = {}
+    while not node.executive.is_done:
+        ros.run(0.05)
+        assert mission.statuses == [one.status for one in node.status_publisher.indices]
+        at[len(at)] = list(mission.statuses)
+    assert [one.value for one in at[50][2:5]] == ["RUNNING", "INVALID", "INVALID"]
+    said = [one for one in events if getattr(one, "index", None) == 4]
+    assert [one.status.value for one in said] == ["SUCCESS"]  # as the executive itself tells

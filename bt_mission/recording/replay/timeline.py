@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -176,10 +176,9 @@ class _TimelineReader:
         """
         if not self._trees:
             raise RecordingError(f"{self._file.path}: {self._why_no_timeline()}")
+        start_ns = self._begin_at_start()
         kept = [*self._kept, *self._words(), *self._robots.get(self._node.rpartition("/")[0], [])]
-        # What is told at the instant at which a mission begins is told of that mission.
-        kept.sort(key=lambda one: (one[0], not isinstance(one[1], events.MissionStarted)))
-        start_ns = self._trees[0].time_ns
+        kept.sort(key=lambda one: (one[0], _rank(one[1])))
         return Timeline(
             path=self._file.path,
             start_ns=start_ns,
@@ -193,6 +192,15 @@ class _TimelineReader:
             ),
             starts_ns=_starts(frame for _, frame in kept),
         )
+
+    def _begin_at_start(self) -> int:
+        """Give the first tree the time from which `run` counts, ns, which may be earlier."""
+        first = self._trees[0]
+        begin = replace(first, time_ns=self._file.started_ns(first.time_ns))
+        self._trees[0] = begin
+        at = next(index for index, (_, one) in enumerate(self._kept) if one is first)
+        self._kept[at] = (begin.time_ns, begin)
+        return begin.time_ns
 
     def _words(self) -> Iterator[tuple[int, Frame]]:
         """What the mission has said, as far as the trace tells."""
@@ -217,6 +225,15 @@ class _TimelineReader:
             "bt-mission run --record makes such files; with ros2 bag record, record "
             "/bt_mission/tree, changes, state, details and log, too, from the start of the mission"
         )
+
+
+def _rank(frame: Frame) -> int:
+    """The order within an instant: a mission starts, things happen, a mission ends."""
+    if isinstance(frame, events.MissionStarted):
+        return 0
+    return (
+        2 if isinstance(frame, events.MissionStateChanged) and frame.status in events.FINAL else 1
+    )
 
 
 def _starts(frames: Iterable[Frame]) -> dict[tuple[str, int], tuple[int, ...]]:

@@ -40,6 +40,11 @@ def duration_s(run: RecordedRun) -> float:
     return max(since_start_s(run, run.end_ns), 0.05)
 
 
+def mission_s(run: RecordedRun) -> float:
+    """How long the mission took, s: what `run` has printed, where it was not killed before."""
+    return float(run.summary.get("virtual_s", since_start_s(run, run.end_ns)))
+
+
 def since_start_s(run: RecordedRun, time_ns: int) -> float:
     """Time since the start of the run, s."""
     return (time_ns - run.start_ns) / 1e9

@@ -36,13 +36,8 @@ def number(value: float, digits: int = 3) -> str:
 
 
 def seconds(value: float) -> str:
-    """A length of time for people: `0.05 s`, `12.3 s`, `3 min 05 s`."""
-    if value < 10:
-        return f"{number(value, 2)} s"
-    if value < 120:
-        return f"{number(value, 1)} s"
-    minutes, rest = divmod(round(value), 60)
-    return f"{minutes} min {rest:02d} s"
+    """A time for people, with the digits that `run` prints: `0.05 s`, `185.20 s`."""
+    return f"{value:.2f} s"
 
 
 def rows(lines: Iterable[str]) -> str:

@@ -15,6 +15,7 @@ from bt_mission.views.html_report.figures import (
     LeafFigures,
     distance_m,
     leaves,
+    mission_s,
     since_start_s,
     way_to_failure,
 )
@@ -36,7 +37,7 @@ def facts(run: RecordedRun) -> str:
     distance = distance_m(run)
     left = summary.get("goals_left_behind", 0)
     pairs = [
-        ("duration", seconds(since_start_s(run, run.end_ns))),
+        ("duration", seconds(mission_s(run))),
         ("distance", None if distance is None else f"{number(distance, 2)} m"),
         ("goals", f"{len(run.goals)}" + (f", {left} orphaned" if left else "")),
         ("collisions", summary.get("collisions", len(run.collisions) or None)),
@@ -265,8 +266,7 @@ def versions(run: RecordedRun) -> str:
         lines.append(element("p", escape(f"Inputs: {given}")))
     wall = run.summary.get("wall_s")
     if wall is not None:
-        length = since_start_s(run, run.end_ns)
-        lines.append(element("p", f"{seconds(length)} in {seconds(wall)} of wall time."))
+        lines.append(element("p", f"{seconds(mission_s(run))} in {seconds(wall)} of wall time."))
     trace = run.summary.get("trace_sha256")
     if trace:
         lines.append(element("p", f"Trace: <code>{escape(str(trace))}</code>"))

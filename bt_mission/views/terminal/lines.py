@@ -16,7 +16,7 @@ from bt_mission.events.mission_state import MissionState
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.leaf_statistics import LeafSummary
 from bt_mission.executive.status import Change
-from bt_mission.views.terminal.marks import Marks, clean, fit, seconds, text_of
+from bt_mission.views.terminal.marks import Marks, clean, exact_seconds, fit, text_of
 from bt_mission.views.terminal.panels import log_words
 from bt_mission.views.terminal.tree_rows import Outline, tree_row
 
@@ -114,7 +114,7 @@ def title(mission: MissionState, marks: Marks) -> str:
     name = clean(tree.mission if tree else state.mission if state else "", marks)
     parts = [name or "no mission yet"]
     if tree is not None:
-        parts.append(seconds(mission.elapsed_ns))
+        parts.append(exact_seconds(mission.elapsed_ns))
     if state is not None:
         parts.append(verdict(state.status, clean(state.reason, marks)))
     return "   ".join(parts)

@@ -85,13 +85,17 @@ Span = tuple[str, str]
 
 
 def seconds(time_ns: int) -> str:
-    """A duration in at most seven characters: ``8.4 s``, ``2:05``, ``1:02:05``."""
-    tenths = round(time_ns / NS * 10)
-    if tenths < 600:
-        return f"{tenths / 10:.1f} s"
-    minutes, rest = divmod(tenths // 10, 60)
+    """A duration in at most seven characters: ``8.45 s``, ``2:05``, ``1:02:05``."""
+    if round(time_ns / NS, 2) < 60:
+        return exact_seconds(time_ns)
+    minutes, rest = divmod(int(time_ns / NS + 0.005), 60)
     hours, minutes = divmod(minutes, 60)
     return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
+
+
+def exact_seconds(time_ns: int) -> str:
+    """A time since the start of a mission, as `run` and reports tell it: ``125.35 s``."""
+    return f"{time_ns / NS:.2f} s"
 
 
 def bar(value: float, limit: float, width: int, marks: Marks) -> str:

@@ -11,7 +11,7 @@ from bt_mission.events.events import FINAL, OPEN
 from bt_mission.events.log import LogEntry
 from bt_mission.events.mission_state import MissionState
 from bt_mission.events.robot_state import RobotState
-from bt_mission.views.terminal.marks import Marks, Span, clean, seconds
+from bt_mission.views.terminal.marks import Marks, Span, clean, exact_seconds, seconds
 from bt_mission.views.terminal.tree_rows import STATUS_STYLES, time_in_state
 
 Rows = list[list[Span]]
@@ -52,7 +52,7 @@ def header(
         sign = "" if status is Status.INVALID else f"{marks.status[status]} "
         spans += [("  ", ""), (f"{sign}{clean(state.status, marks)}", style)]
     if tree is not None:
-        spans.append((f"  {seconds(mission.elapsed_ns)}", ""))
+        spans.append((f"  {exact_seconds(mission.elapsed_ns)}", ""))
     if factor is not None and mission.status not in FINAL:
         spans.append((f"  {factor:.1f} x", ""))
     if (charge := robot.charge) is not None:
@@ -153,7 +153,7 @@ def node_rows(mission: MissionState, index: int, width: int, marks: Marks) -> Ro
         row.append((f" for {time}" if status is Status.RUNNING else f", ran {time}", "time"))
     since_ns = mission.since_ns[index]
     if since_ns is not None:
-        row.append((f", since {(since_ns - mission.tree.time_ns) / 1e9:.2f} s", "time"))
+        row.append((f", since {exact_seconds(since_ns - mission.tree.time_ns)}", "time"))
     kind = [(f"{clean(node.kind, marks)}, path {node.path}", "words")]
     rows: Rows = [[(clean(node.name, marks), "title")], row, kind]
     words = clean(mission.messages[index], marks)

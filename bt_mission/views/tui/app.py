@@ -64,7 +64,7 @@ class WatchApp(ViewApp):
             heard = self.source.take(needs_statuses=needs)
             self.outlook.take(heard, self._wall.elapsed_s)
             for answer in heard.answers:
-                self.tell(answer.text)
+                self.tell(self.outlook.with_names(answer.text))
         self.draw()
 
     def draw(self) -> None:
@@ -100,11 +100,14 @@ class WatchApp(ViewApp):
             self.action_choose()
         elif finding.text and self._wait_s is not None and self._wall.elapsed_s > self._wait_s:
             self.exit(return_code=1)
-        if finding.text:
+        self.outlook.hint = finding.text
+        if finding.text and not finding.is_nobody:
             self.tell(finding.text)
 
     def keys_now(self) -> list[str]:
         """Those that its state allows."""
+        if self.source is None:
+            return ["c choose", "? help", "q leave"]
         status = self.outlook.mission.status
         if status == "paused":
             keys = ["r resume", "s step", "x stop"]

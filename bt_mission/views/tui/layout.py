@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from textwrap import wrap
 
 from textual.app import ComposeResult
 from textual.screen import Screen
 from textual.widgets import Input
 
 from bt_mission.views.terminal.chart import MapChart
-from bt_mission.views.terminal.marks import Marks, Span
+from bt_mission.views.terminal.marks import Marks, Span, clean
 from bt_mission.views.terminal.panels import (
     Rows,
     goal_rows,
@@ -109,6 +110,12 @@ def _wide(width: int, top: int, rows: int) -> dict[str, PanePlace]:
         places[name] = PanePlace(x, y, side, height)
         y += height
     return places
+
+
+def _wrapped(outlook: WatchModel, pane: Pane) -> Iterator[str]:
+    """What stands in the place of the tree, in lines that fit."""
+    for line in outlook.hint.splitlines():
+        yield from wrap(line, max(pane.size.width, 10), subsequent_indent="  ")
 
 
 BARE = ("head", "path", "time", "foot")
@@ -217,6 +224,8 @@ class MainScreen(Screen[None]):
             else ""
         )
         title = "tree, following" if outlook.is_following else "tree"
+        if outlook.mission.tree is None:
+            rows = [[(clean(line, self._marks), "words")] for line in _wrapped(outlook, pane)]
         pane.show(rows, title, right)
 
     def _panel(self, name: str, outlook: WatchModel) -> tuple[Rows, str]:

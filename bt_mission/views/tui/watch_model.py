@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import deque
+from collections import Counter, deque
 
 from bt_mission.events import messages
 from bt_mission.events.events import MissionStarted
@@ -52,6 +52,8 @@ class WatchModel:
         self.is_following = True
         """Does the selection go with what runs?"""
         self.sought = ""
+        self.hint = ""
+        """What stands in the place of the tree as long as there is none."""
 
     def take(self, heard: Heard, wall_s: float) -> bool:
         """Take in what has come; gives whether anything has.
@@ -186,6 +188,15 @@ class WatchModel:
         if tip is None or tree is None:
             return []
         return [tree.nodes[one].name for one in self.outline.path_to(tip)]
+
+    def with_names(self, text: str) -> str:
+        """Give a text the names of nodes for their paths, such as ``'0.1'``; a path says which."""
+        nodes = self.mission.tree.nodes if self.mission.tree else ()
+        names = Counter(node.name for node in nodes)
+        for node in nodes:
+            where = f" ({node.path})" if names[node.name] > 1 else ""
+            text = text.replace(f"'{node.path}'", f"'{node.name}'{where}")
+        return text
 
     # ---- wishes --------------------------------------------------------------------------
 

@@ -62,8 +62,7 @@ def panel(captions: Captions, width: int, height: int) -> Picture:
     image = Pillow.new("RGB", (width, height), GROUND)
     draw = ImageDraw.Draw(image)
     right, room = width - MARGIN, width - 2 * MARGIN
-    minutes, seconds = divmod(captions.seconds, 60)
-    clock = f"{int(minutes)}:{seconds:04.1f}"
+    clock = f"{captions.seconds:.2f} s"
     draw.text((right, 44), clock, fill=INK, font=font(26, bold=True), anchor="rs")
     name = _fitting(captions.mission, 26, room - 120, bold=True)
     draw.text((MARGIN, 44), name, fill=INK, font=font(26, bold=True), anchor="ls")

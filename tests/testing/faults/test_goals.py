@@ -35,7 +35,7 @@ def test_goals_are_rejected(stage: Any, turn: Any) -> None:
     """So many; the server does not hear of them, the robot stands."""
     run = turn(timeout=5)
     run.do(stage.faults.reject_goals("turn", 1))
-    assert ends(run) == (0.1, "rejected: /turn; its log says why")
+    assert ends(run) == (0.1, "rejected: /turn: its server gave no reason")
     assert [one.ended_ns for one in run.faults] == [1_050_000_000]
     run.until_done()
     assert (run.succeeded, run.now.yaw) == (True, pytest.approx(0, abs=1e-6))

@@ -60,8 +60,8 @@ def test_it_says_what_came_of_the_run_and_why(a_run: Callable[..., RecordedRun])
     text = outline(a_run()).text
     assert "try <i>this</i>  failure" in text
     assert "'check' 1 > 2 does not hold" in text
-    assert "root \N{RIGHTWARDS ARROW} check, at 2 s" in text
-    for words in ("duration 10 s", "distance 0.8 m", "world arena", "seed 7", "collisions 1"):
+    assert "root \N{RIGHTWARDS ARROW} check, at 2.00 s" in text
+    for words in ("duration 10.00 s", "distance 0.8 m", "world arena", "seed 7", "collisions 1"):
         assert re.search(words.replace(" ", r"\s+"), text), words
 
 
@@ -94,7 +94,7 @@ def test_goals_tell_their_lives(a_run: Callable[..., RecordedRun]) -> None:
     """Fields that say nothing are left out."""
     text = outline(a_run()).text
     goals = re.sub(r"\s+", " ", text[text.index(" result ") : text.index("Pictures")])
-    assert "1 /turn turn <b> 0 s 2 s canceled cancel after 1 s 1 x feedback" in goals
+    assert "1 /turn turn <b> 0.00 s 2.00 s canceled cancel after 1.00 s 1 x feedback" in goals
     assert "angle 90 pose.y 2.5" in goals
     assert "error_code" not in goals
 

@@ -40,10 +40,10 @@ def known(executive: ScriptedExecutive) -> MissionState:
 @pytest.mark.parametrize(
     ("status", "reason", "shown"),
     [
-        ("running", "", "explore  ▶ running  2.0 s  1.5 x  battery 87 %"),
-        ("paused", "by hand", "explore  paused  2.0 s  1.5 x  battery 87 %  by hand"),
-        ("success", "", "explore  ✓ success  2.0 s  battery 87 %"),
-        ("failure", "'drive'", "explore  ✗ failure  2.0 s  battery 87 %  'drive'"),
+        ("running", "", "explore  ▶ running  2.00 s  1.5 x  battery 87 %"),
+        ("paused", "by hand", "explore  paused  2.00 s  1.5 x  battery 87 %  by hand"),
+        ("success", "", "explore  ✓ success  2.00 s  battery 87 %"),
+        ("failure", "'drive'", "explore  ✗ failure  2.00 s  battery 87 %  'drive'"),
     ],
 )
 def test_the_header_says_how_it_goes(
@@ -97,7 +97,7 @@ def test_the_words_of_a_node_are_shown_in_full(executive: ScriptedExecutive):
     rows = [text_of(row) for row in node_rows(known(executive), 3, 30, SIGNS)]
     assert rows == [
         "drive",
-        "✗ failure, ran 2.0 s, since 2.00 s",
+        "✗ failure, ran 2.00 s, since 2.00 s",
         "ActionLeaf, path 0.1.0",
         "aborted: no room to turn left,",
         "an obstacle stands there",

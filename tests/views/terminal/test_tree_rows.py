@@ -39,11 +39,11 @@ def mission() -> MissionState:
 def test_a_tree_reads_without_colour(mission: MissionState):
     """Status, name, time in state, progress, words; a mark for the breakpoint."""
     assert list(whole_tree(mission, SIGNS, 100)) == [
-        "explore   11.9 s   running",
-        " ▶ explore  11.9 s",
-        "   ✓ look around  8.4 s  canceled by condition: enough",
-        "   ▶ repeat  3.5 s",
-        "     ▶ drive  2.5 s  ███████░░░░░ 1.21 of 2  travelled 1.21",
+        "explore   11.90 s   running",
+        " ▶ explore  11.90 s",
+        "   ✓ look around  8.40 s  canceled by condition: enough",
+        "   ▶ repeat  3.50 s",
+        "     ▶ drive  2.50 s  ███████░░░░░ 1.21 of 2  travelled 1.21",
         "●    · turn away",
     ]
 
@@ -51,8 +51,8 @@ def test_a_tree_reads_without_colour(mission: MissionState):
 def test_it_reads_without_utf_8(mission: MissionState):
     """Other signs, the same facts."""
     lines = list(whole_tree(mission, ASCII_SIGNS, None))
-    assert lines[2] == "   + look around  8.4 s  canceled by condition: enough"
-    assert lines[4] == "     > drive  2.5 s  #######..... 1.21 of 2  travelled 1.21"
+    assert lines[2] == "   + look around  8.40 s  canceled by condition: enough"
+    assert lines[4] == "     > drive  2.50 s  #######..... 1.21 of 2  travelled 1.21"
     assert lines[5] == "*    - turn away"
     assert all(line.isascii() for line in lines)
 
@@ -68,7 +68,7 @@ def test_no_row_is_wider_than_the_terminal(mission: MissionState, width: int):
 def test_bars_give_way_to_figures_and_those_to_percent(mission: MissionState):
     """The less room, the less there is to read; the indent shrinks, too."""
     assert (
-        list(whole_tree(mission, SIGNS, 45))[4] == "     ▶ drive  2.5 s  1.21 of 2  travelled 1.…"
+        list(whole_tree(mission, SIGNS, 45))[4] == "     ▶ drive  2.50 s  1.21 of 2  travelled 1…"
     )
     assert list(whole_tree(mission, SIGNS, 20))[4] == "   ▶ drive 60%  tra…"
 
@@ -78,7 +78,7 @@ def test_a_folded_node_says_how_much_it_hides(mission: MissionState):
     assert mission.tree is not None
     outline = Outline(mission.tree.nodes)
     outline.fold(2)
-    assert text_of(tree_row(mission, outline, 2, 80, SIGNS)) == "   ▶ repeat [+2]  3.5 s"
+    assert text_of(tree_row(mission, outline, 2, 80, SIGNS)) == "   ▶ repeat [+2]  3.50 s"
 
 
 def test_a_deep_node_is_not_pushed_out(mission: MissionState):
@@ -118,10 +118,10 @@ def test_wide_characters_count_twice():
 
 @pytest.mark.parametrize(
     ("time_s", "shown"),
-    [(0, "0.0 s"), (8.44, "8.4 s"), (59.94, "59.9 s"), (59.96, "1:00"), (3725, "1:02:05")],
+    [(0, "0.00 s"), (8.44, "8.44 s"), (59.99, "59.99 s"), (59.996, "1:00"), (3725, "1:02:05")],
 )
 def test_durations(time_s: float, shown: str):
-    """Tenths below a minute."""
+    """As `run` has them, below a minute."""
     assert seconds(round(time_s * S)) == shown
 
 

@@ -24,13 +24,13 @@ def test_the_whole_picture_at_80_by_24():
         one.detail(2.5, running=(progress,))
         await screen.look()
         assert screen.rows == [
-            "explore  ▶ running  10.9 s",
+            "explore  ▶ running  10.90 s",
             "explore ▸ repeat ▸ drive",
             "─ tree, following ──────────────────────────────────────────────────────────────",
-            "  ▶ explore  10.9 s",
-            "    ✓ look around  8.4 s  canceled by condition",
-            "    ▶ repeat  2.5 s",
-            "»     ▶ drive  2.5 s  ███████░░░░░ 1.20 of 2  travelled 1.20",
+            "  ▶ explore  10.90 s",
+            "    ✓ look around  8.40 s  canceled by condition",
+            "    ▶ repeat  2.50 s",
+            "»     ▶ drive  2.50 s  ███████░░░░░ 1.20 of 2  travelled 1.20",
             "      · turn away",
             *[""] * 8,
             "─ log ──────────────────────────────────────────────────────────────────────────",
@@ -97,7 +97,9 @@ def test_nobody_there_is_said_and_looked_for():
 
     async def play(screen: Screen) -> None:
         assert screen.rows[0] == " searching  no mission"
-        assert screen.rows[-1] == "no sign of an executive (a test)"
+        assert screen.rows[3] == "no sign of an executive (a test)."
+        assert "bt-mission run FILE --visible" in screen.text
+        assert screen.rows[-1] == "c choose  ? help  q leave"
         executive.is_there = True
         executive.begin()
         await screen.look()
@@ -119,7 +121,7 @@ def test_an_executive_that_vanishes_is_waited_for():
         screen.executive.is_there = True
         screen.executive.begin("another run")
         await screen.look()
-        assert screen.rows[0].startswith("explore  ▶ running  0.0 s")
+        assert screen.rows[0].startswith("explore  ▶ running  0.00 s")
         assert "▶ drive" not in screen.rows[6]
 
     on_screen(play)
@@ -222,8 +224,8 @@ def test_goals_are_listed_with_those_that_are_open_first():
         await screen.press("tab")
         assert screen.rows[16:19] == [
             "─ goals: 2 sent, 1 open ────────────────────────────────────────────────────────",
-            "▶ active      5.0 s  /explore_forward  drive  cdcdcdcd",
-            "✓ succeeded   2.0 s  /turn  turn away  abababab",
+            "▶ active     5.00 s  /explore_forward  drive  cdcdcdcd",
+            "✓ succeeded  2.00 s  /turn  turn away  abababab",
         ]
 
     on_screen(play)

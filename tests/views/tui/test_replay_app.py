@@ -19,11 +19,11 @@ def test_the_whole_picture_at_80_by_24() -> None:
         await screen.show(1.0)
         duration = f"{screen.player.duration_s:.2f} s"
         rows = screen.rows
-        assert rows[0] == "replay  there and back  ▶ running  1.0 s  battery 100 %"
+        assert rows[0] == "replay  there and back  ▶ running  1.00 s  battery 100 %"
         assert rows[1] == "there and back ▸ repeat ▸ sequence ▸ drive"
-        assert rows[7].startswith("»       ▶ drive  1.0 s  ███")
+        assert rows[7].startswith("»       ▶ drive  0.95 s  ██")
         assert "of 0.4" in rows[7]
-        assert "    0.00    off we go" in rows
+        assert "    0.05    off we go" in rows
         assert rows[-2].startswith("1.00 ███")
         assert rows[-2].endswith(f"{duration}  paused          1 x")
         assert rows[-1] == (
@@ -151,7 +151,7 @@ def test_b_goes_to_the_starts_of_the_selected_node() -> None:
         await screen.type("turn")
         await screen.press("b")
         first = screen.player.at_s
-        assert any(row.startswith("»       ▶ turn away  0.0 s") for row in screen.rows)
+        assert any(row.startswith("»       ▶ turn away  0.00 s") for row in screen.rows)
         await screen.press("b")
         second = screen.player.at_s
         assert second > first > 0

@@ -140,3 +140,14 @@ def test_time_that_begins_anew_is_no_backwards_pace():
     assert pace.factor is None
     pace.note(2 * S, 3.0)
     assert pace.factor == pytest.approx(1.0)
+
+
+def test_nodes_are_called_by_their_names():
+    """A path says which where several have the name."""
+    executive = ScriptedExecutive("root\n  drive\n  turn\n  turn\n")
+    executive.begin()
+    outlook = WatchModel()
+    outlook.take(executive.take(needs_statuses=False), 0.0)
+    assert outlook.with_names("pauses before '0.0'") == "pauses before 'drive'"
+    assert outlook.with_names("pauses before '0.2'") == "pauses before 'turn' (0.2)"
+    assert outlook.with_names("no node is called '0.7'") == "no node is called '0.7'"
