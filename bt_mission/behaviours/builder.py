@@ -83,7 +83,7 @@ BEHAVIOURS: dict[str, Callable[[Any, Evaluator, list[Behaviour]], Behaviour]] = 
         node.label, below, values.fork(node.condition)
     ),
     "repeat": lambda node, values, below: decorators.Repeat(
-        node.label, below[0], values.times(node.settings.count)
+        node.label, below[0], values.rounds(node.settings)
     ),
     "retry": lambda node, values, below: decorators.Retry(
         node.label,

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from operator import is_
 from typing import Any, TypeAlias
 
-from bt_mission.behaviours.control import ConditionResult, Question
+from bt_mission.behaviours.control import ConditionResult, Question, Rounds
 from bt_mission.behaviours.runtime import MissionFailure, Scope, read_field
 from bt_mission.core.diagnostics import describe
 from bt_mission.core.errors import BtMissionError
@@ -18,6 +18,7 @@ from bt_mission.language.expressions.syntax import EvaluationScope as Evaluation
 from bt_mission.language.expressions.values import WORDS, ExpressionError, Type, fits, show, type_of
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.base import NodeModel
+from bt_mission.language.nodes.decorators import RepeatSettings
 from bt_mission.language.nodes.fields import LIMIT, SECONDS, TIMES, NumberRule
 
 Condition: TypeAlias = Expression | bool
@@ -135,6 +136,15 @@ class Evaluator:
         )
 
     # ---- decisions -----------------------------------------------------------------------
+
+    def rounds(self, settings: RepeatSettings) -> Rounds:
+        """What ends a loop."""
+        count, before, after = settings.count, settings.before, settings.after
+        return Rounds(
+            None if count is None else self.times(count),
+            None if before is None else self.question(before),
+            None if after is None else self.question(after),
+        )
 
     def question(self, condition: Condition) -> Question:
         """A condition on variables. Asking raises MissionFailure where it cannot be answered.

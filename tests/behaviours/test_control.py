@@ -87,3 +87,38 @@ def test_a_condition_that_is_neither_true_nor_false_fails_the_mission(play: Any)
     story.tick(2)
     assert story.status == "failure"
     assert "'$one' gave 3, not a boolean" in story.executive.reason
+
+
+def test_a_loop_says_why_it_goes_on_or_ends(play: Any) -> None:
+    """With the rounds done, and what its condition read."""
+    loop = "repeat: {until: n > 2, count: $most}\n      do: {set: {n: n + 1}}"
+    no = "condition does not hold"
+    for most, rounds, status, reason in (
+        (5, 3, "success", ""),
+        (
+            2,
+            2,
+            "failure",
+            f"'repeat' not ended by its condition: 2 of at most 2 rounds done, {no} (n = 2)",
+        ),
+    ):
+        head = f"mission: m\ninputs: {{most: {most}}}"
+        story = play(f"  sequence:\n    - set: {{n: 0}}\n    - {loop}", head)
+        messages = []
+        while story.status == "running":
+            story.tick()
+            messages.append(story.root.children[1].feedback_message)
+        assert len(messages) == rounds
+        first = f"1 of at most {most} rounds done, condition does not hold (n = 1)"
+        assert messages[0] == first
+        assert (story.status, story.executive.reason) == (status, reason)
+
+
+def test_a_loop_without_progress_takes_a_tick_a_round(play: Any) -> None:
+    """A thousand rounds that take no time are a thousand ticks, and an interrupt ends them."""
+    story = play("  repeat: {while: true}\n  do: {log: again}")
+    story.tick(1000)
+    assert story.said == ["again"] * 1000
+    story.executive.interrupt("enough")
+    story.tick()
+    assert story.status == "interrupted"

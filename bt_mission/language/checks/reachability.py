@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from bt_mission.core.diagnostics import Diagnostic
+from bt_mission.core.diagnostics import Diagnostic, listed
 from bt_mission.core.yaml.document import Document
+from bt_mission.language.expressions.expression import Expression
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.base import EITHER, Ends, NodeModel
 from bt_mission.language.nodes.composites import FallbackNode, InTurnNode, ParallelNode
-from bt_mission.language.nodes.decorators import ForceNode, InvertNode
+from bt_mission.language.nodes.decorators import ForceNode, InvertNode, RepeatNode
 from bt_mission.language.nodes.subtree import TreeNode
 
 
@@ -93,3 +94,28 @@ def restarted(document: Document, tree: NodeModel) -> Iterator[Diagnostic]:
                 )
                 hint = "put what takes time last, or leave 'memory' out"
                 yield document.fault(child.path, message, hint, severity="warning")
+
+
+def unmoved_loops(document: Document, tree: NodeModel) -> Iterator[Diagnostic]:
+    """Yield a warning for every condition of a loop that no round of it can change.
+
+    Beside a loop in a `parallel` there may be a node that does; nothing is said of those.
+    """
+    waiting = [tree]
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, ParallelNode):
+            continue
+        waiting += node.below
+        if not isinstance(node, RepeatNode):
+            continue
+        written = {write.variable for inner in node.walk() for write in inner.writes()}
+        for key, condition in (("while", node.settings.before), ("until", node.settings.after)):
+            if not isinstance(condition, Expression) or condition.draws:
+                continue
+            if not condition.names & written:
+                names = listed(f"'{name}'" for name in sorted(condition.names))
+                why = f"nothing below 'do' assigns {names}" if names else "it reads no variable"
+                message = f"no round changes this condition: {why}"
+                path = (*node.path, "repeat", key)
+                yield document.fault(path, message, severity="warning")

@@ -58,6 +58,65 @@ def test_a_body_that_repeats_reads_what_stands_before():
     assert faults(after) == [(8, 18, "'$gap' is used before assignment, in line 9")]
 
 
+LOOP = "repeat: {{{0}}}\n      do: {{set: {{sum: n + 1}}}}"
+
+
+def test_until_reads_what_its_rounds_write():
+    """It is asked behind them; `while` is asked before the first."""
+    assert faults(LOOP.format("until: sum > 3")) == []
+    assert faults(LOOP.format("while: sum < 3")) == [
+        (5, 23, "'sum' is used before assignment, in line 6")
+    ]
+    assert faults(LOOP.format("until: sam > 3")) == [
+        (5, 23, "'sam' is an undefined variable (defined: n, word, sum)")
+    ]
+    assert faults(LOOP.format("until: sum + 3")) == [(5, 27, "expected a boolean, got an integer")]
+    assert faults(LOOP.format("count: 3, while: word > 3")) == [
+        (5, 38, "cannot compare a string with an integer")
+    ]
+
+
+@pytest.mark.parametrize(
+    ("loop", "key"),
+    [("until: n > 5", "until"), ("while: n < 5, count: 9", "while"), ("until: sum > 5", "")],
+)
+def test_a_loop_that_no_round_ends_is_suspicious(loop, key):
+    """Nothing below it assigns what its condition reads."""
+    head = "mission: m\ninputs: {n: 2}\ntree:\n  sequence:\n    - log: $n\n    - "
+    found = [one for one in load_text(head + LOOP.format(loop)).warnings if "round" in one.message]
+    assert [(one.line, one.message) for one in found] == [
+        (6, "no round changes this condition: nothing below 'do' assigns 'n'") for _ in [key] if key
+    ]
+
+
+def test_a_loop_may_wait_for_a_branch_beside_it():
+    """A `parallel` around it has other nodes that write."""
+    text = (
+        "mission: m\ntree:\n  sequence:\n    - set: {n: 0}\n    - parallel:\n"
+        "        - {set: {n: 3}}\n        - {repeat: {until: n > 2}, do: {wait: 1}}\n"
+    )
+    assert load_text(text).warnings == ()
+
+
+@pytest.mark.parametrize(
+    ("loop", "rest"),
+    [
+        ("{repeat: {while: true}, do: {wait: 1}}", "succeeds"),
+        ("{repeat: {until: false}, do: {wait: 1}}", "succeeds"),
+        ("{repeat: {until: sum > 3}, do: {set: {sum: 4}}}", ""),
+        ("{invert: {repeat: {while: n < 3}, do: {wait: 1}}}", "succeeds"),
+        ("{repeat: {until: sum > 3, count: 2}, do: {set: {sum: 4}}}", ""),
+    ],
+)
+def test_behind_a_loop_that_never_ends_nothing_is_reached(loop, rest):
+    """Or one that can only end the other way."""
+    text = f"mission: m\ninputs: {{n: 2}}\ntree:\n  sequence:\n    - {loop}\n    - log: $n\n"
+    found = [one for one in load_text(text).warnings if "never reached" in one.message]
+    assert [one.message for one in found] == [
+        f"never reached: the node before it, in line 5, never {rest}" for _ in [rest] if rest
+    ]
+
+
 def test_a_loose_word_is_measured_by_what_stands_there():
     """It is more likely a mistake than a variable."""
     ((line, column, message),) = faults("wait: long")
@@ -98,7 +157,7 @@ def test_types_of_outputs_come_from_the_one_who_knows_them():
         "    - log: end\n"
     )
     kinds: dict[str, Any] = {"a": "number", "b": "text"}
-    *_, (_, variables) = walk(mission.main, lambda _, field: kinds[field])
+    *_, (_, variables, _) = walk(mission.main, lambda _, field: kinds[field])
     assert variables.types == {"n": "integer", "x": None, "y": "text", "z": "number"}
 
 

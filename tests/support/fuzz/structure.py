@@ -47,6 +47,8 @@ CONTAINERS: tuple[Callable[[Random, Any], Any], ...] = (
     },
     lambda rng, node: {"choose": [node, {"log": "or not"}], "weights": [rng.choice((1, 1e308)), 1]},
     lambda rng, node: {"repeat": {"count": rng.randint(1, 3)}, "do": node},
+    lambda rng, node: {"repeat": {"until": rng.random() < 0.5, "count": 2}, "do": node},
+    lambda rng, node: {"repeat": {"while": rng.random() < 0.5}, "do": node},
     lambda rng, node: {"retry": {"attempts": 2, "pause": rng.choice((0, 1, 1e10))}, "do": node},
     lambda rng, node: {"timeout": rng.choice((0.1, 5, 1e10, 1e300)), "do": node},
     lambda _rng, node: {"invert": node},
