@@ -114,7 +114,7 @@ class Attempt:
         if self.ending:
             return str(self.ending.outcome)
         if self.goal is None:
-            return "waiting for the server"
+            return "waiting for a clean-up" if self._ledger.is_held else "waiting for the server"
         if self.goal.phase is Phase.SENT:
             return "waiting for acceptance"
         return "canceling" if self._cause else "active"
@@ -176,6 +176,9 @@ class Attempt:
         return self._wait_for_cancel(self.goal, now_ns)
 
     def _wait_for_server(self, now_ns: int) -> AttemptResult | None:
+        if self._ledger.is_held:
+            self._since_ns = now_ns
+            return None
         busy = self._ledger.has_orphan_at(self._courier)
         if not busy and self._courier.is_ready():
             grace_ns = round(self._limits.cancel * NS)

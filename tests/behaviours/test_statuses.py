@@ -98,6 +98,10 @@ CASES = {
     "a round that takes no time takes a tick": Case(
         "repeat: {until: x > 1}\n  do: {check: x < 9}", [("", "RS"), ("", "RS"), ("x=2", "SS")]
     ),
+    "a finally cleans up after its node, and ends as that": Case(
+        "finally: {timeout: 9}\n  do: <a>\n  then: <b>",
+        [("", "RRI"), ("a-", "RFR"), ("", "RFR"), ("b+", "FFS")],
+    ),
     "a sequence that is run again begins at its first child": Case(
         "repeat: {count: 2}\n  do:\n    sequence: [<a>, <b>]",
         [

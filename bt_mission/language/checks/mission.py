@@ -14,6 +14,7 @@ from bt_mission.language.checks.reachability import (
     restarted,
     unmoved_loops,
     unreached,
+    unsure_cleanups,
 )
 from bt_mission.language.checks.rules import GoalRules
 from bt_mission.language.checks.scope import (
@@ -184,6 +185,7 @@ def _tree_warnings(tree: Tree) -> Iterator[Diagnostic]:
     yield from constant_conditions(document, tree.body)
     yield from cut_texts(document, tree.body)
     yield from unmoved_loops(document, tree.body)
+    yield from unsure_cleanups(document, tree.body)
     for node in tree.body.walk():
         endless = node.endless()
         if endless is not None:

@@ -10,6 +10,7 @@ from bt_mission.core.diagnostics import LIKENED_NAMES, describe, did_you_mean, l
 
 _GUARD = "'guard: CONDITION' runs its 'do' as long as a condition holds"
 _WHEN = "'when: CONDITION' runs its 'do' if a condition holds, else its 'else'"
+_FINALLY = "write 'finally: {timeout: 10}' with a 'do', and what cleans up under 'then'"
 _PARALLEL = "write 'parallel'"
 
 OTHER_WORDS = {
@@ -35,7 +36,9 @@ OTHER_WORDS = {
     "concurrent": _PARALLEL,
     "and": "write 'sequence'",
     "steps": "write 'sequence'",
-    "then": "write 'sequence'",
+    "ensure": _FINALLY,
+    "cleanup": _FINALLY,
+    "defer": _FINALLY,
     "sleep": "write 'wait: SECONDS'",
     "delay": "write 'wait: SECONDS'",
     "pause": "write 'wait: SECONDS'",
@@ -67,6 +70,7 @@ OTHER_MODIFIERS = {
 """The same for words beside a type of node."""
 
 FIRST_FIELDS = {
+    "finally": "timeout",
     "repeat": "count",
     "retry": "attempts",
     "turn": "angle",

@@ -117,6 +117,51 @@ def test_behind_a_loop_that_never_ends_nothing_is_reached(loop, rest):
     ]
 
 
+@pytest.mark.parametrize(
+    ("before", "warned"),
+    [
+        ("log: $n", ["'gap' has no value where 'do' is halted before it is written"]),
+        ("set: {gap: n}", []),
+    ],
+)
+def test_a_clean_up_reads_what_is_sure_to_be_there(before, warned):
+    """Its node may be halted at any time."""
+    text = (
+        f"mission: m\ninputs: {{n: 2}}\ntree:\n  sequence:\n    - {before}\n"
+        "    - finally: {timeout: 5}\n      do: {sequence: [{wait: 1}, {set: {gap: n}}]}\n"
+        "      then: {log: $gap}\n"
+    )
+    found = [one for one in load_text(text).warnings if "halted" in one.message]
+    assert [one.message for one in found] == warned
+
+
+@pytest.mark.parametrize(
+    ("node", "is_reached"),
+    [
+        ("{wait: 1}, then: {log: $n}", True),
+        ("{check: false}, then: {log: $n}", False),
+        ("{wait: 1}, then: {check: false}", False),
+    ],
+)
+def test_a_finally_ends_as_its_node_and_its_clean_up_can(node, is_reached):
+    """Behind one that never succeeds nothing is reached."""
+    text = "mission: m\ninputs: {n: 2}\ntree:\n  sequence:\n"
+    text += f"    - {{finally: {{timeout: 5}}, do: {node}}}\n    - log: $n\n"
+    warned = [one for one in load_text(text).warnings if "never reached" in one.message]
+    assert bool(warned) is not is_reached
+
+
+def test_a_finally_needs_its_parts():
+    """The time of its clean-up, too: without it an end could take for ever."""
+    assert faults("{finally: {}, do: {wait: 1}, then: {wait: 1}}") == [
+        (5, 17, "'timeout' is missing")
+    ]
+    assert faults("{finally: {timeout: 5}, do: {wait: 1}}") == [(5, 7, "'then' is missing")]
+    assert faults("{finally: {timeout: 0}, do: {wait: 1}, then: {wait: 1}}") == [
+        (5, 27, "expected seconds above 0, got the number 0")
+    ]
+
+
 def test_a_loose_word_is_measured_by_what_stands_there():
     """It is more likely a mistake than a variable."""
     ((line, column, message),) = faults("wait: long")

@@ -54,6 +54,8 @@ CONTAINERS: tuple[Callable[[Random, Any], Any], ...] = (
     lambda _rng, node: {"invert": node},
     lambda rng, node: {"force": rng.choice(("success", "failure")), "do": node},
     lambda _rng, node: {"guard": True, "do": node},
+    lambda rng, node: {"finally": {"timeout": rng.choice((1, 9))}, "do": node, "then": {"wait": 1}},
+    lambda _rng, node: {"finally": {"timeout": 9}, "do": {"wait": 1}, "then": node},
     lambda rng, node: {"when": rng.choice((True, False)), "do": node, "else": {"log": "no"}},
     lambda rng, node: {"for_each": {rng.choice("pqr"): [1, "a", [2, 3]]}, "do": node},
 )
