@@ -307,8 +307,10 @@ def template_faults(
     document: Document, path: Sequence[Key], value: Template, variables: Variables
 ) -> Iterator[Diagnostic]:
     """Yield what is wrong with the names in a template."""
-    for offset, expression in value.expressions:
-        yield from expression_faults(document, path, expression, variables, None, offset=offset)
+    for hole in value.holes:
+        yield from expression_faults(
+            document, path, hole.expression, variables, hole.wanted, offset=hole.offset
+        )
 
 
 def located(

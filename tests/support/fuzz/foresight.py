@@ -125,7 +125,7 @@ def _expressions(value: Any) -> Iterator[Expression]:
     if isinstance(value, Expression):
         yield value
     elif isinstance(value, Template):
-        yield from (one for _, one in value.expressions)
+        yield from (hole.expression for hole in value.holes)
     else:
         for part in _inside(value):
             yield from _expressions(part)
