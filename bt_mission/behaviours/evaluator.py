@@ -225,6 +225,35 @@ class Evaluator:
 
         return met
 
+    def watch(self, key: str, expression: Expression) -> Callable[[Any], str | None] | None:
+        """What asks a condition again once a variable that it reads has changed.
+
+        A condition on variables alone is asked at once, without a message, too. None where it
+        reads no variable.
+        """
+        variables = self._scope.values
+        names = tuple(dict.fromkeys(name.name for name in expression.references))
+        if not any(name.variable or name.name in variables for name in expression.references):
+            return None
+        needs_message = not all(name.variable for name in expression.references)
+        met = self.condition(key, expression)
+        known = [variables.get(name) for name in names] if needs_message else None
+
+        def ask(message: Any) -> str | None:
+            nonlocal known
+            values = [variables.get(name) for name in names]
+            is_same = known is not None and all(map(is_, values, known))
+            if is_same or (needs_message and message is None):
+                return None
+            known = values
+            said = met(message)
+            if said is None or needs_message:
+                return said
+            read = zip(names, values, strict=True)
+            return f"{said} ({', '.join(f'{name} = {_brief(value)}' for name, value in read)})"
+
+        return ask
+
     def target(self, condition: Expression | None) -> tuple[str, float] | None:
         """The field and the bound of a condition such as ``current_image >= 5``."""
         match condition and condition.root:

@@ -34,6 +34,8 @@ class Limits:
         silence: Between two feedback messages.
         cancel: From a cancel request to the confirmed end.
         condition: Looks at each feedback; a text that says what was met cancels the goal.
+        watch: Looks at the newest feedback, or None, in each poll of a goal under way: what the
+            condition reads besides may have changed.
     """
 
     server: float = 5.0
@@ -42,6 +44,7 @@ class Limits:
     silence: float | None = None
     cancel: float = 3.0
     condition: Callable[[Any], str | None] | None = None
+    watch: Callable[[Any], str | None] | None = None
 
 
 class Cause(StrEnum):
@@ -130,6 +133,7 @@ class Attempt:
         goal = self.goal
         return (
             now_ns < self._due_ns
+            and self._limits.watch is None
             and goal is not None
             and goal.phase is Phase.ACTIVE
             and not goal.unread
@@ -230,6 +234,9 @@ class Attempt:
             if met:
                 self._cancel(Cause.CONDITION, met, now_ns)
                 return
+        met = self._limits.watch(goal.feedback) if self._limits.watch else None
+        if met:
+            self._cancel(Cause.CONDITION, met, now_ns)
 
     def _check_limits(self, now_ns: int) -> None:
         limits, accepted_ns = self._limits, self._accepted_ns

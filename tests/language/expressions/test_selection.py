@@ -9,21 +9,10 @@ from bt_mission.language.expressions.constants import evaluate_constants
 from bt_mission.language.expressions.expression import Expression, Template
 from bt_mission.language.expressions.values import ExpressionError, Type
 
-NAMES: dict[str, Any] = {
-    "n": 2,
-    "x": 0.125,
-    "word": "a",
-    "list": [1, [2, 3], 4],
-    "none": [],
-    "yes": True,
-}
-TYPES: dict[str, Type] = {
-    "n": "integer",
-    "x": "number",
-    "word": "text",
-    "list": "list",
-    "yes": "bool",
-}
+NAMES: dict[str, Any] = {"n": 2, "x": 0.125, "word": "a", "none": [], "yes": True}
+NAMES["list"] = [1, [2, 3], 4]
+TYPES: dict[str, Type] = {"n": "integer", "x": "number", "word": "text", "yes": "bool"}
+TYPES["list"] = "list"
 
 
 def evaluate(text):
