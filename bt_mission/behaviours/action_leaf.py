@@ -66,15 +66,15 @@ class ActionLeaf(ClientLeaf):
         node, values = self._node, self._values
         given = (node.server_timeout, node.acceptance_timeout, node.cancel_timeout)
         server, answer, cancel = (limit for limit in given if limit is not None)
+        asked = node.cancel_when
         return Limits(
             server=server,
             answer=answer,
             goal=values.limit(node.timeout),
             silence=values.limit(node.feedback_timeout),
             cancel=cancel,
-            condition=None
-            if node.cancel_when is None
-            else values.condition("cancel_when", node.cancel_when),
+            condition=None if asked is None else values.condition("cancel_when", asked),
+            watch=None if asked is None else values.watch("cancel_when", asked),
         )
 
     def update(self) -> Status:

@@ -9,6 +9,7 @@ from py_trees.behaviour import Behaviour
 
 from bt_mission.behaviours import control, decorators, leaves
 from bt_mission.behaviours.action_leaf import ActionLeaf
+from bt_mission.behaviours.cleanup import Finally
 from bt_mission.behaviours.decorators import Subtree
 from bt_mission.behaviours.evaluator import BuildContext, Evaluator
 from bt_mission.behaviours.hooks import (
@@ -83,7 +84,7 @@ BEHAVIOURS: dict[str, Callable[[Any, Evaluator, list[Behaviour]], Behaviour]] = 
         node.label, below, values.fork(node.condition)
     ),
     "repeat": lambda node, values, below: decorators.Repeat(
-        node.label, below[0], values.times(node.settings.count)
+        node.label, below[0], values.rounds(node.settings)
     ),
     "retry": lambda node, values, below: decorators.Retry(
         node.label,
@@ -104,6 +105,12 @@ BEHAVIOURS: dict[str, Callable[[Any, Evaluator, list[Behaviour]], Behaviour]] = 
         below[0],
         lambda: values.elements(node.elements),
         *values.loop(node.variable),
+    ),
+    "finally": lambda node, values, below: Finally(
+        node.label,
+        below,
+        lambda: values.number(node.settings.timeout, LIMIT),
+        values.context.scope,
     ),
     "check": lambda node, values, _: leaves.Check(node.label, values.question(node.condition)),
     "set": lambda node, values, _: leaves.Set(node.label, lambda: values.assign(node.values)),

@@ -27,6 +27,26 @@ class ConditionResult:
 Question = Callable[[], ConditionResult]
 
 
+@dataclass(frozen=True)
+class Rounds:
+    """What ends a loop.
+
+    Args:
+        count: Gives the number of rounds; with a condition, the most of them.
+        before: Is asked before each round; it goes on while that holds.
+        after: Is asked after each round; it ends once that holds.
+    """
+
+    count: Callable[[], int] | None
+    before: Question | None = None
+    after: Question | None = None
+
+    @property
+    def has_condition(self) -> bool:
+        """Whether more than a count ends it."""
+        return self.before is not None or self.after is not None
+
+
 class Parallel(Hooked, py_trees.composites.Parallel):
     """Ticks all children at once; those that have ended are not ticked again.
 

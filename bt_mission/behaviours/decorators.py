@@ -9,37 +9,91 @@ import py_trees
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from bt_mission.behaviours.control import ConditionResult, Rounds
 from bt_mission.behaviours.hooks import HookedDecorator
 from bt_mission.behaviours.runtime import Runtime, Scope
 from bt_mission.core.stamps import NS
 
 
-class Repeat(HookedDecorator, py_trees.decorators.Repeat):
-    """Succeeds after its child has succeeded ``count`` times; fails as soon as the child fails."""
+class Repeat(HookedDecorator):
+    """Runs its child again and again, as long as that succeeds.
 
-    def __init__(self, name: str, child: Behaviour, count: Callable[[], int]) -> None:
-        super().__init__(name=name, child=child, num_success=1)
-        self._count = count
+    Without a condition it succeeds after its count of rounds. With one it succeeds once the
+    condition says so, and fails where its count of rounds is over before. Each round begins in a
+    tick of its own, so that rounds which take no time keep no tick from its end.
+    """
 
-    def initialise(self) -> None:
-        """Read the count."""
-        super().initialise()
-        self.num_success = self._count()
+    def __init__(self, name: str, child: Behaviour, rounds: Rounds) -> None:
+        super().__init__(name, child)
+        self._rounds = rounds
+        self._done = 0
+        self._count: int | None = None
+        self._is_within = False
 
     def save_state(self, _now_ns: int) -> dict[str, Any]:
-        """The rounds done, and how many there are."""
-        return {"done": self.success, "count": self.num_success}
+        """The rounds done, how many there are, and whether one has begun."""
+        return {"done": self._done, "count": self._count, "within": self._is_within}
 
     def restore_state(self, state: dict[str, Any], _now_ns: int) -> None:
-        """Go on with the next round."""
-        self.success, self.num_success = state["done"], state["count"]
+        """Go on with the same round, or the next one."""
+        self._done, self._count = state["done"], state["count"]
+        self._is_within = state.get("within", True)
+
+    def walk(self) -> Iterator[Behaviour]:
+        """Read the count at entry; ask before each round."""
+        rounds = self._rounds
+        if self.status is not Status.RUNNING:
+            self._done, self._is_within = 0, False
+            self._count = None if rounds.count is None else rounds.count()
+        if not self._is_within and rounds.before is not None:
+            verdict = rounds.before()
+            self.feedback_message = self._said(verdict, self._done)
+            if not verdict.holds:
+                if self._done == 0:
+                    self.decorated.stop(Status.INVALID)
+                self.stop(Status.SUCCESS)
+                yield self
+                return
+        self._is_within = True
+        yield from super().walk()
 
     def update(self) -> Status:
         """Count a success; say which round this is."""
-        status = super().update()
-        current = min(self.success + 1, self.num_success)
-        self.feedback_message = f"{current} of {self.num_success}"
+        status = self.decorated.status
+        if status is Status.SUCCESS:
+            self._is_within = False
+            self._done += 1
+            return self._after_round()
+        if not self._rounds.has_condition:
+            self.feedback_message = self._which(self._done + 1)
         return status
+
+    def _after_round(self) -> Status:
+        rounds, is_over = self._rounds, self._done == self._count
+        if not rounds.has_condition:
+            self.feedback_message = self._which(self._done + (not is_over))
+            return Status.SUCCESS if is_over else Status.RUNNING
+        if rounds.after is not None:
+            verdict = rounds.after()
+            self.feedback_message = self._said(verdict, self._done)
+            if verdict.holds:
+                return Status.SUCCESS
+        if not is_over:
+            return Status.RUNNING
+        if rounds.before is not None:
+            verdict = rounds.before()
+            self.feedback_message = self._said(verdict, self._done)
+            if not verdict.holds:
+                return Status.SUCCESS
+        self.feedback_message = f"not ended by its condition: {self.feedback_message}"
+        return Status.FAILURE
+
+    def _which(self, number: int) -> str:
+        return f"{number} of {self._count}"
+
+    def _said(self, verdict: ConditionResult, done: int) -> str:
+        most = "" if self._count is None else f" of at most {self._count}"
+        return f"{done}{most} rounds done, condition {verdict.text}"
 
 
 class Retry(HookedDecorator, py_trees.decorators.Retry):

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from operator import is_
 from typing import Any, TypeAlias
 
-from bt_mission.behaviours.control import ConditionResult, Question
+from bt_mission.behaviours.control import ConditionResult, Question, Rounds
 from bt_mission.behaviours.runtime import MissionFailure, Scope, read_field
 from bt_mission.core.diagnostics import describe
 from bt_mission.core.errors import BtMissionError
@@ -18,6 +18,7 @@ from bt_mission.language.expressions.syntax import EvaluationScope as Evaluation
 from bt_mission.language.expressions.values import WORDS, ExpressionError, Type, fits, show, type_of
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.base import NodeModel
+from bt_mission.language.nodes.decorators import RepeatSettings
 from bt_mission.language.nodes.fields import LIMIT, SECONDS, TIMES, NumberRule
 
 Condition: TypeAlias = Expression | bool
@@ -136,6 +137,15 @@ class Evaluator:
 
     # ---- decisions -----------------------------------------------------------------------
 
+    def rounds(self, settings: RepeatSettings) -> Rounds:
+        """What ends a loop."""
+        count, before, after = settings.count, settings.before, settings.after
+        return Rounds(
+            None if count is None else self.times(count),
+            None if before is None else self.question(before),
+            None if after is None else self.question(after),
+        )
+
     def question(self, condition: Condition) -> Question:
         """A condition on variables. Asking raises MissionFailure where it cannot be answered.
 
@@ -214,6 +224,35 @@ class Evaluator:
             return f"{expression.text}" + (f" ({values})" if values else "")
 
         return met
+
+    def watch(self, key: str, expression: Expression) -> Callable[[Any], str | None] | None:
+        """What asks a condition again once a variable that it reads has changed.
+
+        A condition on variables alone is asked at once, without a message, too. None where it
+        reads no variable.
+        """
+        variables = self._scope.values
+        names = tuple(dict.fromkeys(name.name for name in expression.references))
+        if not any(name.variable or name.name in variables for name in expression.references):
+            return None
+        needs_message = not all(name.variable for name in expression.references)
+        met = self.condition(key, expression)
+        known = [variables.get(name) for name in names] if needs_message else None
+
+        def ask(message: Any) -> str | None:
+            nonlocal known
+            values = [variables.get(name) for name in names]
+            is_same = known is not None and all(map(is_, values, known))
+            if is_same or (needs_message and message is None):
+                return None
+            known = values
+            said = met(message)
+            if said is None or needs_message:
+                return said
+            read = zip(names, values, strict=True)
+            return f"{said} ({', '.join(f'{name} = {_brief(value)}' for name, value in read)})"
+
+        return ask
 
     def target(self, condition: Expression | None) -> tuple[str, float] | None:
         """The field and the bound of a condition such as ``current_image >= 5``."""

@@ -39,6 +39,8 @@ def load(node: Behaviour, status: Status, state: dict[str, Any], now_ns: int) ->
     """Put a node that was never ticked where another one of its kind stood."""
     if status is not Status.RUNNING:
         node.status = status
+        if state and isinstance(node, Snapshotable):
+            node.restore_state(state, now_ns)
         return
     if isinstance(node, Composite) and "child" in state:
         node.current_child = node.children[state["child"]]

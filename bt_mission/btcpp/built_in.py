@@ -94,6 +94,12 @@ def _repeated(kind: str, key: str, tag: str, attribute: str) -> BuiltIn:
         return {kind: {key: node.times(attribute)}, "do": node.child()}
 
     def write(node: NodeData) -> Tag:
+        for word in ("while", "until"):
+            if word in node.data[kind]:
+                hint = "write 'count', or keep the mission in YAML"
+                node.refuse(f"'{word}' of a repeat", hint, kind, word, key=True)
+        if key not in node.data[kind]:
+            return Tag(tag, {attribute: "1"}, (node.child(),))
         if node.data[kind].get("pause", 0) != 0:
             hint = "leave it out, or put a 'wait' before what is tried"
             node.refuse("a pause between attempts", hint, kind, "pause", key=True)

@@ -136,4 +136,4 @@ def _below(kind: str, data: dict[str, Any], path: Path) -> list[tuple[Path, dict
     """Return the nodes within one that cannot be said."""
     if isinstance(data[kind], list):
         return [((*path, kind, i), one) for i, one in enumerate(data[kind])]
-    return [((*path, "do"), data["do"])] if "do" in data else []
+    return [((*path, key), data[key]) for key in ("do", "then") if key in data]

@@ -20,8 +20,9 @@ from py_trees.common import Status
 
 from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.behaviours.runtime import Runtime
-from bt_mission.core.errors import BtMissionError, cause_of, described
+from bt_mission.core.errors import BtMissionError, cause_of
 from bt_mission.executive.breakpoints import Breakpoints
+from bt_mission.executive.cleanups import Cleanups
 from bt_mission.executive.node_states import NodeStates
 from bt_mission.executive.status import Change, MissionStatus, failed_node, node_paths
 from bt_mission.executive.trace import Trace
@@ -80,6 +81,7 @@ class Executive:
         self._recovery: Recovery | None = None
         self.breakpoints = Breakpoints(self._paths)
         self._known[self.breakpoints.mark] = Status.RUNNING  # never its status, so always noted
+        self.cleanups = Cleanups(self._paths, runtime.ledger, self.breakpoints.mark)
         for node in root.iterate():
             node.setup(runtime=runtime)
 
@@ -122,8 +124,14 @@ class Executive:
                 self._tick_tree()
             else:
                 self._supervise_goals()
+        elif self.cleanups.is_pending:
+            for node in self.cleanups.walk():
+                if node.status is not self._known[node]:
+                    self._note(node)
+            self._note_halted()
         self._runtime.ledger.update(self._runtime.now_ns)
-        if self.status is MissionStatus.ENDING and self._runtime.ledger.is_settled:
+        is_over = self._runtime.ledger.is_settled and not self.cleanups.is_pending
+        if self.status is MissionStatus.ENDING and is_over:
             self._finish()
 
     def resume_from(self, recovery: Recovery) -> None:
@@ -148,6 +156,8 @@ class Executive:
             self._end(MissionStatus.FAILURE, reason)
         else:
             self.reason = "; ".join(filter(None, (self.reason, reason)))
+        self.cleanups.skip(reason or "the mission was left")
+        self._note_halted()
         self._runtime.ledger.update(self._runtime.now_ns)
         self._finish()
 
@@ -264,7 +274,7 @@ class Executive:
                 self._end(MissionStatus.FAILURE, f"'{culprit.name}' {said}")
 
     def _begin_walk(self) -> Iterator[Behaviour]:
-        walk: Iterator[Behaviour] = self.root.tick()
+        walk = self.cleanups.before(self.root.tick())
         for wrap in self.tick_wrappers:
             walk = wrap(walk)
         return walk
@@ -318,30 +328,17 @@ class Executive:
 
     def _end(self, verdict: MissionStatus, reason: str) -> None:
         """Stop what runs, and wait from now on for the goals that are still open."""
-        reason = "; ".join(filter(None, (reason, *self._stop_nodes())))
+        reason = "; ".join(filter(None, (reason, *self.cleanups.halt_tree(self.root))))
         self.status, self._verdict, self.reason = MissionStatus.ENDING, verdict, reason
         self.paused = self._walk = self._recovery = None
         self._note_halted()
 
-    def _stop_nodes(self) -> list[str]:
-        """Stop each node that runs, once; a leaf releases its goal. Return what went wrong."""
-        faults = []
-        for node in self.root.iterate():
-            try:
-                if node.status is Status.RUNNING:
-                    node.stop(Status.INVALID)
-                elif isinstance(node, ActionLeaf):
-                    node.call_terminate(Status.INVALID)  # its own update may have raised
-            except Exception as error:  # noqa: BLE001 - the others must still be stopped
-                faults.append(f"stopping '{node.name}' raised {described(error)}")
-        return faults
-
     def _finish(self) -> None:
         left = self.goals_left_behind
-        if left:
-            self.reason = "; ".join(
-                filter(None, (self.reason, "orphaned goals: " + ", ".join(left)))
-            )
+        orphans = [f"orphaned goals: {', '.join(left)}"] if left else []
+        wrong = [*self.cleanups.failures, *orphans]
+        if wrong:
+            self.reason = "; ".join(filter(None, (self.reason, *wrong)))
             if self._verdict is MissionStatus.SUCCESS:
                 self._verdict = MissionStatus.FAILURE
         self.status, self.ended_ns = self._verdict, self._runtime.now_ns

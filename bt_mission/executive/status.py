@@ -42,11 +42,14 @@ def node_paths(root: Behaviour) -> dict[Behaviour, str]:
 
 
 def failed_node(root: Behaviour) -> Behaviour:
-    """Return which leaf made a tree fail; the root where that is not known."""
+    """Return which node made a tree fail; the root where that is not known.
+
+    Where no leaf has failed, a node above them has by itself: the first and lowest.
+    """
     failed = [node for node in root.iterate() if node.status is Status.FAILURE]
     leaves = [node for node in failed if not node.children]
     tip = root.tip()
     culprit = tip if tip is not None and tip.status is Status.FAILURE else None
-    if culprit is None and leaves:
-        culprit = leaves[-1]
+    if culprit is None and failed:
+        culprit = leaves[-1] if leaves else failed[0]
     return root if culprit is None else culprit

@@ -37,6 +37,8 @@ class Limits:
         silence: Between two feedback messages.
         cancel: From a cancel request to the confirmed end.
         condition: Looks at each feedback; a text that says what was met cancels the goal.
+        watch: Looks at the newest feedback, or None, in each poll of a goal under way: what the
+            condition reads besides may have changed.
     """
 
     server: float = 5.0
@@ -45,6 +47,7 @@ class Limits:
     silence: float | None = None
     cancel: float = 3.0
     condition: Callable[[Any], str | None] | None = None
+    watch: Callable[[Any], str | None] | None = None
 
 
 class Cause(StrEnum):
@@ -117,7 +120,7 @@ class Attempt:
         if self.ending:
             return str(self.ending.outcome)
         if self.goal is None:
-            return "waiting for the server"
+            return "waiting for a clean-up" if self._ledger.is_held else "waiting for the server"
         if self.goal.phase is Phase.SENT:
             return "waiting for acceptance"
         return "canceling" if self._cause else "active"
@@ -133,6 +136,7 @@ class Attempt:
         goal = self.goal
         return (
             now_ns < self._due_ns
+            and self._limits.watch is None
             and goal is not None
             and goal.phase is Phase.ACTIVE
             and not goal.unread
@@ -179,6 +183,9 @@ class Attempt:
         return self._wait_for_cancel(self.goal, now_ns)
 
     def _wait_for_server(self, now_ns: int) -> AttemptResult | None:
+        if self._ledger.is_held:
+            self._since_ns = now_ns
+            return None
         busy = self._ledger.has_orphan_at(self._courier)
         if not busy and self._courier.is_ready():
             grace_ns = round(self._limits.cancel * NS)
@@ -230,6 +237,9 @@ class Attempt:
             if met:
                 self._cancel(Cause.CONDITION, met, now_ns)
                 return
+        met = self._limits.watch(goal.feedback) if self._limits.watch else None
+        if met:
+            self._cancel(Cause.CONDITION, met, now_ns)
 
     def _check_limits(self, now_ns: int) -> None:
         limits, accepted_ns = self._limits, self._accepted_ns

@@ -50,6 +50,8 @@ class Ledger:
         self._given_up: set[bytes] = set()
         self._seen: dict[GoalClient, tuple[int, bool]] = {}
         self.goals_sent = 0
+        self.is_held = False
+        """Does no leaf of the tree send a goal, while a clean-up behind a halt is under way?"""
 
     @property
     def open_goals(self) -> tuple[Goal, ...]:

@@ -214,7 +214,7 @@ class GraphConnection:
         if self._ending is None or self._ending[0] is not executive:
             self._ending = (executive, Stopwatch())
         executive.tick()
-        if self._ending[1].elapsed_s > END_WAIT_S:
+        if self._ending[1].elapsed_s > END_WAIT_S + executive.cleanups.limit_s:
             executive.abandon(f"not every goal had ended after {END_WAIT_S:g} s")
 
     def _find_clock(self) -> bool:

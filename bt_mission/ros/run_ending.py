@@ -55,6 +55,7 @@ def see_to_the_end(runner: HaltedRun) -> None:
             _spin(runner, _executor_of(runner.node, made), watch)
         if not runner.is_done:
             runner.executive.after_tick.clear()  # what they publish goes nowhere any more
+            runner.executive.cleanups.skip("ROS was shut down")
             runner.tick()
         if not runner.is_done:
             node = _stand_in(runner, made)
@@ -78,9 +79,12 @@ def _executor_of(node: Node, made: ExitStack) -> Executor:
 
 
 def _spin(runner: HaltedRun, executor: Executor, watch: Stopwatch) -> None:
-    """Spin until the mission is done, or the executor's context is shut down."""
+    """Spin until the mission is done, or the executor's context is shut down.
+
+    Clean-ups have their own time besides.
+    """
     while not runner.is_done:
-        if watch.elapsed_s > END_WAIT_S:
+        if watch.elapsed_s > END_WAIT_S + runner.executive.cleanups.limit_s:
             runner.executive.abandon(f"not every goal had ended after {END_WAIT_S:g} s")
         try:
             executor.spin_once(timeout_sec=WAIT_S)

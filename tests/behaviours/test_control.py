@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from tests.support.play import message
+
 
 def test_choose_draws_from_the_missions_seed(play: Any) -> None:
     """In proportion to the weights, and the same in every run of one seed."""
@@ -87,3 +89,84 @@ def test_a_condition_that_is_neither_true_nor_false_fails_the_mission(play: Any)
     story.tick(2)
     assert story.status == "failure"
     assert "'$one' gave 3, not a boolean" in story.executive.reason
+
+
+def test_a_loop_says_why_it_goes_on_or_ends(play: Any) -> None:
+    """With the rounds done, and what its condition read."""
+    loop = "repeat: {until: n > 2, count: $most}\n      do: {set: {n: n + 1}}"
+    no = "condition does not hold"
+    for most, rounds, status, reason in (
+        (5, 3, "success", ""),
+        (
+            2,
+            2,
+            "failure",
+            f"'repeat' not ended by its condition: 2 of at most 2 rounds done, {no} (n = 2)",
+        ),
+    ):
+        head = f"mission: m\ninputs: {{most: {most}}}"
+        story = play(f"  sequence:\n    - set: {{n: 0}}\n    - {loop}", head)
+        messages = []
+        while story.status == "running":
+            story.tick()
+            messages.append(story.root.children[1].feedback_message)
+        assert len(messages) == rounds
+        first = f"1 of at most {most} rounds done, condition does not hold (n = 1)"
+        assert messages[0] == first
+        assert (story.status, story.executive.reason) == (status, reason)
+
+
+def test_a_loop_without_progress_takes_a_tick_a_round(play: Any) -> None:
+    """A thousand rounds that take no time are a thousand ticks, and an interrupt ends them."""
+    story = play("  repeat: {while: true}\n  do: {log: again}")
+    story.tick(1000)
+    assert story.said == ["again"] * 1000
+    story.executive.interrupt("enough")
+    story.tick()
+    assert story.status == "interrupted"
+
+
+DRIVE = "{turn: {angle: 90}, timeout: 99, on_cancel: success, cancel_when: %s}"
+
+
+def test_a_goal_is_cancelled_when_a_variable_changes(play: Any) -> None:
+    """In the tick in which its leaf sees that, without any feedback."""
+    steps = "{sequence: [{wait: 0.3}, {set: {n: 4}}]}"
+    drive = DRIVE % "$n > 3"
+    story = play(f"  sequence:\n    - set: {{n: 0}}\n    - parallel: [{steps}, {drive}]")
+    story.tick()
+    story.turn.accept()
+    story.tick(5)
+    assert not story.turn.cancels
+    story.tick()
+    assert story.turn.cancels
+    story.turn.goal.on_result(5, None)
+    story.tick()
+    assert story.status == "success"
+    leaf = story.root.children[1].children[1]
+    assert leaf.feedback_message == "canceled by condition: $n > 3 (n = 4)"
+
+
+def test_a_condition_that_holds_from_the_start_cancels_an_accepted_goal(play: Any) -> None:
+    """What it reads need not change."""
+    story = play(f"  sequence:\n    - set: {{n: 5}}\n    - {DRIVE % '$n > 3'}")
+    story.tick(3)
+    assert not story.turn.cancels
+    story.turn.accept()
+    story.tick()
+    assert story.turn.cancels
+
+
+def test_a_condition_on_both_is_asked_again_with_the_newest_feedback(play: Any) -> None:
+    """And not before there is one."""
+    steps = "{sequence: [{wait: 0.2}, {set: {far: 9}}, {wait: 0.2}, {set: {far: 1}}]}"
+    drive = DRIVE % "current_angle > $far"
+    story = play(f"  sequence:\n    - set: {{far: 5}}\n    - parallel: [{steps}, {drive}]")
+    story.tick()
+    story.turn.accept()
+    story.tick(5)
+    story.turn.goal.on_feedback(message(current_angle=2.0))
+    story.tick(2)
+    assert not story.turn.cancels
+    story.tick(3)
+    assert story.turn.cancels

@@ -68,6 +68,40 @@ CASES = {
     "a sequence fails with its child, and asks no further": Case(
         "sequence: [<a>, <b>]", [("", "RRI"), ("a-", "FFI")]
     ),
+    "a loop asks 'until' in the tick in which a round ends": Case(
+        "repeat: {until: x > 1}\n  do: <a>",
+        [("", "RR"), ("x=2", "RR"), ("x=0 a+", "RS"), ("", "RR"), ("x=2 a+", "SS")],
+    ),
+    "a loop asks 'while' only before a round": Case(
+        "repeat: {while: x < 2}\n  do: <a>",
+        [("", "RR"), ("x=2", "RR"), ("x=0 a+", "RS"), ("", "RR"), ("x=2 a+", "RS"), ("", "SS")],
+    ),
+    "a loop whose condition does not hold runs nothing": Case(
+        "repeat: {while: x > 1}\n  do: <a>", [("", "SI")]
+    ),
+    "a loop fails with its child": Case(
+        "repeat: {until: x > 1}\n  do: <a>", [("", "RR"), ("a+", "RS"), ("", "RR"), ("a-", "FF")]
+    ),
+    "a loop fails when the most rounds do not do": Case(
+        "repeat: {until: x > 1, count: 2}\n  do: <a>",
+        [("", "RR"), ("a+", "RS"), ("", "RR"), ("a+", "FS")],
+    ),
+    "a loop succeeds when the most rounds do": Case(
+        "repeat: {while: x < 2, count: 2}\n  do: <a>",
+        [("", "RR"), ("a+", "RS"), ("", "RR"), ("a+ x=2", "SS")],
+    ),
+    "a loop begins anew when it is entered again": Case(
+        "repeat: {count: 2}\n  do:\n    repeat: {until: x > 1, count: 2}\n    do: <a>",
+        [("", "RRR"), ("a+", "RRS"), ("", "RRR"), ("x=2 a+", "RSS"), ("x=0", "RRR")],
+        cancels="",
+    ),
+    "a round that takes no time takes a tick": Case(
+        "repeat: {until: x > 1}\n  do: {check: x < 9}", [("", "RS"), ("", "RS"), ("x=2", "SS")]
+    ),
+    "a finally cleans up after its node, and ends as that": Case(
+        "finally: {timeout: 9}\n  do: <a>\n  then: <b>",
+        [("", "RRI"), ("a-", "RFR"), ("", "RFR"), ("b+", "FFS")],
+    ),
     "a sequence that is run again begins at its first child": Case(
         "repeat: {count: 2}\n  do:\n    sequence: [<a>, <b>]",
         [
@@ -258,6 +292,7 @@ CASES = {
             ("choose", "choose: [<a>]", "RR", "a"),
             ("when", "{when: x < 1, do: <a>, else: <b>}", "RRI", "a"),
             ("repeat", "{repeat: {count: 2}, do: <a>}", "RR", "a"),
+            ("a repeat with a condition", "{repeat: {until: x > 5}, do: <a>}", "RR", "a"),
             ("retry", "{retry: {attempts: 2}, do: <a>}", "RR", "a"),
             ("timeout", "{timeout: 9, do: <a>}", "RR", "a"),
             ("invert", "invert: <a>", "RR", "a"),

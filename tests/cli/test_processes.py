@@ -57,6 +57,33 @@ def test_a_signal_ends_the_mission_with_no_goal_left_behind(
     assert process.returncode == 130
 
 
+@pytest.mark.parametrize("count", [1, 2])
+def test_a_signal_is_cleaned_up_after_and_a_second_one_skips_that(
+    tmp_path: Path, count: int
+) -> None:
+    """The clean-up is a turn of ten seconds, which is carried out to its end, or cut off."""
+    path = tmp_path / "tidy.yaml"
+    path.write_text(
+        "mission: tidy\nworld: empty_arena\ntree:\n  finally: {timeout: 60}\n"
+        "  do: {move: {secs: 100, linear_velocity: 0.1}, name: drive, timeout: 200}\n"
+        "  then:\n    sequence:\n      - turn: {angle: 170, angular_velocity: 0.3}\n"
+        "        timeout: 50\n      - log: all tidy\n",
+        encoding="utf-8",
+    )
+    with started("run", str(path), "--speed", "4") as process:
+        read_until(process, "▶ drive")
+        process.send_signal(signal.SIGINT)
+        read_until(process, "▶ turn")
+        if count == 2:
+            process.send_signal(signal.SIGINT)
+        rest, _ = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "tidy: interrupted: interrupted by Ctrl-C" in rest
+    assert ("all tidy" in rest, "0 orphaned" in rest) == (count == 1, count == 1)
+    assert ("clean-up skipped: left at once after a second Ctrl-C" in rest) == (count == 2)
+    assert "Traceback" not in rest
+
+
 def test_a_closed_pipe_is_no_traceback(drive: str) -> None:
     """``bt-mission run ... | head -1``."""
     with started("run", drive, "--speed", "20") as process:

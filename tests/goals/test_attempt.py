@@ -19,7 +19,7 @@ TICK = S // 20
 class Story:
     """An attempt, its ledger and a clock that a test moves."""
 
-    def __init__(self, server: Any, condition: Any = None, **limits: float) -> None:
+    def __init__(self, server: Any, condition: Any = None, **limits: Any) -> None:
         self.now = S
         self.ledger = Ledger(seed=1, grace_ns=3 * S)
         self.attempt = Attempt(

@@ -49,7 +49,11 @@ def read_node(text):
             "did you mean 'name'?",
         ),
         ("{repeat: {count: 1}}", "'do' is missing", None),
-        ("{repeat: {}, do: {wait: 1}}", "'count' is missing", None),
+        (
+            "{repeat: {}, do: {wait: 1}}",
+            "'count', 'while' or 'until' is missing",
+            "write 'repeat: {count: 3}'",
+        ),
         (
             "{repeat: 3, do: {wait: 1}}",
             "expected a mapping, got the number 3",
@@ -142,7 +146,7 @@ def test_what_is_below_a_node_that_cannot_be_kept_is_read_all_the_same():
     """A repeat without a count still has a child with faults."""
     reader, step = read_node("{repeat: {}, do: {sequence: [{wait: 1}, {wait: -1}]}}")
     assert [fault.message for fault in in_order(reader.faults)] == [
-        "'count' is missing",
+        "'count', 'while' or 'until' is missing",
         "expected seconds, 0 or more, got the number -1",
     ]
     assert isinstance(step, SequenceNode)

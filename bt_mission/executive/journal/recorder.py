@@ -7,6 +7,7 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from bt_mission.behaviours.cleanup import Finally
 from bt_mission.behaviours.decorators import Subtree
 from bt_mission.behaviours.runtime import Runtime, Scope
 from bt_mission.behaviours.snapshot import save
@@ -90,9 +91,12 @@ class JournalRecorder:
     def _changes(self, now_ns: int) -> Record:
         record: Record = {"t": now_ns, "nodes": {}, "ended": self._ended_goals()}
         for node in self._dirty:
-            state = save(node, now_ns) if node.status is Status.RUNNING else {}
-            if "elements" in state:
-                state["elements"] = encode(state["elements"], self._pack)
+            is_detached = isinstance(node, Finally) and node.is_detached
+            lasts = node.status is Status.RUNNING or is_detached
+            state = save(node, now_ns) if lasts else {}
+            for name in ("elements", "values"):
+                if name in state:
+                    state[name] = encode(state[name], self._pack)
             record["nodes"][self._executive.path_of(node)] = [node.status.value, state, now_ns]
         self._dirty = {}
         for path, scope in self._scopes.items():

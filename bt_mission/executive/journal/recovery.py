@@ -97,8 +97,9 @@ class Recovery:
                 self._put(node, *story.nodes[path])
 
     def _put(self, node: Behaviour, status: str, state: dict[str, Any], saved_ns: int) -> None:
-        if "elements" in state:
-            state = {**state, "elements": decode("for_each", state["elements"], self._unpack)}
+        for name, whose in (("elements", "for_each"), ("values", "finally")):
+            if name in state:
+                state = {**state, name: decode(whose, state[name], self._unpack)}
         # What had passed of a time when the process died has passed; the pause since then has not.
         since_ns = self._runtime.now_ns - (self._story.time_ns - saved_ns)
         load(node, Status(status), state, since_ns)

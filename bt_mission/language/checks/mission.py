@@ -9,7 +9,13 @@ from bt_mission.core.diagnostics import Diagnostic, quoted
 from bt_mission.core.yaml.document import Document
 from bt_mission.language.checks.comments import cut_texts
 from bt_mission.language.checks.conditions import constant_conditions
-from bt_mission.language.checks.reachability import expected_failures, restarted, unreached
+from bt_mission.language.checks.reachability import (
+    expected_failures,
+    restarted,
+    unmoved_loops,
+    unreached,
+    unsure_cleanups,
+)
 from bt_mission.language.checks.rules import GoalRules
 from bt_mission.language.checks.scope import (
     Variables,
@@ -40,8 +46,11 @@ def scope_faults(mission: Mission) -> Iterator[Diagnostic]:
     """
     for tree in mission.all_trees:
         variables = None
-        for node, variables in walk(tree, lambda _node, _field: None):
-            yield from node_faults(tree.document, node, variables)
+        for visit in walk(tree, lambda _node, _field: None):
+            node, variables, is_behind = visit
+            yield from node_faults(tree.document, visit)
+            if is_behind:
+                continue
             if isinstance(node, InterfaceNode):
                 yield from _message_faults(tree.document, node, variables)
         assert variables is not None, "a tree has a node"
@@ -61,8 +70,11 @@ def type_faults(
     """
     checker = TypeChecker(find, rules, expected_failures(mission))
     for tree in mission.all_trees:
-        for node, variables in walk(tree, checker.output_type):
-            yield from node_faults(tree.document, node, variables)
+        for visit in walk(tree, checker.output_type):
+            node, variables, is_behind = visit
+            yield from node_faults(tree.document, visit)
+            if is_behind:
+                continue
             if isinstance(node, InterfaceNode):
                 yield from checker.faults(tree.document, node, variables)
             elif isinstance(node, PythonNode) and not any(_leaf_faults(tree, node, permissions)):
@@ -172,6 +184,8 @@ def _tree_warnings(tree: Tree) -> Iterator[Diagnostic]:
     yield from restarted(document, tree.body)
     yield from constant_conditions(document, tree.body)
     yield from cut_texts(document, tree.body)
+    yield from unmoved_loops(document, tree.body)
+    yield from unsure_cleanups(document, tree.body)
     for node in tree.body.walk():
         endless = node.endless()
         if endless is not None:

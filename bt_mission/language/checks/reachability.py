@@ -7,12 +7,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from bt_mission.core.diagnostics import Diagnostic
+from bt_mission.core.diagnostics import Diagnostic, listed
 from bt_mission.core.yaml.document import Document
+from bt_mission.language.checks.scope import names_read
+from bt_mission.language.expressions.expression import Expression
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.base import EITHER, Ends, NodeModel
-from bt_mission.language.nodes.composites import FallbackNode, InTurnNode, ParallelNode
-from bt_mission.language.nodes.decorators import ForceNode, InvertNode
+from bt_mission.language.nodes.composites import (
+    FallbackNode,
+    FinallyNode,
+    InTurnNode,
+    ParallelNode,
+)
+from bt_mission.language.nodes.decorators import ForceNode, InvertNode, RepeatNode
 from bt_mission.language.nodes.subtree import TreeNode
 
 
@@ -93,3 +100,45 @@ def restarted(document: Document, tree: NodeModel) -> Iterator[Diagnostic]:
                 )
                 hint = "put what takes time last, or leave 'memory' out"
                 yield document.fault(child.path, message, hint, severity="warning")
+
+
+def unsure_cleanups(document: Document, tree: NodeModel) -> Iterator[Diagnostic]:
+    """Yield a warning for every clean-up that reads what its node may not have written yet."""
+    for node in tree.walk():
+        if not isinstance(node, FinallyNode):
+            continue
+        inside = {id(one) for one in node.child.walk()}
+        elsewhere = {
+            write.variable for one in tree.walk() if id(one) not in inside for write in one.writes()
+        }
+        written = {write.variable for one in node.child.walk() for write in one.writes()}
+        for reader in node.cleanup.walk():
+            for name in sorted(names_read(reader) & (written - elsewhere)):
+                message = f"'{name}' has no value where 'do' is halted before it is written"
+                hint = f"'set' '{name}' before the finally in line {node.line}"
+                yield document.fault(reader.path, message, hint, severity="warning")
+
+
+def unmoved_loops(document: Document, tree: NodeModel) -> Iterator[Diagnostic]:
+    """Yield a warning for every condition of a loop that no round of it can change.
+
+    Beside a loop in a `parallel` there may be a node that does; nothing is said of those.
+    """
+    waiting = [tree]
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, ParallelNode):
+            continue
+        waiting += node.below
+        if not isinstance(node, RepeatNode):
+            continue
+        written = {write.variable for inner in node.walk() for write in inner.writes()}
+        for key, condition in (("while", node.settings.before), ("until", node.settings.after)):
+            if not isinstance(condition, Expression) or condition.draws:
+                continue
+            if not condition.names & written:
+                names = listed(f"'{name}'" for name in sorted(condition.names))
+                why = f"nothing below 'do' assigns {names}" if names else "it reads no variable"
+                message = f"no round changes this condition: {why}"
+                path = (*node.path, "repeat", key)
+                yield document.fault(path, message, severity="warning")

@@ -10,6 +10,7 @@ import random
 from collections import ChainMap
 from collections.abc import Callable, Iterable, Iterator, Mapping, MutableMapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 from bt_mission.core.diagnostics import Diagnostic, describe, did_you_mean, listed, quoted
 from bt_mission.core.yaml.document import Document
@@ -97,10 +98,19 @@ class Variables:
         return names <= self.inputs.keys()
 
 
-def walk(tree: Tree, output_type: OutputType) -> Iterator[tuple[NodeModel, Variables]]:
+class Visit(NamedTuple):
+    """A node with the variables known at it, or `is_behind` what is below it."""
+
+    node: NodeModel
+    variables: Variables
+    is_behind: bool = False
+
+
+def walk(tree: Tree, output_type: OutputType) -> Iterator[Visit]:
     """Yield every node of a tree in the order of the file, with the variables known at it.
 
-    Behind the last one, these are the variables known at the end of the tree.
+    A node that reads values behind what is below it comes there once more. Behind the last one,
+    these are the variables known at the end of the tree.
     """
     lines: dict[str, int] = {}
     for node in tree.body.walk():
@@ -112,15 +122,15 @@ def walk(tree: Tree, output_type: OutputType) -> Iterator[tuple[NodeModel, Varia
     yield from _walk(tree.body, variables, output_type)
 
 
-def _walk(
-    node: NodeModel, variables: Variables, output_type: OutputType
-) -> Iterator[tuple[NodeModel, Variables]]:
-    yield node, variables
+def _walk(node: NodeModel, variables: Variables, output_type: OutputType) -> Iterator[Visit]:
+    yield Visit(node, variables)
     if not isinstance(node, ForEachNode):
         for write in node.writes():
             variables.note(write.variable, _type_of(node, write, variables, output_type))
         for below in node.below:
             yield from _walk(below, variables, output_type)
+        if any(read.is_behind for read in node.reads()):
+            yield Visit(node, variables, is_behind=True)
         return
     types, loops, name = variables.types, variables.loops, node.variable
     # That a name is taken already is a fault of its own; it then keeps what it was.
@@ -152,10 +162,13 @@ def written_by(node: NodeModel) -> tuple[str, ...]:
     return tuple(write.variable for write in node.writes())
 
 
-def node_faults(document: Document, node: NodeModel, variables: Variables) -> Iterator[Diagnostic]:
+def node_faults(document: Document, visit: Visit) -> Iterator[Diagnostic]:
     """Yield what is wrong with the names and types in a node, messages left out."""
+    node, variables, is_behind = visit
     around = variables
-    for path, value, wanted, assigns in node.reads():
+    for path, value, wanted, assigns, is_read_behind in node.reads():
+        if is_read_behind != is_behind:
+            continue
         place = (*node.path, *path)
         if isinstance(value, Template):
             yield from template_faults(document, place, value, around)
@@ -168,7 +181,8 @@ def node_faults(document: Document, node: NodeModel, variables: Variables) -> It
             if around is variables:
                 around = replace(variables, types=ChainMap({}, variables.types))
             around.note(assigns, around.type_of(value))
-    yield from _naming_faults(document, node, variables)
+    if not is_behind:
+        yield from _naming_faults(document, node, variables)
 
 
 def _naming_faults(
@@ -293,8 +307,10 @@ def template_faults(
     document: Document, path: Sequence[Key], value: Template, variables: Variables
 ) -> Iterator[Diagnostic]:
     """Yield what is wrong with the names in a template."""
-    for offset, expression in value.expressions:
-        yield from expression_faults(document, path, expression, variables, None, offset=offset)
+    for hole in value.holes:
+        yield from expression_faults(
+            document, path, hole.expression, variables, hole.wanted, offset=hole.offset
+        )
 
 
 def located(

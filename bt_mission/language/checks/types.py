@@ -141,6 +141,8 @@ def _condition_faults(
     faults = list(expression_faults(document, path, asked, variables, "bool", field_type))
     yield from faults
     if not faults and not any(name.name.partition(".")[0] in message.fields for name in bare):
+        if node.interface == "action" and not variables.given.issuperset(asked.names):
+            return
         what = "the feedback" if node.interface == "action" else message.name
         text = f"the condition reads no field of {what} ({listed(message.fields)})"
         yield document.fault(path, text)

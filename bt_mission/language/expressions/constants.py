@@ -6,6 +6,7 @@ import random
 from collections.abc import Callable, Mapping
 
 from bt_mission.language.expressions import syntax
+from bt_mission.language.expressions.selection import Conditional
 from bt_mission.language.expressions.values import (
     ExpressionError,
     Plain,
@@ -44,6 +45,18 @@ def _is_constant(
     """Return whether a part is constant; if not, evaluate the largest parts in it that are."""
     if isinstance(node, syntax.Name):
         return is_constant(node)
+    if isinstance(node, Conditional):
+        # Of the two values only one is evaluated; which one, a constant condition tells.
+        is_settled = _is_constant(node.condition, scope, is_constant)
+        return is_settled and _is_constant(node.selected(scope), scope, is_constant)
+    return _has_constant_parts(node, scope, is_constant)
+
+
+def _has_constant_parts(
+    node: syntax.SyntaxNode,
+    scope: syntax.EvaluationScope,
+    is_constant: Callable[[syntax.Name], bool],
+) -> bool:
     constant = []
     for part in node.parts:
         if _is_constant(part, scope, is_constant):

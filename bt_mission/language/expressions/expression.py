@@ -15,6 +15,7 @@ from functools import lru_cache
 from types import MappingProxyType
 from typing import Any
 
+from bt_mission.core.diagnostics import quoted
 from bt_mission.language.expressions.parser import parse
 from bt_mission.language.expressions.syntax import EvaluationScope, Name, SyntaxNode, Types
 from bt_mission.language.expressions.values import ExpressionError, Plain, Type, show
@@ -24,6 +25,7 @@ MAX_TEMPLATE = 10_000
 
 _NOTHING: Mapping[str, Plain] = MappingProxyType({})
 _HOLE = re.compile(r"\$(?:(?P<escaped>\$)|(?P<name>[A-Za-z_][A-Za-z0-9_]*)|(?P<open>\{))")
+_FORMAT = re.compile(r"\+?0?[0-9]{0,2}(\.[0-9]{1,2})?[dfeg%]?")
 _CLOSE = re.compile(r"""(?:[^'"}]|'[^']*'|"[^"]*")*\}""")
 
 
@@ -67,11 +69,35 @@ class Expression:
 
 
 @dataclass(frozen=True)
+class Hole:
+    """An expression in a text, at an offset (from 0), and how its number is formatted, if it is."""
+
+    offset: int
+    expression: Expression
+    format: str = ""
+
+    @property
+    def wanted(self) -> Type | None:
+        """The type that it must have; None where every type will do."""
+        if not self.format:
+            return None
+        return "integer" if self.format.endswith("d") else "number"
+
+    def evaluate(self, names: Mapping[str, Plain], rng: random.Random) -> str:
+        """Return the text that fills it. Raises ExpressionError."""
+        with _errors_moved(self.offset):
+            if self.wanted is None:
+                return show(self.expression.evaluate(names, rng))
+            value = self.expression.root.need(EvaluationScope(names, _NOTHING, rng), self.wanted)
+            return f"{value:{self.format}}"
+
+
+@dataclass(frozen=True)
 class Template:
-    """A text with holes: `$name`, `${expression}`; `$$` is a dollar sign."""
+    """A text with holes: `$name`, `${expression}`, `${number:.2f}`; `$$` is a dollar sign."""
 
     text: str
-    parts: tuple[str | tuple[int, Expression], ...] = field(init=False, repr=False, compare=False)
+    parts: tuple[str | Hole, ...] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         if "$" in self.text and len(self.text) > MAX_TEMPLATE:
@@ -80,27 +106,27 @@ class Template:
         object.__setattr__(self, "parts", tuple(_parts(self.text)))
 
     @property
-    def expressions(self) -> tuple[tuple[int, Expression], ...]:
-        """The expressions in the holes, each once, with the offset of its first (from 0)."""
-        found: dict[str, tuple[int, Expression]] = {}
+    def holes(self) -> tuple[Hole, ...]:
+        """The holes, the first one of those that are equal."""
+        found: dict[tuple[str, str], Hole] = {}
         for part in self.parts:
             if not isinstance(part, str):
-                found.setdefault(part[1].text, part)
+                found.setdefault((part.expression.text, part.format), part)
         return tuple(found.values())
 
     @property
     def references(self) -> tuple[Name, ...]:
         """The names read, with columns in the whole text."""
         return tuple(
-            Name(reference.column + offset, reference.name, reference.variable)
-            for offset, expression in self.expressions
-            for reference in expression.references
+            Name(reference.column + hole.offset, reference.name, reference.variable)
+            for hole in self.holes
+            for reference in hole.expression.references
         )
 
     @property
     def draws(self) -> bool:
         """Whether it uses random numbers."""
-        return any(expression.draws for _, expression in self.expressions)
+        return any(hole.expression.draws for hole in self.holes)
 
     @property
     def names(self) -> frozenset[str]:
@@ -109,15 +135,9 @@ class Template:
 
     def evaluate(self, names: Mapping[str, Plain], rng: random.Random) -> str:
         """Return the text with its holes filled. Raises ExpressionError."""
-        filled = []
-        for part in self.parts:
-            if isinstance(part, str):
-                filled.append(part)
-                continue
-            offset, expression = part
-            with _errors_moved(offset):
-                filled.append(show(expression.evaluate(names, rng)))
-        return "".join(filled)
+        return "".join(
+            part if isinstance(part, str) else part.evaluate(names, rng) for part in self.parts
+        )
 
 
 @dataclass(frozen=True)
@@ -228,8 +248,8 @@ def written_text(value: Any) -> str:
     return show(value)
 
 
-def _parts(text: str) -> list[str | tuple[int, Expression]]:
-    parts: list[str | tuple[int, Expression]] = []
+def _parts(text: str) -> list[str | Hole]:
+    parts: list[str | Hole] = []
     at = 0
     while (dollar := text.find("$", at)) >= 0:
         parts.append(text[at:dollar])
@@ -241,16 +261,28 @@ def _parts(text: str) -> list[str | tuple[int, Expression]]:
         if hole["escaped"]:
             parts.append("$")
         elif hole["name"]:
-            parts.append((dollar, _expression(hole.group())))
+            parts.append(Hole(dollar, _expression(hole.group())))
         else:
             close = _CLOSE.match(text, at)
             if close is None:
                 raise ExpressionError("this '${' is never closed with '}'", dollar + 1)
             with _errors_moved(at):
-                parts.append((at, _expression(text[at : close.end() - 1])))
+                parts.append(_hole(at, text[at : close.end() - 1]))
             at = close.end()
     parts.append(text[at:])
     return [part for part in parts if part != ""]
+
+
+def _hole(at: int, text: str) -> Hole:
+    """Return the hole of a text such as `x + 1` or `x:.2f`; quoted texts may have a colon, too."""
+    colon = text.rfind(":")
+    if colon < 0 or "'" in text[colon:] or '"' in text[colon:]:
+        return Hole(at, _expression(text))
+    form = text[colon + 1 :].strip()
+    if not form or not _FORMAT.fullmatch(form):
+        message = f"expected a number format such as '.2f' behind ':', got {quoted(form)}"
+        raise ExpressionError(message, colon + 2, "'.2f' gives two decimals, '03d' three digits")
+    return Hole(at, _expression(text[:colon]), form)
 
 
 @contextmanager

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from itertools import pairwise, product
 
+from bt_mission.language.expressions.selection import Conditional
 from bt_mission.language.expressions.syntax import (
     Arithmetic,
     Comparison,
@@ -47,6 +48,8 @@ def outcomes(node: SyntaxNode, find: FindRange) -> frozenset[bool]:
             return frozenset(join(pair) for pair in pairs)
         case Comparison():
             return _compared(node, find)
+        case Conditional(value=value, otherwise=otherwise):
+            return outcomes(value, find) | outcomes(otherwise, find)
     return BOTH
 
 
@@ -94,6 +97,8 @@ def range_of(node: SyntaxNode, find: FindRange) -> Range:
             apply = _ARITHMETIC[symbol]
             ends = product(range_of(left, find), range_of(right, find))
             return _spanned([apply(*pair) for pair in ends])
+        case Conditional(value=value, otherwise=otherwise):
+            return _spanned([*range_of(value, find), *range_of(otherwise, find)])
         case FunctionCall(name="abs", arguments=(operand,)):
             low, high = range_of(operand, find)
             least = 0.0 if low <= 0.0 <= high else min(abs(low), abs(high))

@@ -1,13 +1,15 @@
 """The grammar of expressions: from a text to its parts, by precedence climbing.
 
-either      = both ("or" both)*
+either      = any ("if" any "else" either)?
+any         = both ("or" both)*
 both        = inverted ("and" inverted)*
 inverted    = "not" inverted | comparison
 comparison  = sum (("<" | "<=" | ">" | ">=" | "==" | "!=") sum)*      chained as in Python
 sum         = product (("+" | "-") product)*
 product     = signed (("*" | "/" | "//" | "%") signed)*
 signed      = ("-" | "+") signed | power
-power       = atom ("**" signed)?
+power       = element ("**" signed)?
+element     = atom ("[" either "]")*
 atom        = number | text | "true" | "false" | "pi" | name | "$" name
             | function "(" either ("," either)* ")" | "(" either ")"
 """
@@ -20,7 +22,7 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 
 from bt_mission.core.diagnostics import did_you_mean, listed, quoted
-from bt_mission.language.expressions import syntax
+from bt_mission.language.expressions import selection, syntax
 from bt_mission.language.expressions.functions import FUNCTIONS
 from bt_mission.language.expressions.values import MAX_MAGNITUDE, ExpressionError, LooseText, Plain
 
@@ -35,7 +37,7 @@ _TOKEN = re.compile(
       | (?P<text>'[^']*'|"[^"]*")
       | (?P<variable>\$[A-Za-z_][A-Za-z0-9_]*)
       | (?P<name>[A-Za-z_][A-Za-z0-9_]*(?:\.[A-Za-z_][A-Za-z0-9_]*)*)
-      | (?P<symbol>\*\*|//|<=|>=|==|!=|&&|\|\||[-+*/%<>(),])
+      | (?P<symbol>\*\*|//|<=|>=|==|!=|&&|\|\||[-+*/%<>(),\[\]])
       | (?P<blank>[\ \n]+)""",
     re.VERBOSE,
 )
@@ -59,7 +61,8 @@ _LEVELS = {
 }
 """How tightly operators between two operands bind, from the loosest."""
 _NOT, _COMPARISON = 2, 3
-RESERVED = frozenset((*_CONSTANTS, *FUNCTIONS, "and", "or", "not"))
+_KEYWORDS = ("and", "or", "not", "if", "else")
+RESERVED = frozenset((*_CONSTANTS, *FUNCTIONS, *_KEYWORDS))
 """Names that cannot be variables."""
 
 
@@ -181,6 +184,12 @@ class _Parser:
     def either(self) -> syntax.SyntaxNode:
         self.deeper()
         node = self.operation(0)
+        if token := self.takes("if"):
+            condition = self.operation(0)
+            if not self.takes("else"):
+                message = f"expected 'else' for the 'if' in column {token.column}"
+                raise ExpressionError(message, self.next.column, "write 'a if condition else b'")
+            node = selection.Conditional(token.column, condition, node, self.either())
         self.depth -= 1
         return node
 
@@ -225,6 +234,9 @@ class _Parser:
 
     def power(self) -> syntax.SyntaxNode:
         base = self.atom()
+        while opened := self.takes("["):
+            base = selection.Element(opened.column, base, self.either())
+            self.close(opened, "]")
         token = self.takes("**")
         if token is None:
             return base
@@ -241,7 +253,7 @@ class _Parser:
             return syntax.Constant(token.column, token.text[1:-1])
         if token.kind == "variable":
             return self.name(syntax.Name(token.column, token.text[1:], variable=True))
-        if token.kind == "name" and token.text not in ("and", "or", "not"):
+        if token.kind == "name" and token.text not in _KEYWORDS:
             if self.takes("("):
                 return self.call(token)
             if token.text in _CONSTANTS:
@@ -262,9 +274,9 @@ class _Parser:
         self.names.append(node)
         return node
 
-    def close(self, opened: Token) -> None:
-        if not self.takes(")"):
-            message = f"expected ')' for the '(' in column {opened.column}"
+    def close(self, opened: Token, closing: str = ")") -> None:
+        if not self.takes(closing):
+            message = f"expected '{closing}' for the '{opened.text}' in column {opened.column}"
             raise ExpressionError(message, self.next.column)
 
     def call(self, token: Token) -> syntax.SyntaxNode:

@@ -75,12 +75,14 @@ class Read(NamedTuple):
 
     `wanted` is the rule of a number, or the type of another value; None where every type will do.
     `assigns` is the variable that the value goes to before the next one of the node is read.
+    `is_behind` tells that it is read when what is below the node has run.
     """
 
     path: Path
     value: Value
     wanted: NumberRule | Type | None = None
     assigns: str | None = None
+    is_behind: bool = False
 
 
 class Write(NamedTuple):

@@ -9,6 +9,7 @@ from pydantic import Field
 from typing_extensions import override
 
 from bt_mission.core.diagnostics import did_you_mean, listed, quoted
+from bt_mission.language.expressions.expression import written_text
 from bt_mission.language.nodes import base, fields
 
 
@@ -133,6 +134,43 @@ class ChooseNode(base.CompositeNode):
     def details(self) -> list[str]:
         weights = ", ".join(f"{one:g}" for one in self.weights)
         return [f"weights {weights}"] if weights else []
+
+
+class FinallySettings(base.Written):
+    """How long the clean-up may take (s)."""
+
+    timeout: fields.Limit
+
+
+class FinallyNode(base.NodeModel):
+    """A node, and a clean-up that runs however the node ends."""
+
+    # By itself, by a halt of the tree around it, or with the mission. Its status is the node's,
+    # or failure where the clean-up fails or takes longer than its `timeout`.
+    kind: ClassVar[str] = "finally"
+    child_keys: ClassVar[tuple[str, ...]] = ("do", "then")
+
+    settings: FinallySettings = Field(alias="finally")
+    child: base.Child = Field(alias="do")
+    cleanup: base.Child = Field(alias="then")
+
+    @property
+    @override
+    def below(self) -> tuple[base.NodeModel, ...]:
+        return self.child, self.cleanup
+
+    @override
+    def ends(self, below: list[base.Ends]) -> base.Ends:
+        body, cleanup = below
+        takes_time = any(node.takes_time for node in self.cleanup.walk())
+        may_fail = "failure" in cleanup or takes_time
+        return (body if "success" in cleanup else frozenset()) | (
+            base.FAILURE if may_fail else frozenset()
+        )
+
+    @override
+    def details(self) -> list[str]:
+        return [f"then clean up, within {written_text(self.settings.timeout)} s"]
 
 
 class WhenNode(base.ConditionalNode):

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import BeforeValidator, Field
+from pydantic import BeforeValidator, ConfigDict, Field, model_validator
 from typing_extensions import override
 
 from bt_mission.language.expressions.expression import Value, written_text
@@ -15,23 +15,65 @@ _SWAP = {"success": "failure", "failure": "success"}
 
 
 class RepeatSettings(base.Written):
-    """How often."""
+    """How often: so many times, while a condition holds, until one holds."""
 
-    count: fields.Times
+    model_config = ConfigDict(json_schema_extra={"minProperties": 1})
+
+    count: fields.Times = None
+    before: fields.Condition = Field(None, alias="while")
+    after: fields.Condition = Field(None, alias="until")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _say_how_often(cls, data: Any) -> Any:
+        if isinstance(data, dict) and data.keys().isdisjoint(("count", "while", "until")):
+            what = "'count', 'while' or 'until' is missing"
+            raise fields.refusal(what, "write 'repeat: {count: 3}'")
+        return data
+
+    @property
+    def has_condition(self) -> bool:
+        """Whether more than a count ends it."""
+        return self.before is not None or self.after is not None
 
 
 class RepeatNode(base.DecoratorNode):
-    """A node, several times."""
+    """A node, several times: as often as `count` says, or as conditions on variables do."""
 
-    # As long as it succeeds.
+    # As long as it succeeds. `while` is asked before each round, `until` after it, when the
+    # variables are known that the node below writes; beside them `count` is the most rounds.
     kind: ClassVar[str] = "repeat"
 
     settings: RepeatSettings = Field(alias="repeat")
     child: base.Child = Field(alias="do")
 
     @override
+    def reads(self) -> Iterator[base.Read]:
+        for read in super().reads():
+            yield read._replace(is_behind=read.path[-1] == "until")
+
+    @override
+    def ends(self, below: list[base.Ends]) -> base.Ends:
+        settings = self.settings
+        if not settings.has_condition:
+            return below[0]
+        ends = below[0] & base.FAILURE
+        if settings.before not in (None, True):
+            ends |= base.SUCCESS
+        if "success" in below[0]:
+            ends |= base.SUCCESS if settings.after not in (None, False) else frozenset()
+            ends |= base.FAILURE if settings.count is not None else frozenset()
+        return ends
+
+    @override
     def details(self) -> list[str]:
-        return [f"{written_text(self.settings.count)} times"]
+        settings = self.settings
+        words = {"while": settings.before, "until": settings.after}
+        said = [f"{word} {written_text(one)}" for word, one in words.items() if one is not None]
+        if settings.count is not None:
+            most = "at most " if said else ""
+            said.append(f"{most}{written_text(settings.count)} times")
+        return said
 
 
 class RetrySettings(base.Written):

@@ -21,6 +21,7 @@ _NODES: tuple[type[NodeModel], ...] = (
     decorators.ForceNode,
     decorators.GuardNode,
     composites.WhenNode,
+    composites.FinallyNode,
     decorators.ForEachNode,
     leaves.CheckNode,
     leaves.SetNode,

@@ -10,6 +10,7 @@ from bt_mission.core.diagnostics import LIKENED_NAMES, describe, did_you_mean, l
 
 _GUARD = "'guard: CONDITION' runs its 'do' as long as a condition holds"
 _WHEN = "'when: CONDITION' runs its 'do' if a condition holds, else its 'else'"
+_FINALLY = "write 'finally: {timeout: 10}' with a 'do', and what cleans up under 'then'"
 _PARALLEL = "write 'parallel'"
 
 OTHER_WORDS = {
@@ -21,9 +22,9 @@ OTHER_WORDS = {
     "switch": _WHEN,
     "case": _WHEN,
     "unless": _WHEN,
-    "while": f"{_GUARD}; 'repeat: {{count: 3}}' runs it several times",
-    "until": "'wait_for' waits for a message; 'cancel_when' ends a goal by its feedback",
-    "loop": "write 'repeat: {count: 3}'",
+    "while": f"write 'repeat: {{while: CONDITION}}'; {_GUARD}",
+    "until": "write 'repeat: {until: CONDITION}'; 'wait_for' waits for a message",
+    "loop": "write 'repeat: {count: 3}', '{while: ...}' or '{until: ...}'",
     "for": "write 'for_each: {place: [1, 2]}', or 'repeat: {count: 3}'",
     "foreach": "write 'for_each: {place: [1, 2]}'",
     "condition": "write 'check: CONDITION'",
@@ -35,7 +36,9 @@ OTHER_WORDS = {
     "concurrent": _PARALLEL,
     "and": "write 'sequence'",
     "steps": "write 'sequence'",
-    "then": "write 'sequence'",
+    "ensure": _FINALLY,
+    "cleanup": _FINALLY,
+    "defer": _FINALLY,
     "sleep": "write 'wait: SECONDS'",
     "delay": "write 'wait: SECONDS'",
     "pause": "write 'wait: SECONDS'",
@@ -67,6 +70,7 @@ OTHER_MODIFIERS = {
 """The same for words beside a type of node."""
 
 FIRST_FIELDS = {
+    "finally": "timeout",
     "repeat": "count",
     "retry": "attempts",
     "turn": "angle",

@@ -47,6 +47,7 @@ SIGNS: dict[str, Sign] = {
     "timeout": Sign("◷", "t", "timeout", Family.DECORATOR),
     "invert": Sign("≠", "!", "invert", Family.DECORATOR),
     "force": Sign("=", "=", "force", Family.DECORATOR),
+    "finally": Sign("Ω", "&", "finally", Family.DECORATOR),
     "guard": Sign("◈", "<>", "guard", Family.CONDITION),
     "check": Sign("◇", "<>", "check", Family.CONDITION),
     "set": Sign("≔", ":=", "set", Family.OTHER),

@@ -124,6 +124,17 @@ TREES = {
     "finish": "parallel: [{log: a}, {sequence: [{wait: 0.4}, {log: b}]}]\n"
     "  succeed_when: any\n  rest: finish",
     "repeat": "repeat: {count: 3}\n  do: {sequence: [{turn: {angle: 9}}, {log: a}]}",
+    "until": "sequence:\n    - set: {n: 0}\n    - repeat: {until: n > 2}\n"
+    "      do: {sequence: [{turn: {angle: 9}}, {set: {n: n + 1}}, {log: $n}]}",
+    "while": "sequence:\n    - set: {n: 0}\n    - repeat: {while: n < 3, count: 9}\n"
+    "      do: {sequence: [{set: {n: n + 1}}, {turn: {angle: 9}}, {log: $n}]}",
+    "finally": "finally: {timeout: 9}\n  do: {sequence: [{turn: {angle: 9}}, {log: a}]}\n"
+    "  then: {sequence: [{log: b}, {turn: {angle: 9}}, {log: c}]}",
+    "halted": "sequence:\n    - set: {n: 4}\n    - parallel:\n"
+    "        - finally: {timeout: 9}\n          do: {wait: 99}\n"
+    "          then: {sequence: [{log: $n}, {turn: {angle: 9}}, {set: {n: n + 1}}, {log: $n}]}\n"
+    "        - sequence: [{action: {name: /b, type: a_b/action/Turn}}, {log: b}]\n"
+    "      succeed_when: any\n    - {action: {name: /c, type: a_b/action/Turn}}\n    - log: $n",
     "retry": "force: success\n  do:\n    retry: {attempts: 3, pause: 0.2}\n"
     "    do: {sequence: [{log: a}, {turn: {angle: 3}}, {check: false}]}",
     "for_each": "for_each: {x: [1, 2, 3]}\n  do: {sequence: [{log: $x}, {turn: {angle: $x}}]}",

@@ -58,6 +58,110 @@ def test_a_body_that_repeats_reads_what_stands_before():
     assert faults(after) == [(8, 18, "'$gap' is used before assignment, in line 9")]
 
 
+LOOP = "repeat: {{{0}}}\n      do: {{set: {{sum: n + 1}}}}"
+
+
+def test_until_reads_what_its_rounds_write():
+    """It is asked behind them; `while` is asked before the first."""
+    assert faults(LOOP.format("until: sum > 3")) == []
+    assert faults(LOOP.format("while: sum < 3")) == [
+        (5, 23, "'sum' is used before assignment, in line 6")
+    ]
+    assert faults(LOOP.format("until: sam > 3")) == [
+        (5, 23, "'sam' is an undefined variable (defined: n, word, sum)")
+    ]
+    assert faults(LOOP.format("until: sum + 3")) == [(5, 27, "expected a boolean, got an integer")]
+    assert faults(LOOP.format("count: 3, while: word > 3")) == [
+        (5, 38, "cannot compare a string with an integer")
+    ]
+
+
+@pytest.mark.parametrize(
+    ("loop", "key"),
+    [("until: n > 5", "until"), ("while: n < 5, count: 9", "while"), ("until: sum > 5", "")],
+)
+def test_a_loop_that_no_round_ends_is_suspicious(loop, key):
+    """Nothing below it assigns what its condition reads."""
+    head = "mission: m\ninputs: {n: 2}\ntree:\n  sequence:\n    - log: $n\n    - "
+    found = [one for one in load_text(head + LOOP.format(loop)).warnings if "round" in one.message]
+    assert [(one.line, one.message) for one in found] == [
+        (6, "no round changes this condition: nothing below 'do' assigns 'n'") for _ in [key] if key
+    ]
+
+
+def test_a_loop_may_wait_for_a_branch_beside_it():
+    """A `parallel` around it has other nodes that write."""
+    text = (
+        "mission: m\ntree:\n  sequence:\n    - set: {n: 0}\n    - parallel:\n"
+        "        - {set: {n: 3}}\n        - {repeat: {until: n > 2}, do: {wait: 1}}\n"
+    )
+    assert load_text(text).warnings == ()
+
+
+@pytest.mark.parametrize(
+    ("loop", "rest"),
+    [
+        ("{repeat: {while: true}, do: {wait: 1}}", "succeeds"),
+        ("{repeat: {until: false}, do: {wait: 1}}", "succeeds"),
+        ("{repeat: {until: sum > 3}, do: {set: {sum: 4}}}", ""),
+        ("{invert: {repeat: {while: n < 3}, do: {wait: 1}}}", "succeeds"),
+        ("{repeat: {until: sum > 3, count: 2}, do: {set: {sum: 4}}}", ""),
+    ],
+)
+def test_behind_a_loop_that_never_ends_nothing_is_reached(loop, rest):
+    """Or one that can only end the other way."""
+    text = f"mission: m\ninputs: {{n: 2}}\ntree:\n  sequence:\n    - {loop}\n    - log: $n\n"
+    found = [one for one in load_text(text).warnings if "never reached" in one.message]
+    assert [one.message for one in found] == [
+        f"never reached: the node before it, in line 5, never {rest}" for _ in [rest] if rest
+    ]
+
+
+@pytest.mark.parametrize(
+    ("before", "warned"),
+    [
+        ("log: $n", ["'gap' has no value where 'do' is halted before it is written"]),
+        ("set: {gap: n}", []),
+    ],
+)
+def test_a_clean_up_reads_what_is_sure_to_be_there(before, warned):
+    """Its node may be halted at any time."""
+    text = (
+        f"mission: m\ninputs: {{n: 2}}\ntree:\n  sequence:\n    - {before}\n"
+        "    - finally: {timeout: 5}\n      do: {sequence: [{wait: 1}, {set: {gap: n}}]}\n"
+        "      then: {log: $gap}\n"
+    )
+    found = [one for one in load_text(text).warnings if "halted" in one.message]
+    assert [one.message for one in found] == warned
+
+
+@pytest.mark.parametrize(
+    ("node", "is_reached"),
+    [
+        ("{wait: 1}, then: {log: $n}", True),
+        ("{check: false}, then: {log: $n}", False),
+        ("{wait: 1}, then: {check: false}", False),
+    ],
+)
+def test_a_finally_ends_as_its_node_and_its_clean_up_can(node, is_reached):
+    """Behind one that never succeeds nothing is reached."""
+    text = "mission: m\ninputs: {n: 2}\ntree:\n  sequence:\n"
+    text += f"    - {{finally: {{timeout: 5}}, do: {node}}}\n    - log: $n\n"
+    warned = [one for one in load_text(text).warnings if "never reached" in one.message]
+    assert bool(warned) is not is_reached
+
+
+def test_a_finally_needs_its_parts():
+    """The time of its clean-up, too: without it an end could take for ever."""
+    assert faults("{finally: {}, do: {wait: 1}, then: {wait: 1}}") == [
+        (5, 17, "'timeout' is missing")
+    ]
+    assert faults("{finally: {timeout: 5}, do: {wait: 1}}") == [(5, 7, "'then' is missing")]
+    assert faults("{finally: {timeout: 0}, do: {wait: 1}, then: {wait: 1}}") == [
+        (5, 27, "expected seconds above 0, got the number 0")
+    ]
+
+
 def test_a_loose_word_is_measured_by_what_stands_there():
     """It is more likely a mistake than a variable."""
     ((line, column, message),) = faults("wait: long")
@@ -98,7 +202,7 @@ def test_types_of_outputs_come_from_the_one_who_knows_them():
         "    - log: end\n"
     )
     kinds: dict[str, Any] = {"a": "number", "b": "text"}
-    *_, (_, variables) = walk(mission.main, lambda _, field: kinds[field])
+    *_, (_, variables, _) = walk(mission.main, lambda _, field: kinds[field])
     assert variables.types == {"n": "integer", "x": None, "y": "text", "z": "number"}
 
 

@@ -117,7 +117,7 @@ def test_the_length_of_a_template_is_bounded():
 def test_equal_holes_are_told_once_and_filled_each():
     """What is wrong with one is wrong with all."""
     template = Template("$x, ${x} and ${x}, $x")
-    assert [(offset, one.text) for offset, one in template.expressions] == [(0, "$x"), (6, "x")]
+    assert [(hole.offset, hole.expression.text) for hole in template.holes] == [(0, "$x"), (6, "x")]
     assert template.evaluate({"x": 1}, random.Random(0)) == "1, 1 and 1, 1"
     drawn = Template("${uniform(0, 1)} ${uniform(0, 1)}").evaluate({}, random.Random(0))
     assert len(set(drawn.split())) == 2

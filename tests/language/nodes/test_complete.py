@@ -35,7 +35,7 @@ EXAMPLE = "a mission with it in tests/fuzz/corpus/every_kind.yaml"
 PARAGRAPH = "a paragraph with an example in docs/reference/mission-language.md"
 
 
-ONLY_YAML = ("choose", "for_each")
+ONLY_YAML = ("choose", "for_each", "finally")
 """Kinds that XML of BehaviorTree.CPP has nothing for."""
 
 

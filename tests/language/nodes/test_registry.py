@@ -11,10 +11,10 @@ from bt_mission.language.nodes.registry import KINDS
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_kind_is_a_required_field_of_its_model(kind):
-    """The key that names the kind; every other field has a default, apart from the child."""
+    """The key that names the kind; every other field has a default, apart from the children."""
     fields = KINDS[kind].model_fields
     required = {field.alias or name for name, field in fields.items() if field.is_required()}
-    assert required - {"do"} == {kind}
+    assert required - {"do", "then"} == {kind}
 
 
 @pytest.mark.parametrize("kind", KINDS)

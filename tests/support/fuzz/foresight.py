@@ -35,7 +35,7 @@ _ELEMENT = re.compile(r"\.\d+(\.\w+)*: expected ")
 def foreseeable(mission: Mission, scope: Scope, text: str) -> str | None:
     """Return what is wrong where the failure of a mission could have been known beforehand."""
     for tree in mission.all_trees:
-        for step, variables in walk(tree, _output_type):
+        for step, variables, _ in walk(tree, _output_type):
             if text.startswith(f"{tree.document.file}:{step.line}:{step.column}: "):
                 return _unseen(tree, step, variables, scope, text)
     return "a failure without a place"
@@ -125,7 +125,7 @@ def _expressions(value: Any) -> Iterator[Expression]:
     if isinstance(value, Expression):
         yield value
     elif isinstance(value, Template):
-        yield from (one for _, one in value.expressions)
+        yield from (hole.expression for hole in value.holes)
     else:
         for part in _inside(value):
             yield from _expressions(part)

@@ -1,0 +1,205 @@
+"""A node that is cleaned up after, however it ends: by itself, by a halt, or with the mission."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from enum import StrEnum
+from typing import Any
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+from py_trees.composites import Composite
+
+from bt_mission.behaviours.hooks import Hooked
+from bt_mission.behaviours.runtime import Runtime, Scope
+from bt_mission.core.errors import cause_of
+from bt_mission.core.stamps import NS
+
+
+class Stage(StrEnum):
+    """How far a node with a clean-up has come."""
+
+    IDLE = "idle"
+    BODY = "body"
+    CLEANUP = "cleanup"
+    DETACHED = "detached"
+    """It was halted: who ticks the tree ticks its clean-up, until that has ended."""
+
+
+class Finally(Hooked, Composite):
+    """Runs a node, then its clean-up, and ends as the node does; fails where the clean-up does.
+
+    Halted in between, it leaves its clean-up to :meth:`tick_detached`, with the variables as they
+    were, so that what the tree does meanwhile does not change it. It starts again only after that.
+
+    Args:
+        body: The node, and below it the clean-up.
+        seconds: Gives how long the clean-up may take, at entry.
+        scope: The variables of both.
+    """
+
+    def __init__(
+        self, name: str, children: list[Behaviour], seconds: Callable[[], float], scope: Scope
+    ) -> None:
+        super().__init__(name, children)
+        self.body, self.cleanup = children
+        self.failure = ""
+        """Why the last clean-up behind a halt did not succeed; empty where it did."""
+        self._seconds = seconds
+        self._scope = scope
+        self._stage = Stage.IDLE
+        self._limit_s = 0.0
+        self._until_ns = 0
+        self._result = Status.FAILURE
+        self._values: dict[str, Any] = {}
+        self._inner: list[Finally] = []
+        self._runtime: Runtime
+
+    def setup(self, **kwargs: Any) -> None:
+        """Take the runtime."""
+        self._runtime = kwargs["runtime"]
+        self._inner = [node for node in self.body.iterate() if isinstance(node, Finally)]
+
+    @property
+    def is_detached(self) -> bool:
+        """Is its clean-up under way behind a halt?"""
+        return self._stage is Stage.DETACHED
+
+    @property
+    def limit_s(self) -> float:
+        """How long the clean-up that is due may take; 0 where none is."""
+        return 0.0 if self._stage is Stage.IDLE else self._limit_s
+
+    # ---- in the tree ---------------------------------------------------------------------
+
+    def walk(self) -> Iterator[Behaviour]:
+        """Tick the node, and the clean-up from the tick on in which the node ends."""
+        if self._stage is Stage.DETACHED:
+            self.feedback_message = "waits for its last clean-up"
+            self.status = Status.RUNNING
+            yield self
+            return
+        if self._stage is Stage.IDLE:
+            self._limit_s = self._seconds()
+            self.cleanup.stop(Status.INVALID)
+            self._stage, self.feedback_message = Stage.BODY, ""
+        if self._stage is Stage.BODY:
+            self.current_child = self.body
+            yield from self.body.tick()
+            self._values = dict(self._scope.values)
+            if self.body.status is Status.RUNNING:
+                self.status = Status.RUNNING
+                yield self
+                return
+            self._result = self.body.status
+            self._begin_cleanup(Stage.CLEANUP)
+        self.current_child = self.cleanup
+        try:
+            yield from self.cleanup.tick()
+        except Exception:
+            self._stage = Stage.IDLE  # the mission ends by it, and it is not begun again
+            raise
+        why = self._why_ended()
+        if why is None:
+            self.status = Status.RUNNING
+        else:
+            self.feedback_message = why
+            self._stage = Stage.IDLE
+            if self.cleanup.status is Status.RUNNING:
+                self.cleanup.stop(Status.INVALID)
+            self.stop(Status.FAILURE if why else self._result)
+        yield self
+
+    def stop(self, new_status: Status = Status.INVALID) -> None:
+        """End; a node that is halted goes on with its clean-up."""
+        if self.body.status is not Status.INVALID and new_status is Status.INVALID:
+            self.body.stop(Status.INVALID)
+        if self._stage is Stage.BODY:
+            self._begin_cleanup(Stage.DETACHED)
+        elif self._stage is Stage.CLEANUP:
+            self._stage, self._runtime.ledger.is_held = Stage.DETACHED, True
+        elif self._stage is Stage.IDLE and new_status is Status.INVALID:
+            self.cleanup.stop(Status.INVALID)
+        self.status = new_status
+        if new_status is Status.INVALID:
+            self.current_child = None
+        self.iterator = self.tick()
+
+    def _begin_cleanup(self, stage: Stage) -> None:
+        self._stage, self.failure = stage, ""
+        self._runtime.ledger.is_held |= stage is Stage.DETACHED
+        self._until_ns = self._runtime.now_ns + round(self._limit_s * NS)
+
+    def _why_ended(self) -> str | None:
+        """Why the clean-up failed, nothing where it did well; None while it runs."""
+        status = self.cleanup.status
+        if status is Status.SUCCESS:
+            return ""
+        if status is Status.FAILURE:
+            tip = self.cleanup.tip() or self.cleanup
+            return f"clean-up failed: '{tip.name}' {tip.feedback_message or 'failed'}"
+        left_s = (self._until_ns - self._runtime.now_ns) / NS
+        if left_s <= 0:
+            return f"clean-up not done within {self._limit_s:g} s"
+        self.feedback_message = f"cleaning up, {left_s:.1f} s left"
+        return None
+
+    # ---- behind a halt -------------------------------------------------------------------
+
+    def tick_detached(self) -> Iterator[Behaviour]:
+        """Tick a clean-up behind a halt; what goes wrong in it ends it, and nothing else.
+
+        Those further down come first.
+        """
+        if any(node.is_detached for node in self._inner):
+            self._until_ns = self._runtime.now_ns + round(self._limit_s * NS)
+            return
+        values = self._scope.values
+        around = dict(values)
+        values.clear()
+        values.update(self._values)
+        visited: list[Behaviour] = []
+        try:
+            visited += self.cleanup.tick()
+            why = self._why_ended()
+        except Exception as error:  # noqa: BLE001 - a user's leaf may raise anything
+            why = f"clean-up failed: {cause_of(error)}"
+        finally:
+            self._values = dict(values)
+            values.clear()
+            values.update(around)
+        if why is not None:
+            self._end_detached(why)
+        yield from visited
+
+    def skip(self, reason: str) -> None:
+        """End a clean-up behind a halt before its end."""
+        self._end_detached(f"clean-up skipped: {reason}")
+
+    def _end_detached(self, why: str) -> None:
+        self.failure = self.feedback_message = why
+        self._stage = Stage.IDLE
+        if why:
+            self._runtime.log(f"'{self.name}': {why}")
+        if self.cleanup.status is Status.RUNNING:
+            self.cleanup.stop(Status.INVALID)
+        if self.status is Status.RUNNING:  # it was entered again, and waits
+            self.status = Status.INVALID
+
+    # ---- for the journal -----------------------------------------------------------------
+
+    def save_state(self, now_ns: int) -> dict[str, Any]:
+        """How far it has come, how the node ended, and what is left of the clean-up's time."""
+        return {
+            "stage": self._stage.value,
+            "result": self._result.value,
+            "limit_s": self._limit_s,
+            "left_ns": self._until_ns - now_ns,
+            "values": [list(one) for one in self._values.items()],
+        }
+
+    def restore_state(self, state: dict[str, Any], now_ns: int) -> None:
+        """Go on with the node, or with the clean-up."""
+        self._stage, self._result = Stage(state["stage"]), Status(state["result"])
+        self._limit_s, self._until_ns = state["limit_s"], now_ns + state["left_ns"]
+        self._values = dict(state["values"])

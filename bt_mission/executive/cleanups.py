@@ -1,0 +1,92 @@
+"""The clean-ups of a tree that go on behind a halt, beside the tree or behind its end."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from bt_mission.behaviours.action_leaf import ActionLeaf
+from bt_mission.behaviours.cleanup import Finally
+from bt_mission.core.errors import described
+from bt_mission.goals.ledger import Ledger
+
+
+class Cleanups:
+    """Ticks what the nodes `finally` of a tree have left to be done.
+
+    Meanwhile the rest of the tree sends no new goal.
+
+    Args:
+        nodes: All nodes of the tree.
+        ledger: Told when goals of the tree have to wait.
+        mark: Comes out of a tick at a breakpoint; clean-ups do not stop at them.
+    """
+
+    def __init__(self, nodes: Iterable[Behaviour], ledger: Ledger, mark: Behaviour) -> None:
+        self._nodes = tuple(node for node in nodes if isinstance(node, Finally))
+        self._ledger = ledger
+        self._mark = mark
+        self.inside = frozenset(inner for node in self._nodes for inner in node.cleanup.iterate())
+        """The nodes of all clean-ups, which end by themselves."""
+        self.failures: dict[str, None] = {}
+        """A line for each that did not succeed."""
+
+    @property
+    def is_pending(self) -> bool:
+        """Is one of them under way?"""
+        return any(node.is_detached for node in self._nodes)
+
+    @property
+    def limit_s(self) -> float:
+        """How long those that are due may take in all."""
+        return sum(node.limit_s for node in self._nodes)
+
+    def before(self, walk: Iterator[Behaviour]) -> Iterator[Behaviour]:
+        """Put the clean-ups that are under way before a walk of the tree."""
+        return self._first(walk) if self._nodes else walk
+
+    def _first(self, walk: Iterator[Behaviour]) -> Iterator[Behaviour]:
+        yield from self.walk()
+        self._ledger.is_held = self.is_pending
+        yield from walk
+
+    def walk(self) -> Iterator[Behaviour]:
+        """Tick those that are under way."""
+        self._ledger.is_held = False
+        for node in self._nodes:
+            if node.is_detached:
+                yield from (one for one in node.tick_detached() if one is not self._mark)
+                self._note(node)
+
+    def halt_tree(self, root: Behaviour) -> list[str]:
+        """Stop each node that runs, once; a leaf releases its goal. Return what went wrong.
+
+        What cleans up begins, or goes on.
+        """
+        faults = []
+        for node in root.iterate():
+            is_due = isinstance(node, Finally) and node.limit_s > 0
+            try:
+                if node in self.inside:
+                    continue
+                if node.status is Status.RUNNING or is_due:
+                    node.stop(Status.INVALID)
+                elif isinstance(node, ActionLeaf):
+                    node.call_terminate(Status.INVALID)  # its own update may have raised
+            except Exception as error:  # noqa: BLE001 - the others must still be stopped
+                faults.append(f"stopping '{node.name}' raised {described(error)}")
+        return faults
+
+    def skip(self, reason: str) -> None:
+        """End all of them now, those in each other included."""
+        while self.is_pending:
+            for node in self._nodes:
+                if node.is_detached:
+                    node.skip(reason)
+                    self._note(node)
+
+    def _note(self, node: Finally) -> None:
+        if not node.is_detached and node.failure:
+            self.failures[f"'{node.name}': {node.failure}"] = None
