@@ -16,7 +16,7 @@ from bt_mission.core.errors import cause_of
 from bt_mission.core.stamps import NS
 
 
-class Stage(StrEnum):
+class CleanUpPhase(StrEnum):
     """How far a node with a clean-up has come."""
 
     IDLE = "idle"
@@ -47,7 +47,7 @@ class Finally(Hooked, Composite):
         """Why the last clean-up behind a halt did not succeed; empty where it did."""
         self._seconds = seconds
         self._scope = scope
-        self._stage = Stage.IDLE
+        self._stage = CleanUpPhase.IDLE
         self._limit_s = 0.0
         self._until_ns = 0
         self._result = Status.FAILURE
@@ -63,27 +63,27 @@ class Finally(Hooked, Composite):
     @property
     def is_detached(self) -> bool:
         """Is its clean-up under way behind a halt?"""
-        return self._stage is Stage.DETACHED
+        return self._stage is CleanUpPhase.DETACHED
 
     @property
     def limit_s(self) -> float:
         """How long the clean-up that is due may take; 0 where none is."""
-        return 0.0 if self._stage is Stage.IDLE else self._limit_s
+        return 0.0 if self._stage is CleanUpPhase.IDLE else self._limit_s
 
     # ---- in the tree ---------------------------------------------------------------------
 
     def walk(self) -> Iterator[Behaviour]:
         """Tick the node, and the clean-up from the tick on in which the node ends."""
-        if self._stage is Stage.DETACHED:
+        if self._stage is CleanUpPhase.DETACHED:
             self.feedback_message = "waits for its last clean-up"
             self.status = Status.RUNNING
             yield self
             return
-        if self._stage is Stage.IDLE:
+        if self._stage is CleanUpPhase.IDLE:
             self._limit_s = self._seconds()
             self.cleanup.stop(Status.INVALID)
-            self._stage, self.feedback_message = Stage.BODY, ""
-        if self._stage is Stage.BODY:
+            self._stage, self.feedback_message = CleanUpPhase.BODY, ""
+        if self._stage is CleanUpPhase.BODY:
             self.current_child = self.body
             yield from self.body.tick()
             self._values = dict(self._scope.values)
@@ -92,19 +92,19 @@ class Finally(Hooked, Composite):
                 yield self
                 return
             self._result = self.body.status
-            self._begin_cleanup(Stage.CLEANUP)
+            self._begin_cleanup(CleanUpPhase.CLEANUP)
         self.current_child = self.cleanup
         try:
             yield from self.cleanup.tick()
         except Exception:
-            self._stage = Stage.IDLE  # the mission ends by it, and it is not begun again
+            self._stage = CleanUpPhase.IDLE  # the mission ends by it, and it is not begun again
             raise
         why = self._why_ended()
         if why is None:
             self.status = Status.RUNNING
         else:
             self.feedback_message = why
-            self._stage = Stage.IDLE
+            self._stage = CleanUpPhase.IDLE
             if self.cleanup.status is Status.RUNNING:
                 self.cleanup.stop(Status.INVALID)
             self.stop(Status.FAILURE if why else self._result)
@@ -114,20 +114,20 @@ class Finally(Hooked, Composite):
         """End; a node that is halted goes on with its clean-up."""
         if self.body.status is not Status.INVALID and new_status is Status.INVALID:
             self.body.stop(Status.INVALID)
-        if self._stage is Stage.BODY:
-            self._begin_cleanup(Stage.DETACHED)
-        elif self._stage is Stage.CLEANUP:
-            self._stage, self._runtime.ledger.is_held = Stage.DETACHED, True
-        elif self._stage is Stage.IDLE and new_status is Status.INVALID:
+        if self._stage is CleanUpPhase.BODY:
+            self._begin_cleanup(CleanUpPhase.DETACHED)
+        elif self._stage is CleanUpPhase.CLEANUP:
+            self._stage, self._runtime.ledger.is_held = CleanUpPhase.DETACHED, True
+        elif self._stage is CleanUpPhase.IDLE and new_status is Status.INVALID:
             self.cleanup.stop(Status.INVALID)
         self.status = new_status
         if new_status is Status.INVALID:
             self.current_child = None
         self.iterator = self.tick()
 
-    def _begin_cleanup(self, stage: Stage) -> None:
+    def _begin_cleanup(self, stage: CleanUpPhase) -> None:
         self._stage, self.failure = stage, ""
-        self._runtime.ledger.is_held |= stage is Stage.DETACHED
+        self._runtime.ledger.is_held |= stage is CleanUpPhase.DETACHED
         self._until_ns = self._runtime.now_ns + round(self._limit_s * NS)
 
     def _why_ended(self) -> str | None:
@@ -178,7 +178,7 @@ class Finally(Hooked, Composite):
 
     def _end_detached(self, why: str) -> None:
         self.failure = self.feedback_message = why
-        self._stage = Stage.IDLE
+        self._stage = CleanUpPhase.IDLE
         if why:
             self._runtime.log(f"'{self.name}': {why}")
         if self.cleanup.status is Status.RUNNING:
@@ -200,6 +200,6 @@ class Finally(Hooked, Composite):
 
     def restore_state(self, state: dict[str, Any], now_ns: int) -> None:
         """Go on with the node, or with the clean-up."""
-        self._stage, self._result = Stage(state["stage"]), Status(state["result"])
+        self._stage, self._result = CleanUpPhase(state["stage"]), Status(state["result"])
         self._limit_s, self._until_ns = state["limit_s"], now_ns + state["left_ns"]
         self._values = dict(state["values"])

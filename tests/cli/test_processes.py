@@ -312,7 +312,7 @@ def test_a_simulation_beside_another_is_not_driven_with_it(tmp_path: Path, drive
         leave = stack.enter_context(started(*attach, "--allow-duplicates", **LOCAL))
         rejected, _ = leave.communicate(timeout=60)
     assert run.returncode == 2
-    assert "/odom has 2 publishers (/bt_mission_sim, /bt_mission_sim)" in seen
+    assert "/odom has 2 publishers (/bt_mission_sim, " in seen
     assert leave.returncode == 1
     assert "rejected" in rejected
 

@@ -15,6 +15,10 @@ ADVICE = (
 )
 
 
+_UNKNOWN = "_NODE_NAME_UNKNOWN_"
+"""What rmw says of a node that it has not heard of."""
+
+
 class TopicGraph(Protocol):
     """What is asked of a node."""
 
@@ -31,6 +35,13 @@ def duplicate_publishers(node: TopicGraph, topics: Iterable[str]) -> str | None:
         name = node.resolve_topic_name(topic)
         found = node.get_publishers_info_by_topic(name)
         if len(found) > 1:
-            who = sorted(f"{one.node_namespace.rstrip('/')}/{one.node_name}" for one in found)
+            who = sorted(_node_of(one) for one in found)
             return f"{name} has {len(found)} publishers ({listed(who)}): {ADVICE}"
     return None
+
+
+def _node_of(publisher: Any) -> str:
+    """Return the name of a publisher's node, which the graph may learn after the publisher."""
+    if publisher.node_name == _UNKNOWN:
+        return "a node whose name is not known yet"
+    return f"{publisher.node_namespace.rstrip('/')}/{publisher.node_name}"

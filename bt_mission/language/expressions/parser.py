@@ -235,7 +235,7 @@ class _Parser:
     def power(self) -> syntax.SyntaxNode:
         base = self.atom()
         while opened := self.takes("["):
-            base = selection.Element(opened.column, base, self.either())
+            base = selection.Subscript(opened.column, base, self.either())
             self.close(opened, "]")
         token = self.takes("**")
         if token is None:

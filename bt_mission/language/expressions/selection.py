@@ -51,7 +51,7 @@ class Conditional(SyntaxNode):
 
 
 @dataclass(frozen=True)
-class Element(SyntaxNode):
+class Subscript(SyntaxNode):
     """list[index], from the front or, below zero, from the back."""
 
     sequence: SyntaxNode
