@@ -2,12 +2,29 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from bt_mission.core.diagnostics import did_you_mean, listed
 from bt_mission.core.errors import BtMissionError
 
 
 class ScenarioError(BtMissionError):
     """A test asks for something that is not there."""
+
+
+class UnknownVariableError(ScenarioError, KeyError):
+    """A test asks for a variable that the mission does not have, or not yet."""
+
+    def __str__(self) -> str:
+        """Return the message as it is; KeyError would quote it."""
+        return str(self.args[0])
+
+
+class Variables(dict[str, Any]):
+    """The variables of a mission; an unknown name is an error that tells those that are there."""
+
+    def __missing__(self, name: str) -> Any:
+        raise UnknownVariableError(*no_such("variable", name, sorted(self)).args)
 
 
 def no_such(what: str, name: str, valid: list[str]) -> ScenarioError:

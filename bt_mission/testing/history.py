@@ -22,6 +22,7 @@ from bt_mission.events.log import UNICODE, line_of
 from bt_mission.executive.status import Change
 from bt_mission.goals.goal import Goal, Phase
 from bt_mission.sessions.stage import Stage
+from bt_mission.testing.errors import Variables
 
 Pose = tuple[float, float, float]
 """x m, y m, yaw rad."""
@@ -121,7 +122,7 @@ class History:
         self.said: list[tuple[float, str]] = []
         self.events: list[str] = list(stage.trace.newest)
         self._changes_of: defaultdict[Behaviour, list[int]] = defaultdict(list)
-        self._variables: Mapping[str, Any] = MappingProxyType({})
+        self._variables: Mapping[str, Any] = MappingProxyType(Variables())
         stage.executive.listeners.append(self._on_change)
         stage.executive.goal_listeners.append(self._on_goal)
         stage.trace.listeners.append(self.events.append)
@@ -134,7 +135,7 @@ class History:
         """Return the mission's variables as they are now, however they change later."""
         values = self._stage.runner.scope.values
         if values != self._variables:
-            self._variables = MappingProxyType(dict(values))
+            self._variables = MappingProxyType(Variables(values))
         return self._variables
 
     def say(self, text: str) -> None:
@@ -159,6 +160,19 @@ class History:
         numbers = self._changes_of[node]
         at = bisect_right(numbers, changes - 1)
         return sum(self.changes[number].status in statuses for number in numbers[:at])
+
+    def failed_path(self) -> tuple[Behaviour, ...]:
+        """Return the nodes from the root down that have failed, each because of the next."""
+        found: list[Behaviour] = []
+        below = list(self.nodes[:1])
+        while below:
+            changes = {node: self.last_change(node, len(self.changes)) for node in below}
+            failed = [node for node, one in changes.items() if one and one.status is Status.FAILURE]
+            if not failed:
+                break
+            found.append(max(failed, key=lambda node: self._changes_of[node][-1]))
+            below = [node for node in found[-1].children if node in self.paths]
+        return tuple(found)
 
     def tree_text(self, changes: int) -> str:
         """The tree after so many changes: a line for each node, with what it said at its end."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import os
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -116,7 +117,14 @@ def stage(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Stages]:
 
     one = seeded(request.node)
     records = what_to_record(request.config) != "off"
-    made = Stages(tmp_path, seed=None if one is None else one.seed, records=records)
+    results = request.config.pluginmanager.get_plugin("bt_mission_results")
+    assert isinstance(results, Results), "pytest_configure has registered it"
+    made = Stages(
+        tmp_path,
+        seed=None if one is None else one.seed,
+        records=records,
+        replay=partial(results.replay_command, request.node),
+    )
     request.node.stash.setdefault(STAGES, []).append(made)
     yield made
     made.close()

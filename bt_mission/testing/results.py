@@ -14,6 +14,7 @@ import shutil
 from collections.abc import Generator, Iterator
 from contextlib import suppress
 from pathlib import Path
+from types import TracebackType
 from typing import TYPE_CHECKING
 
 import pytest
@@ -31,6 +32,7 @@ WALL_S = pytest.StashKey[float]()
 FOLDER = pytest.StashKey[Path]()
 
 DEFAULT = "scenario_results"
+LIBRARY = Path(__file__).parents[1]
 RECORD = ("off", "failed", "all")
 
 
@@ -38,11 +40,10 @@ class Results:
     """Hooks of one session."""
 
     def __init__(self, config: pytest.Config) -> None:
-        self._config = config
         given = config.getoption("scenario_results")
         self._leaves_all = what_to_record(config) == "all"
-        here = config.invocation_params.dir
-        self._parent = here / given if given else config.rootpath / DEFAULT
+        self._here = config.invocation_params.dir
+        self._parent = self._here / given if given else config.rootpath / DEFAULT
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_setup(self, item: pytest.Item) -> None:
@@ -51,11 +52,13 @@ class Results:
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_makereport(
-        self, item: pytest.Item
+        self, item: pytest.Item, call: pytest.CallInfo[None]
     ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
         """Tell of the runs of a test."""
+        if call.excinfo is not None and not item.config.getoption("fulltrace"):
+            hide_library(call.excinfo)
         report = yield
-        runs = [run for made in item.stash.get(STAGES, []) for run in made.runs][-MOST_RUNS:]
+        runs = _runs_of(item)
         if report.when == "call":
             item.stash[WALL_S] = report.duration
         if report.failed and FOLDER not in item.stash:
@@ -96,6 +99,18 @@ class Results:
             found.append(recording if is_recorded else trace)
         return found
 
+    def replay_command(self, item: pytest.Item, run: Run) -> str:
+        """Return what to type to see a run of a test again, once that has failed."""
+        runs = _runs_of(item)
+        if run not in runs:
+            return ""
+        suffix = f"_{runs.index(run) + 1}" if len(runs) > 1 else ""
+        name = f"trace{suffix}.jsonl" if run.recording is None else f"recording{suffix}.mcap"
+        return self._replay_of(self._folder_of(item) / name)
+
+    def _replay_of(self, path: Path) -> str:
+        return f"bt-mission replay {shlex.quote(os.path.relpath(path, self._here))}"
+
     def _tell(self, item: pytest.Item, report: pytest.TestReport, runs: list[Run]) -> None:
         """Show and leave what happened."""
         report.sections += [("mission", run.describe()) for run in runs]
@@ -111,17 +126,42 @@ class Results:
             found = self.leave(folder, runs)
         except OSError as error:
             return f"nothing is left of it: {error.filename}: {error.strerror}"
-        here = self._config.invocation_params.dir
         lines = []
         for run, path in zip(runs, found, strict=True):
-            typed = shlex.quote(os.path.relpath(path, here))
-            lines.append(f"bt-mission replay {typed}")
+            lines.append(self._replay_of(path))
             if run.recording is not None and run.recording.missing:
                 lines.append(f"  the recording lacks {run.recording.missing}")
         return "\n".join(lines)
 
     def _folder_of(self, item: pytest.Item) -> Path:
         return self._parent / folder_name(item.nodeid)
+
+
+def hide_library(excinfo: pytest.ExceptionInfo[BaseException]) -> None:
+    """Take our frames out of the traceback of an error that is told to the test.
+
+    It then ends at the line of the test. Of any other error they stay: it may be our own.
+    """
+    shown = _without_library(excinfo.tb)
+    if shown is not None and type(excinfo.value).__module__.startswith(f"{LIBRARY.name}."):
+        excinfo.traceback = type(excinfo.traceback)(shown)
+
+
+def _without_library(entry: TracebackType | None) -> TracebackType | None:
+    """Return a traceback without our frames.
+
+    `__tracebackhide__` would have to stand in every function that an error can come through.
+    """
+    if entry is None:
+        return None
+    inner = _without_library(entry.tb_next)
+    if Path(entry.tb_frame.f_code.co_filename).is_relative_to(LIBRARY):
+        return inner
+    return TracebackType(inner, entry.tb_frame, entry.tb_lasti, entry.tb_lineno)
+
+
+def _runs_of(item: pytest.Item) -> list[Run]:
+    return [run for made in item.stash.get(STAGES, []) for run in made.runs][-MOST_RUNS:]
 
 
 def what_to_record(config: pytest.Config) -> str:

@@ -61,6 +61,8 @@ class Run(Assertions):
         self.faults: list[FaultInstance] = []
         self.recording: FailureRecording | None = None
         """Where the run is recorded."""
+        self.replay_command: Callable[[], str] = str
+        """Gives what to type to see the run again; empty where nothing is kept of it."""
         self._observer: Node | None = None
         self._error: Exception | None = None
         self._waiting: list[tuple[Condition, tuple[Action, ...]]] = []
@@ -284,6 +286,15 @@ class Run(Assertions):
         for verdict in self.broken:
             parts += ["", verdict.details or verdict.line]
         return "\n".join(parts)
+
+    def __repr__(self) -> str:
+        failed = self.history.failed_path()
+        what = self.reason
+        if failed:
+            names = " > ".join(node.name for node in failed)
+            what = f"{names}: {failed[-1].feedback_message or 'failed'}"
+        parts = [f"{self.mission.name}: {self.status} at {self.t:.2f} s", what]
+        return f"<run of {'; '.join(filter(None, (*parts, self.replay_command())))}>"
 
     # ---- the end -------------------------------------------------------------------------
 

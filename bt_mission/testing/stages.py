@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -39,6 +40,7 @@ class Stages:
         folder: For worlds, pictures, and what failed runs leave.
         seed: Of every run that is given none of its own; None is the mission's.
         records: Record every run, in the folder.
+        replay: Gives what to type to see a run again, if the test fails.
     """
 
     def __init__(
@@ -47,10 +49,12 @@ class Stages:
         seed: int | None = None,
         *,
         records: bool = False,
+        replay: Callable[[Run], str] | None = None,
     ) -> None:
         self.folder = folder
         self.seed = seed
         self._records = records
+        self._replay = replay
         self.runs: list[Run] = []
         self.left_behind: list[str] = []
         self.faults = Faults(self)
@@ -105,6 +109,8 @@ class Stages:
         )
         for server in self.scripted.values():
             made.stage.add_node(server.node)
+        if self._replay is not None:
+            made.replay_command = partial(self._replay, made)
         self.runs.append(made)
         if self._records:
             self._record(made)

@@ -262,3 +262,63 @@ def test_no_two_folders_are_alike():
     names = {folder_name(one) for one in ids}
     assert len(names) == len(ids)
     assert all(len(name) < 130 and "/" not in name and " " not in name for name in names)
+
+
+WRONG = '''
+import pytest
+
+MISSION = """
+mission: m
+inputs: {room: 3}
+tree: {sequence: [{check: room > 1}, {check: room > 3, name: high}]}
+"""
+
+def test_claim(stage):
+    run = stage.run(MISSION)
+    run.until_done()
+    assert run.succeeded
+
+def test_variable(stage):
+    run = stage.run(MISSION)
+    run.until_done()
+    assert run.now.variables["rom"] == 3
+
+def test_condition(stage):
+    run = stage.run(MISSION)
+    run.until(lambda moment: moment.leaf("hihg").failed)
+
+def test_never(stage):
+    stage.run(MISSION).until(lambda moment: False)
+'''
+
+
+def test_a_run_in_a_failed_assertion_tells_what_became_of_it(pytester):
+    """The mission, how it ended, which nodes failed, and what to type to see it again."""
+    pytester.makepyfile(test_b=WRONG)
+    result = pytester.runpytest("-k", "claim")
+    result.stdout.fnmatch_lines(
+        [
+            (
+                "*where False = <run of m: failure at 0.05 s; m > high: *; bt-mission replay "
+                "scenario_results/test_b.test_claim/recording.mcap>.succeeded"
+            )
+        ]
+    )
+    assert (pytester.path / "scenario_results/test_b.test_claim/recording.mcap").is_file()
+
+
+def test_a_mistake_of_a_test_is_shown_in_the_test(pytester):
+    """With the name that was meant, and without the frames of the library."""
+    pytester.makepyfile(test_b=WRONG)
+    result = pytester.runpytest()
+    result.assert_outcomes(failed=4)
+    result.stdout.fnmatch_lines(
+        [
+            "*there is no variable 'rom', but: room; did you mean 'room'?",
+            "*there is no node 'hihg', but: *; did you mean 'high'?",
+            "*NeverHeldError: the mission ended before the condition held*",
+        ]
+    )
+    result.stdout.no_fnmatch_line("*bt_mission/testing/*.py:*")
+    full = pytester.runpytest("--full-trace", "-k", "never")
+    full.stdout.fnmatch_lines(["*bt_mission/testing/run.py:*: NeverHeldError"])
