@@ -322,3 +322,23 @@ def test_a_mistake_of_a_test_is_shown_in_the_test(pytester):
     result.stdout.no_fnmatch_line("*bt_mission/testing/*.py:*")
     full = pytester.runpytest("--full-trace", "-k", "never")
     full.stdout.fnmatch_lines(["*bt_mission/testing/run.py:*: NeverHeldError"])
+
+
+def test_an_editable_install_brings_no_warning(pytester):
+    """It is given before plugins are loaded; another of its kind stays."""
+    pytester.makepyfile(
+        early="""
+        import pytest
+
+        def pytest_load_initial_conftests(early_config):
+            for name in ("_editable_skbc_bt_mission", "another"):
+                text = f"Module already imported so cannot be rewritten; {name}"
+                warning = pytest.PytestAssertRewriteWarning(text)
+                early_config.issue_config_time_warning(warning, stacklevel=2)
+        """,
+        test_c="def test_passes(): pass",
+    )
+    pytester.syspathinsert()
+    result = pytester.runpytest("-p", "early", "-W", "default")
+    result.assert_outcomes(passed=1, warnings=1)
+    result.stdout.fnmatch_lines(["*cannot be rewritten; another"])
