@@ -272,6 +272,10 @@ KINDS = {
 
 BUILT_IN = {
     "Delay": (("delay_msec",), _read_delay),
+    "KeepRunningUntilFailure": (
+        (),
+        lambda node: {"repeat": {"while": True}, "do": node.child()},
+    ),
     "SetBlackboard": (("value", "output_key"), _read_blackboard),
     **NAV2,
     **{tag: (names, kind.read) for kind in KINDS.values() for tag, names in kind.tags.items()},

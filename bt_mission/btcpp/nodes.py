@@ -25,7 +25,6 @@ EXPLICIT = ("Action", "Condition", "Control", "Decorator")
 
 _HINTS = {
     "SequenceWithMemory": "a 'Sequence' begins anew after a failure; there is no other",
-    "KeepRunningUntilFailure": "write 'Repeat' with a number of cycles",
     "RunOnce": "write 'Precondition' on a variable that a 'Script' sets",
     "SubTreePlus": "write 'SubTree'",
     **NAV2_HINTS,

@@ -69,15 +69,6 @@ ONE = "<AlwaysSuccess/>"
             ),
         ),
         (
-            f"<KeepRunningUntilFailure>{ONE}</KeepRunningUntilFailure>",
-            (
-                2,
-                23,
-                "the node 'KeepRunningUntilFailure' has no counterpart",
-                "write 'Repeat' with a number of cycles",
-            ),
-        ),
-        (
             f'<Repeat num_cycles="-1">{ONE}</Repeat>',
             (
                 2,

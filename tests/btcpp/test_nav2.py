@@ -69,6 +69,10 @@ def tree_of(node):
             "<AsyncSequence><AsyncFallback><AlwaysSuccess/></AsyncFallback></AsyncSequence>",
             {"sequence": [{"fallback": [{"check": True}]}]},
         ),
+        (
+            "<KeepRunningUntilFailure><AlwaysFailure/></KeepRunningUntilFailure>",
+            {"repeat": {"while": True}, "do": {"check": False}},
+        ),
         ('<SetBlackboard output_key="x" value="2.5"/>', {"set": {"x": 2.5}}),
         ('<SetBlackboard output_key="x" value="{y}"/>', {"set": {"x": "$y"}}),
         ('<SetBlackboard output_key="x" value="a b"/>', {"set": {"x": "'a b'"}}),
