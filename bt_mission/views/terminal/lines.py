@@ -15,7 +15,7 @@ from bt_mission.events.log import LogEntry, glyphs_for, verdict
 from bt_mission.events.mission_state import MissionState
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.leaf_statistics import LeafSummary
-from bt_mission.executive.status import Change
+from bt_mission.executive.status import Change, MissionStatus
 from bt_mission.views.terminal.marks import Marks, clean, exact_seconds, fit, text_of
 from bt_mission.views.terminal.panels import log_words
 from bt_mission.views.terminal.tree_rows import Outline, tree_row
@@ -50,10 +50,15 @@ class ControlLines:
         if executive.steps != self._steps:
             self._steps = executive.steps
             yield "mission stepped"
-        pause = "" if executive.paused is None else f"mission paused  {executive.explanation}"
+        pause = "" if executive.paused is None else executive.explanation
         if pause != self._pause:
             self._pause = pause
-            yield pause or f"mission {executive.state}"
+            if pause:
+                yield (
+                    f"mission {pause}" if pause.startswith("paused") else f"mission paused  {pause}"
+                )
+            elif executive.status is MissionStatus.RUNNING:
+                yield "mission running"
 
 
 def timed(time_ns: int, text: str) -> str:

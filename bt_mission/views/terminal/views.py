@@ -149,6 +149,9 @@ class LiveView(Quiet):
 
     def refresh(self) -> None:
         """Draw, if the last frame is old enough."""
+        if self._controls:
+            for line in self._controls.take():
+                self.say(line)
         if self._tree and self._watch.elapsed_s >= self._next_frame_s:
             self._next_frame_s = self._watch.elapsed_s + FRAME_S
             self._draw()
@@ -164,9 +167,6 @@ class LiveView(Quiet):
 
     def _draw(self) -> None:
         assert self._tree is not None
-        assert self._controls is not None
-        for line in self._controls.take():
-            self.say(line)
         self._collect()
         if self._capture and all(size := self._capture.size()):
             self._console.size = ConsoleDimensions(*size)

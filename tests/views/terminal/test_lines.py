@@ -78,6 +78,10 @@ def test_what_others_do_to_a_mission_is_in_the_plain_lines(play: Any) -> None:
     executive.breakpoints.remove("wait")
     executive.resume()
     story.tick()
+    executive.pause("paused on request")
+    story.tick()
+    executive.interrupt("interrupted by Ctrl-C")
+    story.tick()
     assert [line.split("s  ", 1)[1].strip() for line in stream.getvalue().splitlines()] == [
         "breakpoint set at 'wait'",
         "mission paused  breakpoint at 'wait'",
@@ -85,4 +89,6 @@ def test_what_others_do_to_a_mission_is_in_the_plain_lines(play: Any) -> None:
         "> wait",
         "breakpoint removed from 'wait'",
         "mission running",
+        "mission paused on request",
+        "- wait  8.9 s left",
     ]

@@ -100,6 +100,7 @@ def test_what_others_write_during_a_run_does_not_tear_the_view(tmp_path: Path) -
         "✓ log  hello",
         "✓ wait  0.0 s left",
     ]
+    assert rows[0] == f"loading {path}, starting the simulation ..."
     above = rows[:frame]
     assert above.count("warning of a driver") == rows.count("warning of a driver") >= 5
     assert any(row.endswith("s    hello") for row in above)
