@@ -24,6 +24,7 @@ from bt_mission.behaviours.runtime import Scope
 from bt_mission.behaviours.service_leaf import ServiceLeaf
 from bt_mission.behaviours.topic_leaves import PublishLeaf, WaitFor
 from bt_mission.language.mission import Mission
+from bt_mission.language.nodes.base import NodeModel
 from bt_mission.language.nodes.decorators import ForceNode
 from bt_mission.language.nodes.fields import LIMIT
 from bt_mission.language.nodes.subtree import TreeNode
@@ -39,6 +40,19 @@ def build_tree(mission: Mission, scope: Scope) -> Behaviour:
     if not root.name and root.below:
         root = root.model_copy(update={"name": mission.name})
     return _build(Evaluator(root, "0", BuildContext(mission, mission.file, scope)))
+
+
+def node_details(mission: Mission) -> dict[str, tuple[str, ...]]:
+    """Return what each node is asked to do, in its author's words, by its path; none for some."""
+    found: dict[str, tuple[str, ...]] = {}
+    waiting: list[tuple[str, NodeModel]] = [("0", mission.tree)]
+    while waiting:
+        path, node = waiting.pop()
+        if lines := node.details():
+            found[path] = tuple(lines)
+        below = (mission.trees[node.tree].body,) if isinstance(node, TreeNode) else node.below
+        waiting += [(f"{path}.{index}", one) for index, one in enumerate(below)]
+    return found
 
 
 def _build(values: Evaluator) -> Behaviour:

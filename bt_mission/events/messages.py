@@ -7,7 +7,7 @@ Times are ROS time, ns. Statuses are those of py_trees.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from py_trees.common import Status
@@ -64,7 +64,23 @@ class DetailsUpdate:
     breakpoints: tuple[str, ...]
 
 
-Told = MissionStarted | Changes | Statuses | MissionStateChanged | DetailsUpdate | LogLine
+@dataclass(frozen=True)
+class NodeDetails:
+    """What the nodes of a run are asked to do, in their author's words, by the nodes' paths."""
+
+    run: str
+    nodes: Mapping[str, tuple[str, ...]]
+
+
+Told = (
+    MissionStarted
+    | NodeDetails
+    | Changes
+    | Statuses
+    | MissionStateChanged
+    | DetailsUpdate
+    | LogLine
+)
 """What comes from an executive."""
 
 

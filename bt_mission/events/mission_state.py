@@ -84,6 +84,7 @@ class MissionState:
         """Every goal that was told of, in the order sent."""
         self.variables: dict[str, str] = {}
         self.breakpoints: tuple[str, ...] = ()
+        self._node_details = messages.NodeDetails("", {})
         self._running_children: list[int] = []
         self._waiting: deque[messages.Changes] = deque(maxlen=WAITING_CHANGES)
         self._early: deque[messages.Changes] = deque(maxlen=WAITING_CHANGES)
@@ -115,6 +116,13 @@ class MissionState:
         end_ns = state.time_ns if is_over and state is not None else self.now_ns
         return max(end_ns - self.tree.time_ns, 0)
 
+    def details(self, index: int) -> tuple[str, ...]:
+        """What a node is asked to do: fields of its goal, conditions, limits, outputs."""
+        known, tree = self._node_details, self.tree
+        if tree is None or known.run != tree.run:
+            return ()
+        return known.nodes.get(tree.nodes[index].path, ())
+
     @property
     def tip(self) -> int | None:
         """Of the nodes that run without running children, the one that started last."""
@@ -128,6 +136,9 @@ class MissionState:
         match message:
             case MissionStarted():
                 happening = self._begin(message)
+            case messages.NodeDetails():
+                self._node_details = message
+                return []
             case messages.Changes():
                 happening = self._take_changes(message)
             case messages.Statuses():

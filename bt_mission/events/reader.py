@@ -5,6 +5,7 @@ Messages that were decoded from a recording do as well as rclpy's own.
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 from py_trees.common import Status
@@ -25,6 +26,16 @@ def tree(message: Any) -> events.MissionStarted:
         for index, one in enumerate(message.nodes)
     )
     return events.MissionStarted(time_ns(message.stamp), message.run, message.mission, nodes)
+
+
+def node_details(message: Any) -> told.NodeDetails:
+    """Return the JSON of ``~/node_details``; empty where it is none of ours."""
+    try:
+        found = json.loads(message.data)
+        nodes = {path: tuple(map(str, lines)) for path, lines in found["nodes"].items()}
+        return told.NodeDetails(str(found["run"]), nodes)
+    except (ValueError, TypeError, KeyError, AttributeError):
+        return told.NodeDetails("", {})
 
 
 def changes(message: Any) -> told.Changes:

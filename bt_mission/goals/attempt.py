@@ -273,7 +273,7 @@ class Attempt:
     def _read_end(self, goal: Goal) -> AttemptResult:
         name = self._courier.name
         if not goal.accepted:
-            why = goal.refusal().removeprefix(REJECTED)
+            why = (goal.refused or goal.refusal()).removeprefix(REJECTED)
             return AttemptResult(Outcome.REJECTED, f"{name}: {why or 'its server gave no reason'}")
         if goal.status is GoalStatus.SUCCEEDED:
             return AttemptResult(Outcome.SUCCEEDED, "succeeded", goal.result)

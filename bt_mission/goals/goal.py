@@ -144,6 +144,8 @@ class Goal:
     result: Any = None
     refusal: Callable[[], str] = str
     """Returns why the server has rejected it; empty where nobody knows."""
+    refused: str = ""
+    """The same, as it was known when the rejection came."""
     feedback: Any = None
     unread: deque[Any] = field(default_factory=lambda: deque(maxlen=UNREAD_FEEDBACK))
     orphaned_ns: int | None = None

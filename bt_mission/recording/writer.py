@@ -52,6 +52,7 @@ NEVER = ("/clock", "/parameter_events")
 
 STATUS_TYPES = {
     "tree": "bt_mission_interfaces/msg/Tree",
+    "node_details": "std_msgs/msg/String",
     "state": "bt_mission_interfaces/msg/MissionState",
     "changes": "bt_mission_interfaces/msg/StatusChanges",
 }

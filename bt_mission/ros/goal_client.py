@@ -111,8 +111,7 @@ class RosGoalClient(RosClient):
                 self._handles[goal.id] = handle
             else:
                 # What is known by now; else what comes until the leaf is ticked.
-                if reason := goal.refusal():
-                    goal.refusal = lambda: reason
+                goal.refused = goal.refusal()
                 # rclpy forgets it only with a result
                 self._client._feedback_callbacks.pop(goal.id, None)  # noqa: SLF001
             goal.on(Event.ACCEPTED if handle.accepted else Event.REJECTED)

@@ -24,6 +24,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.task import Future
 from sensor_msgs.msg import BatteryState, LaserScan
+from std_msgs.msg import String
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
@@ -39,6 +40,7 @@ STATIC_FRAMES = QoSProfile(depth=20, durability=DurabilityPolicy.TRANSIENT_LOCAL
 
 TELLS: dict[str, tuple[Any, QoSProfile, Callable[[Any], messages.Told]]] = {
     "tree": (Tree, LATCHED, reader.tree),
+    "node_details": (String, LATCHED, reader.node_details),
     "changes": (StatusChanges, ALL, reader.changes),
     "state": (MissionState, LATCHED, reader.state),
     "details": (MissionDetails, ALL, reader.details),

@@ -23,6 +23,7 @@ from bt_mission.executive.executive import Executive
 from bt_mission.executive.status import Change
 from bt_mission.goals.goal import Goal, GoalStatus, Phase
 from bt_mission.goals.ledger import Ledger
+from bt_mission.language.mission import Mission
 
 MOST_RUNNING = 50
 """Running nodes in one message; where more run, they take turns."""
@@ -51,6 +52,7 @@ class MissionRun:
     Attributes:
         log_listeners: Called with each line of the log and its ROS time, ns.
         clock_ns: Returns the mission's time, ns.
+        mission: What is carried out.
     """
 
     executive: Executive
@@ -58,6 +60,7 @@ class MissionRun:
     scope: Scope
     log_listeners: list[Callable[[int, str], None]]
     clock_ns: Callable[[], int]
+    mission: Mission
 
     @property
     def now_ns(self) -> int:

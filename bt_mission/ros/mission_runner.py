@@ -211,7 +211,12 @@ class MissionRunner:
     def run(self) -> MissionRun:
         """What publishers and recorders are given."""
         return MissionRun(
-            self.executive, self.ledger, self.scope, self.log_listeners, lambda: self.now_ns
+            self.executive,
+            self.ledger,
+            self.scope,
+            self.log_listeners,
+            lambda: self.now_ns,
+            self.mission,
         )
 
     def show_waypoints(self) -> None:

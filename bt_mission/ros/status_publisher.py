@@ -1,13 +1,15 @@
 """What tools see of a running mission: its tree once, and after that what changes.
 
-``~/tree`` and ``~/state`` are latched; ``~/changes`` carries the changes of one tick, and nothing
-is sent for a tick that changes nothing. Who comes late asks ``~/statuses`` for all statuses at
-once, and goes on from its sequence number. ``~/details`` and ``~/log`` are made only while somebody
-subscribes, and paced by wall time, since the mission's clock may run a hundred times as fast.
+``~/tree``, ``~/node_details`` and ``~/state`` are latched; ``~/changes`` carries the changes of
+one tick, and nothing is sent for a tick that changes nothing. Who comes late asks ``~/statuses``
+for all statuses at once, and goes on from its sequence number. ``~/details`` and ``~/log`` are made
+only while somebody subscribes, and paced by wall time, since the mission's clock may run a hundred
+times as fast.
 """
 
 from __future__ import annotations
 
+import json
 import secrets
 from collections.abc import Callable
 from typing import Any
@@ -27,7 +29,9 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
+from std_msgs.msg import String
 
+from bt_mission.behaviours.builder import node_details
 from bt_mission.behaviours.python_leaf import PythonLeaf
 from bt_mission.core.stamps import set_ns
 from bt_mission.core.wall_clock import Stopwatch
@@ -53,7 +57,7 @@ CODES = {
 }
 
 StatusListener = Callable[[str, Any], None]
-"""Takes a message with what it is: ``tree``, ``state`` or ``changes``."""
+"""Takes a message with what it is: ``tree``, ``node_details``, ``state`` or ``changes``."""
 
 
 class StatusPublisher:
@@ -92,6 +96,7 @@ class StatusPublisher:
         if has_topics:
             self._topics = {
                 "tree": node.create_publisher(Tree, "~/tree", LATCHED),
+                "node_details": node.create_publisher(String, "~/node_details", LATCHED),
                 "state": node.create_publisher(MissionState, "~/state", LATCHED),
                 "changes": node.create_publisher(StatusChanges, "~/changes", CHANGES),
                 "details": node.create_publisher(MissionDetails, "~/details", DETAILS),
@@ -115,6 +120,7 @@ class StatusPublisher:
         self._listeners.append(listener)
         if self._has_tree and self._run is not None:
             listener("tree", self._tree(self._run))
+            listener("node_details", self._node_details(self._run))
         if self._shown is not None:
             listener("state", self._state(*self._shown))
 
@@ -165,6 +171,7 @@ class StatusPublisher:
         if not self._has_tree:
             self._has_tree = True
             self._tell("tree", self._tree(self._run))
+            self._tell("node_details", self._node_details(self._run))
         self._tell_rounds()
         if self._pending:
             self.sequence += 1
@@ -254,6 +261,9 @@ class StatusPublisher:
                 for node in self.indices
             ],
         )
+
+    def _node_details(self, run: MissionRun) -> String:
+        return String(data=json.dumps({"run": self.run, "nodes": node_details(run.mission)}))
 
     def _state(self, status: str, reason: str) -> MissionState:
         return MissionState(

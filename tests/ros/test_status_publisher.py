@@ -11,6 +11,7 @@ from bt_mission.ros.status_publisher import StatusPublisher
 
 READERS: dict[str, Callable[[Any], Any]] = {
     "tree": reader.tree,
+    "node_details": reader.node_details,
     "changes": reader.changes,
     "state": reader.state,
 }
@@ -28,14 +29,14 @@ def test_who_comes_late_is_told_the_tree_and_where_it_stands(ros: Any) -> None:
 
     node.status_publisher.add(take_first)
     ros.run(0.5)
-    assert [what for what, _ in first] == ["tree", "changes", "state"]
+    assert [what for what, _ in first] == ["tree", "node_details", "changes", "state"]
     node.status_publisher.add(lambda what, message: second.append((what, message)))
-    assert [what for what, _ in second] == ["tree", "state"]
+    assert [what for what, _ in second] == ["tree", "node_details", "state"]
     assert second[0][1].nodes == first[0][1].nodes
     node.status_publisher.remove(take_first)
     ros.until(lambda: node.executive.is_done)
-    assert len(first) == 3
-    assert [what for what, _ in second[2:]] == ["changes", "state"]
+    assert len(first) == 4
+    assert [what for what, _ in second[3:]] == ["changes", "state"]
     assert [state.status for what, state in second if what == "state"] == ["running", "success"]
 
 
@@ -53,7 +54,7 @@ def test_times_are_the_mission_s(ros: Any) -> None:
     told: list[tuple[str, Any]] = []
     node.status_publisher.add(lambda what, message: told.append((what, message)))
     ros.until(lambda: node.executive.is_done)
-    times = {what: message.stamp for what, message in told}
+    times = {what: message.stamp for what, message in told if what != "node_details"}
     first, last = times["tree"], times["state"]
     assert first.sec * 10**9 + first.nanosec == node.executive.started_ns
     assert last.sec * 10**9 + last.nanosec == node.executive.ended_ns
@@ -89,3 +90,42 @@ def test_a_new_round_begins_anew(ros: Any) -> None:
     assert [one.value for one in at[50][2:5]] == ["RUNNING", "INVALID", "INVALID"]
     said = [one for one in events if getattr(one, "index", None) == 4]
     assert [one.status.value for one in said] == ["SUCCESS"]  # as the executive itself tells
+
+
+NESTED = """\
+mission: m
+inputs: {angle: 90}
+trees:
+  about:
+    inputs: {by: 90}
+    do:
+      turn: {angle: $by}
+      name: turn
+      timeout: 30
+      cancel_when: current_angle >= 45
+      outputs: {angle_turned: turned}
+tree:
+  sequence:
+    - log: hello
+    - tree: {name: about, inputs: {by: $angle}}
+"""
+
+
+def test_nodes_are_told_with_what_they_are_asked_to_do(ros: Any) -> None:
+    """In their author's words, also inside a tree that is used by name."""
+    ros.server()
+    node = ros.mission(NESTED)
+    mission = MissionState()
+    node.status_publisher.add(lambda what, message: mission.take(READERS[what](message)))
+    ros.run(0.1)
+    assert mission.tree is not None
+    told = {one.name: mission.details(at) for at, one in enumerate(mission.tree.nodes)}
+    assert told["about"] == ("by $angle",)
+    turn = (
+        "angle $by",
+        "failure when current_angle >= 45",
+        "within 30 s",
+        "turned := angle_turned",
+    )
+    assert told["turn"][-4:] == turn
+    assert told["m"] == ()

@@ -131,6 +131,8 @@ class _TimelineReader:
                 if channel.type_name == TREE:
                     self._node = place
                 self._take_told(message, time_ns)
+        elif name == "node_details" and place == self._node:
+            self._kept.append((time_ns, reader.node_details(channel.decode(data))))
         elif name == "trace":
             self._take_line(channel.decode(data).data)
         elif name in ROBOT:
@@ -147,7 +149,9 @@ class _TimelineReader:
 
     def _take_told(self, message: messages.Told, time_ns: int) -> None:
         at_ns = (
-            min(message.time_ns, time_ns) if not isinstance(message, messages.Statuses) else time_ns
+            time_ns
+            if isinstance(message, messages.Statuses | messages.NodeDetails)
+            else min(message.time_ns, time_ns)
         )
         if isinstance(message, events.MissionStarted):
             self._trees.append(message)

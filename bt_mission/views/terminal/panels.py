@@ -156,8 +156,42 @@ def node_rows(mission: MissionState, index: int, width: int, marks: Marks) -> Ro
         row.append((f", since {exact_seconds(since_ns - mission.tree.time_ns)}", "time"))
     kind = [(f"{clean(node.kind, marks)}, path {node.path}", "words")]
     rows: Rows = [[(clean(node.name, marks), "title")], row, kind]
-    words = clean(mission.messages[index], marks)
-    return rows + [[(line, "")] for line in wrap(words, max(width, 10))]
+    rows += _wrapped(clean(mission.messages[index], marks), width, "")
+    rows += _wrapped(clean(", ".join(mission.details(index)), marks), width, "words")
+    return rows + _goal_of(mission, node.name, marks) + _ends(mission, index, marks)
+
+
+def _wrapped(words: str, width: int, style: str) -> Rows:
+    return [[(line, style)] for line in wrap(words, max(width, 10))]
+
+
+def _goal_of(mission: MissionState, owner: str, marks: Marks) -> Rows:
+    """The newest goal of a node."""
+    for goal in reversed(mission.goals.values()):
+        if goal.owner == owner:
+            status = GOAL_STATUSES.get(goal.state, Status.RUNNING)
+            words = f"  goal {goal.id[:8]} at {clean(goal.action, marks)}"
+            return [
+                [(f"{marks.status[status]} {goal.state}", STATUS_STYLES[status]), (words, "words")]
+            ]
+    return []
+
+
+def _ends(mission: MissionState, index: int, marks: Marks) -> Rows:
+    """How a node has ended before, the newest first."""
+    assert mission.tree is not None
+    stands = mission.statuses[index] in (Status.SUCCESS, Status.FAILURE)
+    rows: Rows = []
+    for end in reversed(mission.ends[index][:-1] if stands else mission.ends[index]):
+        word = "halted" if end.status is Status.INVALID else end.status.value.lower()
+        row: list[Span] = [("before: ", "words")]
+        row.append((f"{marks.status[end.status]} {word}", STATUS_STYLES[end.status]))
+        if end.time_ns is not None:
+            row.append((f" at {exact_seconds(end.time_ns - mission.tree.time_ns)}", "time"))
+        if end.ran_ns is not None:
+            row.append((f", ran {seconds(end.ran_ns)}", "time"))
+        rows.append([*row, (f"  {clean(end.message, marks)}", "words")] if end.message else row)
+    return rows
 
 
 def map_title(robot: RobotState) -> str:

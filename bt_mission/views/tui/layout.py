@@ -97,7 +97,7 @@ def _wide(width: int, top: int, rows: int) -> dict[str, PanePlace]:
     side = min(width * 2 // 5, SIDE_COLUMNS)
     left, x = width - side - 1, width - side
     log = max(rows // 4, 6)
-    node, goals = 6, max(rows // 5, 5)
+    node, goals = max(rows // 4, 6), max(rows // 5, 5)
     variables = max(rows // 7, 4)
     chart = rows - node - goals - variables
     heights = (("map", chart), ("goals", goals), ("variables", variables), ("node", node))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from bt_mission.events.events import GoalChanged
-from bt_mission.events.messages import BatteryState, FrameTransform
+from bt_mission.events.messages import BatteryState, FrameTransform, NodeDetails
 from bt_mission.events.mission_state import MissionState
 from bt_mission.events.robot_state import RobotState
 from bt_mission.views.terminal.marks import ASCII_SIGNS, SIGNS, text_of
@@ -102,6 +102,29 @@ def test_the_words_of_a_node_are_shown_in_full(executive: ScriptedExecutive):
         "aborted: no room to turn left,",
         "an obstacle stands there",
     ]
+
+
+def test_a_node_tells_what_it_is_asked_to_do_and_what_came_of_it(executive: ScriptedExecutive):
+    """Its goal, and how it has ended before."""
+    executive.change(drive="running")
+    executive.change(2.0, drive="failure: no room")
+    executive.change(drive="invalid")
+    executive.change(1.0, drive="running: 0.4 m")
+    executive.detail(goals=(GoalChanged("ab" * 16, "/go", "drive", S, S, "active"),))
+    mission = known(executive)
+    details = {"0.1.0": ("fwd_velocity 0.2", "success when distance >= reach", "within 30 s")}
+    mission.take(NodeDetails("run", details))
+    assert [text_of(row) for row in node_rows(mission, 3, 80, SIGNS)] == [
+        "drive",
+        "▶ running for 0.00 s, since 3.00 s",
+        "ActionLeaf, path 0.1.0",
+        "0.4 m",
+        "fwd_velocity 0.2, success when distance >= reach, within 30 s",
+        "▶ active  goal abababab at /go",
+        "before: ✗ failure at 2.00 s, ran 2.00 s  no room",
+    ]
+    mission.take(NodeDetails("another run", details))
+    assert mission.details(3) == ()
 
 
 def test_the_map_has_the_places_of_the_goal_that_is_open(executive: ScriptedExecutive):
