@@ -266,3 +266,25 @@ def test_the_time_of_a_clean_up_is_on_the_clock(play: Any) -> None:
     while not story.executive.is_done:
         story.tick()
     assert story.now_ns - began_ns == TICK_NS + round(0.2 * S)
+
+
+def test_a_clean_up_keeps_its_time_and_no_other_while_paused(play: Any) -> None:
+    """The timeout that has halted its node does not halt it as well."""
+    story = play(f"  force: success\n  do: {{timeout: 0.5, do: {tidy(timeout='2')}}}")
+    story.tick()
+    accept(story, "a")
+    story.tick(10)
+    end(story, "a", 5)
+    story.tick()
+    accept(story, "c")
+    story.tick()
+    story.executive.pause("a look around", keep_goals=True)
+    story.tick(37)
+    assert not story.servers["/c"].cancels
+    story.tick(2)
+    assert story.servers["/c"].cancels
+    end(story, "c", 5)
+    story.executive.resume()
+    story.tick(2)
+    assert story.status == "failure"
+    assert story.executive.reason == "'tidy': clean-up not done within 2 s"
