@@ -9,6 +9,7 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from bt_mission.behaviours.cleanup import Finally
 from bt_mission.behaviours.control import Guard, Timeout
 from bt_mission.behaviours.evaluator import Evaluator
 from bt_mission.behaviours.leaves import ClientLeaf, LeafProgress
@@ -126,11 +127,13 @@ class ActionLeaf(ClientLeaf):
             ending = attempt.ending
         self.feedback_message = self._doing(attempt) if ending is None else _say(ending)
 
-    def _bounds_around(self) -> Iterator[Guard | Timeout]:
+    def _bounds_around(self) -> Iterator[Guard | Timeout | Finally]:
         node: Behaviour | None = self.parent
         while node is not None:
-            if isinstance(node, Guard | Timeout):
+            if isinstance(node, Guard | Timeout | Finally):
                 yield node
+            if isinstance(node, Finally) and node.is_detached:
+                return  # what is above has halted it already
             node = node.parent
 
     def terminate(self, new_status: Status) -> None:

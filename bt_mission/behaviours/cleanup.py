@@ -70,6 +70,15 @@ class Finally(Hooked, Composite):
         """How long the clean-up that is due may take; 0 where none is."""
         return 0.0 if self._stage is CleanUpPhase.IDLE else self._limit_s
 
+    def why_over(self) -> str:
+        """Why the clean-up has no time left; empty where it has, or has not begun."""
+        is_cleaning = self._stage in (Stage.CLEANUP, Stage.DETACHED)
+        return self._too_late if is_cleaning and self._runtime.now_ns >= self._until_ns else ""
+
+    @property
+    def _too_late(self) -> str:
+        return f"clean-up not done within {self._limit_s:g} s"
+
     # ---- in the tree ---------------------------------------------------------------------
 
     def walk(self) -> Iterator[Behaviour]:
@@ -140,7 +149,7 @@ class Finally(Hooked, Composite):
             return f"clean-up failed: '{tip.name}' {tip.feedback_message or 'failed'}"
         left_s = (self._until_ns - self._runtime.now_ns) / NS
         if left_s <= 0:
-            return f"clean-up not done within {self._limit_s:g} s"
+            return self._too_late
         self.feedback_message = f"cleaning up, {left_s:.1f} s left"
         return None
 
