@@ -138,7 +138,7 @@ class LiveView(Quiet):
             factor = virtual_s / wall.elapsed_s if wall.elapsed_s > 0 else 0.0
             executive = session.executive
             state = verdict(executive.state, executive.explanation)
-            return f"{_title(session)}   {virtual_s:.1f} s   {factor:.0f} x real time   {state}"
+            return f"{_title(session)}   {virtual_s:.2f} s   {factor:.0f} x real time   {state}"
 
         self._session = session
         self._tree = LiveTree(self._console, session.executive, header)
