@@ -35,11 +35,11 @@ def test_a_failure_is_named_by_the_path_to_it(play: Any) -> None:
     assert report.failure == FailurePath(
         nodes=("test", "retry", "fallback", "second way"),
         path="0.1.0.1",
-        message="rejected: /turn; its log says why",
+        message="rejected: /turn: its server gave no reason",
         time_s=1.0,
     )
     assert report.as_text().splitlines()[:2] == [
-        "test: failure: 'second way' rejected: /turn; its log says why",
+        "test: failure: 'second way' rejected: /turn: its server gave no reason",
         "  test > retry > fallback > second way, at 1.00 s",
     ]
     assert report.as_dict()["failure"]["nodes"] == ("test", "retry", "fallback", "second way")

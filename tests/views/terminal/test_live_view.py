@@ -93,8 +93,8 @@ def test_the_last_frame_tells_why_each_node_has_failed(run: Any) -> None:
         "✗ test  attempt 2 of 2",
         "  ✗ fallback",
         "    ✗ quick look  does not hold (pace = 1)",
-        "    ✗ first way  rejected: /turn; its log says why",
-        "    ✗ second way  rejected: /turn; its log says why",
+        "    ✗ first way  rejected: /turn: its server gave no reason",
+        "    ✗ second way  rejected: /turn: its server gave no reason",
     ]
 
 
