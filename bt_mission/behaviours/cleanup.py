@@ -72,7 +72,7 @@ class Finally(Hooked, Composite):
 
     def why_over(self) -> str:
         """Why the clean-up has no time left; empty where it has, or has not begun."""
-        is_cleaning = self._stage in (Stage.CLEANUP, Stage.DETACHED)
+        is_cleaning = self._stage in (CleanUpPhase.CLEANUP, CleanUpPhase.DETACHED)
         return self._too_late if is_cleaning and self._runtime.now_ns >= self._until_ns else ""
 
     @property
