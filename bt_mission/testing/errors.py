@@ -20,7 +20,7 @@ class UnknownVariableError(ScenarioError, KeyError):
         return str(self.args[0])
 
 
-class Variables(dict[str, Any]):
+class RunVariables(dict[str, Any]):
     """The variables of a mission; an unknown name is an error that tells those that are there."""
 
     def __missing__(self, name: str) -> Any:

@@ -22,7 +22,7 @@ from bt_mission.events.log import UNICODE, line_of
 from bt_mission.executive.status import Change
 from bt_mission.goals.goal import Goal, Phase
 from bt_mission.sessions.stage import Stage
-from bt_mission.testing.errors import Variables
+from bt_mission.testing.errors import RunVariables
 
 Pose = tuple[float, float, float]
 """x m, y m, yaw rad."""
@@ -122,7 +122,7 @@ class History:
         self.said: list[tuple[float, str]] = []
         self.events: list[str] = list(stage.trace.newest)
         self._changes_of: defaultdict[Behaviour, list[int]] = defaultdict(list)
-        self._variables: Mapping[str, Any] = MappingProxyType(Variables())
+        self._variables: Mapping[str, Any] = MappingProxyType(RunVariables())
         stage.executive.listeners.append(self._on_change)
         stage.executive.goal_listeners.append(self._on_goal)
         stage.trace.listeners.append(self.events.append)
@@ -135,7 +135,7 @@ class History:
         """Return the mission's variables as they are now, however they change later."""
         values = self._stage.runner.scope.values
         if values != self._variables:
-            self._variables = MappingProxyType(Variables(values))
+            self._variables = MappingProxyType(RunVariables(values))
         return self._variables
 
     def say(self, text: str) -> None:

@@ -48,7 +48,7 @@ def test_a_run_goes_from_control_step_to_control_step(stage: Any) -> None:
 
 
 def test_a_run_can_be_asked_about_any_of_its_moments(stage: Any) -> None:
-    """Variables, log, leaves, as they were then."""
+    """RunVariables, log, leaves, as they were then."""
     run = stage.run(WAITS, inputs={"pause": 0.2}, seed=9)
     run.until_done()
     before, after = run.moments[3], run.moments[4]
