@@ -39,16 +39,16 @@ def test_all_panels_at_140_by_45() -> None:
     async def play(screen: Replayed) -> None:
         await screen.show(1.0)
         assert "goals: 1 sent, 1 open" in screen.text
-        assert "room" not in screen.text
+        assert "room  1.6" not in screen.text  # the variable, not the output it is written by
         assert "map: x" in screen.text
         early = [row for row in screen.rows if "map: x" in row]
         await screen.show(screen.player.duration_s)
         assert "goals: 4 sent, 0 open" in screen.text
-        assert "room " in screen.text
+        assert "room  1.6" in screen.text
         assert [row for row in screen.rows if "map: x" in row] != early
         await screen.show(1.0)
         assert "goals: 1 sent, 1 open" in screen.text
-        assert "room " not in screen.text
+        assert "room  1.6" not in screen.text
         assert [row for row in screen.rows if "map: x" in row] == early
 
     on_replay(play, size=(140, 45))
