@@ -163,7 +163,7 @@ def _blind(draws: Draws) -> Call:
 
 
 def _radius_error(draws: Draws) -> Call:
-    return (), {"left_radius": number(draws, -0.2, 0.2, 0.05)}
+    return (), {"left_radius": number(draws, -0.2, 0.2, 0.05) or 0.05}
 
 
 def _drift(draws: Draws) -> Call:
