@@ -1,6 +1,7 @@
 """Isolation of the test session (its own DDS domain), and a server that a test plays."""
 
 import os
+import signal
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
@@ -28,6 +29,10 @@ _DOMAIN = ExitStack()
 os.environ["ROS_DOMAIN_ID"] = str(_DOMAIN.enter_context(own_domain()))
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "OFF"
 os.environ["ROS_LOG_DIR"] = str(Path(tempfile.gettempdir()) / "bt_mission_test_logs")
+
+# Ctrl-C is ignored by what a shell starts in the background, and by the children of that, too.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # The same sources give the same verdict: no examples at random, no limit on the wall clock.
 settings.register_profile("bt_mission", derandomize=True, deadline=None)

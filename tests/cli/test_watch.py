@@ -89,9 +89,8 @@ def test_nobody_there_is_told(tmp_path: Path):
 
 # In a session of its own, the first terminal that a process opens is the one whose Ctrl-C it gets.
 ON_TERMINAL = """\
-import os, signal, sys
+import os, sys
 os.open(os.ttyname(0), os.O_RDWR)
-signal.signal(signal.SIGINT, signal.SIG_DFL)  # ignored where the tests run in the background
 os.execv(sys.executable, [sys.executable, "-m", "bt_mission", "watch", "--wait", "60"])
 """
 
