@@ -33,9 +33,12 @@ from bt_mission.language.nodes.subtree import TreeNode
 def build_tree(mission: Mission, scope: Scope) -> Behaviour:
     """Return the tree of a mission; its leaves read and write `scope`.
 
+    The scope takes note of what follows a topic.
+
     A root with children takes the mission's name where it has none. Nothing of ROS is needed to
     build it. Give each node its `setup(runtime=...)` before the first tick.
     """
+    scope.followed = mission.follow
     root = mission.tree
     if not root.name and root.below:
         root = root.model_copy(update={"name": mission.name})
@@ -66,7 +69,7 @@ def _build(values: Evaluator) -> Behaviour:
 def _subtree(node: TreeNode, values: Evaluator, _below: list[Behaviour]) -> Subtree:
     mission, outer = values.context.mission, values.context.scope
     tree = mission.trees[node.tree]
-    inner = outer.inner()
+    inner = outer.inner(tree.follow)
     context = BuildContext(mission, tree.document.file, inner)
     body = _build(Evaluator(tree.body, f"{values.path}.0", context))
 

@@ -95,7 +95,7 @@ class Finally(Hooked, Composite):
         if self._stage is CleanUpPhase.BODY:
             self.current_child = self.body
             yield from self.body.tick()
-            self._values = dict(self._scope.values)
+            self._values = self._scope.written()
             if self.body.status is Status.RUNNING:
                 self.status = Status.RUNNING
                 yield self
@@ -163,10 +163,8 @@ class Finally(Hooked, Composite):
         if any(node.is_detached for node in self._inner):
             self._until_ns = self._runtime.now_ns + round(self._limit_s * NS)
             return
-        values = self._scope.values
-        around = dict(values)
-        values.clear()
-        values.update(self._values)
+        around = self._scope.written()
+        self._scope.replace(self._values)
         visited: list[Behaviour] = []
         try:
             visited += self.cleanup.tick()
@@ -174,9 +172,8 @@ class Finally(Hooked, Composite):
         except Exception as error:  # noqa: BLE001 - a user's leaf may raise anything
             why = f"clean-up failed: {cause_of(error)}"
         finally:
-            self._values = dict(values)
-            values.clear()
-            values.update(around)
+            self._values = self._scope.written()
+            self._scope.replace(around)
         if why is not None:
             self._end_detached(why)
         yield from visited

@@ -13,6 +13,7 @@ from bt_mission.behaviours.control import ConditionResult, Rounds
 from bt_mission.behaviours.hooks import HookedDecorator
 from bt_mission.behaviours.runtime import Runtime, Scope
 from bt_mission.core.stamps import NS
+from bt_mission.language.expressions.values import NoValue
 
 
 class Repeat(HookedDecorator):
@@ -158,8 +159,8 @@ class Retry(HookedDecorator, py_trees.decorators.Retry):
 class Subtree(HookedDecorator):
     """Runs the tree below it with variables of its own, and ends as that does.
 
-    Outputs go to the caller when the tree has ended, with success or failure, if it has written
-    them; not when it is halted.
+    Outputs go to the caller when the tree has ended, with success or failure, if they have a
+    value; not when it is halted.
 
     Args:
         inputs: Gives the values that its variables begin with, at each entry.
@@ -186,9 +187,7 @@ class Subtree(HookedDecorator):
 
     def initialise(self) -> None:
         """Forget the last time, and take the inputs."""
-        values = dict(self._inputs())
-        self.inner.values.clear()
-        self.inner.values.update(values)
+        self.inner.replace(self._inputs())
 
     def update(self) -> Status:
         """End as the tree does."""
@@ -199,5 +198,6 @@ class Subtree(HookedDecorator):
         """Hand the outputs out."""
         if new_status is not Status.INVALID:
             values = self.inner.values
-            found = {ours: values[name] for name, ours in self._outputs.items() if name in values}
-            self._outer.values.update(found)
+            for name, ours in self._outputs.items():
+                if name in values and not isinstance(values[name], NoValue):
+                    self._outer.values[ours] = values[name]

@@ -12,6 +12,7 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.goals.goal import GoalClient
 from bt_mission.goals.ledger import Ledger
 from bt_mission.language.expressions.expression import draws
+from bt_mission.language.follow import Follow
 
 
 class MissionFailure(BtMissionError):  # noqa: N818 - it is the mission that fails, not our code
@@ -51,17 +52,30 @@ class Scope:
     """A mission's variables, and its seeded random generators.
 
     Args:
-        values: Inputs, and the outputs written so far.
+        values: Inputs, the outputs written so far, and the variables that follow topics.
         seed: The mission's seed; each node draws from a generator of its own.
+        followed: Which of them follow topics. Nobody but the topic changes those.
     """
 
     values: dict[str, Any]
     seed: int
     generators: dict[str, Generator] = field(default_factory=dict)
+    followed: tuple[Follow, ...] = ()
 
-    def inner(self) -> Scope:
+    def inner(self, followed: tuple[Follow, ...] = ()) -> Scope:
         """A scope for a named tree: variables of its own, the same generators."""
-        return Scope({}, self.seed, self.generators)
+        return Scope({}, self.seed, self.generators, followed)
+
+    def written(self) -> dict[str, Any]:
+        """The variables with their values, those that follow topics left out."""
+        names = {one.variable for one in self.followed}
+        return {name: value for name, value in self.values.items() if name not in names}
+
+    def replace(self, values: Mapping[str, Any]) -> None:
+        """Take these values instead of those written; what follows a topic stays as it is."""
+        for name in self.written():
+            del self.values[name]
+        self.values.update(values)
 
     def random(self, path: str) -> Random:
         """The generator of the node at ``path``, the same in every run of one seed."""

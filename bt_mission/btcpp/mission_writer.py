@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import reduce
 from pathlib import Path
 from typing import Any
@@ -20,6 +20,7 @@ from bt_mission.core.diagnostics import Diagnostic, InputError, in_order
 from bt_mission.core.yaml.document import Document
 from bt_mission.language.checks.types import FindShapes
 from bt_mission.language.file import MissionFile, TreeDefinition
+from bt_mission.language.follow import Follow
 from bt_mission.language.goal_limits import GoalLimitsTable
 from bt_mission.language.loader import draft
 from bt_mission.language.mission import Mission, Tree
@@ -71,6 +72,7 @@ class _Writer:
 
     def text(self) -> str:
         data = self._document.data
+        self._refuse_follow(self._mission.follow, self._document)
         main = main_id(self._mission.name, {*self._mission.trees, *self._ids.values()})
         bodies = [self._tree(self._document, ("tree",), data["tree"], main, data)]
         models = [self._main_model(main)]
@@ -80,6 +82,7 @@ class _Writer:
             bodies.append(self._tree(tree.document, path, written["do"], self._ids[name], written))
             models.append(self._model(name, tree, self._signatures[name].definition))
             self._refuse_files(tree)
+            self._refuse_follow(tree.follow, tree.document)
         if self._faults:
             raise InputError(in_order(self._faults))
         models = [model for model in models if model.children]
@@ -150,6 +153,14 @@ class _Writer:
             what = f"a port with the name '{name}'"
             self._refuse(document, path, what, "give the variable another name")
         return Tag(tag, {"name": name, **label})
+
+    def _refuse_follow(self, follow: Iterable[Follow], document: Document) -> None:
+        """Refuse variables that follow topics: nothing in a tree of BehaviorTree.CPP does."""
+        hint = "read the topic with 'wait_for' and its 'outputs', or keep the mission in YAML"
+        for one in follow:
+            what = f"the variable '{one.variable}', which follows a topic"
+            message = f"{what}: XML has no counterpart"
+            self._faults.append(document.fault(one.place.path, message, hint))
 
     def _refuse_files(self, tree: Tree) -> None:
         """Refuse files of Python that are looked for beside another file than the XML file."""

@@ -19,6 +19,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from bt_mission.behaviours.action_leaf import ActionLeaf
+from bt_mission.behaviours.follow import FollowedVariables
 from bt_mission.behaviours.runtime import Runtime
 from bt_mission.core.errors import BtMissionError, cause_of
 from bt_mission.executive.breakpoints import Breakpoints
@@ -84,6 +85,7 @@ class Executive:
         self.cleanups = Cleanups(self._paths, runtime.ledger, self.breakpoints.mark)
         for node in root.iterate():
             node.setup(runtime=runtime)
+        self._followed = FollowedVariables(root, runtime)
 
     @property
     def is_done(self) -> bool:
@@ -110,6 +112,7 @@ class Executive:
         if self.is_done:
             return
         self.cycles += 1
+        self._followed.update()
         self._beat()
         for listener in self.after_tick:
             listener()
@@ -249,10 +252,12 @@ class Executive:
             self._end(MissionStatus.FAILURE, cause_of(error))
 
     def _tick_tree(self) -> None:
-        if self._walk is None:
-            self.ticks += 1
-            self._walk = self._begin_walk()
         try:
+            if self._walk is None:
+                if not self._followed.are_there():
+                    return
+                self.ticks += 1
+                self._walk = self._begin_walk()
             known = self._known
             for node in self._walk:
                 if node.status is not known[node]:

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, SkipValidation
 
+from bt_mission.language.follow import FollowSettings
 from bt_mission.language.nodes import fields
 from bt_mission.language.nodes.base import Trees, Written, WrittenNode
+
+Follows = Annotated[FollowSettings | list[FollowSettings], SkipValidation]
+"""Variables that follow topics, not read yet: the reader takes them one by one."""
 
 
 class GoalLimits(Written):
@@ -31,6 +35,7 @@ class MissionFile(Written):
     map: Literal["known", "unknown"] = "known"
     include: list[fields.Line] = []
     inputs: dict[fields.Variable, fields.InputValue] = {}
+    follow: Follows = []
     limits: GoalLimits = GoalLimits()
     servers: dict[fields.ActionNameField, GoalLimits] = {}
     trees: dict[fields.TreeName, Trees] = {}
@@ -46,6 +51,7 @@ class TreeDefinition(Written):
     description: str = ""
     needs: dict[fields.Variable, TypeWord] = {}
     inputs: dict[fields.Variable, fields.InputValue] = {}
+    follow: Follows = []
     outputs: dict[fields.Variable, TypeWord] = {}
     do: WrittenNode
 

@@ -67,6 +67,7 @@ def draft(
     if isinstance(document.data, dict) and "tree" in document.data:
         reader.signatures = shelf.signatures
         tree = reader.node(document.data["tree"], ("tree",))
+    follow = reader.follows((), () if written is None else written.inputs)
     trees, faults = read_trees(shelf, reader.limits)
     faults = [*reader.faults, *shelf.faults, *faults]
     if written is None or tree is None:
@@ -81,6 +82,7 @@ def draft(
         map=written.map,
         inputs=inputs,
         trees=trees,
+        follow=follow,
         tree=tree,
         lost=frozenset(reader.lost),
         file=document.file,

@@ -9,6 +9,7 @@ from typing import Literal
 from bt_mission.core.diagnostics import Diagnostic
 from bt_mission.core.yaml.document import Document
 from bt_mission.language.expressions.values import Plain, Type, type_of
+from bt_mission.language.follow import Follow
 from bt_mission.language.nodes.base import Key, NodeModel
 
 
@@ -17,7 +18,8 @@ class Tree:
     """A tree with a name, as its file has it: a named one, or the mission's own.
 
     `inputs` are the defaults of those that have one, `types` the types of all, `outputs` those of
-    the variables that a caller may take. `lost` are variables whose writer could not be read.
+    the variables that a caller may take. `follow` are variables that follow topics, `lost` are
+    variables whose writer could not be read.
     """
 
     name: str
@@ -27,6 +29,7 @@ class Tree:
     inputs: Mapping[str, Plain] = field(default_factory=dict)
     types: Mapping[str, Type | None] = field(default_factory=dict)
     outputs: Mapping[str, Type] = field(default_factory=dict)
+    follow: tuple[Follow, ...] = ()
     lost: frozenset[str] = frozenset()
     is_main: bool = False
 
@@ -40,7 +43,7 @@ class Tree:
 class Mission:
     """A mission file, loaded. `trees` are those with names, in the file and in what it includes.
 
-    `inputs` holds the values after `--set`.
+    `inputs` holds the values after `--set`, `follow` the variables that follow topics.
 
     `map` tells whether the robot is given the map of its world or has to make one.
     """
@@ -54,6 +57,7 @@ class Mission:
     map: Literal["known", "unknown"] = "known"
     inputs: Mapping[str, Plain] = field(default_factory=dict)
     trees: Mapping[str, Tree] = field(default_factory=dict)
+    follow: tuple[Follow, ...] = ()
     lost: frozenset[str] = field(default=frozenset(), repr=False)
     file: str = "<text>"
     warnings: tuple[Diagnostic, ...] = ()
@@ -70,6 +74,7 @@ class Mission:
             path=("tree",),
             inputs=self.inputs,
             types={name: type_of(value) for name, value in self.inputs.items()},
+            follow=self.follow,
             lost=self.lost,
             is_main=True,
         )

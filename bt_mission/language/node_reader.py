@@ -7,7 +7,7 @@ below and behind it is looked at too; such a draft is never run.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
@@ -25,6 +25,7 @@ from bt_mission.core.yaml.models import model_faults
 from bt_mission.language.action_names import BROKEN
 from bt_mission.language.expressions.values import Type
 from bt_mission.language.file import TreeDefinition
+from bt_mission.language.follow import Follow, FollowSettings
 from bt_mission.language.goal_limits import RENAMED_LIMITS, GoalLimitsTable
 from bt_mission.language.nodes import remedies
 from bt_mission.language.nodes.base import CompositeNode, Key, NodeModel, NodePlace, Written
@@ -90,6 +91,51 @@ class NodeReader:
             return model.model_validate(data)
         except pydantic.ValidationError:
             return None
+
+    def follows(self, path: tuple[Key, ...], inputs: Collection[str]) -> tuple[Follow, ...]:
+        """Return the variables that follow topics, of a mission or a named tree.
+
+        Args:
+            path: Where that is in the document.
+            inputs: The names of its inputs.
+        """
+        found: dict[str, Follow] = {}
+        for place, entry in self._written_follows((*path, "follow")):
+            if self.is_full:
+                break
+            if not isinstance(entry, dict):
+                example = "'topic', 'type', 'field' and 'as', or a list of such mappings"
+                self.fault(place, f"expected a mapping with {example}, got {describe(entry)}")
+                continue
+            settings = self.written(FollowSettings, place, entry)
+            name = entry.get("as")
+            if settings is None:
+                if isinstance(name, str):
+                    self.lost.add(name)  # who reads it is not to blame
+                continue
+            name = settings.variable
+            if name in inputs:
+                message = f"'{name}' is an input, and inputs never change; choose another name"
+                self.fault((*place, "as"), message)
+            elif name in found:
+                message = f"'{name}' follows a topic already, in line {found[name].line}"
+                self.fault((*place, "as"), message)
+            else:
+                position = NodePlace(*self.document.position(place), place)
+                found[name] = Follow(settings, self.document.file, position)
+        return tuple(found.values())
+
+    def _written_follows(self, path: tuple[Key, ...]) -> Iterator[tuple[tuple[Key, ...], Any]]:
+        """Yield what stands under `follow`, one mapping or a list of them, each with its place."""
+        data = self.document.data
+        for key in path:
+            if not isinstance(data, dict) or key not in data:
+                return
+            data = data[key]
+        if isinstance(data, list):
+            yield from (((*path, index), entry) for index, entry in enumerate(data))
+        else:
+            yield path, data
 
     def node(self, data: Any, path: tuple[Key, ...]) -> NodeModel | None:
         """Return a node with all below it, or None where nothing of it can be kept."""
@@ -186,7 +232,12 @@ class NodeReader:
 
 
 def _remedied(fault: Diagnostic, model: type[Written]) -> Diagnostic:
-    """Return a fault with a remedy where a modifier of a node stands among its settings."""
+    """Return a fault with a remedy where a modifier of a node stands among its settings.
+
+    Also where a topic to be followed has no type.
+    """
+    if model is FollowSettings and fault.message == "'type' is missing":
+        return replace(fault, hint=remedies.TYPE_OF_TOPIC)
     found = _UNKNOWN_KEY.match(fault.message)
     if found is None or not issubclass(model, NodeModel) or found[1] not in model.keys:
         return fault

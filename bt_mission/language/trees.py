@@ -131,6 +131,7 @@ def read_trees(
             found = found[key] if isinstance(found, dict) and key in found else None
         reader = NodeReader(document, shelf.signatures, limits)
         body = reader.node(found, path)
+        follow = reader.follows(signature.path, signature.types)
         faults += reader.faults
         if body is not None:
             trees[name] = Tree(
@@ -141,6 +142,7 @@ def read_trees(
                 inputs=signature.definition.inputs,
                 types=signature.types,
                 outputs=signature.definition.outputs,
+                follow=follow,
                 lost=frozenset(reader.lost),
             )
     return trees, faults

@@ -13,6 +13,7 @@ from rclpy.parameter import parameter_value_to_python
 
 from bt_mission.core.diagnostics import Diagnostic, did_you_mean, listed
 from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.language.follow import Follow
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.base import (
     NodeModel,
@@ -30,13 +31,18 @@ What = Literal["action", "service", "topic"]
 
 @dataclass(frozen=True)
 class Wanted:
-    """One name that a mission uses, with the step that does so first."""
+    """One name that a mission uses, with what does so first.
+
+    Attributes:
+        is_followed: A variable follows the topic, so that somebody has to publish it.
+    """
 
     what: What
     name: str
     type: str
-    step: NodeModel
+    step: NodeModel | Follow
     file: str
+    is_followed: bool = False
 
 
 @dataclass(frozen=True)
@@ -58,7 +64,8 @@ class NameFinding:
         if self.types:
             message = f"{wanted.name} is a {listed(self.types)} in the graph, not a {wanted.type}"
         else:
-            message = f"no {wanted.what} {wanted.name} in the graph"
+            what = "publisher of" if wanted.is_followed else wanted.what
+            message = f"no {what} {wanted.name} in the graph"
         return Diagnostic(message, wanted.file, step.line, step.column, hint=self.hint)
 
 
@@ -132,9 +139,13 @@ def _actions_of(name: str, node: Node) -> frozenset[str]:
 def _wanted(mission: Mission, node: Node) -> Iterator[Wanted]:
     seen: set[tuple[str, str]] = set()
     names = used(mission)
-    for tree in mission.all_trees:
-        if not tree.is_main and tree.name not in names:
-            continue
+    trees = [tree for tree in mission.all_trees if tree.is_main or tree.name in names]
+    for follow in (one for tree in trees for one in tree.follow):
+        name = node.resolve_topic_name(follow.settings.topic)
+        if ("topic", name) not in seen:
+            seen.add(("topic", name))
+            yield Wanted("topic", name, follow.type, follow, follow.file, is_followed=True)
+    for tree in trees:
         for step in tree.body.walk():
             if not isinstance(step, InterfaceNode):
                 continue
@@ -155,5 +166,9 @@ def _finding(wanted: Wanted, node: Node) -> NameFinding:
             there = dict(node.get_service_names_and_types())
         case "topic":
             there = dict(node.get_topic_names_and_types())
+            if wanted.is_followed:
+                publishers = node.get_publishers_info_by_topic(wanted.name)
+                there[wanted.name] = sorted({one.topic_type for one in publishers})
     types = tuple(there.get(wanted.name, ()))
-    return NameFinding(wanted, types, None if types else did_you_mean(wanted.name, sorted(there)))
+    others = sorted(name for name in there if name != wanted.name)
+    return NameFinding(wanted, types, None if types else did_you_mean(wanted.name, others))

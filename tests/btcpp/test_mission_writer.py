@@ -200,6 +200,23 @@ def test_ports_that_xml_cannot_have_are_errors(definition, message):
     assert [fault.line for fault in caught.value.faults] == [3]
 
 
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("mission: m\nfollow: FOLLOW\ntree: {log: $b}\n", 2),
+        ("mission: m\ntrees:\n  t:\n    follow: FOLLOW\n    do: {log: $b}\ntree: {tree: t}\n", 4),
+    ],
+)
+def test_a_variable_that_follows_a_topic_is_an_error(text, line):
+    """Nothing in a tree of BehaviorTree.CPP brings one up to date."""
+    follow = "{topic: b, type: std_msgs/msg/Int32, field: data, as: b}"
+    with pytest.raises(InputError) as caught:
+        xml_of(text.replace("FOLLOW", follow))
+    assert [(fault.line, fault.message) for fault in caught.value.faults] == [
+        (line, "the variable 'b', which follows a topic: XML has no counterpart")
+    ]
+
+
 def test_a_mission_with_faults_is_not_converted():
     """Its own faults are told, as 'check' tells them."""
     with pytest.raises(InputError, match="did you mean 'sequence'"):

@@ -33,6 +33,22 @@ def test_every_shipped_mission_is_valid(validator: Any, path: Path) -> None:
     validator.validate(read(path).data)
 
 
+FOLLOW = (
+    "mission: m\nfollow: {0}\ntree: {{wait: 1}}\n",
+    "mission: m\ntrees: {{t: {{follow: {0}, do: {{wait: 1}}}}}}\ntree: {{tree: t}}\n",
+)
+
+
+@pytest.mark.parametrize("text", FOLLOW)
+def test_a_variable_may_follow_a_topic(validator: Any, text: str) -> None:
+    """One mapping or a list of them, of a mission and of a named tree."""
+    entry = "{topic: b, type: a/msg/B, field: x.y, as: b, default: 1, timeout: 2.5}"
+    for follow in (entry, f"[{entry}]"):
+        validator.validate(read_text(text.format(follow)).data)
+    for follow in (entry.replace("as: b, ", ""), entry.replace("default", "qos"), "b"):
+        assert not validator.is_valid(read_text(text.format(follow)).data)
+
+
 @pytest.mark.parametrize("example", EXAMPLES)
 def test_every_example_of_the_page_is_valid(validator: Any, example: str) -> None:
     """Each kind and modifier stands in one of them."""

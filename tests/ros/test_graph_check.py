@@ -40,6 +40,8 @@ def robot(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     server = ActionServer(node, Turn, "turn", lambda _: None)
     node.create_service(SetBool, "stop", lambda _, answer: answer)
     node.create_publisher(String, "speech", 10)
+    node.create_publisher(String, "speech2", 10)
+    node.create_subscription(String, "heard", lambda _: None, 10)
     yield
     server.destroy()
     node.destroy_node()
@@ -63,6 +65,35 @@ def test_each_name_is_found_or_missing_or_of_another_type(monkeypatch: pytest.Mo
             "std_srvs/srv/Trigger"
         ),
         "m.yaml:10:7: error: no service /spot in the graph",
+    ]
+
+
+@pytest.mark.usefixtures("robot")
+def test_a_topic_that_is_followed_has_to_be_published(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As the type that the mission says; that somebody subscribes to it is not enough."""
+    monkeypatch.setattr(graph_check, "LOOK_S", 1.0)
+    follow = "".join(
+        f"  - {{topic: {topic}, type: std_msgs/msg/{kind}, field: data, as: {name}}}\n"
+        for topic, kind, name in (
+            ("speech", "String", "a"),
+            ("/robot1/speech", "String", "b"),
+            ("heard", "String", "c"),
+            ("speech2", "Bool", "d"),
+        )
+    )
+    text = f"mission: m\nfollow:\n{follow}tree: {{log: $a $b $c $d}}\n"
+    found = graph_check.find_missing(load_text(text, "m.yaml"), "robot1")
+    assert [(one.wanted.name, one.is_there) for one in found] == [
+        ("/robot1/speech", True),
+        ("/robot1/heard", False),
+        ("/robot1/speech2", False),
+    ]
+    assert [str(one.fault()).partition("; ")[0] for one in found if not one.is_there] == [
+        "m.yaml:5:5: error: no publisher of /robot1/heard in the graph",
+        (
+            "m.yaml:6:5: error: /robot1/speech2 is a std_msgs/msg/String in the graph, not a "
+            "std_msgs/msg/Bool"
+        ),
     ]
 
 

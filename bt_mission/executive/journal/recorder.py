@@ -100,7 +100,7 @@ class JournalRecorder:
             record["nodes"][self._executive.path_of(node)] = [node.status.value, state, now_ns]
         self._dirty = {}
         for path, scope in self._scopes.items():
-            known, values = self._known[path], scope.values
+            known, values = self._known[path], scope.written()
             new = {
                 name: value
                 for name, value in values.items()
@@ -113,7 +113,7 @@ class JournalRecorder:
             if gone:
                 record.setdefault("gone", {})[path] = gone
             if new or gone:
-                self._known[path] = dict(values)
+                self._known[path] = values
         for name, generator in self._runtime.scope.generators.items():
             if generator.was_drawn:
                 generator.was_drawn = False

@@ -86,10 +86,7 @@ class Recovery:
         scopes |= {path: node.inner for node, path in paths.items() if isinstance(node, Subtree)}
         for path, scope in scopes.items():
             kept = story.values.get(path, {})
-            scope.values.clear()
-            scope.values.update(
-                {name: decode(name, data, self._unpack) for name, data in kept.items()}
-            )
+            scope.replace({name: decode(name, data, self._unpack) for name, data in kept.items()})
         for name, data in story.generators.items():
             unpack_generator(self._runtime.scope.random(name), data)
         for node, path in paths.items():

@@ -70,6 +70,8 @@ def type_faults(
     """
     checker = TypeChecker(find, rules, expected_failures(mission))
     for tree in mission.all_trees:
+        for follow in tree.follow:
+            yield from checker.follow_faults(tree.document, follow)
         for visit in walk(tree, checker.output_type):
             node, variables, is_behind = visit
             yield from node_faults(tree.document, visit)
@@ -113,6 +115,7 @@ def _promise_faults(tree: Tree, variables: Variables) -> Iterator[Diagnostic]:
     if not tree.outputs:
         return
     written = {name for node in tree.body.walk() for name in written_by(node)}
+    written.update(variables.followed)
     types = variables.types
     for name, wanted in tree.outputs.items():
         path = (*tree.path, "outputs", name)
@@ -180,11 +183,16 @@ def _tree_warnings(tree: Tree) -> Iterator[Diagnostic]:
             place = next(one for one in ("inputs", "needs") if _has(document, (*head, one), name))
             message = f"the input '{name}' is never read"
             yield document.fault((*head, place, name), message, key=True, severity="warning")
+    for follow in tree.follow:
+        if follow.variable not in read:
+            message = f"the variable '{follow.variable}' is never read"
+            path = (*follow.place.path, "as")
+            yield document.fault(path, message, severity="warning")
     yield from unreached(document, tree.body)
     yield from restarted(document, tree.body)
     yield from constant_conditions(document, tree.body)
     yield from cut_texts(document, tree.body)
-    yield from unmoved_loops(document, tree.body)
+    yield from unmoved_loops(document, tree)
     yield from unsure_cleanups(document, tree.body)
     for node in tree.body.walk():
         endless = node.endless()

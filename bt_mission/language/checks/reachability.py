@@ -11,7 +11,7 @@ from bt_mission.core.diagnostics import Diagnostic, listed
 from bt_mission.core.yaml.document import Document
 from bt_mission.language.checks.scope import names_read
 from bt_mission.language.expressions.expression import Expression
-from bt_mission.language.mission import Mission
+from bt_mission.language.mission import Mission, Tree
 from bt_mission.language.nodes.base import EITHER, Ends, NodeModel
 from bt_mission.language.nodes.composites import (
     FallbackNode,
@@ -119,12 +119,14 @@ def unsure_cleanups(document: Document, tree: NodeModel) -> Iterator[Diagnostic]
                 yield document.fault(reader.path, message, hint, severity="warning")
 
 
-def unmoved_loops(document: Document, tree: NodeModel) -> Iterator[Diagnostic]:
+def unmoved_loops(document: Document, tree: Tree) -> Iterator[Diagnostic]:
     """Yield a warning for every condition of a loop that no round of it can change.
 
-    Beside a loop in a `parallel` there may be a node that does; nothing is said of those.
+    Beside a loop in a `parallel` there may be a node that does; nothing is said of those. A topic
+    may change a variable that follows it at any time.
     """
-    waiting = [tree]
+    followed = {one.variable for one in tree.follow}
+    waiting = [tree.body]
     while waiting:
         node = waiting.pop()
         if isinstance(node, ParallelNode):
@@ -136,7 +138,7 @@ def unmoved_loops(document: Document, tree: NodeModel) -> Iterator[Diagnostic]:
         for key, condition in (("while", node.settings.before), ("until", node.settings.after)):
             if not isinstance(condition, Expression) or condition.draws:
                 continue
-            if not condition.names & written:
+            if not condition.names & (written | followed):
                 names = listed(f"'{name}'" for name in sorted(condition.names))
                 why = f"nothing below 'do' assigns {names}" if names else "it reads no variable"
                 message = f"no round changes this condition: {why}"

@@ -18,6 +18,7 @@ from bt_mission.language.expressions.constants import evaluate_constants
 from bt_mission.language.expressions.expression import Expression, Template, Value, names_in
 from bt_mission.language.expressions.syntax import Name
 from bt_mission.language.expressions.values import ExpressionError, Plain, Type, joined, type_of
+from bt_mission.language.follow import Follow
 from bt_mission.language.mission import Tree
 from bt_mission.language.nodes.base import (
     Key,
@@ -28,8 +29,8 @@ from bt_mission.language.nodes.decorators import ForEachNode
 from bt_mission.language.nodes.fields import NumberRule
 from bt_mission.language.nodes.interfaces import InterfaceNode
 
-OutputType = Callable[[InterfaceNode, str], Type | None]
-"""The type of a field that a node reads of messages; None where it is not known."""
+OutputType = Callable[[InterfaceNode | Follow, str], Type | None]
+"""The type of a field that is read of messages; None where it is not known."""
 
 FieldType = Callable[[str], Type | None]
 """The type of a field of a message by its dotted name; raises KeyError where there is none."""
@@ -44,6 +45,8 @@ class Variables:
     lines: Mapping[str, int]
     given: frozenset[str] = frozenset()
     """The inputs of this tree, which nobody writes."""
+    followed: Mapping[str, int] = field(default_factory=dict)
+    """Variables that follow a topic, with the line in which they do."""
     loops: dict[str, int] = field(default_factory=dict)
     """Variables that a `for_each` around this step goes through, with its line."""
     left: dict[str, int] = field(default_factory=dict)
@@ -77,6 +80,10 @@ class Variables:
         """Return why a variable cannot be written here, or None."""
         if name in self.given:
             return f"'{name}' is an input, and inputs never change; choose another name"
+        if name in self.followed:
+            line = self.followed[name]
+            why = f"'{name}' follows a topic, in line {line}, which alone changes it"
+            return f"{why}; choose another name"
         if name in self.loops:
             line = self.loops[name]
             return f"'{name}' is what the for_each in line {line} goes through; choose another name"
@@ -118,7 +125,9 @@ def walk(tree: Tree, output_type: OutputType) -> Iterator[Visit]:
             lines.setdefault(name, node.line)
     known: dict[str, Type | None] = dict.fromkeys(sorted(tree.lost))
     known |= tree.types
-    variables = Variables(tree.constants, known, lines, frozenset(tree.types))
+    known |= {one.variable: output_type(one, one.settings.field) for one in tree.follow}
+    followed = {one.variable: one.line for one in tree.follow}
+    variables = Variables(tree.constants, known, lines, frozenset(tree.types), followed)
     yield from _walk(tree.body, variables, output_type)
 
 

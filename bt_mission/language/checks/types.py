@@ -14,6 +14,7 @@ from bt_mission.language.checks.scope import Variables, expression_faults
 from bt_mission.language.expressions.expression import Expression
 from bt_mission.language.expressions.syntax import Name
 from bt_mission.language.expressions.values import WORDS, Type, fits, type_of
+from bt_mission.language.follow import Follow
 from bt_mission.language.message_types import (
     ActionShapes,
     MessageShape,
@@ -71,8 +72,8 @@ class TypeChecker:
         self._expected_failures = expected_failures
         self._known: dict[str, _Talk | UnknownType] = {}
 
-    def _talk(self, node: InterfaceNode) -> _Talk | UnknownType | None:
-        """Return the messages of a node, or why they are not known."""
+    def _talk(self, node: InterfaceNode | Follow) -> _Talk | UnknownType | None:
+        """Return the messages of a node or a topic, or why they are not known."""
         if self._find is not None and node.type not in self._known:
             try:
                 self._known[node.type] = _talk(self._find(node.type))
@@ -80,8 +81,8 @@ class TypeChecker:
                 self._known[node.type] = error
         return self._known.get(node.type)
 
-    def output_type(self, node: InterfaceNode, field: str) -> Type | None:
-        """Return the type of a field that a node keeps; None where there is no such field."""
+    def output_type(self, node: InterfaceNode | Follow, field: str) -> Type | None:
+        """Return the type of a field that is kept; None where there is no such field."""
         talk = self._talk(node)
         if not isinstance(talk, _Talk):
             return None
@@ -118,6 +119,22 @@ class TypeChecker:
             faults = list(_condition_faults(document, node, talk.asks, variables))
             yield from faults or settled_condition(document, node, ranges, variables)
         yield from _output_faults(document, node, talk.keeps)
+
+    def follow_faults(self, document: Document, follow: Follow) -> Iterator[Diagnostic]:
+        """Yield what does not fit the type of a topic in a variable that follows it."""
+        talk, path, settings = self._talk(follow), follow.place.path, follow.settings
+        if isinstance(talk, UnknownType):
+            yield document.fault((*path, "type"), talk.message, talk.hint)
+        if not isinstance(talk, _Talk):
+            return
+        fault = _field_fault(document, (*path, "field"), settings.field, talk.keeps)
+        if fault is not None:
+            yield fault
+            return
+        wanted, default = value_type(field_at(talk.keeps, settings.field)), settings.default
+        if wanted is not None and default is not None and not fits(type_of(default), wanted):
+            message = f"expected {WORDS[wanted]}, as the field has, got {describe(default)}"
+            yield document.fault((*path, "default"), message)
 
 
 def _condition_faults(
@@ -174,13 +191,22 @@ def _output_faults(
     """Yield the outputs that a result, response or message does not have."""
     for write in node.writes():
         path, field = (*node.path, *write.path), str(write.path[-1])
-        try:
-            shape = field_at(kept, field)
-        except UnknownField as error:
-            yield document.fault(path, error.message, error.hint, key=True)
-            continue
-        if isinstance(shape, MessageShape):
-            yield document.fault(path, _too_much(field, shape), key=True)
+        fault = _field_fault(document, path, field, kept, is_key=True)
+        if fault is not None:
+            yield fault
+
+
+def _field_fault(
+    document: Document, path: Path, field: str, kept: MessageShape, *, is_key: bool = False
+) -> Diagnostic | None:
+    """Return what is wrong with a field that is kept of a message, or None."""
+    try:
+        shape = field_at(kept, field)
+    except UnknownField as error:
+        return document.fault(path, error.message, error.hint, key=is_key)
+    if isinstance(shape, MessageShape):
+        return document.fault(path, _too_much(field, shape), key=is_key)
+    return None
 
 
 def _too_much(field: str, shape: MessageShape) -> str:

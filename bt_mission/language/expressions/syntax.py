@@ -22,6 +22,7 @@ from bt_mission.language.expressions.values import (
     MAX_MAGNITUDE,
     WORDS,
     ExpressionError,
+    NoValue,
     Plain,
     Type,
     bounded,
@@ -38,7 +39,7 @@ Types = Callable[["Name"], Type | None]
 class EvaluationScope:
     """What names mean in one evaluation: variables, and the fields that come before them."""
 
-    variables: Mapping[str, Plain]
+    variables: Mapping[str, Plain | NoValue]
     fields: Mapping[str, Plain]
     draw: random.Random
 
@@ -109,7 +110,10 @@ class Name(SyntaxNode):
         if not self.variable and self.name in scope.fields:
             return scope.fields[self.name]
         if self.name in scope.variables:
-            return scope.variables[self.name]
+            value = scope.variables[self.name]
+            if isinstance(value, NoValue):
+                raise ExpressionError(f"'{self.shown}' has no value: {value.reason}", self.column)
+            return value
         known = [*scope.variables, *(() if self.variable else scope.fields)]
         message = f"'{self.shown}' has no value (those that have: {listed(known)})"
         raise ExpressionError(message, self.column, did_you_mean(self.name, known))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection
+from dataclasses import dataclass
 from typing import Literal
 
 from bt_mission.core.diagnostics import quoted
@@ -40,6 +41,16 @@ class ExpressionError(BtMissionError):
     def __str__(self) -> str:
         hint = f"; {self.hint}" if self.hint else ""
         return f"{self.message}{hint} (column {self.column})"
+
+
+@dataclass(frozen=True)
+class NoValue:
+    """Stands for the value of a variable that has none at present, with the reason."""
+
+    reason: str
+
+    def __repr__(self) -> str:
+        return f"no value: {self.reason}"
 
 
 class LooseText(ExpressionError):  # noqa: N818 - what it is says more than that it is an error

@@ -221,6 +221,15 @@ def _type_rule(folder: str, example: str) -> Callable[[Any], str]:
     return text_rule(pattern, f"a type such as {example}")
 
 
+def message_field(value: Any) -> str:
+    """Return the dotted name of a field of a message."""
+    if isinstance(value, str) and _FIELD.fullmatch(value.partition("[")[0]) and "[" in value:
+        hint = "follow the list, and write the index where the variable is read: NAME[0]"
+        raise refusal(f"expected the name of a field, got {describe(value)}", hint)
+    return _message_field(value)
+
+
+_message_field = text_rule(_FIELD, "the name of a field such as pose.position.x")
 _variable_name = text_rule(VARIABLE, "a name of letters, digits and '_'")
 tree_name = text_rule(_TREE_NAME, "a name of letters, digits, '_' and '-'")
 result_field = text_rule(_FIELD, "the name of a result field")

@@ -11,6 +11,10 @@ from bt_mission.core.diagnostics import LIKENED_NAMES, describe, did_you_mean, l
 _GUARD = "'guard: CONDITION' runs its 'do' as long as a condition holds"
 _WHEN = "'when: CONDITION' runs its 'do' if a condition holds, else its 'else'"
 _FINALLY = "write 'finally: {timeout: 10}' with a 'do', and what cleans up under 'then'"
+TYPE_OF_TOPIC = (
+    "write 'type: sensor_msgs/msg/BatteryState' or the like; 'bt-mission topics list' names the "
+    "types of a running graph"
+)
 _PARALLEL = "write 'parallel'"
 
 OTHER_WORDS = {
@@ -47,6 +51,9 @@ OTHER_WORDS = {
     "echo": "write 'log: TEXT'",
     "let": "write 'set: {NAME: VALUE}'",
     "assign": "write 'set: {NAME: VALUE}'",
+    "follow": "write it at the head of the mission, or of a named tree, beside 'inputs'",
+    "subscribe": "write 'wait_for' for one message; a variable follows a topic by 'follow' at the "
+    "head of the mission",
     "call": "write 'service' for a service, 'tree' for a tree with a name",
     "subtree": "write 'tree: NAME'",
     "random": "write 'choose'",

@@ -7,6 +7,7 @@ import pytest
 from bt_mission.core.diagnostics import InputError
 from bt_mission.language.checks.scope import names_read, walk
 from bt_mission.language.loader import load_text
+from bt_mission.sessions.check import examine, examine_text
 
 EXPLORE = "explore_forward: {}\n      outputs: {closest_obstacle_angle: obstacle}"
 
@@ -87,6 +88,57 @@ def test_a_loop_that_no_round_ends_is_suspicious(loop, key):
     assert [(one.line, one.message) for one in found] == [
         (6, "no round changes this condition: nothing below 'do' assigns 'n'") for _ in [key] if key
     ]
+
+
+FOLLOW = "mission: m\nfollow: {topic: b, type: std_msgs/msg/Float64, field: data, as: b}\n"
+
+
+def test_a_loop_may_wait_for_a_topic():
+    """A variable that follows one changes without the loop."""
+    text = f"{FOLLOW}tree:\n  repeat: {{while: b > 2, count: 9}}\n  do: {{wait: 1}}\n"
+    assert load_text(text).warnings == ()
+
+
+def test_a_condition_on_a_goal_may_read_nothing_but_a_topic():
+    """Where inputs alone would be refused: they never change."""
+    _, faults = examine_text(
+        f"{FOLLOW}tree:\n  turn: {{angle: 90}}\n  timeout: 9\n  cancel_when: b > 2\n"
+    )
+    assert faults == ()
+
+
+def test_the_field_gives_the_type_of_what_follows_it():
+    """It is known from the interface."""
+    _, found = examine_text(
+        f"{FOLLOW}tree:\n  sequence:\n    - check: b\n    - repeat: {{count: b}}\n"
+        "      do: {log: '${b + 1}'}\n"
+    )
+    assert [(one.line, one.message) for one in found] == [
+        (5, "expected a boolean, got a number"),
+        (6, "expected an integer, got a number"),
+    ]
+
+
+def test_a_named_tree_does_not_see_what_its_mission_follows():
+    """It takes the value of the moment as an input, or follows the topic itself."""
+    tree = "trees: {t: {do: {check: b > 1}}}\ntree: {sequence: [{tree: t}, {log: $b}]}\n"
+    with pytest.raises(InputError, match="'b' is an undefined variable"):
+        load_text(FOLLOW + tree)
+    follow = FOLLOW.partition("follow: ")[2].strip()
+    assert load_text(FOLLOW + tree.replace("{do:", f"{{follow: {follow}, do:")).warnings == ()
+
+
+def test_an_included_tree_follows_topics(tmp_path):
+    """Its file says so, and is named where that is wrong."""
+    library = tmp_path / "lib.yaml"
+    entry = "{topic: b, type: std_msgs/msg/Bool, field: data, as: b}"
+    library.write_text(f"trees:\n  t:\n    follow: {entry}\n    do: {{check: b}}\n")
+    mission = tmp_path / "m.yaml"
+    mission.write_text("mission: m\ninclude: [lib.yaml]\ntree: {tree: t}\n")
+    assert examine(str(mission))[1] == ()
+    library.write_text(library.read_text().replace("data", "date"))
+    (fault,) = examine(str(mission))[1]
+    assert (fault.file, fault.line, fault.column) == (str(library), 3, 56)
 
 
 def test_a_loop_may_wait_for_a_branch_beside_it():

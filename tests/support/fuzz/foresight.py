@@ -13,6 +13,7 @@ from bt_mission.language.expressions.expression import Expression, Template, Tex
 from bt_mission.language.expressions.syntax import EvaluationScope as Known
 from bt_mission.language.expressions.syntax import FunctionCall, Name, SyntaxNode
 from bt_mission.language.expressions.values import ExpressionError, Type, fits, type_of
+from bt_mission.language.follow import Follow
 from bt_mission.language.message_types import UnknownField, field_at, value_type
 from bt_mission.language.mission import Mission, Tree
 from bt_mission.language.nodes.action import GoalNode
@@ -145,7 +146,7 @@ def _inside(value: Any) -> Iterator[Any]:
             yield from value
 
 
-def _output_type(step: InterfaceNode, name: str) -> Type | None:
+def _output_type(step: InterfaceNode | Follow, name: str) -> Type | None:
     shapes: Any = interface_types.shapes(step.type)
     if isinstance(step, GoalNode):
         shapes = shapes.result

@@ -1,0 +1,151 @@
+"""Variables that follow topics, brought up to date at the start of each tick."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from py_trees.behaviour import Behaviour
+
+from bt_mission.behaviours.decorators import Subtree
+from bt_mission.behaviours.runtime import MissionFailure, Runtime, Scope, placed, read_field
+from bt_mission.core.stamps import NS
+from bt_mission.language.expressions.values import NoValue
+from bt_mission.language.follow import Follow
+
+FIRST_VALUE_S = 5.0
+"""How long a mission waits for the first value of each variable, at least; s."""
+
+QUIET_NS = NS
+"""How long it does so before it says so."""
+
+LOOK_NS = NS // 4
+"""How often the graph is looked at for a latched publisher."""
+
+
+class FollowedVariable:
+    """Keeps one variable at the newest value of a field of a topic.
+
+    A message that arrives changes nothing before the next :meth:`update`.
+
+    Args:
+        follow: What it follows.
+        scope: The variables of which it is one.
+        runtime: Clock and subscriber.
+
+    Raises:
+        MissionFailure: For a type that is not installed, or a topic that has another one.
+    """
+
+    def __init__(self, follow: Follow, scope: Scope, runtime: Runtime) -> None:
+        self.place = f"{follow.file}:{follow.line}:{follow.column}"
+        self.name = follow.variable
+        self._settings = follow.settings
+        self._values = scope.values
+        self._runtime = runtime
+        self._heard_ns: int | None = None
+        self._unread: Any = None
+        self._look_ns = 0
+        with placed(self.place):
+            self._topic = runtime.subscriber(self._settings.topic, self._settings.type)
+        self._set_missing(f"no message of {self._topic.name} yet")
+        self._topic.listen(self._hear)
+
+    @property
+    def why_missing(self) -> str:
+        """Why it has no value, with what the graph knows; empty where it has one."""
+        value = self._values[self.name]
+        if not isinstance(value, NoValue):
+            return ""
+        return value.reason + (f", {self._topic.why_silent()}" if self._heard_ns is None else "")
+
+    @property
+    def limit_s(self) -> float:
+        """How long its first value may take; s."""
+        return max(FIRST_VALUE_S, self._settings.timeout or 0.0)
+
+    def update(self) -> None:
+        """Take the newest message in, or note that it is too old."""
+        now_ns, timeout_s = self._runtime.now_ns, self._settings.timeout
+        if now_ns >= self._look_ns:
+            self._look_ns = now_ns + LOOK_NS
+            self._topic.look_around()
+        if self._unread is not None:
+            message, self._unread = self._unread, None
+            self._take(message)
+        if self._heard_ns is None or timeout_s is None:
+            return
+        if now_ns - self._heard_ns >= timeout_s * NS:
+            self._set_missing(f"no message of {self._topic.name} for {timeout_s:g} s")
+
+    def _hear(self, message: Any) -> None:
+        self._unread, self._heard_ns = message, self._runtime.now_ns
+
+    def _take(self, message: Any) -> None:
+        field, topic = self._settings.field, self._topic.name
+        try:
+            value = read_field(message, field)
+        except AttributeError:
+            self._set_missing(f"messages of {topic} have no field '{field}'")
+            return
+        if isinstance(value, float) and math.isnan(value):
+            self._set_missing(f"'{field}' of {topic} is not a number")
+        else:
+            self._values[self.name] = value
+
+    def _set_missing(self, reason: str) -> None:
+        default = self._settings.default
+        value = NoValue(reason) if default is None else default
+        if self._values.get(self.name) != value:  # the same one, so that nobody asks again
+            self._values[self.name] = value
+
+
+class FollowedVariables:
+    """All variables of a mission that follow topics, those of its named trees included.
+
+    Args:
+        root: Of the tree.
+        runtime: Its variables, clock and subscribers.
+    """
+
+    def __init__(self, root: Behaviour, runtime: Runtime) -> None:
+        scopes = [runtime.scope]
+        scopes += [node.inner for node in root.iterate() if isinstance(node, Subtree)]
+        self._runtime = runtime
+        self._variables = [
+            FollowedVariable(follow, scope, runtime)
+            for scope in scopes
+            for follow in scope.followed
+        ]
+        self._awaited = list(self._variables)
+        self._since_ns: int | None = None
+        self._is_said = False
+
+    def update(self) -> None:
+        """Bring all of them up to date; what they hold now lasts until the next tick."""
+        for variable in self._variables:
+            variable.update()
+
+    def are_there(self) -> bool:
+        """Has each of them had a value? A mission begins only then; called until it is so.
+
+        Raises:
+            MissionFailure: When the first value of one takes too long.
+        """
+        self._awaited = [one for one in self._awaited if one.why_missing]
+        if not self._awaited:
+            return True
+        now_ns = self._runtime.now_ns
+        self._since_ns = now_ns if self._since_ns is None else self._since_ns
+        waited_ns = now_ns - self._since_ns
+        for one in self._awaited:
+            if waited_ns >= one.limit_s * NS:
+                raise MissionFailure(
+                    f"{one.place}: '{one.name}' has no value after {one.limit_s:g} s: "
+                    f"{one.why_missing}; start what publishes it, or give it a 'default'"
+                )
+        if waited_ns >= QUIET_NS and not self._is_said:
+            self._is_said = True
+            missing = dict.fromkeys(one.why_missing for one in self._awaited)
+            self._runtime.log(f"the mission waits to begin: {'; '.join(missing)}")
+        return False
