@@ -273,36 +273,6 @@ def test_without_the_server_of_a_goal_in_flight_nothing_goes_on(begun: Any) -> N
     assert path.read_bytes() == before
 
 
-def test_what_follows_a_topic_is_read_anew(tmp_path: Path) -> None:
-    """A journal keeps no value of it, nor that it has none; the rest waits for the first one."""
-    text = (
-        "mission: m\nfollow:\n"
-        "  - {topic: /b, type: a/msg/B, field: x, as: b}\n"
-        "  - {topic: /b, type: a/msg/B, field: y, as: c, default: 1}\n"
-        "tree:\n  sequence:\n    - set: {seen: b}\n    - finally: {timeout: 9}\n"
-        "      do: {wait: 0.2}\n      then: {wait: 0.2}\n    - log: $seen $b $c\n"
-    )
-    life = Life(text, tmp_path / "j", World("finishes"))
-    life.play.topics["/b"].publish(x=1, y=2)
-    life.tick()
-    life.play.topics["/b"].publish(x=float("nan"), y=3)
-    life.tick()
-    life.die()
-    written = (tmp_path / "j").read_text(encoding="utf-8")
-    assert '"seen"' in written
-    assert '"c"' not in written
-    again = Life(text, tmp_path / "j", life.world)
-    for _ in range(30):
-        again.tick()
-    assert again.play.executive.ticks == 0
-    again.play.topics["/b"].publish(x=5, y=6)
-    for _ in range(20):
-        again.tick()
-    again.die()
-    assert again.play.said[1:] == ["1 5 6"]
-    assert again.play.status == "success"
-
-
 def test_a_value_that_no_journal_keeps(begun: Any, tmp_path: Path) -> None:
     """The variable is named; the mission does not go on with a wrong value."""
     text = "mission: m\ntree:\n  wait: 10\n"
