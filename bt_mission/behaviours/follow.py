@@ -48,7 +48,9 @@ class FollowedVariable:
         self._look_ns = 0
         with placed(self.place):
             self._topic = runtime.subscriber(self._settings.topic, self._settings.type)
-        self._set_missing(f"no message of {self._topic.name} yet")
+        initial = self._settings.initial
+        missing = NoValue(f"no message of {self._topic.name} yet")
+        self._values[self.name] = missing if initial is None else initial
         self._topic.listen(self._hear)
 
     @property
@@ -122,7 +124,10 @@ class FollowedVariables:
         self._is_said = False
 
     def update(self) -> None:
-        """Bring all of them up to date; what they hold now lasts until the next tick."""
+        """Bring all of them up to date; what they hold now lasts until the next call.
+
+        Also in a pause, since goals under way keep their conditions.
+        """
         for variable in self._variables:
             variable.update()
 
@@ -142,7 +147,7 @@ class FollowedVariables:
             if waited_ns >= one.limit_s * NS:
                 raise MissionFailure(
                     f"{one.place}: '{one.name}' has no value after {one.limit_s:g} s: "
-                    f"{one.why_missing}; start what publishes it, or give it a 'default'"
+                    f"{one.why_missing}; start what publishes it, or give it an 'initial' value"
                 )
         if waited_ns >= QUIET_NS and not self._is_said:
             self._is_said = True

@@ -18,6 +18,7 @@ class FollowSettings(Written):
     type: Annotated[str, PlainValidator(fields.message_type), fields.TEXT_SCHEMA]
     field: Annotated[str, PlainValidator(fields.message_field), fields.TEXT_SCHEMA]
     variable: fields.Variable = Field(alias="as")
+    initial: fields.InputValue = None
     default: fields.InputValue = None
     timeout: fields.FixedLimit | None = None
 

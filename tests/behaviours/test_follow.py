@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -98,6 +99,26 @@ def test_every_place_of_the_language_reads_it(play: Any) -> None:
     assert story.turn.requests[0]["angle"].as_value() == 41.0
 
 
+def test_a_python_leaf_takes_it_as_an_input(
+    play: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its value when the leaf is entered, each time."""
+    (tmp_path / "level.py").write_text(
+        "from py_trees.behaviour import Behaviour\nfrom py_trees.common import Status\n\n"
+        "class Level(Behaviour):\n    level: float = 0.0\n    half: float = 0.0\n"
+        "    def update(self):\n        self.half = self.level / 2\n"
+        "        return Status.SUCCESS\n"
+    )
+    monkeypatch.chdir(tmp_path)
+    leaf = "{python: 'level.py:Level', inputs: {level: $battery}, outputs: {half: half}}"
+    tree = f"  repeat: {{count: 2}}\n  do: {{sequence: [{leaf}, {{log: $half}}]}}"
+    story = play(tree, head())
+    for value in (80.0, 60.0):
+        heard(story, value)
+        story.tick()
+    assert story.said == ["40", "30"]
+
+
 def test_a_list_is_read_by_index(play: Any) -> None:
     """Arrays come as lists; each message makes conditions be asked again."""
     keys = "topic: /scan, type: a/msg/B, field: ranges, as: ranges"
@@ -140,7 +161,7 @@ def test_a_topic_that_is_never_published_fails_the_mission(play: Any) -> None:
     assert story.status == "failure"
     assert story.executive.reason == (
         "<text>:2:9: 'battery' has no value after 5 s: no message of /battery yet, nobody "
-        "publishes it; start what publishes it, or give it a 'default'"
+        "publishes it; start what publishes it, or give it an 'initial' value"
     )
 
 
@@ -157,13 +178,21 @@ def test_a_longer_timeout_is_also_the_time_for_the_first_message(play: Any) -> N
     assert story.tick() == "RR"
 
 
-def test_with_a_default_a_mission_begins_at_once(play: Any) -> None:
-    """It is the value until the first message."""
-    story = play("  repeat: {count: 2}\n  do: {log: $battery}", head(default=100))
-    story.tick()
+def test_with_an_initial_value_a_mission_begins_at_once(play: Any) -> None:
+    """It is the value until the first message, however long that takes."""
+    story = play("  repeat: {count: 31}\n  do: {log: $battery}", head(initial=100, timeout=1))
+    story.tick(30)
     heard(story, 80.0)
     story.tick()
-    assert story.said == ["100", "80"]
+    assert story.said == 30 * ["100"] + ["80"]
+
+
+def test_a_default_is_for_later(play: Any) -> None:
+    """The mission waits for the first message all the same: `0` would end it at once."""
+    story = play(LOW, head(default=0))
+    assert story.tick(2) == "II"
+    heard(story, 80.0)
+    assert story.tick() == "RR"
 
 
 def test_an_interrupted_wait_ends_the_mission(play: Any) -> None:
@@ -250,7 +279,7 @@ trees:
   stay:
     follow:
       - {topic: /battery, type: a/msg/B, field: percentage, as: charge}
-      - {topic: /on, type: a/msg/B, field: data, as: is_on, default: true}
+      - {topic: /on, type: a/msg/B, field: data, as: is_on, initial: true}
     outputs: {charge: number}
     do: {guard: charge > 20 and is_on, do: {wait: 100}}"""
 

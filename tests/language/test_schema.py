@@ -42,10 +42,10 @@ FOLLOW = (
 @pytest.mark.parametrize("text", FOLLOW)
 def test_a_variable_may_follow_a_topic(validator: Any, text: str) -> None:
     """One mapping or a list of them, of a mission and of a named tree."""
-    entry = "{topic: b, type: a/msg/B, field: x.y, as: b, default: 1, timeout: 2.5}"
+    entry = "{topic: b, type: a/msg/B, field: x.y, as: b, initial: 1, default: 1, timeout: 2.5}"
     for follow in (entry, f"[{entry}]"):
         validator.validate(read_text(text.format(follow)).data)
-    for follow in (entry.replace("as: b, ", ""), entry.replace("default", "qos"), "b"):
+    for follow in (entry.replace("as: b, ", ""), entry.replace("initial", "qos"), "b"):
         assert not validator.is_valid(read_text(text.format(follow)).data)
 
 

@@ -131,10 +131,11 @@ class TypeChecker:
         if fault is not None:
             yield fault
             return
-        wanted, default = value_type(field_at(talk.keeps, settings.field)), settings.default
-        if wanted is not None and default is not None and not fits(type_of(default), wanted):
-            message = f"expected {WORDS[wanted]}, as the field has, got {describe(default)}"
-            yield document.fault((*path, "default"), message)
+        wanted = value_type(field_at(talk.keeps, settings.field))
+        for key, value in (("initial", settings.initial), ("default", settings.default)):
+            if wanted is not None and value is not None and not fits(type_of(value), wanted):
+                message = f"expected {WORDS[wanted]}, as the field has, got {describe(value)}"
+                yield document.fault((*path, key), message)
 
 
 def _condition_faults(

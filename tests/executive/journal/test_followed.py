@@ -12,7 +12,7 @@ def test_what_follows_a_topic_is_read_anew(tmp_path: Path) -> None:
     text = (
         "mission: m\nfollow:\n"
         "  - {topic: /b, type: a/msg/B, field: x, as: b}\n"
-        "  - {topic: /b, type: a/msg/B, field: y, as: c, default: 1}\n"
+        "  - {topic: /b, type: a/msg/B, field: y, as: c, initial: 1}\n"
         "tree:\n  sequence:\n    - set: {seen: b}\n    - finally: {timeout: 9}\n"
         "      do: {wait: 0.2}\n      then: {wait: 0.2}\n    - log: $seen $b $c\n"
     )
