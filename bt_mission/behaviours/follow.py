@@ -62,6 +62,13 @@ class FollowedVariable:
         return value.reason + (f", {self._topic.why_silent()}" if self._heard_ns is None else "")
 
     @property
+    def remedy(self) -> str:
+        """What lets a mission begin without its first value."""
+        if self._heard_ns is None:
+            return "start what publishes it, or give it an 'initial' value"
+        return "give it a 'default'"
+
+    @property
     def limit_s(self) -> float:
         """How long its first value may take; s."""
         return max(FIRST_VALUE_S, self._settings.timeout or 0.0)
@@ -147,7 +154,7 @@ class FollowedVariables:
             if waited_ns >= one.limit_s * NS:
                 raise MissionFailure(
                     f"{one.place}: '{one.name}' has no value after {one.limit_s:g} s: "
-                    f"{one.why_missing}; start what publishes it, or give it an 'initial' value"
+                    f"{one.why_missing}; {one.remedy}"
                 )
         if waited_ns >= QUIET_NS and not self._is_said:
             self._is_said = True
