@@ -99,21 +99,29 @@ def _tried(text: str) -> Parsed | ExpressionError:
 
 
 def _parsed(text: str) -> Parsed:
-    if len(text) > MAX_LENGTH:
-        message = f"the expression has {len(text):,} characters; at most {MAX_LENGTH:,} are read"
-        raise ExpressionError(message)
-    if not text.strip():
-        raise ExpressionError("the expression is empty")
-    parser = _Parser(_tokens(text))
+    parser = ExpressionParser(tokenized(text))
     node = parser.either()
     parser.end()
     return node, tuple(parser.names), parser.draws
 
 
-def _tokens(text: str) -> list[Token]:
+def tokenized(text: str, symbols: str = "") -> list[Token]:
+    """Return the tokens of a text, the end as the last one; `symbols` are further characters.
+
+    Raises ExpressionError, with the column.
+    """
+    if len(text) > MAX_LENGTH:
+        message = f"the expression has {len(text):,} characters; at most {MAX_LENGTH:,} are read"
+        raise ExpressionError(message)
+    if not text.strip():
+        raise ExpressionError("the expression is empty")
     tokens = []
     at = 0
     while at < len(text):
+        if text[at] in symbols:
+            tokens.append(Token("symbol", text[at], at + 1))
+            at += 1
+            continue
         found = _TOKEN.match(text, at)
         if found is None:
             raise _bad_character(text, at)
@@ -139,7 +147,9 @@ def _bad_character(text: str, at: int) -> ExpressionError:
 
 
 @dataclass
-class _Parser:
+class ExpressionParser:
+    """Takes tokens one after another; a larger grammar around expressions extends it."""
+
     tokens: list[Token]
     at: int = 0
     depth: int = 0
@@ -270,7 +280,7 @@ class _Parser:
         message = f"expected a number, a name or a '(', got {got}"
         raise ExpressionError(message, token.column)
 
-    def name(self, node: syntax.Name) -> syntax.Name:
+    def name(self, node: syntax.Name) -> syntax.SyntaxNode:
         self.names.append(node)
         return node
 
