@@ -8,6 +8,7 @@ from pydantic import Field
 
 from bt_mission.language.nodes import fields
 from bt_mission.language.nodes.base import Trees, Written, WrittenNode
+from bt_mission.language.requirements.written import Requirements
 
 
 class GoalLimits(Written):
@@ -33,6 +34,7 @@ class MissionFile(Written):
     inputs: dict[fields.Variable, fields.InputValue] = {}
     limits: GoalLimits = GoalLimits()
     servers: dict[fields.ActionNameField, GoalLimits] = {}
+    requirements: Requirements = {}
     trees: dict[fields.TreeName, Trees] = {}
     tree: WrittenNode
 

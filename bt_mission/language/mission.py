@@ -10,6 +10,7 @@ from bt_mission.core.diagnostics import Diagnostic
 from bt_mission.core.yaml.document import Document
 from bt_mission.language.expressions.values import Plain, Type, type_of
 from bt_mission.language.nodes.base import Key, NodeModel
+from bt_mission.language.requirements.formula import Requirement
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,6 +55,7 @@ class Mission:
     map: Literal["known", "unknown"] = "known"
     inputs: Mapping[str, Plain] = field(default_factory=dict)
     trees: Mapping[str, Tree] = field(default_factory=dict)
+    requirements: tuple[Requirement, ...] = ()
     lost: frozenset[str] = field(default=frozenset(), repr=False)
     file: str = "<text>"
     warnings: tuple[Diagnostic, ...] = ()

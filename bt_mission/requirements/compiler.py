@@ -29,19 +29,15 @@ from bt_mission.language.requirements.syntax import (
 )
 from bt_mission.language.requirements.syntax import Window as WrittenWindow
 from bt_mission.language.requirements.units import unit_of
-from bt_mission.requirements.operators import (
-    Ahead,
+from bt_mission.requirements.looking_ahead import Ahead, Future, Late, Present, Until
+from bt_mission.requirements.looking_back import (
     Atom,
     Combinator,
     Combined,
-    Future,
     Historically,
     Joint,
-    Late,
     Past,
-    Present,
     Since,
-    Until,
 )
 from bt_mission.requirements.roots import Root, RootJoint, Throughout, Up
 

@@ -71,6 +71,8 @@ class Monitor:
     def __init__(self, requirement: Requirement, source: SignalSource) -> None:
         self.requirement = requirement
         self.violated_ns: int | None = None
+        self.is_told = False
+        """Was it said that it is violated?"""
         self._end: tuple[Verdict, Sample] | None = None
         readers: dict[str, Reader] = {}
         missing: dict[str, str] = {}
@@ -139,7 +141,7 @@ class Monitor:
             verdict=verdict,
             margin=_rounded(value[0]) if value is not None and has_measure else None,
             unit=unit if has_measure else "",
-            at=value[2] / NS if value is not None and value[3] >= 0 else None,
+            at=value[2] / NS if value is not None and (has_measure or value[1]) else None,
             violated_at=None if self.violated_ns is None else self.violated_ns / NS,
             on_violation=self.requirement.on_violation,
             why=why,
@@ -163,7 +165,7 @@ class Monitor:
 
 def _rounded(margin: float) -> float:
     """Return a margin without the noise of the last digits."""
-    return float(f"{margin:.9g}")
+    return float(f"{margin:.9g}") + 0.0
 
 
 class Monitors:
@@ -188,15 +190,19 @@ class Monitors:
         """Take the next instant."""
         for monitor in self.monitors:
             if monitor.step(since_start_ns):
-                self._on_violation(monitor.result)
+                self._tell(monitor)
 
     def finish(self, *, is_complete: bool = True) -> None:
         """End the run; what is violated only by its end is told now."""
         for monitor in self.monitors:
-            was_violated = monitor.violated_ns is not None
             monitor.finish(is_complete=is_complete)
-            if monitor.result.verdict == "violated" and not was_violated:
-                self._on_violation(monitor.result)
+            if monitor.result.verdict == "violated":
+                self._tell(monitor)
+
+    def _tell(self, monitor: Monitor) -> None:
+        if not monitor.is_told:
+            monitor.is_told = True
+            self._on_violation(monitor.result)
 
     @property
     def results(self) -> tuple[RequirementResult, ...]:

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 
 from typing_extensions import override
 
-from bt_mission.requirements.operators import Aligned, Future
+from bt_mission.requirements.looking_ahead import Aligned, Future
 from bt_mission.requirements.samples import Hope, Sample, fails, holds, joined, least, most
 
 

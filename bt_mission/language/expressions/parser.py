@@ -158,9 +158,11 @@ class ExpressionParser:
 
     @property
     def next(self) -> Token:
+        """The token that comes next."""
         return self.tokens[self.at]
 
     def take(self) -> Token:
+        """Take the next token."""
         token = self.tokens[self.at]
         self.at += 1
         return token
@@ -171,12 +173,14 @@ class ExpressionParser:
         return self.take() if token.kind in ("symbol", "name") and token.text in texts else None
 
     def deeper(self) -> None:
+        """Go one level deeper. Raises ExpressionError where that is too deep."""
         self.depth += 1
         if self.depth > MAX_DEPTH:
             message = f"the expression is nested too deeply; at most {MAX_DEPTH} levels are read"
             raise ExpressionError(message, self.next.column)
 
     def end(self) -> None:
+        """Refuse what goes on behind a whole formula."""
         token = self.next
         if token.kind != "end":
             message = f"expected an operator or the end, got {quoted(token.text)}"
@@ -192,6 +196,7 @@ class ExpressionParser:
         return f"decimals are written with a point: {before.text}.{after.text}"
 
     def either(self) -> syntax.SyntaxNode:
+        """Parse a whole formula."""
         self.deeper()
         node = self.operation(0)
         if token := self.takes("if"):
@@ -226,6 +231,7 @@ class ExpressionParser:
         return node
 
     def comparison(self, first: syntax.SyntaxNode) -> syntax.SyntaxNode:
+        """Parse what a first side is compared with."""
         column = self.next.column
         rest = []
         while _LEVELS.get(self.next.text) == _COMPARISON:
@@ -234,6 +240,7 @@ class ExpressionParser:
         return syntax.Comparison(column, first, tuple(rest))
 
     def signed(self) -> syntax.SyntaxNode:
+        """Parse a number with its signs."""
         token = self.takes("-", "+")
         if token is None:
             return self.power()
@@ -243,6 +250,7 @@ class ExpressionParser:
         return node
 
     def power(self) -> syntax.SyntaxNode:
+        """Parse an element, to the power of another."""
         base = self.atom()
         while opened := self.takes("["):
             base = selection.Subscript(opened.column, base, self.either())
@@ -256,6 +264,7 @@ class ExpressionParser:
         return node
 
     def atom(self) -> syntax.SyntaxNode:
+        """Parse what has no parts outside of parentheses."""
         token = self.take()
         if token.kind == "number":
             return syntax.Constant(token.column, _number(token))
@@ -281,15 +290,18 @@ class ExpressionParser:
         raise ExpressionError(message, token.column)
 
     def name(self, node: syntax.Name) -> syntax.SyntaxNode:
+        """Return what a name stands for."""
         self.names.append(node)
         return node
 
     def close(self, opened: Token, closing: str = ")") -> None:
+        """Take the parenthesis that closes another one."""
         if not self.takes(closing):
             message = f"expected '{closing}' for the '{opened.text}' in column {opened.column}"
             raise ExpressionError(message, self.next.column)
 
     def call(self, token: Token) -> syntax.SyntaxNode:
+        """Parse the call of a function."""
         function = FUNCTIONS.get(token.text)
         if function is None:
             message = f"no function {quoted(token.text)} (known: {listed(FUNCTIONS)})"

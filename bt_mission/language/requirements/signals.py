@@ -63,7 +63,11 @@ SIGNALS: Mapping[str, Signal] = {
         range=_POSITIVE,
         known_by="topic",
     ),
-    "battery": Signal("charge of the battery, 0 to 1", range=(0.0, 1.0), known_by="topic"),
+    "battery": Signal(
+        "charge of the battery as its topic has it, of a TurtleBot3 in percent",
+        range=_POSITIVE,
+        known_by="topic",
+    ),
     "age": Signal(
         "since the newest message of a topic, s; before the first, since the start",
         unit=_S,

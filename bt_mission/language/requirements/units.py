@@ -61,10 +61,8 @@ def unit_of(node: SyntaxNode) -> Unit | None:
             return node.unit
         case SignalValue():
             return SIGNALS[node.name].unit if node.name in SIGNALS else None
-        case Negation(operand=operand):
-            return unit_of(operand)
-        case Arithmetic(symbol="+" | "-" | "%", left=left, right=right):
-            return _agreed(node, (left, right))
+        case Negation() | Arithmetic(symbol="+" | "-" | "%"):
+            return _agreed(node, node.parts)
         case Arithmetic(symbol="*" | "/" as symbol, left=left, right=right):
             sign = 1 if symbol == "*" else -1
             first, second = _factor(left), _factor(right)
@@ -72,10 +70,8 @@ def unit_of(node: SyntaxNode) -> Unit | None:
                 return None
             m, s, rad = (a + sign * b for a, b in zip(first, second, strict=True))
             return m, s, rad
-        case FunctionCall(name=name, arguments=arguments) if name in _COMMON:
-            return _agreed(node, arguments)
-        case FunctionCall(name=name, arguments=arguments) if name in _KEPT:
-            return unit_of(arguments[0])
+        case FunctionCall(name=name) if name in _COMMON or name in _KEPT:
+            return _agreed(node, node.parts[:1] if name in _KEPT else node.parts)
         case Comparison():
             return _agreed(node, node.parts)
     return None

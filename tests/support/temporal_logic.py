@@ -50,20 +50,20 @@ class Definition:
                 pair = [self.rate(part, at, positive=positive) for part in (left, right)]
                 return _kleene(pair, all_of=(symbol == "and") is positive)
             case Temporal(word="always" | "eventually" as word, operand=operand):
-                return self._ahead(node, operand, at, (word == "always") is positive, positive)
+                all_of = (word == "always") is positive
+                return self._ahead(node, operand, at, all_of=all_of, positive=positive)
             case Temporal(word=word, operand=operand):
                 all_of = (word == "historically") is positive
                 inside = [k for k in range(at + 1) if self._is_in(node, at, k)]
                 old = [k for k in range(at + 1) if self._since(k, at) >= node.window.start - 1e-9]
                 if not old:
-                    return _vacuous(all_of)
-                return _over_time(
-                    [self.rate(operand, k, positive=positive) for k in inside], all_of
-                )
+                    return _vacuous(holds=all_of)
+                found = [self.rate(operand, k, positive=positive) for k in inside]
+                return _over_time(found, all_of=all_of)
             case Chain(symbol="until"):
-                return self._until(node, at, positive)
+                return self._until(node, at, positive=positive)
             case Chain():
-                return self._since_value(node, at, positive)
+                return self._since_value(node, at, positive=positive)
         margin = self._margin(node, at)
         holds = margin > 0 or (margin == 0 and _is_weak(node))
         return (margin, holds) if positive else (-margin, not holds)
@@ -83,19 +83,21 @@ class Definition:
         return self._is_cut(node, at) and self.hope.reaches(is_settled_by_end=settled)
 
     def _ahead(
-        self, node: Temporal, operand: SyntaxNode, at: int, all_of: bool, positive: bool
+        self, node: Temporal, operand: SyntaxNode, at: int, *, all_of: bool, positive: bool
     ) -> Rated | None:
         inside = [k for k in range(at, len(self.times)) if self._is_in(node, at, k)]
-        found = _over_time([self.rate(operand, k, positive=positive) for k in inside], all_of)
+        found = _over_time(
+            [self.rate(operand, k, positive=positive) for k in inside], all_of=all_of
+        )
         if all_of or not self._is_cut(node, at) or (found is not None and found[1]):
             return found
         if self._may_come(node, at):
-            return _vacuous(True)
-        return _vacuous(False) if found is None and node.window.is_bounded else found
+            return _vacuous(holds=True)
+        return _vacuous(holds=False) if found is None and node.window.is_bounded else found
 
-    def _until(self, node: Chain, at: int, positive: bool) -> Rated | None:
+    def _until(self, node: Chain, at: int, *, positive: bool) -> Rated | None:
         pick, outer = (min, max) if positive else (max, min)
-        kept = _vacuous(positive)
+        kept = _vacuous(holds=positive)
         found: list[Rated] = []
         is_empty = True
         for k in range(at, len(self.times)):
@@ -107,13 +109,13 @@ class Definition:
                 found.append(pick(kept, right))
             left = self.rate(node.left, k, positive=positive)
             kept = kept if left is None else pick(kept, left)
-        value = outer(found) if found else _vacuous(not positive) if is_empty else None
+        value = outer(found) if found else _vacuous(holds=not positive) if is_empty else None
         fails = value is None or not value[1]
         if positive and fails and kept[1] and self._may_come(node, at):
-            return _vacuous(True)
+            return _vacuous(holds=True)
         return value
 
-    def _since_value(self, node: Chain, at: int, positive: bool) -> Rated | None:
+    def _since_value(self, node: Chain, at: int, *, positive: bool) -> Rated | None:
         pick, outer = (min, max) if positive else (max, min)
         found: list[Rated] = []
         is_empty = True
@@ -126,7 +128,7 @@ class Definition:
                 is_empty = False
         if not found and not is_empty:
             return None
-        return outer(found) if found else _vacuous(not positive)
+        return outer(found) if found else _vacuous(holds=not positive)
 
     def _margin(self, node: SyntaxNode, at: int) -> float:
         if isinstance(node, SignalValue):
@@ -167,11 +169,11 @@ def _is_weak(node: SyntaxNode) -> bool:
     return isinstance(node, Comparison) and node.rest[0][0] in ("<=", ">=")
 
 
-def _vacuous(holds: bool) -> Rated:
+def _vacuous(*, holds: bool) -> Rated:
     return (math.inf, True) if holds else (-math.inf, False)
 
 
-def _over_time(values: Sequence[Rated | None], all_of: bool) -> Rated | None:
+def _over_time(values: Sequence[Rated | None], *, all_of: bool) -> Rated | None:
     known = [one for one in values if one is not None]
     if not known:
         return None
@@ -179,7 +181,7 @@ def _over_time(values: Sequence[Rated | None], all_of: bool) -> Rated | None:
 
 
 def _kleene(values: Sequence[Rated | None], *, all_of: bool) -> Rated | None:
-    found = _over_time(values, all_of)
+    found = _over_time(values, all_of=all_of)
     if None in values and (found is None or found[1] is all_of):
         return None
     return found
