@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -12,12 +12,11 @@ from rclpy.node import Node
 from bt_mission.core.errors import BtMissionError
 from bt_mission.executive.report import Report, report_on
 from bt_mission.language.mission import Mission
-from bt_mission.requirements.monitor import RequirementResult
 from bt_mission.ros.subscriber import LatestMessageSubscriber
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import StageOptions
 from bt_mission.testing.assertions import Assertions, holds
-from bt_mission.testing.errors import RequirementResults, ScenarioError, no_such
+from bt_mission.testing.errors import ScenarioError, no_such
 from bt_mission.testing.failure_recording import FailureRecording
 from bt_mission.testing.faults import FaultInstance
 from bt_mission.testing.history import GoalLife, History, Pose, Recorded
@@ -60,7 +59,6 @@ class Run(Assertions):
         self.history = History(self.stage)
         self._topics: dict[str, Recorded] = {}
         self.faults: list[FaultInstance] = []
-        self._expected_violations: set[str] = set()
         self.recording: FailureRecording | None = None
         """Where the run is recorded."""
         self.replay_command: Callable[[], str] = str
@@ -205,14 +203,8 @@ class Run(Assertions):
     def report(self) -> Report:
         """The summary of the run so far; its wall time is 0, which no test may depend on."""
         stage = self.stage
-        return report_on(
-            self.mission,
-            stage.executive,
-            stage.trace,
-            self.t,
-            0.0,
-            stage.runner.requirements.results(),
-        )
+        results = stage.runner.requirements.results()
+        return report_on(self.mission, stage.executive, stage.trace, self.t, 0.0, results)
 
     @property
     def goals(self) -> tuple[GoalLife, ...]:
@@ -279,31 +271,6 @@ class Run(Assertions):
                 f"{full} is not recorded, but {recorded}: call run.record('{name}') at the start"
             )
         return self._topics[full]
-
-    @property
-    def requirements(self) -> Mapping[str, RequirementResult]:
-        """What the mission's requirements have come to, by their names."""
-        results = self.stage.runner.requirements.results()
-        return RequirementResults({one.name: one for one in results})
-
-    def expect_violation(self, *names: str) -> None:
-        """Let requirements be violated; any other violation fails the test.
-
-        Raises:
-            ScenarioError: For a requirement that the mission does not have.
-        """
-        for name in names:
-            _ = self.requirements[name]
-        self._expected_violations.update(names)
-
-    @property
-    def unexpected_violations(self) -> tuple[str, ...]:
-        """A line for each requirement that is violated, and was not expected to be."""
-        return tuple(
-            str(one)
-            for name, one in self.requirements.items()
-            if one.verdict == "violated" and name not in self._expected_violations
-        )
 
     def describe(self) -> str:
         """Everything that a person wants to know of a run that went wrong."""
