@@ -39,7 +39,7 @@ from bt_mission.requirements.looking_back import (
     Past,
     Since,
 )
-from bt_mission.requirements.roots import Root, RootJoint, Throughout, Up
+from bt_mission.requirements.roots import Root, RootJoint, Steady, Throughout, Up
 
 Reader: TypeAlias = Callable[[], Plain | None]
 """Gives the present value of a signal; None while it has none. A number is never `nan`."""
@@ -95,7 +95,10 @@ class Compiler:
             turned = self._turned(operand, positive=positive)
             if turned is not None:
                 return Throughout(Present(turned), *_ns(window), all_of=True)
-        return Throughout(self._future(operand, positive=positive), *_ns(window), all_of=all_of)
+        future = self._future(operand, positive=positive)
+        if window.is_everything and isinstance(future, Present) and isinstance(future.past, Atom):
+            return Steady(future.past, all_of=all_of)
+        return Throughout(future, *_ns(window), all_of=all_of)
 
     def _turned(self, operand: SyntaxNode, *, positive: bool) -> Past | None:
         """Return `historically[0,b] x or y` for `x or always[0,b] y`; None for another formula."""

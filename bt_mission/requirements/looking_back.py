@@ -58,16 +58,18 @@ class Atom(Past):
         is_strict: bool,
         is_settled_by_end: bool,
     ) -> None:
-        self._margin = margin
+        self.margin = margin
         self._number = number
         self._is_strict = is_strict
         self.is_settled_by_end = is_settled_by_end
 
     @override
     def at(self, now_ns: int) -> Sample:
-        margin = self._margin()
-        if margin is None:
-            return None
+        margin = self.margin()
+        return None if margin is None else self.valued(margin, now_ns)
+
+    def valued(self, margin: float, now_ns: int) -> Value:
+        """Return the value of a margin."""
         return margin, margin > 0 or (margin == 0 and not self._is_strict), now_ns, self._number
 
     def __deepcopy__(self, memo: Any) -> Self:

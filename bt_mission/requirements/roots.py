@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import copy
+import math
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Iterable, Sequence
+from typing import Any, Self
 
 from typing_extensions import override
 
 from bt_mission.requirements.looking_ahead import Aligned, Future
+from bt_mission.requirements.looking_back import Atom
 from bt_mission.requirements.samples import Hope, Sample, fails, holds, joined, least, most
 
 
@@ -95,6 +99,36 @@ class Throughout(Root):
         if self.value is None and self._end is not None and not self._is_over:
             return fails(0)
         return self.value
+
+
+class Steady(Root):
+    """One comparison at every instant (`all_of`), or at some: the most frequent formula."""
+
+    def __init__(self, atom: Atom, *, all_of: bool) -> None:
+        self._atom = atom
+        self._margin = atom.margin
+        self._all_of = all_of
+        self._extreme = math.inf if all_of else -math.inf
+
+    @override
+    def step(self, now_ns: int) -> None:
+        margin = self._margin()
+        if margin is None:
+            return
+        is_new = margin < self._extreme if self._all_of else margin > self._extreme
+        if is_new or self.value is None:
+            self._extreme = margin
+            self.value = value = self._atom.valued(margin, now_ns)
+            if value[1] is not self._all_of:
+                self.decided = value[1]
+
+    @override
+    def finish(self, hope: Hope) -> Sample:
+        is_open = not self._all_of and self.decided is None
+        return holds(0) if is_open and hope is Hope.ANYTHING else self.value
+
+    def __deepcopy__(self, memo: Any) -> Self:
+        return copy.copy(self)  # its closures read the same signals
 
 
 class Up(Root):

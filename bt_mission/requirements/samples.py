@@ -41,12 +41,14 @@ def fails(now_ns: int) -> Value:
 
 def least(one: Value, other: Value) -> Value:
     """The one that holds by less; the first of two that are equal."""
-    return one if one[:2] <= other[:2] else other
+    margin, bound = one[0], other[0]
+    return one if margin < bound or (margin == bound and one[1] <= other[1]) else other
 
 
 def most(one: Value, other: Value) -> Value:
     """The one that holds by more; the first of two that are equal."""
-    return one if one[:2] >= other[:2] else other
+    margin, bound = one[0], other[0]
+    return one if margin > bound or (margin == bound and one[1] >= other[1]) else other
 
 
 def joined(samples: Iterable[Sample], *, all_of: bool) -> Sample:

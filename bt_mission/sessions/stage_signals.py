@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from typing_extensions import override
@@ -22,18 +23,9 @@ class StageSignals(LiveSignals):
 
     def __init__(self, runner: SignalsRun, robot: SimulatedRobot) -> None:
         super().__init__(runner)
-        self._robot = robot
-        self._clearance: Any = None
-
-    @override
-    def forget(self) -> None:
-        super().forget()
-        self._clearance = None
-
-    @override
-    def reader(self, signal: SignalValue, /) -> Reader | str:
-        robot = self._robot
-        truth: dict[str, Reader] = {
+        self._instant = 0
+        self._measured = self._once(robot.clearance)
+        self._truth: dict[str, Reader] = {
             "x": lambda: robot.pose[0],
             "y": lambda: robot.pose[1],
             "yaw": lambda: robot.pose[2],
@@ -44,10 +36,26 @@ class StageSignals(LiveSignals):
             "turn_rate": lambda: robot.velocity[1],
             "distance": lambda: robot.distance_travelled,
         }
-        return truth[signal.name] if signal.name in truth else super().reader(signal)
+        self._truth = {name: self._once(read) for name, read in self._truth.items()}
 
-    def _measured(self) -> Any:
-        """Return the clearance at this instant, measured once."""
-        if self._clearance is None:
-            self._clearance = self._robot.clearance()
-        return self._clearance
+    @override
+    def forget(self) -> None:
+        super().forget()
+        self._instant += 1
+
+    @override
+    def reader(self, signal: SignalValue, /) -> Reader | str:
+        known = self._truth.get(signal.name)
+        return super().reader(signal) if known is None else known
+
+    def _once(self, read: Callable[[], Any]) -> Callable[[], Any]:
+        """Return what reads a value once at each instant, however often it is asked."""
+        of, value = -1, None
+
+        def known() -> Any:
+            nonlocal of, value
+            if of != self._instant:
+                of, value = self._instant, read()
+            return value
+
+        return known
