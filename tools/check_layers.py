@@ -18,7 +18,7 @@ ROOT = Path(__file__).resolve().parent.parent
 LAYERS: tuple[tuple[str, ...], ...] = (
     ("bt_mission.core", "bt_mission.goals"),
     ("bt_mission.language", "bt_mission.events", "bt_mission.virtual_time"),
-    ("bt_mission.behaviours",),
+    ("bt_mission.behaviours", "bt_mission.requirements"),
     ("bt_mission.executive", "bt_mission.btcpp"),
     ("bt_mission.ros",),
     ("bt_mission.sessions",),
@@ -50,6 +50,7 @@ PARTS: Mapping[str, tuple[tuple[str, ...], ...]] = {
     "bt_mission.language": (
         ("expressions",),
         ("nodes",),
+        ("requirements",),
         ("file", "mission"),
         ("node_reader",),
         ("trees",),

@@ -42,7 +42,8 @@ def add_parser(commands: Any) -> None:
         "as this machine can, or with --attach against the action servers of a running ROS "
         "graph. Ctrl-C halts the mission, sees every goal ended and the robot stopped; a second "
         "Ctrl-C leaves at once.",
-        epilog="exit codes: 0 success, 1 mission failed, 2 bad input, 130 interrupted",
+        epilog="exit codes: 0 success, 1 mission failed or requirement violated, 2 bad input, "
+        "130 interrupted",
     )
     add_mission_file(parser)
     add_overrides(parser)
@@ -142,7 +143,8 @@ def _run(options: argparse.Namespace) -> int:
         MissionStatus.INTERRUPTED: INTERRUPTED,
         MissionStatus.FAILURE: MISSION_FAILED,
     }
-    return codes[MissionStatus(report.status)]
+    code = codes[MissionStatus(report.status)]
+    return MISSION_FAILED if code == SUCCESS and report.is_violated else code
 
 
 def _leaves(report: Report) -> list[str]:

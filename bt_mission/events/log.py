@@ -141,6 +141,8 @@ def _told(event: dict[str, Any], glyphs: dict[Status, str]) -> str | None:
             line = f"  fault {event['number']} {about}"
         case "clock":
             line = f"  the {_jump(event)}"
+        case "requirement":
+            line = f"  requirement {event['name']}: {event['verdict']}{_margin(event)}"
     return line
 
 
@@ -165,10 +167,17 @@ def rosout_line(line: str) -> tuple[int, str] | None:
             said = WARN, f"paused{_reason(event)}"
         case "clock":
             said = WARN, f"the ROS {_jump(event)}"
+        case "requirement":
+            said = ERROR, f"requirement {event['name']}: {event['verdict']}{_margin(event)}"
         case "goal":
             about = f"of '{event['owner']}' to {event['action']} {what}{_end(event)}"
             said = WARN if what == "abandoned" else DEBUG, f"goal {event['goal'][:8]} {about}"
     return said
+
+
+def _margin(event: dict[str, Any]) -> str:
+    margin = event["margin"]
+    return "" if margin is None else f" by {abs(margin):.4g} {event['unit']}".rstrip()
 
 
 def _reason(event: dict[str, Any]) -> str:

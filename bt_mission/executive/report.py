@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from bt_mission.executive.leaf_statistics import LeafSummary
     from bt_mission.executive.trace import Trace
     from bt_mission.language.mission import Mission
+    from bt_mission.requirements.monitor import RequirementResult
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,7 @@ class Report:
         trace_sha256: Equal for two runs in which the same things happened at the same times.
         leaves: What each leaf came to, where they were counted.
         failure: What made the tree fail; None where that did not.
+        requirements: What each requirement came to.
     """
 
     mission: str
@@ -66,6 +68,12 @@ class Report:
     trace_sha256: str
     leaves: tuple[LeafSummary, ...] = ()
     failure: FailurePath | None = None
+    requirements: tuple[RequirementResult, ...] = ()
+
+    @property
+    def is_violated(self) -> bool:
+        """Is a requirement violated?"""
+        return any(one.verdict == "violated" for one in self.requirements)
 
     def __str__(self) -> str:
         return self.as_text()
@@ -91,11 +99,17 @@ class Report:
         if self.collisions is not None:
             facts.append(f"{self.collisions} collisions")
         lines.append("  " + ", ".join(facts))
+        lines += [f"  requirement {one}" for one in self.requirements]
         return "\n".join(lines)
 
 
 def report_on(
-    mission: Mission, executive: Executive, trace: Trace, virtual_s: float, wall_s: float
+    mission: Mission,
+    executive: Executive,
+    trace: Trace,
+    virtual_s: float,
+    wall_s: float,
+    requirements: tuple[RequirementResult, ...] = (),
 ) -> Report:
     """The report of a mission that has ended, as far as its executive knows."""
     return Report(
@@ -115,6 +129,7 @@ def report_on(
         distance_travelled_m=None,
         trace_sha256=trace.sha256,
         failure=_failure_of(executive, virtual_s),
+        requirements=requirements,
     )
 
 

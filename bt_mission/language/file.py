@@ -9,6 +9,7 @@ from pydantic import Field, SkipValidation
 from bt_mission.language.follow import FollowSettings
 from bt_mission.language.nodes import fields
 from bt_mission.language.nodes.base import Trees, Written, WrittenNode
+from bt_mission.language.requirements.written import Requirements
 
 Follows = Annotated[FollowSettings | list[FollowSettings], SkipValidation]
 """Variables that follow topics, not read yet: the reader takes them one by one."""
@@ -38,6 +39,7 @@ class MissionFile(Written):
     follow: Follows = []
     limits: GoalLimits = GoalLimits()
     servers: dict[fields.ActionNameField, GoalLimits] = {}
+    requirements: Requirements = {}
     trees: dict[fields.TreeName, Trees] = {}
     tree: WrittenNode
 

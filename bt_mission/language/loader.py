@@ -12,6 +12,7 @@ from bt_mission.core.yaml.composer import Place
 from bt_mission.core.yaml.document import Document
 from bt_mission.core.yaml.document import read_text as read_yaml
 from bt_mission.language.checks.mission import scope_faults, warnings
+from bt_mission.language.checks.requirements import requirement_faults
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.file import MissionFile
 from bt_mission.language.goal_limits import GoalLimitsTable, rename_limits, server_faults
@@ -20,6 +21,7 @@ from bt_mission.language.mission import Mission
 from bt_mission.language.node_reader import NodeReader
 from bt_mission.language.nodes.action import GoalNode
 from bt_mission.language.permissions import ANYTHING, Permissions
+from bt_mission.language.requirements.written import requirements_of
 from bt_mission.language.trees import TreeLibrary, all_steps, read_trees, size_faults
 
 
@@ -83,6 +85,7 @@ def draft(
         inputs=inputs,
         trees=trees,
         follow=follow,
+        requirements=requirements_of(written.requirements),
         tree=tree,
         lost=frozenset(reader.lost),
         file=document.file,
@@ -92,6 +95,7 @@ def draft(
     goals = (step.ros_name for step in all_steps(mission) if isinstance(step, GoalNode))
     faults += server_faults(document, written.servers, goals)
     faults += islice(scope_faults(mission), MOST_FAULTS)
+    faults += requirement_faults(mission)
     return Draft(document, mission, in_order(faults))
 
 

@@ -11,6 +11,7 @@ from bt_mission.core.yaml.document import Document
 from bt_mission.language.expressions.values import Plain, Type, type_of
 from bt_mission.language.follow import Follow
 from bt_mission.language.nodes.base import Key, NodeModel
+from bt_mission.language.requirements.formula import Requirement
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,6 +59,7 @@ class Mission:
     inputs: Mapping[str, Plain] = field(default_factory=dict)
     trees: Mapping[str, Tree] = field(default_factory=dict)
     follow: tuple[Follow, ...] = ()
+    requirements: tuple[Requirement, ...] = ()
     lost: frozenset[str] = field(default=frozenset(), repr=False)
     file: str = "<text>"
     warnings: tuple[Diagnostic, ...] = ()

@@ -40,8 +40,10 @@ from bt_mission.ros.clients import RosServiceClient, TopicPublisher
 from bt_mission.ros.control_services import ControlServices
 from bt_mission.ros.goal_client import ExchangeListener, RosGoalClient
 from bt_mission.ros.mission_details import MissionRun
+from bt_mission.ros.requirement_watch import RequirementWatch
 from bt_mission.ros.run_ending import see_to_the_end
 from bt_mission.ros.server_logs import ServerLogs
+from bt_mission.ros.signals import LiveSignals
 from bt_mission.ros.status_publisher import StatusPublisher
 from bt_mission.ros.subscriber import LatestMessageSubscriber
 from bt_mission.ros.waypoint_markers import WaypointMarkers
@@ -75,6 +77,7 @@ class RunnerOptions:
         why_rejected: Returns why an action, by its resolved name, rejected its last goal; None
             takes what its server warns of on ``/rosout`` meanwhile.
         on_mission_started: Takes the mission and its executive before the first tick.
+        signals: Gives the signals of requirements; None takes them from topics.
     """
 
     say: Callable[[str], None] | None = None
@@ -84,6 +87,7 @@ class RunnerOptions:
     has_presence: bool = True
     why_rejected: Callable[[str], str] | None = None
     on_mission_started: Callable[[Mission, Executive], None] = lambda *_: None
+    signals: Callable[[Any], LiveSignals] | None = None
 
 
 class MissionRunner:
@@ -147,6 +151,7 @@ class MissionRunner:
             if options.has_controls:
                 self.show_waypoints()
                 made.callback(ControlServices(node, lambda: self.executive).close)
+            self.requirements = RequirementWatch(self, options.signals or LiveSignals)
             self.status_publisher = StatusPublisher(node, has_topics=options.has_controls)
             made.callback(self.status_publisher.close)
             self.status_publisher.begin(mission.name, self.run)
@@ -187,7 +192,9 @@ class MissionRunner:
         now_ns = executive.ended_ns or self.now_ns
         virtual_s = (now_ns - (executive.started_ns or now_ns)) / NS
         wall_s = self._wall.elapsed_s if self._wall_s is None else self._wall_s
-        return report_on(self.mission, executive, self.trace, virtual_s, wall_s)
+        return report_on(
+            self.mission, executive, self.trace, virtual_s, wall_s, self.requirements.results()
+        )
 
     def halt(self, reason: str = "halted by its caller") -> None:
         """Halt the tree and cancel every goal; later ticks see them to their end."""
@@ -266,6 +273,10 @@ class MissionRunner:
     def log(self, text: str) -> None:
         """Say a line of the mission's to the people who watch, and to the trace."""
         self.trace.record(self.now_ns, "log", text=text)
+        self.tell(text)
+
+    def tell(self, text: str) -> None:
+        """Say a line to the people who watch; in the trace it is in another form."""
         self._say(text)
         for listener in self.log_listeners:
             listener(self.now_ns, text)

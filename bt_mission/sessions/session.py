@@ -36,6 +36,7 @@ class Session(Protocol):
     mission: Mission
     executive: Executive
     trace: Trace
+    runner: MissionRunner
 
     def __enter__(self) -> Self: ...
     def __exit__(self, *_: object) -> None: ...
@@ -76,7 +77,6 @@ class ObservableSession(Session, Protocol):
     """A session that can be looked on at: on the stage, or attached."""
 
     node: MissionNode
-    runner: MissionRunner
 
     @property
     def image_folder(self) -> Path | None:
@@ -224,7 +224,14 @@ def summarise(session: Session, wall_s: float) -> Report:
     virtual_s = (end_ns - session.start_ns) / 1e9
     distance = session.distance_travelled_m
     return replace(
-        report_on(session.mission, session.executive, session.trace, virtual_s, wall_s),
+        report_on(
+            session.mission,
+            session.executive,
+            session.trace,
+            virtual_s,
+            wall_s,
+            session.runner.requirements.results(),
+        ),
         collisions=session.collisions,
         distance_travelled_m=None if distance is None else round(distance, 6),
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 from rclpy.context import Context
@@ -21,6 +22,7 @@ from bt_mission.ros.mission_node import MissionNode
 from bt_mission.ros.mission_runner import MissionRunner, RunnerOptions
 from bt_mission.ros.robot_relay import RobotRelay, RobotSnapshot
 from bt_mission.sessions.stage_nodes import StageMapperNode, StageMissionNode, StageServersNode
+from bt_mission.sessions.stage_signals import StageSignals
 from sim.robot.robot import SimulatedRobot
 
 
@@ -133,6 +135,7 @@ class FleetRun:
             has_controls=self._options.has_tools,
             has_presence=False,
             why_rejected=self._why_rejected,
+            signals=partial(StageSignals, robot=self.robot),
         )
         node = NodeOptions(
             namespace=name or None,

@@ -6,13 +6,15 @@ not hold says when it broke first, what the condition had read then, and shows t
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import takewhile
 from typing import Any
 
 from bt_mission.core.errors import described
-from bt_mission.testing.errors import ScenarioError
+from bt_mission.requirements.monitor import RequirementResult
+from bt_mission.sessions.stage import Stage
+from bt_mission.testing.errors import RequirementResults, ScenarioError
 from bt_mission.testing.moment import AttributeRecorder, Condition, Moment
 
 READ = 6
@@ -60,10 +62,38 @@ def holds(condition: Condition, moment: Moment) -> bool:
 class Assertions:
     """The claims that can be made of a run; :class:`bt_mission.testing.Run` is one."""
 
+    stage: Stage
+
     def __init__(self) -> None:
         self.moments: list[Moment] = []
         """Every control step so far, in order."""
         self.broken: list[Verdict] = []
+        self._expected_violations: set[str] = set()
+
+    @property
+    def requirements(self) -> Mapping[str, RequirementResult]:
+        """What the mission's requirements have come to, by their names."""
+        results = self.stage.runner.requirements.results()
+        return RequirementResults({one.name: one for one in results})
+
+    def expect_violation(self, *names: str) -> None:
+        """Let requirements be violated; any other violation fails the test.
+
+        Raises:
+            ScenarioError: For a requirement that the mission does not have.
+        """
+        for name in names:
+            _ = self.requirements[name]
+        self._expected_violations.update(names)
+
+    @property
+    def unexpected_violations(self) -> tuple[str, ...]:
+        """A line for each requirement that is violated, and was not expected to be."""
+        return tuple(
+            str(one)
+            for name, one in self.requirements.items()
+            if one.verdict == "violated" and name not in self._expected_violations
+        )
 
     def always(
         self,

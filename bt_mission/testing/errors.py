@@ -27,6 +27,13 @@ class RunVariables(dict[str, Any]):
         raise UnknownVariableError(*no_such("variable", name, sorted(self)).args)
 
 
+class RequirementResults(dict[str, Any]):
+    """What requirements came to; an unknown name is an error that tells those that there are."""
+
+    def __missing__(self, name: str) -> Any:
+        raise no_such("requirement", name, list(self))
+
+
 def no_such(what: str, name: str, valid: list[str]) -> ScenarioError:
     """The error for a name that is none, with those that are."""
     near = did_you_mean(name, valid)

@@ -143,6 +143,8 @@ def stage(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Stages]:
     made.close()
     if made.left_behind:
         pytest.fail("orphaned goals: " + "; ".join(made.left_behind), pytrace=False)
+    if made.violated:
+        pytest.fail("requirements violated: " + "; ".join(made.violated), pytrace=False)
 
 
 @pytest.fixture

@@ -203,7 +203,8 @@ class Run(Assertions):
     def report(self) -> Report:
         """The summary of the run so far; its wall time is 0, which no test may depend on."""
         stage = self.stage
-        return report_on(self.mission, stage.executive, stage.trace, self.t, 0.0)
+        results = stage.runner.requirements.results()
+        return report_on(self.mission, stage.executive, stage.trace, self.t, 0.0, results)
 
     @property
     def goals(self) -> tuple[GoalLife, ...]:

@@ -57,6 +57,8 @@ class Stages:
         self._replay = replay
         self.runs: list[Run] = []
         self.left_behind: list[str] = []
+        self.violated: list[str] = []
+        """Requirements that no test expected to be violated."""
         self.faults = Faults(self)
         self.spawn_box = self.faults.spawn_box
         self.spawn_cylinder = self.faults.spawn_cylinder
@@ -197,6 +199,7 @@ class Stages:
         try:
             for run in self.runs:
                 self.left_behind += run.close()
+                self.violated += run.unexpected_violations
         finally:
             self._exit.close()
 

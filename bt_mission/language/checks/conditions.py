@@ -11,7 +11,7 @@ from bt_mission.language.checks.rules import Ranges
 from bt_mission.language.checks.scope import Variables
 from bt_mission.language.expressions.expression import Expression
 from bt_mission.language.expressions.outcomes import Range, outcomes
-from bt_mission.language.expressions.syntax import Name
+from bt_mission.language.expressions.syntax import Name, SyntaxNode
 from bt_mission.language.expressions.values import ExpressionError
 from bt_mission.language.nodes.base import ConditionalNode, NodeModel
 from bt_mission.language.nodes.interfaces import InterfaceNode
@@ -67,7 +67,9 @@ def settled_condition(
     if condition is None or not ranges:
         return
 
-    def find(name: Name) -> Range | None:
+    def find(name: SyntaxNode) -> Range | None:
+        if not isinstance(name, Name):
+            return None
         if not name.variable and name.name in ranges:
             return ranges[name.name]
         value = variables.inputs.get(name.name)

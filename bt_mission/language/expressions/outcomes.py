@@ -13,7 +13,6 @@ from bt_mission.language.expressions.syntax import (
     Constant,
     FunctionCall,
     Logic,
-    Name,
     Negation,
     Not,
     SyntaxNode,
@@ -21,8 +20,8 @@ from bt_mission.language.expressions.syntax import (
 from bt_mission.language.expressions.values import type_of
 
 Range = tuple[float, float]
-FindRange = Callable[[Name], Range | None]
-"""The range of the number behind a name; None where it is not known, or is no number."""
+FindRange = Callable[[SyntaxNode], Range | None]
+"""The range of the number behind a name or signal; None where it is not known, or is no number."""
 
 ANYTHING: Range = (-math.inf, math.inf)
 BOTH = frozenset((True, False))
@@ -88,8 +87,6 @@ def range_of(node: SyntaxNode, find: FindRange) -> Range:
     match node:
         case Constant(value=int() | float() as value):
             return (float(value), float(value))
-        case Name():
-            return find(node) or ANYTHING
         case Negation(sign=sign, operand=operand):
             low, high = range_of(operand, find)
             return (-high, -low) if sign < 0 else (low, high)
@@ -107,7 +104,7 @@ def range_of(node: SyntaxNode, find: FindRange) -> Range:
             pick = _SMALLEST_LARGEST[name]
             lows, highs = zip(*(range_of(one, find) for one in arguments), strict=True)
             return (pick(lows), pick(highs))
-    return ANYTHING
+    return find(node) or ANYTHING
 
 
 def _spanned(ends: list[float]) -> Range:

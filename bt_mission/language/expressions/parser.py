@@ -99,21 +99,29 @@ def _tried(text: str) -> Parsed | ExpressionError:
 
 
 def _parsed(text: str) -> Parsed:
-    if len(text) > MAX_LENGTH:
-        message = f"the expression has {len(text):,} characters; at most {MAX_LENGTH:,} are read"
-        raise ExpressionError(message)
-    if not text.strip():
-        raise ExpressionError("the expression is empty")
-    parser = _Parser(_tokens(text))
+    parser = ExpressionParser(tokenized(text))
     node = parser.either()
     parser.end()
     return node, tuple(parser.names), parser.draws
 
 
-def _tokens(text: str) -> list[Token]:
+def tokenized(text: str, symbols: str = "") -> list[Token]:
+    """Return the tokens of a text, the end as the last one; `symbols` are further characters.
+
+    Raises ExpressionError, with the column.
+    """
+    if len(text) > MAX_LENGTH:
+        message = f"the expression has {len(text):,} characters; at most {MAX_LENGTH:,} are read"
+        raise ExpressionError(message)
+    if not text.strip():
+        raise ExpressionError("the expression is empty")
     tokens = []
     at = 0
     while at < len(text):
+        if text[at] in symbols:
+            tokens.append(Token("symbol", text[at], at + 1))
+            at += 1
+            continue
         found = _TOKEN.match(text, at)
         if found is None:
             raise _bad_character(text, at)
@@ -139,7 +147,9 @@ def _bad_character(text: str, at: int) -> ExpressionError:
 
 
 @dataclass
-class _Parser:
+class ExpressionParser:
+    """Takes tokens one after another; a larger grammar around expressions extends it."""
+
     tokens: list[Token]
     at: int = 0
     depth: int = 0
@@ -148,9 +158,11 @@ class _Parser:
 
     @property
     def next(self) -> Token:
+        """The token that comes next."""
         return self.tokens[self.at]
 
     def take(self) -> Token:
+        """Take the next token."""
         token = self.tokens[self.at]
         self.at += 1
         return token
@@ -161,12 +173,14 @@ class _Parser:
         return self.take() if token.kind in ("symbol", "name") and token.text in texts else None
 
     def deeper(self) -> None:
+        """Go one level deeper. Raises ExpressionError where that is too deep."""
         self.depth += 1
         if self.depth > MAX_DEPTH:
             message = f"the expression is nested too deeply; at most {MAX_DEPTH} levels are read"
             raise ExpressionError(message, self.next.column)
 
     def end(self) -> None:
+        """Refuse what goes on behind a whole formula."""
         token = self.next
         if token.kind != "end":
             message = f"expected an operator or the end, got {quoted(token.text)}"
@@ -182,6 +196,7 @@ class _Parser:
         return f"decimals are written with a point: {before.text}.{after.text}"
 
     def either(self) -> syntax.SyntaxNode:
+        """Parse a whole formula."""
         self.deeper()
         node = self.operation(0)
         if token := self.takes("if"):
@@ -216,6 +231,7 @@ class _Parser:
         return node
 
     def comparison(self, first: syntax.SyntaxNode) -> syntax.SyntaxNode:
+        """Parse what a first side is compared with."""
         column = self.next.column
         rest = []
         while _LEVELS.get(self.next.text) == _COMPARISON:
@@ -224,6 +240,7 @@ class _Parser:
         return syntax.Comparison(column, first, tuple(rest))
 
     def signed(self) -> syntax.SyntaxNode:
+        """Parse a number with its signs."""
         token = self.takes("-", "+")
         if token is None:
             return self.power()
@@ -233,6 +250,7 @@ class _Parser:
         return node
 
     def power(self) -> syntax.SyntaxNode:
+        """Parse an element, to the power of another."""
         base = self.atom()
         while opened := self.takes("["):
             base = selection.Subscript(opened.column, base, self.either())
@@ -246,6 +264,7 @@ class _Parser:
         return node
 
     def atom(self) -> syntax.SyntaxNode:
+        """Parse what has no parts outside of parentheses."""
         token = self.take()
         if token.kind == "number":
             return syntax.Constant(token.column, _number(token))
@@ -270,16 +289,19 @@ class _Parser:
         message = f"expected a number, a name or a '(', got {got}"
         raise ExpressionError(message, token.column)
 
-    def name(self, node: syntax.Name) -> syntax.Name:
+    def name(self, node: syntax.Name) -> syntax.SyntaxNode:
+        """Return what a name stands for."""
         self.names.append(node)
         return node
 
     def close(self, opened: Token, closing: str = ")") -> None:
+        """Take the parenthesis that closes another one."""
         if not self.takes(closing):
             message = f"expected '{closing}' for the '{opened.text}' in column {opened.column}"
             raise ExpressionError(message, self.next.column)
 
     def call(self, token: Token) -> syntax.SyntaxNode:
+        """Parse the call of a function."""
         function = FUNCTIONS.get(token.text)
         if function is None:
             message = f"no function {quoted(token.text)} (known: {listed(FUNCTIONS)})"

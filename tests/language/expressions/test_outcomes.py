@@ -6,13 +6,14 @@ import pytest
 
 from bt_mission.language.expressions.expression import Expression
 from bt_mission.language.expressions.outcomes import ANYTHING, outcomes, range_of
+from bt_mission.language.expressions.syntax import Name
 
 RANGES = {"angle": (0.0, 90.0), "left": (-5.0, 5.0), "count": (3.0, 3.0), "gap": (0.0, math.inf)}
 
 
 def find(name):
-    """Return the range of a name."""
-    return RANGES.get(name.name)
+    """Return the range of a name; of other parts none is known."""
+    return RANGES.get(name.name) if isinstance(name, Name) else None
 
 
 @pytest.mark.parametrize(

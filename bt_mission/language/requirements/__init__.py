@@ -1,0 +1,1 @@
+"""What must hold while a mission runs: formulas of signal temporal logic, and their signals."""

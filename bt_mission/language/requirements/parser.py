@@ -1,0 +1,259 @@
+"""The grammar of requirements: expressions over signals, and the words of temporal logic.
+
+formula   = joint ("implies" formula)?
+joint     = either (("until" | "since") either within?)?
+either    as in expressions, down to an atom, which can also be
+temporal  = word window? ":"? formula            as far to the right as it goes
+whenever  = "whenever" formula (":" | "then") formula within?
+signal    = name | name "(" text ("," text)* ")"
+quantity  = number unit
+word      = "always" | "never" | "eventually" | "previously" | "historically"
+window    = within | "for" time | "between" time "and" time
+within    = "within" time
+time      = number ("s" | "ms" | "min")?
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from typing_extensions import override
+
+from bt_mission.core.diagnostics import did_you_mean, listed, quoted
+from bt_mission.language.expressions.functions import FUNCTIONS
+from bt_mission.language.expressions.parser import ExpressionParser, Token, tokenized
+from bt_mission.language.expressions.syntax import Constant, Logic, Name, Not, SyntaxNode
+from bt_mission.language.expressions.values import ExpressionError
+from bt_mission.language.requirements.signals import SIGNALS
+from bt_mission.language.requirements.syntax import (
+    EVERYTHING,
+    BinaryWord,
+    Chain,
+    Quantity,
+    SignalValue,
+    Temporal,
+    UnaryWord,
+    Window,
+)
+from bt_mission.language.requirements.units import SECONDS, WRITTEN
+
+_WORDS: dict[str, UnaryWord] = {
+    "always": "always",
+    "never": "always",
+    "eventually": "eventually",
+    "previously": "previously",
+    "historically": "historically",
+}
+_SOME = frozenset(("eventually", "previously"))
+JOINING = frozenset(("until", "since", "implies", "within", "then", "for", "between"))
+INSTEAD = {
+    "globally": "always",
+    "finally": "eventually",
+    "once": "previously",
+    "if": "whenever",
+    "when": "whenever",
+    "while": "whenever",
+    "sometime": "eventually",
+}
+TIMES = tuple(name for name, (_, unit) in WRITTEN.items() if unit == SECONDS)
+
+
+def parse_requirement(text: str) -> SyntaxNode:
+    """Return a requirement's parts. Raises ExpressionError, with the column."""
+    parser = RequirementParser(tokenized(text, symbols=":"))
+    node = parser.either()
+    parser.end()
+    return node
+
+
+def whenever(
+    trigger: SyntaxNode, then: SyntaxNode, window: Window | None, column: int = 1
+) -> SyntaxNode:
+    """Return that each instant at which `trigger` holds is followed by `then` within a window.
+
+    Without a window `then` holds at the same instant.
+    """
+    if window is not None:
+        then = Temporal(then.column, then, "eventually", window)
+    implied = Logic(column, "or", Not(trigger.column, trigger), then)
+    return Temporal(column, implied, "always", EVERYTHING)
+
+
+@dataclass
+class RequirementParser(ExpressionParser):
+    """Reads what stands around and inside expressions."""
+
+    @override
+    def either(self) -> SyntaxNode:
+        node = super().either()
+        if token := self.takes("until", "since"):
+            self.deeper()
+            right = super().either()
+            window = self.within() or EVERYTHING
+            word: BinaryWord = "until" if token.text == "until" else "since"
+            node = Chain(token.column, word, node, right, window)
+            self.depth -= 1
+        if token := self.takes("implies"):
+            self.deeper()
+            node = Logic(token.column, "or", Not(node.column, node), self.either())
+            self.depth -= 1
+        return node
+
+    @override
+    def atom(self) -> SyntaxNode:
+        token = self.next
+        if token.kind == "name" and token.text in _WORDS:
+            return self.temporal()
+        if token.kind == "name" and token.text == "whenever":
+            return self.whenever()
+        if token.kind == "name" and token.text in JOINING:
+            message = f"expected a signal or a number, got {quoted(token.text)}"
+            raise ExpressionError(message, token.column)
+        node = super().atom()
+        if isinstance(node, Constant) and token.kind == "number":
+            return self.quantity(node)
+        return node
+
+    def temporal(self) -> SyntaxNode:
+        """Take a word of temporal logic with its window and what it speaks of."""
+        token = self.take()
+        window = self.window(token)
+        self.takes(":")
+        operand = self.either()
+        if token.text == "never":
+            operand = Not(operand.column, operand)
+        return Temporal(token.column, operand, _WORDS[token.text], window)
+
+    def whenever(self) -> SyntaxNode:
+        """Take a trigger and what must follow it."""
+        token = self.take()
+        trigger = self.either()
+        if not self.takes(":", "then"):
+            message = f"expected ':' or 'then' after 'whenever ...', got {self.got}"
+            raise ExpressionError(message, self.next.column)
+        then = self.either()
+        return whenever(trigger, then, self.within(), token.column)
+
+    @property
+    def got(self) -> str:
+        """The next token, for an error."""
+        return quoted(self.next.text) if self.next.text else "the end"
+
+    @override
+    def end(self) -> None:
+        token = self.next
+        if token.kind != "end" and token.text == ":":
+            raise ExpressionError("unexpected ':'", token.column, "it stands behind 'whenever ...'")
+        super().end()
+
+    # ---- time ----------------------------------------------------------------------------
+
+    def window(self, word: Token) -> Window:
+        """Take the window of a word, if it has one."""
+        some = word.text in _SOME
+        if token := self.takes("between"):
+            start = self.time()
+            if not self.takes("and"):
+                raise ExpressionError("expected 'and' and a second time", self.next.column)
+            end = self.time()
+            if not start < end:
+                raise ExpressionError("the window ends before it begins", token.column)
+            return Window(start, end)
+        token = self.takes("within", "for")
+        if token is None:
+            return EVERYTHING
+        if (token.text == "within") is not some:
+            right = "within" if some else "for"
+            message = f"expected '{word.text} {right} ...', got '{word.text} {token.text}'"
+            raise ExpressionError(message, token.column)
+        return Window(0.0, self.time())
+
+    def within(self) -> Window | None:
+        """Take `within 5 s`, if it stands here."""
+        return Window(0.0, self.time()) if self.takes("within") else None
+
+    def time(self) -> float:
+        """Take a time, s."""
+        token = self.take()
+        if token.kind != "number":
+            got = quoted(token.text) if token.text else "the end"
+            raise ExpressionError(f"expected a time such as '0.5 s', got {got}", token.column)
+        if self.next.kind != "name" or self.next.text not in WRITTEN:
+            return float(token.text)
+        unit = self.take()
+        factor, kind = WRITTEN[unit.text]
+        if kind != SECONDS:
+            message = f"expected a time ({', '.join(TIMES)}), got {quoted(unit.text)}"
+            raise ExpressionError(message, unit.column)
+        return float(token.text) * factor
+
+    def quantity(self, number: Constant) -> SyntaxNode:
+        """Take the unit behind a number, if there is one."""
+        token = self.next
+        if (
+            token.kind != "name"
+            or token.text not in WRITTEN
+            or self.tokens[self.at + 1].text == "("
+        ):
+            return number
+        self.take()
+        factor, (m, s, rad) = WRITTEN[token.text]
+        if self.next.text == "/" and self.tokens[self.at + 1].text == "s":
+            self.take()
+            self.take()
+            s -= 1
+        assert isinstance(number.value, int | float)
+        return Quantity(number.column, number.value * factor, (m, s, rad))
+
+    # ---- signals -------------------------------------------------------------------------
+
+    @override
+    def name(self, node: Name) -> SyntaxNode:
+        if node.variable:
+            return SignalValue(node.column, "$", (node.name,))
+        signal = SIGNALS.get(node.name)
+        if signal is None:
+            raise _unknown(node.name, node.column)
+        if signal.arguments:
+            message = f"expected {_usage(node.name)}, got '{node.name}' alone"
+            raise ExpressionError(message, node.column)
+        return SignalValue(node.column, node.name)
+
+    @override
+    def call(self, token: Token) -> SyntaxNode:
+        if token.text in FUNCTIONS:
+            found = super().call(token)
+            if self.draws:
+                raise ExpressionError("a requirement cannot draw random numbers", token.column)
+            return found
+        signal = SIGNALS.get(token.text)
+        if signal is None:
+            raise _unknown(token.text, token.column)
+        arguments = []
+        while not self.takes(")"):
+            argument = self.take()
+            if argument.kind != "text":
+                got = quoted(argument.text) if argument.text else "the end"
+                message = f"expected {_usage(token.text)}, got {got}"
+                raise ExpressionError(message, argument.column, "quote names: 'scan'")
+            arguments.append(argument.text[1:-1])
+            if self.next.text != ")" and not self.takes(","):
+                raise ExpressionError("expected ',' or ')'", self.next.column)
+        if len(arguments) != len(signal.arguments):
+            message = f"expected {_usage(token.text)}, got {len(arguments)} arguments"
+            raise ExpressionError(message, token.column)
+        return SignalValue(token.column, token.text, tuple(arguments))
+
+
+def _usage(name: str) -> str:
+    arguments = ", ".join(f'"{one}"' for one in SIGNALS[name].arguments)
+    return f"{name}({arguments})" if arguments else f"'{name}' without parentheses"
+
+
+def _unknown(name: str, column: int) -> ExpressionError:
+    if name in INSTEAD:
+        return ExpressionError(f"unknown word {quoted(name)}", column, f"write '{INSTEAD[name]}'")
+    words = (*SIGNALS, *_WORDS, "whenever")
+    hint = did_you_mean(name, words)
+    message = f"unknown signal {quoted(name)} (known: {listed(SIGNALS)})"
+    return ExpressionError(message, column, hint)

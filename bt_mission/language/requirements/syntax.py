@@ -1,0 +1,119 @@
+"""The parts of a requirement that expressions do not have: signals, quantities, and time."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+from typing_extensions import override
+
+from bt_mission.language.expressions.syntax import (
+    Binary,
+    Constant,
+    EvaluationScope,
+    SyntaxNode,
+    Types,
+    Unary,
+)
+from bt_mission.language.expressions.values import ExpressionError, Plain, Type
+from bt_mission.language.requirements.signals import SIGNALS, Unit
+
+
+@dataclass(frozen=True)
+class Window:
+    """An interval of time, s, after or before the present instant; both ends belong to it."""
+
+    start: float = 0.0
+    end: float = math.inf
+
+    @property
+    def is_bounded(self) -> bool:
+        """Does it end?"""
+        return self.end < math.inf
+
+    @property
+    def is_everything(self) -> bool:
+        """Does it hold every instant from now on, or until now?"""
+        return self == EVERYTHING
+
+
+EVERYTHING = Window()
+
+
+@dataclass(frozen=True)
+class Quantity(Constant):
+    """A number with its unit, such as `0.1 m`; the value is in metres, seconds and radians."""
+
+    unit: Unit
+
+
+@dataclass(frozen=True)
+class SignalValue(SyntaxNode):
+    """A signal: `clearance`, `age("scan")`; or, as `$name`, a variable (the name is `$`)."""
+
+    name: str
+    arguments: tuple[str, ...] = ()
+
+    @property
+    def key(self) -> str:
+        """The signal as it is written; the same for two that are the same."""
+        if self.name == "$":
+            return f"${self.arguments[0]}"
+        if not self.arguments:
+            return self.name
+        return f"{self.name}({', '.join(map(repr, self.arguments))})"
+
+    @override
+    def evaluate(self, scope: EvaluationScope) -> Plain:
+        if self.key not in scope.fields:
+            raise ExpressionError(f"'{self.key}' has no value", self.column)
+        return scope.fields[self.key]
+
+    @override
+    def infer(self, types: Types) -> Type | None:
+        return SIGNALS[self.name].type if self.name in SIGNALS else None
+
+
+UnaryWord: TypeAlias = Literal["always", "eventually", "historically", "previously"]
+BinaryWord: TypeAlias = Literal["until", "since"]
+FUTURE = frozenset(("always", "eventually", "until"))
+
+
+@dataclass(frozen=True)
+class Temporal(Unary):
+    """A formula at every, or at some, instant of a window after or before the present one."""
+
+    word: UnaryWord
+    window: Window
+
+    @override
+    def evaluate(self, scope: EvaluationScope) -> Plain:
+        raise _beyond_one_instant(self.word, self.column)
+
+    @override
+    def infer(self, types: Types) -> Type | None:
+        self.operand.expect(types, "bool")
+        return "bool"
+
+
+@dataclass(frozen=True)
+class Chain(Binary):
+    """`a until b`: a holds up to an instant at which b does; `a since b` looks back instead."""
+
+    symbol: BinaryWord
+    window: Window
+
+    @override
+    def evaluate(self, scope: EvaluationScope) -> Plain:
+        raise _beyond_one_instant(self.symbol, self.column)
+
+    @override
+    def infer(self, types: Types) -> Type | None:
+        self.left.expect(types, "bool")
+        self.right.expect(types, "bool")
+        return "bool"
+
+
+def _beyond_one_instant(word: str, column: int) -> ExpressionError:
+    return ExpressionError(f"'{word}' speaks of more than one instant", column)

@@ -1,0 +1,127 @@
+"""Requirements as they stand in a file: a formula, or a mapping that says what follows what."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Discriminator,
+    PlainValidator,
+    Tag,
+    WithJsonSchema,
+    model_validator,
+)
+
+from bt_mission.core.diagnostics import describe
+from bt_mission.language.expressions.syntax import SyntaxNode
+from bt_mission.language.expressions.values import ExpressionError
+from bt_mission.language.nodes.base import Written
+from bt_mission.language.nodes.fields import FixedLimit, Line, parsed, refusal
+from bt_mission.language.requirements.formula import (
+    Clause,
+    Formula,
+    OnViolation,
+    Requirement,
+    check_formula,
+)
+from bt_mission.language.requirements.parser import whenever
+from bt_mission.language.requirements.syntax import Window
+
+EXAMPLE = "always clearance > 0.1"
+
+
+def _formula(value: Any) -> Formula:
+    if not isinstance(value, str):
+        raise refusal(f"expected a requirement such as '{EXAMPLE}', got {describe(value)}")
+    return parsed(Formula, value)
+
+
+def _clause(value: Any) -> Clause:
+    if not isinstance(value, str):
+        raise refusal(f"expected a condition such as 'speed < 0.01', got {describe(value)}")
+    return parsed(Clause, value)
+
+
+_TEXT = WithJsonSchema({"type": "string"})
+WrittenFormula = Annotated[Formula, PlainValidator(_formula), _TEXT]
+WrittenClause = Annotated[Clause, PlainValidator(_clause), _TEXT]
+
+
+class RequirementForm(Written):
+    """A requirement with what is done when it is violated."""
+
+    formula: WrittenFormula | None = None
+    whenever: WrittenClause | None = None
+    then: WrittenClause | None = None
+    within: FixedLimit | None = None
+    on_violation: OnViolation = "report"
+
+    @model_validator(mode="after")
+    def _is_whole(self) -> RequirementForm:
+        if self.formula is not None and (self.whenever or self.then or self.within):
+            raise refusal("expected 'formula', or 'whenever' and 'then', got both")
+        if self.formula is None and (self.whenever is None or self.then is None):
+            raise refusal("expected 'formula', or 'whenever' and 'then'")
+        if self.formula is None:
+            try:
+                check_formula(self.root)
+            except ExpressionError as error:
+                raise refusal(error.message, error.hint) from None
+        return self
+
+    @property
+    def root(self) -> SyntaxNode:
+        """The parts of the formula that the keys make together."""
+        if self.formula is not None:
+            return self.formula.root
+        assert self.whenever is not None
+        assert self.then is not None
+        window = None if self.within is None else Window(0.0, self.within)
+        return whenever(self.whenever.root, self.then.root, window)
+
+    @property
+    def text(self) -> str:
+        """The same as one formula."""
+        if self.formula is not None:
+            return self.formula.text
+        assert self.whenever is not None
+        assert self.then is not None
+        within = "" if self.within is None else f" within {self.within:g} s"
+        return f"whenever {self.whenever.text}: {self.then.text}{within}"
+
+
+def _known_form(value: Any) -> Any:
+    if not isinstance(value, str | Mapping | Formula | RequirementForm):
+        raise refusal(f"expected a requirement such as '{EXAMPLE}', got {describe(value)}")
+    return value
+
+
+def _kind(value: Any) -> str:
+    return "text" if isinstance(value, str | Formula) else "form"
+
+
+WrittenRequirement = Annotated[
+    Annotated[WrittenFormula, Tag("text")] | Annotated[RequirementForm, Tag("form")],
+    Discriminator(_kind),
+    BeforeValidator(_known_form),
+]
+Requirements = Annotated[dict[Line, WrittenRequirement], AfterValidator(dict)]
+
+
+class RequirementsFile(Written):
+    """A file of requirements for missions that are written elsewhere."""
+
+    description: str = ""
+    requirements: Requirements
+
+
+def requirements_of(written: Mapping[str, Formula | RequirementForm]) -> tuple[Requirement, ...]:
+    """Return requirements as their file has them, in its order."""
+    found = []
+    for name, one in written.items():
+        action: OnViolation = one.on_violation if isinstance(one, RequirementForm) else "report"
+        found.append(Requirement(name, one.text, one.root, action))
+    return tuple(found)

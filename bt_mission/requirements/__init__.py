@@ -1,0 +1,1 @@
+"""Requirements while a mission runs: signals sampled, formulas evaluated, verdicts with margins."""

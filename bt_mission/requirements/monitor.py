@@ -1,0 +1,210 @@
+"""Watches requirements while a mission runs: each has a verdict, a margin and an instant."""
+
+from __future__ import annotations
+
+import copy
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Literal, Protocol, TypeAlias
+
+from bt_mission.core.stamps import NS
+from bt_mission.language.requirements.formula import OnViolation, Requirement, signals_in
+from bt_mission.language.requirements.syntax import SignalValue
+from bt_mission.language.requirements.units import shown_unit
+from bt_mission.requirements.compiler import Compiler, Reader
+from bt_mission.requirements.roots import Root
+from bt_mission.requirements.samples import Hope, Sample
+
+Verdict: TypeAlias = Literal["holds", "violated", "open", "unknown"]
+
+
+class SignalSource(Protocol):
+    """Where the values of signals come from."""
+
+    def reader(self, signal: SignalValue, /) -> Reader | str:
+        """Return what gives a signal's present value, or why it is not known here."""
+
+
+@dataclass(frozen=True)
+class RequirementResult:
+    """What a requirement came to.
+
+    Attributes:
+        verdict: ``open`` where the run was over, or cut, before it could be told; ``unknown``
+            where a signal is not known or never had a value.
+        margin: By how much it holds; below 0 by how much it is violated. None where it has no
+            measure.
+        unit: Of the margin.
+        at: The instant that decides the margin, s since the start.
+        violated_at: When the violation was noticed, s since the start.
+        why: Why it is open or unknown.
+    """
+
+    name: str
+    requirement: str
+    verdict: Verdict
+    margin: float | None = None
+    unit: str = ""
+    at: float | None = None
+    violated_at: float | None = None
+    on_violation: OnViolation = "report"
+    why: str = ""
+
+    def __str__(self) -> str:
+        has_measure = self.margin is not None and self.verdict in ("holds", "violated")
+        measure = (
+            "" if not has_measure else f" by {abs(self.margin or 0.0):.4g} {self.unit}".rstrip()
+        )
+        when = "" if self.at is None else f" at {self.at:.2f} s"
+        why = f": {self.why}" if self.why else ""
+        return f"{self.name}: {self.verdict}{measure}{when}{why}"
+
+
+class Monitor:
+    """Evaluates one requirement, one instant after another, with bounded memory.
+
+    Args:
+        source: Gives its signals.
+    """
+
+    def __init__(self, requirement: Requirement, source: SignalSource) -> None:
+        self.requirement = requirement
+        self.violated_ns: int | None = None
+        self.is_told = False
+        """Was it said that it is violated?"""
+        self._end: tuple[Verdict, Sample] | None = None
+        readers: dict[str, Reader] = {}
+        missing: dict[str, str] = {}
+        for signal in signals_in(requirement.root):
+            found = source.reader(signal)
+            if isinstance(found, str):
+                missing[signal.key] = found
+            else:
+                readers[signal.key] = found
+        self._missing = "; ".join(f"{key}: {why}" for key, why in missing.items())
+        self._compiler = Compiler(readers)
+        self._root: Root | None = None if missing else self._compiler.root(requirement.root)
+
+    def step(self, since_start_ns: int) -> bool:
+        """Take the next instant; tell whether the requirement is violated from now on."""
+        root = self._root
+        if root is None or self._end is not None:
+            return False
+        root.step(since_start_ns)
+        if root.decided is False and self.violated_ns is None:
+            self.violated_ns = since_start_ns
+            return True
+        return False
+
+    @property
+    def now(self) -> Sample:
+        """The value by what was seen so far."""
+        return None if self._root is None else self._root.value
+
+    def finish(self, *, is_complete: bool = True) -> None:
+        """End the run.
+
+        Args:
+            is_complete: Did the mission come to its own end? Windows of a run that was cut are
+                open.
+        """
+        if self._root is None or self._end is not None:
+            return
+        best = copy.deepcopy(self._root).finish(Hope.ROBOT if is_complete else Hope.ANYTHING)
+        least = copy.deepcopy(self._root).finish(Hope.NOTHING)
+        if self.violated_ns is not None:
+            self._end = ("violated", best)
+        elif self._root.decided is True:
+            self._end = ("holds", least)
+        elif least is None or best is None:
+            self._end = ("unknown", None)
+        elif not best[1]:
+            self._end = ("violated", best)
+        elif not least[1] or not is_complete:
+            self._end = ("open", best if not least[1] else least)
+        else:
+            self._end = ("holds", least)
+
+    @property
+    def result(self) -> RequirementResult:
+        """What it came to, or what it has come to so far."""
+        verdict, value = self._end or self._so_far
+        why = self._why(verdict)
+        unit = ""
+        if value is not None and value[3] >= 0:
+            unit = shown_unit(self._compiler.units[value[3]])
+        has_measure = value is not None and math.isfinite(value[0])
+        return RequirementResult(
+            name=self.requirement.name,
+            requirement=self.requirement.text,
+            verdict=verdict,
+            margin=_rounded(value[0]) if value is not None and has_measure else None,
+            unit=unit if has_measure else "",
+            at=value[2] / NS if value is not None and (has_measure or value[1]) else None,
+            violated_at=None if self.violated_ns is None else self.violated_ns / NS,
+            on_violation=self.requirement.on_violation,
+            why=why,
+        )
+
+    @property
+    def _so_far(self) -> tuple[Verdict, Sample]:
+        if self._root is None:
+            return "unknown", None
+        decided: dict[bool | None, Verdict] = {True: "holds", False: "violated", None: "open"}
+        return decided[self._root.decided], self._root.value
+
+    def _why(self, verdict: Verdict) -> str:
+        if verdict == "unknown":
+            problem = "; ".join(self._compiler.problems)
+            return self._missing or problem or "its signals never had a value"
+        if verdict == "open" and self._end is not None:
+            return "the run ended before it could be told"
+        return ""
+
+
+def _rounded(margin: float) -> float:
+    """Return a margin without the noise of the last digits."""
+    return float(f"{margin:.9g}") + 0.0
+
+
+class Monitors:
+    """The requirements of a run.
+
+    Args:
+        requirements: In the order in which they are told.
+        source: Gives their signals.
+        on_violation: Called once for each that comes to be violated.
+    """
+
+    def __init__(
+        self,
+        requirements: Sequence[Requirement],
+        source: SignalSource,
+        on_violation: Callable[[RequirementResult], None] = lambda _: None,
+    ) -> None:
+        self.monitors = [Monitor(one, source) for one in requirements]
+        self._on_violation = on_violation
+
+    def step(self, since_start_ns: int) -> None:
+        """Take the next instant."""
+        for monitor in self.monitors:
+            if monitor.step(since_start_ns):
+                self._tell(monitor)
+
+    def finish(self, *, is_complete: bool = True) -> None:
+        """End the run; what is violated only by its end is told now."""
+        for monitor in self.monitors:
+            monitor.finish(is_complete=is_complete)
+            if monitor.result.verdict == "violated":
+                self._tell(monitor)
+
+    def _tell(self, monitor: Monitor) -> None:
+        if not monitor.is_told:
+            monitor.is_told = True
+            self._on_violation(monitor.result)
+
+    @property
+    def results(self) -> tuple[RequirementResult, ...]:
+        """What each came to."""
+        return tuple(monitor.result for monitor in self.monitors)

@@ -1,0 +1,99 @@
+"""The requirements of a mission while it runs: sampled at every control step, told at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+from bt_mission.executive.status import MissionStatus
+from bt_mission.executive.trace import Trace
+from bt_mission.language.mission import Mission
+from bt_mission.requirements.monitor import Monitors, RequirementResult
+from bt_mission.ros.clients import RosServiceClient
+from bt_mission.ros.signals import LiveSignals, SignalsRun
+
+STOP, STOP_TYPE = "stop", "std_srvs/srv/Trigger"
+"""Of the action servers; they refuse goals then, until their `release` is called."""
+
+
+class RequirementRun(SignalsRun, Protocol):
+    """The runner of a mission, as far as its requirements act on it."""
+
+    mission: Mission
+    trace: Trace
+
+    def log(self, text: str) -> None:
+        """Say a line to the people who watch, and to the trace."""
+
+    def tell(self, text: str) -> None:
+        """Say a line to the people who watch."""
+
+    def service_client(self, service: str, type_name: str) -> RosServiceClient:
+        """Return the client of a service."""
+
+
+class RequirementWatch:
+    """Evaluates the requirements of a runner's mission; without any it does nothing.
+
+    Args:
+        runner: Whose mission it is.
+        make_signals: Makes what gives the signals.
+    """
+
+    def __init__(
+        self, runner: RequirementRun, make_signals: Callable[[RequirementRun], LiveSignals]
+    ) -> None:
+        self._runner = runner
+        self._monitors: Monitors | None = None
+        if runner.mission.requirements:
+            self._signals = make_signals(runner)
+            self._monitors = Monitors(
+                runner.mission.requirements, self._signals, self._on_violation
+            )
+            runner.executive.after_tick.append(self._step)
+
+    def results(self) -> tuple[RequirementResult, ...]:
+        """What the requirements have come to; at the mission's end, for good."""
+        monitors, executive = self._monitors, self._runner.executive
+        if monitors is None:
+            return ()
+        if executive.is_done:
+            monitors.finish(is_complete=executive.status is not MissionStatus.INTERRUPTED)
+        return monitors.results
+
+    def _step(self) -> None:
+        monitors, executive = self._monitors, self._runner.executive
+        assert monitors is not None, "it is called only where there are requirements"
+        self._signals.step()
+        monitors.step(self._runner.now_ns - executive.started_ns)
+        self._signals.forget()
+        if executive.is_done:
+            self.results()
+
+    def _on_violation(self, result: RequirementResult) -> None:
+        runner = self._runner
+        runner.trace.record(
+            runner.now_ns,
+            "requirement",
+            name=result.name,
+            verdict=result.verdict,
+            margin=result.margin,
+            unit=result.unit,
+            at=result.at,
+        )
+        runner.tell(f"requirement {result}")
+        if result.on_violation == "report":
+            return
+        reason = f"requirement {result}"
+        if result.on_violation == "halt":
+            self._stop_base()
+        runner.executive.fail(reason)
+
+    def _stop_base(self) -> None:
+        """Ask the servers to hold the base until somebody releases it."""
+        runner = self._runner
+        client = runner.service_client(STOP, STOP_TYPE)
+        if not client.is_ready():
+            runner.log(f"nobody offers {client.name}, so the base was not stopped by it")
+            return
+        client.call(client.prepare({}), lambda _: None)

@@ -1,0 +1,249 @@
+"""The signals of requirements where a mission runs: what its executive knows, and topics."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, Protocol
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from bt_mission.behaviours.action_leaf import ActionLeaf
+from bt_mission.core.errors import BtMissionError
+from bt_mission.core.geometry import yaw_of
+from bt_mission.core.stamps import NS
+from bt_mission.executive.status import Change
+from bt_mission.language.expressions.values import NoValue
+from bt_mission.language.requirements.syntax import SignalValue
+from bt_mission.requirements.compiler import Reader
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
+
+    from bt_mission.behaviours.runtime import Scope
+    from bt_mission.executive.executive import Executive
+    from bt_mission.goals.ledger import Ledger
+    from bt_mission.ros.subscriber import LatestMessageSubscriber
+
+
+class SignalsRun(Protocol):
+    """The runner of a mission, as far as signals read it."""
+
+    node: Node
+    executive: Executive
+    ledger: Ledger
+    scope: Scope
+
+    @property
+    def now_ns(self) -> int:
+        """ROS time, ns."""
+
+    def subscriber(self, topic: str, type_name: str) -> LatestMessageSubscriber:
+        """Return the messages of a topic."""
+
+
+SCAN, ODOMETRY, BATTERY = "scan", "odom", "battery_state"
+OF_ODOMETRY: Mapping[str, Callable[[Any], float]] = {
+    "odometry.x": lambda odom: float(odom.pose.pose.position.x),
+    "odometry.y": lambda odom: float(odom.pose.pose.position.y),
+    "odometry.yaw": lambda odom: yaw_of(odom.pose.pose.orientation),
+    "speed": lambda odom: float(odom.twist.twist.linear.x),
+    "turn_rate": lambda odom: float(odom.twist.twist.angular.z),
+}
+STATUSES: Mapping[str, Status] = {
+    "running": Status.RUNNING,
+    "succeeded": Status.SUCCESS,
+    "failed": Status.FAILURE,
+}
+LOOK_EVERY = 20
+"""Control steps between two looks for a topic that nobody publishes yet."""
+
+
+class TopicSignal:
+    """The newest message of a topic, whose type is that of its publishers once there are any."""
+
+    def __init__(self, runner: SignalsRun, topic: str) -> None:
+        self.message: Any = None
+        self.came_ns: int | None = None
+        self.problem = ""
+        self._runner = runner
+        self._topic = topic
+        self._is_heard = False
+        self._waits = 0
+
+    def look(self) -> None:
+        """Subscribe as soon as somebody publishes the topic."""
+        if self._is_heard:
+            return
+        self._waits -= 1
+        if self._waits > 0:
+            return
+        self._waits = LOOK_EVERY
+        node = self._runner.node
+        name = node.resolve_topic_name(self._topic)
+        types = {one.topic_type for one in node.get_publishers_info_by_topic(name)}
+        if not types:
+            return
+        self._is_heard = True
+        try:
+            self._runner.subscriber(self._topic, min(types)).listen(self._take)
+        except BtMissionError as error:
+            self.problem = str(error)
+
+    def _take(self, message: Any) -> None:
+        self.message, self.came_ns = message, self._runner.now_ns
+
+
+class LiveSignals:
+    """Signals of a mission that runs on any robot; what only a simulation knows is not known here.
+
+    Args:
+        runner: Whose mission it is.
+    """
+
+    def __init__(self, runner: SignalsRun) -> None:
+        self._runner = runner
+        self._executive = runner.executive
+        self._topics: dict[str, TopicSignal] = {}
+        self._seen: defaultdict[Behaviour, set[Status]] = defaultdict(set)
+        self._named: defaultdict[str, list[Behaviour]] = defaultdict(list)
+        for node in self._executive.nodes:
+            self._named[node.name].append(node)
+            self._named[self._executive.path_of(node)].append(node)
+        self._executive.listeners.append(self._on_change)
+
+    def reader(self, signal: SignalValue, /) -> Reader | str:
+        """Return what gives a signal's present value, or why it is not known here."""
+        name, arguments = signal.name, signal.arguments
+        if name in OF_ODOMETRY:
+            return self._of_topic(ODOMETRY, OF_ODOMETRY[name])
+        if name in STATUSES:
+            return self._node_status(STATUSES[name], arguments[0])
+        makers: Mapping[str, Callable[..., Reader]] = {
+            "$": self._variable,
+            "time": lambda: self._time,
+            "open_goals": lambda: lambda: len(self._runner.ledger.open_goals),
+            "feedback": self._feedback,
+            "age": self._age,
+            "topic": self._field,
+            "scan_clearance": lambda: self._of_topic(SCAN, smallest_range),
+            "battery": lambda: self._of_topic(BATTERY, lambda one: float(one.percentage)),
+            "distance": lambda: self._of_topic(ODOMETRY, PathLength().add),
+        }
+        if name not in makers:
+            return "only a simulation knows it"
+        return makers[name](*arguments)
+
+    def step(self) -> None:
+        """Look for topics that are not there yet; called before each control step."""
+        for topic in self._topics.values():
+            topic.look()
+
+    def forget(self) -> None:
+        """Forget what nodes went through; called after each control step."""
+        self._seen.clear()
+
+    # ---- the mission ---------------------------------------------------------------------
+
+    def _on_change(self, change: Change) -> None:
+        self._seen[change.node].add(change.status)
+
+    def _time(self) -> float:
+        return (self._runner.now_ns - self._executive.started_ns) / NS
+
+    def _node_status(self, status: Status, node: str) -> Reader:
+        nodes, seen = self._named[node], self._seen
+
+        def has_status() -> bool:
+            # A node that starts and ends in one tick has run, too.
+            return any(one.status is status or status in seen.get(one, ()) for one in nodes)
+
+        return has_status
+
+    def _variable(self, name: str) -> Reader:
+        def value() -> Any:
+            found = self._runner.scope.values.get(name)
+            return None if isinstance(found, NoValue) else found
+
+        return value
+
+    def _feedback(self, node: str, field: str) -> Reader:
+        leaves = [one for one in self._named[node] if isinstance(one, ActionLeaf)]
+
+        def value() -> Any:
+            for leaf in leaves:
+                if leaf.status is Status.RUNNING and leaf.attempt is not None:
+                    return field_of(leaf.attempt.feedback, field)
+            return None
+
+        return value
+
+    # ---- topics --------------------------------------------------------------------------
+
+    def topic(self, name: str) -> TopicSignal:
+        """Return the newest message of a topic; it is subscribed to once."""
+        if name not in self._topics:
+            self._topics[name] = TopicSignal(self._runner, name)
+        return self._topics[name]
+
+    def _age(self, topic: str) -> Reader:
+        heard, runner, executive = self.topic(topic), self._runner, self._executive
+
+        def age() -> float:
+            came_ns = executive.started_ns if heard.came_ns is None else heard.came_ns
+            return (runner.now_ns - came_ns) / NS
+
+        return age
+
+    def _field(self, topic: str, field: str) -> Reader:
+        return self._of_topic(topic, lambda message: field_of(message, field))
+
+    def _of_topic(self, topic: str, read: Callable[[Any], Any]) -> Reader:
+        """Return what reads the newest message, each only once."""
+        heard = self.topic(topic)
+        value: Any = None
+        of: Any = None
+
+        def newest() -> Any:
+            nonlocal value, of
+            if heard.message is not of:
+                of = heard.message
+                found = read(of)
+                is_number = not (isinstance(found, float) and math.isnan(found))
+                value = found if is_number else None
+            return value
+
+        return newest
+
+
+class PathLength:
+    """The length of a path by odometry, m."""
+
+    def __init__(self) -> None:
+        self._last: tuple[float, float] | None = None
+        self._length = 0.0
+
+    def add(self, odom: Any) -> float:
+        """Take a message; return the length so far."""
+        place = odom.pose.pose.position.x, odom.pose.pose.position.y
+        if self._last is not None:
+            self._length += math.dist(place, self._last)
+        self._last = place
+        return self._length
+
+
+def smallest_range(scan: Any) -> float | None:
+    """Return the smallest range of a scan that is one, m; None where there is none."""
+    valid = [one for one in scan.ranges if scan.range_min <= one <= scan.range_max]
+    return float(min(valid)) if valid else None
+
+
+def field_of(message: Any, path: str) -> Any:
+    """Return a field by its dotted name; None where there is none, or no plain value."""
+    for part in path.split("."):
+        message = getattr(message, part, None)
+    if isinstance(message, bool | int | float | str):
+        return message
+    return None

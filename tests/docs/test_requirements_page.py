@@ -1,0 +1,52 @@
+"""The page on requirements: every example is one, and every signal and word is on it."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from bt_mission.language.loader import load_text
+from bt_mission.language.requirements.formula import Formula
+from bt_mission.language.requirements.parser import JOINING
+from bt_mission.language.requirements.signals import SIGNALS
+from tests.support.project import ROOT
+
+TEXT = (ROOT / "docs" / "reference" / "requirements.md").read_text()
+
+
+def _blocks(language: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```", TEXT, re.DOTALL | re.MULTILINE)
+
+
+MISSION = _blocks("yaml")[0]
+
+
+def test_the_mission_is_one() -> None:
+    """With all five requirements."""
+    assert len(load_text(MISSION).requirements) == 5
+
+
+@pytest.mark.parametrize("form", _blocks("yaml-requirement"))
+def test_a_requirement_in_parts_is_one(form: str) -> None:
+    """A mapping below a name, put into the mission of the page."""
+    indented = "".join(f"  {line}\n" for line in form.splitlines())
+    mission = load_text(
+        re.sub(r"  keeps .*?(?=tree:)", lambda _: indented, MISSION, flags=re.DOTALL)
+    )
+    assert [one.on_violation for one in mission.requirements] != ["report"]
+
+
+@pytest.mark.parametrize(
+    "text", [line for one in _blocks("requirements") for line in one.splitlines()]
+)
+def test_an_example_is_a_requirement(text: str) -> None:
+    """It is parsed, and its types, units and windows fit."""
+    assert Formula(text).root
+
+
+def test_every_signal_and_word_is_described() -> None:
+    """In a table or an example."""
+    code = "".join(re.findall(r"`[^`]*`|```.*?```", TEXT, re.DOTALL))
+    words = set(re.findall(r"[A-Za-z_.]+", code))
+    assert set(SIGNALS) | JOINING <= words

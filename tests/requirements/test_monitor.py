@@ -1,0 +1,161 @@
+"""One requirement while a run goes on: verdicts, margins, and the instants that decide."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import pytest
+
+from bt_mission.language.requirements.formula import Formula, Requirement
+from bt_mission.language.requirements.syntax import SignalValue
+from bt_mission.requirements.compiler import Reader
+from bt_mission.requirements.monitor import Monitor, RequirementResult
+
+STEP_NS = 50_000_000
+Value = float | bool | str | None
+
+
+class Rows:
+    """Signals that a test gives instant by instant; those that it does not name are unknown."""
+
+    def __init__(self, **columns: Sequence[Value]) -> None:
+        self.columns = {
+            name.replace("_of_", "('") + ("')" if "_of_" in name else ""): values
+            for name, values in columns.items()
+        }
+        self.now = 0
+
+    def reader(self, signal: SignalValue) -> Reader | str:
+        """Return what reads a signal."""
+        if signal.key not in self.columns:
+            return "only a simulation knows it"
+        return lambda: self.columns[signal.key][self.now]
+
+
+def watched(
+    text: str, *, is_complete: bool = True, **columns: Sequence[Value]
+) -> RequirementResult:
+    """Return what a requirement comes to over signals, a control step each."""
+    rows = Rows(**columns)
+    monitor = Monitor(Requirement("it", text, Formula(text).root), rows)
+    for rows.now in range(len(next(iter(columns.values())))):
+        monitor.step(rows.now * STEP_NS)
+    monitor.finish(is_complete=is_complete)
+    return monitor.result
+
+
+def test_the_margin_is_the_least_room_and_its_instant() -> None:
+    """`always` holds by what was left at its worst."""
+    result = watched("always clearance > 0.1", clearance=[0.5, 0.3, 0.12, 0.4])
+    assert (result.verdict, result.margin, result.unit, result.at) == ("holds", 0.02, "m", 0.1)
+
+
+def test_a_violation_is_told_when_it_happens_and_measured_at_its_worst() -> None:
+    """When it was first seen, and where it was worst, are two instants."""
+    result = watched("always clearance > 0.1", clearance=[0.5, 0.09, 0.02, 0.4])
+    assert (result.verdict, result.margin) == ("violated", -0.08)
+    assert (result.violated_at, result.at) == (0.05, 0.1)
+
+
+def test_a_limit_that_is_met_exactly() -> None:
+    """`>` is violated by nothing, `>=` holds by nothing."""
+    assert watched("always speed > 0.1", speed=[0.1]).verdict == "violated"
+    assert watched("always speed >= 0.1", speed=[0.1]).verdict == "holds"
+    assert watched("never speed > 0.1", speed=[0.1]).margin == 0.0
+
+
+def test_truth_has_no_measure() -> None:
+    """The margin of a node that runs is none."""
+    result = watched("always running('a')", running_of_a=[True, False])
+    assert (result.verdict, result.margin, result.violated_at) == ("violated", None, 0.05)
+
+
+def test_an_answer_in_time_and_one_that_is_late() -> None:
+    """The violation is told when the window is over, at its last instant."""
+    blind = [0.0, 0.6, 0.6, 0.6, 0.6]
+    text = "whenever age('scan') > 0.5: speed < 0.01 within 0.1"
+    held = watched(text, age_of_scan=blind, speed=[0.2, 0.2, 0.1, 0.0, 0.0])
+    assert (held.verdict, held.margin, held.unit) == ("holds", 0.01, "m/s")
+    late = watched(text, age_of_scan=blind, speed=[0.2, 0.2, 0.1, 0.1, 0.0])
+    assert (late.verdict, late.violated_at) == ("violated", 0.15)
+
+
+def test_a_window_ahead_is_violated_when_it_happens_and_not_at_its_end() -> None:
+    """`whenever p: always for 10 s: q` need not wait ten seconds for its verdict."""
+    text = "whenever speed > 1: always for 10 s: clearance > 0.3"
+    speed = [0.0, 2.0, 0.0, 0.0, 0.0]
+    result = watched(text, speed=speed, clearance=[0.5, 0.5, 0.5, 0.2, 0.5])
+    assert (result.verdict, result.margin, result.violated_at) == ("violated", -0.1, 0.15)
+
+
+def test_what_the_robot_might_still_have_done_is_open() -> None:
+    """The run was over before the deadline."""
+    text = "whenever age('scan') > 0.5: speed < 0.01 within 0.6"
+    result = watched(text, age_of_scan=[0.0, 0.6], speed=[0.2, 0.2])
+    assert (result.verdict, result.why) == ("open", "the run ended before it could be told")
+
+
+def test_what_the_mission_can_no_longer_do_is_violated() -> None:
+    """A mission that has ended visits nothing any more, whatever the window; a cut run might."""
+    text = "eventually within 60 s: succeeded('a')"
+    assert watched(text, succeeded_of_a=[False, False]).verdict == "violated"
+    assert watched(text, succeeded_of_a=[False], is_complete=False).verdict == "open"
+    assert watched(text, succeeded_of_a=[False, True], is_complete=False).verdict == "holds"
+
+
+def test_a_run_that_was_cut_does_not_prove_always() -> None:
+    """Nothing was violated so far; that is all that can be said."""
+    assert watched("always speed < 1", speed=[0.0], is_complete=False).verdict == "open"
+
+
+def test_a_signal_that_nobody_knows_is_said_and_never_guessed() -> None:
+    """Unknown, with the signal and the reason."""
+    result = watched("always clearance > 0.1 or speed < 0.1", speed=[0.0])
+    assert (result.verdict, result.why) == ("unknown", "clearance: only a simulation knows it")
+
+
+def test_a_signal_without_a_value_decides_nothing() -> None:
+    """It is left out until it has one; if it never has, the verdict is unknown."""
+    assert watched("always battery > 20", battery=[None, None, 50.0]).margin == 30.0
+    result = watched("always battery > 20", battery=[None, None])
+    assert (result.verdict, result.why) == ("unknown", "its signals never had a value")
+
+
+def test_a_condition_that_cannot_be_computed_says_why() -> None:
+    """A division by zero is no verdict."""
+    result = watched("always 1 / speed > 2", speed=[0.0])
+    assert (result.verdict, result.why) == ("unknown", "division by zero")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "always previously within 1 s speed > 0",
+        "whenever speed > 0: eventually within 1 s: speed < 0",
+        "always (speed > 0 since clearance > 0)",
+        "always (speed > 0 since clearance > 0 within 1 s)",
+        "always ((speed > 0) until (clearance > 0) within 1 s)",
+    ],
+)
+def test_memory_is_bounded_by_the_windows(text: str) -> None:
+    """A run of any length keeps no more samples than a window holds."""
+    rows = Rows(speed=[1.0, -1.0], clearance=[-1.0, 1.0])
+    monitor = Monitor(Requirement("it", text, Formula(text).root), rows)
+    kept = []
+    for step in range(2_000):
+        rows.now = step % 2
+        monitor.step(step * STEP_NS)
+        kept.append(_samples_in(monitor._root))
+    assert max(kept[1_000:]) <= max(kept[:1_000])
+
+
+def _samples_in(part: object) -> int:
+    """Count what the queues of a formula hold."""
+    found = 0
+    for value in vars(part).values() if hasattr(part, "__dict__") else ():
+        for one in value if isinstance(value, list | tuple) else [value]:
+            if type(one).__name__ == "deque":
+                found += len(one)
+            elif type(one).__module__.startswith("bt_mission.requirements"):
+                found += _samples_in(one)
+    return found

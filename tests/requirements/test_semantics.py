@@ -1,0 +1,136 @@
+"""Formulas evaluated step by step, against the definition of their semantics."""
+
+from __future__ import annotations
+
+import math
+import random
+
+import pytest
+
+from bt_mission.language.expressions.values import ExpressionError
+from bt_mission.language.requirements.formula import Formula, Requirement
+from bt_mission.language.requirements.syntax import SignalValue
+from bt_mission.requirements.compiler import Reader
+from bt_mission.requirements.monitor import Monitor
+from tests.support.temporal_logic import Definition, verdict
+
+STEP_S = 0.05
+BATCHES = 20
+FORMULAS = 500
+
+
+class Played:
+    """Signals whose values a test sets."""
+
+    def __init__(self) -> None:
+        self.values: dict[str, float | bool | None] = {}
+
+    def reader(self, signal: SignalValue) -> Reader | str:
+        """Return what reads a signal."""
+        return lambda: self.values[signal.key]
+
+
+def _time(draw: random.Random) -> str:
+    return f"{draw.choice((0.05, 0.1, 0.15, 0.3, 0.5))} s"
+
+
+def _window(draw: random.Random, word: str) -> str:
+    if draw.random() < 0.3:
+        start = draw.choice((0.05, 0.1, 0.2))
+        return f"between {start} s and {start + draw.choice((0.05, 0.1, 0.3))} s"
+    return f"{word} {_time(draw)}"
+
+
+def _atom(draw: random.Random) -> str:
+    if draw.random() < 0.2:
+        return "running('a')"
+    symbol = draw.choice(("<", "<=", ">", ">="))
+    left, right = draw.choice((("x", "y"), ("x", f"{draw.randint(-3, 3)}"), ("y", "0.5")))
+    return f"{left} {symbol} {right}"
+
+
+def _inner(draw: random.Random, depth: int) -> str:
+    if not depth:
+        return _atom(draw)
+    one, other = _inner(draw, depth - 1), _inner(draw, depth - 1)
+    forms = (
+        _atom(draw),
+        f"not ({one})",
+        f"({one}) {draw.choice(('and', 'or', 'implies'))} ({other})",
+        f"(always {_window(draw, 'for')}: {one})",
+        f"(eventually {_window(draw, 'within')}: {one})",
+        f"(previously {draw.choice(('', _window(draw, 'within')))} {one})",
+        f"(historically {draw.choice(('', _window(draw, 'for')))} {one})",
+        f"(({one}) until ({other}) within {_time(draw)})",
+        f"(({one}) since ({other}) {draw.choice(('', f'within {_time(draw)}'))})",
+    )
+    return draw.choice(forms)
+
+
+def drawn_formula(draw: random.Random, depth: int = 3) -> str:
+    """A requirement chosen at random."""
+    one, other = _inner(draw, depth), _inner(draw, depth - 1)
+    match draw.randrange(8):
+        case 0 | 1 | 2:
+            return f"always {draw.choice(('', _window(draw, 'for')))} {one}"
+        case 3:
+            return f"never {one}"
+        case 4:
+            return f"eventually {draw.choice(('', _window(draw, 'within')))} {one}"
+        case 5:
+            return f"whenever {one}: {other} within {_time(draw)}"
+        case 6:
+            return f"({one}) until ({other}) {draw.choice(('', f'within {_time(draw)}'))}"
+    return f"(always {one}) {draw.choice(('and', 'or'))} not (eventually {other})"
+
+
+def drawn_run(draw: random.Random) -> Definition:
+    """Signals chosen at random, at every control step."""
+    count = draw.randint(1, 30)
+    return Definition(
+        [round(STEP_S * k, 9) for k in range(count)],
+        {
+            "x": [draw.randint(-4, 4) for _ in range(count)],
+            "y": [draw.randint(-4, 4) / 2 for _ in range(count)],
+            "running('a')": [draw.random() < 0.5 for _ in range(count)],
+        },
+    )
+
+
+def _formula(text: str) -> Formula | None:
+    """Return a formula; None for one that can only come to one verdict."""
+    try:
+        return Formula(text)
+    except ExpressionError as error:
+        if "cannot be violated" in error.message or "cannot hold" in error.message:
+            return None
+        raise
+
+
+@pytest.mark.parametrize("batch", range(BATCHES))
+def test_ten_thousand_formulas_come_to_what_their_definition_says(batch: int) -> None:
+    """Verdict and margin are those of the definition, for complete runs and for cut ones."""
+    draw = random.Random(batch)
+    told = set()
+    for _ in range(FORMULAS):
+        text, run, is_complete = drawn_formula(draw), drawn_run(draw), draw.random() < 0.5
+        formula = _formula(text)
+        if formula is None:
+            continue
+        played = Played()
+        monitor = Monitor(Requirement("r", text, formula.root), played)
+        for k, time_s in enumerate(run.times):
+            played.values = {name: values[k] for name, values in run.signals.items()}
+            monitor.step(round(time_s * 1e9))
+        was_decided = monitor.result.verdict == "holds"
+        monitor.finish(is_complete=is_complete)
+        result = monitor.result
+        wanted, margin = verdict(formula.root, run, is_complete=is_complete)
+        told.add(wanted)
+        if wanted == "holds" and not is_complete and not was_decided:
+            wanted = "open"  # a cut run says nothing of what would have come
+        assert result.verdict == wanted, (text, run, is_complete)
+        if wanted in ("holds", "violated"):
+            shown = margin if math.isfinite(margin) else None
+            assert result.margin == shown, (text, run, is_complete)
+    assert told >= {"holds", "violated", "open"}

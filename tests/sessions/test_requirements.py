@@ -1,0 +1,119 @@
+"""Requirements of a mission on the stage: watched at every control step, and acted on."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from bt_mission.testing.stages import Stages
+
+MISSION = """\
+mission: look and drive
+world: dqn_stage4
+requirements:
+  keeps its distance: always clearance > 0.10
+  is never hit: never collisions > 0
+  gets on: eventually within 60 s: succeeded("drive")
+  looks before it drives: whenever running("drive"): previously succeeded("look around")
+  stops when blind: {{whenever: age("scan") > 0.5, then: speed < 0.01, within: 0.6}}
+  {}
+tree:
+  sequence:
+    - turn: {{angle: 45}}
+      name: look around
+      timeout: 20
+    - explore_forward: {{fwd_velocity: 0.2, stopping_distance: 0.5}}
+      name: drive
+      timeout: 20
+"""
+OTHER = "never runs: always speed < 1"
+
+
+def test_what_holds_is_told_with_its_margin(stage: Stages) -> None:
+    """Each requirement has a verdict, and how near it came to being violated."""
+    run = stage.run(MISSION.format(OTHER))
+    run.until_done()
+    assert run.succeeded
+    found = run.requirements
+    assert {name: one.verdict for name, one in found.items()} == dict.fromkeys(found, "holds")
+    least = min(moment.clearance for moment in run.moments)
+    assert found["keeps its distance"].margin == pytest.approx(least - 0.10, abs=1e-6)
+    assert found["gets on"].margin is None
+    told = json.loads(json.dumps(run.report.as_dict()))["requirements"]
+    assert [one["name"] for one in told] == list(found)
+    assert {"name", "verdict", "margin", "at"} <= told[0].keys()
+
+
+def test_a_mission_without_requirements_is_told_as_before(stage: Stages) -> None:
+    """Nothing is evaluated, and nothing is said."""
+    run = stage.run("mission: rest\ntree:\n  wait: 1\n")
+    run.until_done()
+    assert run.report.requirements == ()
+    assert "requirement" not in run.report.as_text()
+
+
+def test_a_violation_is_said_at_once_and_the_mission_goes_on(stage: Stages) -> None:
+    """That is the default: it is in the log, the trace, the report and the verdict."""
+    run = stage.run(MISSION.format("slow: always speed < 0.15"))
+    run.expect_violation("slow")
+    run.until_done()
+    slow = run.requirements["slow"]
+    assert (run.succeeded, slow.verdict) == (True, "violated")
+    (event,) = run.events("requirement")
+    assert event["name"] == "slow"
+    assert event["t"] == run.stage.start_ns + round((slow.violated_at or 0) * 1e9)
+    assert [text for text in run.log if text.startswith("requirement slow: violated by")]
+    assert "requirement slow: violated by" in run.report.as_text()
+
+
+def test_a_violation_that_fails_the_mission_cancels_its_goals(stage: Stages) -> None:
+    """The mission fails for it; servers take goals afterwards."""
+    run = stage.run(MISSION.format("slow: {formula: always speed < 0.15, on_violation: fail}"))
+    run.expect_violation("slow", "gets on")
+    report = run.until_done()
+    assert (report.status, report.goals_left_behind) == ("failure", 0)
+    assert report.reason.startswith("requirement slow: violated by")
+    assert run.goals[-1].status == "canceled"
+
+
+def test_a_violation_that_halts_holds_the_base(stage: Stages) -> None:
+    """The servers are stopped as well: nothing moves until they are released."""
+    run = stage.run(MISSION.format("slow: {formula: always speed < 0.15, on_violation: halt}"))
+    run.expect_violation("slow", "gets on")
+    run.until_done()
+    assert run.failed
+    assert run.goals[-1].status == "aborted"
+
+
+def test_a_blind_robot_that_stops_meets_its_requirement(stage: Stages) -> None:
+    """A fault makes the requirement look: its margin is that of the stop."""
+    run = stage.run(MISSION.format(OTHER))
+    run.expect_violation("gets on")
+    run.at(2.0, stage.faults.drop("scan"))
+    run.until_done()
+    blind = run.requirements["stops when blind"]
+    assert (blind.verdict, blind.unit) == ("holds", "m/s")
+
+
+def test_an_unknown_name_lists_the_requirements(stage: Stages) -> None:
+    """As everywhere in tests."""
+    run = stage.run(MISSION.format(OTHER))
+    with pytest.raises(Exception, match="there is no requirement 'slw', but: keeps its distance"):
+        run.expect_violation("slw")
+
+
+def test_violations_fail_a_test_that_does_not_expect_them(pytester: pytest.Pytester) -> None:
+    """Without a word in the test."""
+    text = MISSION.format("slow: always speed < 0.15")
+    Path(pytester.path, "slow.yaml").write_text(text)
+    pytester.makepyfile(
+        """
+        def test_it(stage):
+            stage.run("slow.yaml").until_done()
+        """
+    )
+    result = pytester.runpytest_inprocess("-p", "no:cacheprovider", "-p", "no:xdist")
+    result.assert_outcomes(passed=1, errors=1)
+    result.stdout.fnmatch_lines(["*requirements violated: slow: violated by * m/s at * s*"])

@@ -1,0 +1,187 @@
+"""Signal temporal logic by its definition: slow, over a whole run, sample by sample.
+
+Quantitative semantics of Donzé and Maler (2010) over the samples that there are, with the negation
+pushed down to the comparisons, and with windows that the end of the run cuts off.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from bt_mission.language.expressions.syntax import (
+    Comparison,
+    Constant,
+    Logic,
+    Negation,
+    Not,
+    SyntaxNode,
+)
+from bt_mission.language.requirements.syntax import Chain, SignalValue, Temporal
+from bt_mission.requirements.monitor import Verdict
+from bt_mission.requirements.samples import Hope
+
+Rated = tuple[float, bool]
+"""Margin, and whether it holds."""
+
+
+@dataclass(frozen=True)
+class Definition:
+    """A run: instants (s), and the values of each signal at each of them."""
+
+    times: Sequence[float]
+    signals: Mapping[str, Sequence[float | bool]]
+    hope: Hope = Hope.NOTHING
+    rated: dict[tuple[int, int, bool], Rated | None] = field(default_factory=dict, repr=False)
+
+    def rate(self, node: SyntaxNode, at: int = 0, *, positive: bool = True) -> Rated | None:
+        """Return what a formula is worth at an instant; None where its window has no sample."""
+        key = (id(node), at, positive)
+        if key not in self.rated:
+            self.rated[key] = self._rate(node, at, positive=positive)
+        return self.rated[key]
+
+    def _rate(self, node: SyntaxNode, at: int, *, positive: bool) -> Rated | None:
+        match node:
+            case Not(operand=operand):
+                return self.rate(operand, at, positive=not positive)
+            case Logic(symbol=symbol, left=left, right=right):
+                pair = [self.rate(part, at, positive=positive) for part in (left, right)]
+                return _kleene(pair, all_of=(symbol == "and") is positive)
+            case Temporal(word="always" | "eventually" as word, operand=operand):
+                all_of = (word == "always") is positive
+                return self._ahead(node, operand, at, all_of=all_of, positive=positive)
+            case Temporal(word=word, operand=operand):
+                all_of = (word == "historically") is positive
+                inside = [k for k in range(at + 1) if self._is_in(node, at, k)]
+                old = [k for k in range(at + 1) if self._since(k, at) >= node.window.start - 1e-9]
+                if not old:
+                    return _vacuous(holds=all_of)
+                found = [self.rate(operand, k, positive=positive) for k in inside]
+                return _over_time(found, all_of=all_of)
+            case Chain(symbol="until"):
+                return self._until(node, at, positive=positive)
+            case Chain():
+                return self._since_value(node, at, positive=positive)
+        margin = self._margin(node, at)
+        holds = margin > 0 or (margin == 0 and _is_weak(node))
+        return (margin, holds) if positive else (-margin, not holds)
+
+    def _since(self, one: int, other: int) -> float:
+        return self.times[other] - self.times[one]
+
+    def _is_in(self, node: Temporal | Chain, at: int, k: int) -> bool:
+        apart = abs(self.times[k] - self.times[at])
+        return node.window.start - 1e-9 <= apart <= node.window.end + 1e-9
+
+    def _is_cut(self, node: Temporal | Chain, at: int) -> bool:
+        return self.times[at] + node.window.end > self.times[-1] + 1e-9
+
+    def _may_come(self, node: Temporal | Chain, at: int) -> bool:
+        settled = all("running" in name for name in _names(node)) or not node.window.is_bounded
+        return self._is_cut(node, at) and self.hope.reaches(is_settled_by_end=settled)
+
+    def _ahead(
+        self, node: Temporal, operand: SyntaxNode, at: int, *, all_of: bool, positive: bool
+    ) -> Rated | None:
+        inside = [k for k in range(at, len(self.times)) if self._is_in(node, at, k)]
+        found = _over_time(
+            [self.rate(operand, k, positive=positive) for k in inside], all_of=all_of
+        )
+        if all_of or not self._is_cut(node, at) or (found is not None and found[1]):
+            return found
+        if self._may_come(node, at):
+            return _vacuous(holds=True)
+        return _vacuous(holds=False) if found is None and node.window.is_bounded else found
+
+    def _until(self, node: Chain, at: int, *, positive: bool) -> Rated | None:
+        pick, outer = (min, max) if positive else (max, min)
+        kept = _vacuous(holds=positive)
+        found: list[Rated] = []
+        is_empty = True
+        for k in range(at, len(self.times)):
+            if self.times[k] > self.times[at] + node.window.end + 1e-9:
+                break
+            right = self.rate(node.right, k, positive=positive)
+            is_empty = is_empty and not self._is_in(node, at, k)
+            if self._is_in(node, at, k) and right is not None:
+                found.append(pick(kept, right))
+            left = self.rate(node.left, k, positive=positive)
+            kept = kept if left is None else pick(kept, left)
+        value = outer(found) if found else _vacuous(holds=not positive) if is_empty else None
+        fails = value is None or not value[1]
+        if positive and fails and kept[1] and self._may_come(node, at):
+            return _vacuous(holds=True)
+        return value
+
+    def _since_value(self, node: Chain, at: int, *, positive: bool) -> Rated | None:
+        pick, outer = (min, max) if positive else (max, min)
+        found: list[Rated] = []
+        is_empty = True
+        for k in range(at + 1):
+            if self._is_in(node, at, k):
+                right = self.rate(node.right, k, positive=positive)
+                lefts = [self.rate(node.left, j, positive=positive) for j in range(k + 1, at + 1)]
+                if right is not None:
+                    found.append(pick(right, *(one for one in (right, *lefts) if one is not None)))
+                is_empty = False
+        if not found and not is_empty:
+            return None
+        return outer(found) if found else _vacuous(holds=not positive)
+
+    def _margin(self, node: SyntaxNode, at: int) -> float:
+        if isinstance(node, SignalValue):
+            return math.inf if self.signals[node.key][at] else -math.inf
+        assert isinstance(node, Comparison)
+        symbol, _, right = node.rest[0]
+        first, second = self._number(node.first, at), self._number(right, at)
+        return second - first if symbol in ("<", "<=") else first - second
+
+    def _number(self, node: SyntaxNode, at: int) -> float:
+        if isinstance(node, SignalValue):
+            return self.signals[node.key][at]
+        if isinstance(node, Negation):
+            return node.sign * self._number(node.operand, at)
+        assert isinstance(node, Constant)
+        assert isinstance(node.value, int | float)
+        return node.value
+
+
+def verdict(root: SyntaxNode, run: Definition, *, is_complete: bool) -> tuple[Verdict, float]:
+    """Return the verdict of a formula about a whole run, and its margin."""
+    hope = Hope.ROBOT if is_complete else Hope.ANYTHING
+    least = Definition(run.times, run.signals, Hope.NOTHING).rate(root)
+    best = Definition(run.times, run.signals, hope).rate(root)
+    if least is None or best is None:
+        return "unknown", math.nan
+    if not best[1]:
+        return "violated", best[0]
+    return ("open", best[0]) if not least[1] else ("holds", least[0])
+
+
+def _names(node: SyntaxNode) -> list[str]:
+    own = [node.key] if isinstance(node, SignalValue) else []
+    return own + [name for part in node.parts for name in _names(part)]
+
+
+def _is_weak(node: SyntaxNode) -> bool:
+    return isinstance(node, Comparison) and node.rest[0][0] in ("<=", ">=")
+
+
+def _vacuous(*, holds: bool) -> Rated:
+    return (math.inf, True) if holds else (-math.inf, False)
+
+
+def _over_time(values: Sequence[Rated | None], *, all_of: bool) -> Rated | None:
+    known = [one for one in values if one is not None]
+    if not known:
+        return None
+    return min(known) if all_of else max(known)
+
+
+def _kleene(values: Sequence[Rated | None], *, all_of: bool) -> Rated | None:
+    found = _over_time(values, all_of=all_of)
+    if None in values and (found is None or found[1] is all_of):
+        return None
+    return found
