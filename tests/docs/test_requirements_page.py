@@ -42,7 +42,7 @@ def test_a_requirement_in_parts_is_one(form: str) -> None:
 )
 def test_an_example_is_a_requirement(text: str) -> None:
     """It is parsed, and its types, units and windows fit."""
-    assert Formula(text).root
+    assert Formula(text).text == text
 
 
 def test_every_signal_and_word_is_described() -> None:
