@@ -49,6 +49,8 @@ def test_the_summary_counts_in_words_that_fit(play: Any) -> None:
     """One goal is no goals."""
     story = play("  turn: {angle: 90}\n")
     story.tick()
+    story.turn.reject()
+    story.tick(2)
     assert report_of(story, 1.0).as_text().splitlines()[-1] == "  1 goal sent, 0 orphaned"
 
 

@@ -190,7 +190,7 @@ class LiveView(Quiet):
 
 def _title(session: Session) -> str:
     mission = session.mission
-    where = f" in {session.world}" if session.world else ""
+    where = f" in {session.world}" if mission.world and session.world else ""
     return f"{mission.name}{where} ({mission.robot}, seed {mission.seed})"
 
 
