@@ -273,8 +273,15 @@ class ActionAdapter:
 def shown(message: Any) -> str:
     """Return the fields of a goal in one line of reasonable length."""
     fields = message.get_fields_and_field_types()
-    text = ", ".join(f"{name}={getattr(message, name)}" for name in fields)
+    text = ", ".join(
+        f"{name}={_figure(getattr(message, name), kind)}" for name, kind in fields.items()
+    )
     return text if len(text) <= SHOWN_CHARACTERS else f"{text[:SHOWN_CHARACTERS]}..."
+
+
+def _figure(value: Any, kind: str) -> Any:
+    """Return a value with the digits of its type: 0.2 as float32 is read as 0.20000000298."""
+    return float(f"{value:.7g}") if kind == "float" else value
 
 
 def _key(handle: ServerGoalHandle) -> bytes:

@@ -28,7 +28,7 @@ def subcommands(commands: Any, name: str, words: str, epilog: str) -> Any:
         "type that is installed.",
         epilog=epilog,
     )
-    return parser.add_subparsers(metavar="what", required=True)
+    return parser.add_subparsers(metavar="what")
 
 
 def add_list(kinds: Any, kind: Kind, words: str) -> None:

@@ -44,12 +44,12 @@ TRACEBACK = "BT_MISSION_TRACEBACK"
 
 EPILOG = """\
 examples:
-  bt-mission run missions/explore.yaml            run a mission in simulation, as fast as it goes
-  bt-mission run missions/explore.yaml --speed 1  the same at the speed of the wall clock
-  bt-mission watch                                look on at a mission that runs elsewhere
-  bt-mission check missions/explore.yaml          find every fault before anything moves
-  bt-mission convert missions/explore.yaml        the same mission as XML, for Groot 2
-  bt-mission doctor                               is everything here that is needed?
+  bt-mission run explore              a shipped mission, as fast as it goes
+  bt-mission run mine.yaml --speed 1  your own, at the speed of the wall clock
+  bt-mission watch                    look on at one in another terminal
+  bt-mission check mine.yaml          find every fault before anything moves
+  bt-mission convert mine.yaml        the same mission as XML, for Groot 2
+  bt-mission doctor                   is everything here that is needed?
 
 exit codes: 0 success, 1 mission failed, 2 bad input, 130 interrupted; those of actions and services
 stand in their own help
@@ -105,7 +105,7 @@ def make_parser() -> Parser:
         epilog=EPILOG,
     )
     parser.add_argument("--version", action=Version, nargs=0, help="say the version, and leave")
-    commands = parser.add_subparsers(metavar="command", required=True)
+    commands = parser.add_subparsers(metavar="command")
     for add_parser in PARSERS:
         add_parser(commands)
     completion.add_parser(commands, parser)
@@ -124,6 +124,8 @@ def _parsed(parser: Parser, arguments: Sequence[str] | None) -> Any:
         options.ros_args = for_ros
     elif for_ros:
         parser.error("--ros-args: this command has no node to hand them to")
+    if not hasattr(options, "command"):
+        options.parser.lead_on(rest)
     late = getattr(options, "late", None)
     if late and len(rest) == 1 and not getattr(options, late) and _is_word(rest[0]):
         setattr(options, late, rest.pop())

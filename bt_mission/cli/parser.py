@@ -3,20 +3,37 @@
 from __future__ import annotations
 
 import argparse
+import re
+import sys
 import textwrap
 from collections.abc import Sequence
-from typing import Any
+from itertools import groupby
+from typing import Any, NoReturn
 
+from bt_mission.cli.exits import BAD_INPUT
 from bt_mission.core.diagnostics import did_you_mean
+
+_REMARK = re.compile(r"(?<=\S) {2,}(?=\S)")
+"""The blanks between an example and what is said of it."""
 
 
 class HelpText(argparse.HelpFormatter):
-    """Wraps each paragraph by itself; indented lines, such as examples, stay as they are."""
+    """Wraps each paragraph by itself; indented lines, such as examples, stay as they are.
+
+    Where a line of such a block is too long, what is said of each line stands below it.
+    """
 
     def _fill_text(self, text: str, width: int, indent: str) -> str:
-        lines = text.splitlines()
-        wrapped = (one if one.startswith(" ") else textwrap.fill(one, width) for one in lines)
-        return textwrap.indent("\n".join(wrapped), indent)
+        filled: list[str] = []
+        for is_block, group in groupby(text.splitlines(), key=lambda line: line[:1] in ("", " ")):
+            lines = list(group)
+            if not is_block:
+                filled.append(textwrap.fill(" ".join(lines), width))
+            elif max(map(len, lines)) > width:
+                filled += [_REMARK.sub(r"\n      ", line) for line in lines]
+            else:
+                filled += lines
+        return textwrap.indent("\n".join(filled), indent)
 
 
 class Parser(argparse.ArgumentParser):
@@ -34,12 +51,19 @@ class Parser(argparse.ArgumentParser):
             options.parser = self
         return options, rest
 
-    def refuse(self, words: Sequence[str]) -> None:
+    def refuse(self, words: Sequence[str]) -> NoReturn:
         """Leave with an error about words that mean nothing here."""
         options = [name for name in self._option_string_actions if name.startswith("--")]
         unknown = (word.partition("=")[0] for word in words if word.startswith("-"))
         hints = list(filter(None, (did_you_mean(word, options) for word in unknown)))
         self.error("; ".join([f"unrecognized arguments: {' '.join(words)}", *hints]))
+
+    def lead_on(self, words: Sequence[str]) -> NoReturn:
+        """Leave where no command is given: show which there are, or refuse the words."""
+        if words:
+            self.refuse(words)
+        self.print_help(sys.stderr)
+        self.exit(BAD_INPUT)
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         choices = [str(one) for one in action.choices or ()]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
@@ -69,10 +70,18 @@ def refuse_recording(options: argparse.Namespace) -> None:
         raise BtMissionError(
             "--record-raw-actions: name the file to record to with --record FILE.mcap"
         )
-    if options.report is not None and not options.report.parent.is_dir():
-        raise BtMissionError(f"{options.report}: there is no folder {options.report.parent}")
     _refuse_video(options)
+    for path in filter(None, (options.report, options.video)):
+        _refuse_folder(path)
     refuse_existing(options, options.record, options.report, options.video)
+
+
+def _refuse_folder(path: Path) -> None:
+    """Refuse a file whose folder takes none: a page and a film are written after the run."""
+    if not path.parent.is_dir():
+        raise BtMissionError(f"{path}: there is no folder {path.parent}")
+    if not os.access(path.parent, os.W_OK | os.X_OK):
+        raise BtMissionError(f"{path}: the folder {path.parent.resolve()} cannot be written to")
 
 
 def _refuse_video(options: argparse.Namespace) -> None:
@@ -87,8 +96,6 @@ def _refuse_video(options: argparse.Namespace) -> None:
         )
     if options.video.suffix.lower() != ".mp4":
         raise BtMissionError(f"--video: films are MP4 files, call it {options.video.stem}.mp4")
-    if not options.video.parent.is_dir():
-        raise BtMissionError(f"{options.video}: there is no folder {options.video.parent}")
     from bt_mission.views.video.mp4 import load_encoder
 
     load_encoder()

@@ -21,10 +21,10 @@ if TYPE_CHECKING:
 EPILOG = """\
 examples:
   bt-mission run missions/explore.yaml --record explore.mcap
-  bt-mission replay explore.mcap                     on a full screen, in real time
-  bt-mission replay explore.mcap --speed 8 --at 60   eight times as fast, from the first minute on
-  bt-mission replay explore.mcap --once --at 12.5    the tree as it was at that time
-  bt-mission replay trace.jsonl                      a line for each event
+  bt-mission replay explore.mcap                    full-screen, in real time
+  bt-mission replay explore.mcap --speed 8 --at 60  8 times as fast, from 60 s
+  bt-mission replay explore.mcap --once --at 12.5   the tree as it was then
+  bt-mission replay trace.jsonl                     a line for each event
 
 exit codes: 0 success, 2 no such file, or neither a recording nor a trace, 130 interrupted
 """

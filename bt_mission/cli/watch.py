@@ -29,10 +29,10 @@ STATUSES_S = 2.0
 
 EPILOG = """\
 examples:
-  bt-mission run missions/explore.yaml --visible --speed 1   in one terminal
-  bt-mission watch                                           in another
-  bt-mission watch robot1                                    one of several, by its namespace
-  bt-mission watch --once                                    the tree as it is now
+  bt-mission run explore --visible --speed 1  in one terminal
+  bt-mission watch                            in another
+  bt-mission watch robot1                     one of several, by its namespace
+  bt-mission watch --once                     the tree as it is now
   bt-mission watch --json | jq -c 'select(.event == "status")'
 
 exit codes: 0 left, 1 nobody to watch within --wait, 2 bad input, 130 interrupted

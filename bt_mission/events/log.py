@@ -78,8 +78,13 @@ def entry_of(happening: MissionEvent) -> LogEntry | None:
         case LogLine(time_ns, text=text):
             return LogEntry(time_ns, None, "", text)
         case MissionStateChanged(time_ns, str(run), _, state, reason) if run:
-            return LogEntry(time_ns, None, f"mission {state}", reason)
+            return LogEntry(time_ns, None, *mission_state(state, reason))
     return None
+
+
+def mission_state(state: str, reason: str) -> tuple[str, str]:
+    """Return a line of the log for a mission's state, and why, each word once."""
+    return (f"mission {reason}", "") if reason.startswith(state) else (f"mission {state}", reason)
 
 
 def verdict(status: str, reason: str) -> str:

@@ -37,6 +37,10 @@ class Breakpoints:
         """What is set, as it was named, in the order set."""
         return tuple(self._set)
 
+    def node_name(self, name: str) -> str:
+        """The name of the node where a breakpoint was named by a path."""
+        return next((node.name for node, path in self._paths.items() if path == name), name)
+
     def add(self, name: str) -> int:
         """Stop before each node of this name or path; gives how many there are.
 

@@ -58,10 +58,15 @@ class NodeStates:
     def keep_visited(
         self, walk: Iterator[Behaviour], now_ns: Callable[[], int]
     ) -> Iterator[Behaviour]:
-        """Wrap a tick, to see also a node that ends as it ended before, which is no change."""
+        """Wrap a tick, to see what is no change of status.
+
+        A node that ends as it ended before, and what a node that goes on running says of itself.
+        """
         for node in walk:
-            if node.status is not Status.RUNNING:
-                self._states[node] = NodeState(node.status, node.feedback_message, now_ns())
+            since_ns = now_ns()
+            if node.status is Status.RUNNING:
+                since_ns = self._started_ns.get(node, since_ns)
+            self._states[node] = NodeState(node.status, node.feedback_message, since_ns)
             yield node
 
     def walk(self) -> Iterator[tuple[Behaviour, int, NodeState]]:

@@ -93,14 +93,18 @@ class Report:
             f"  {self.virtual_s:.2f} s in {self.wall_s:.2f} s of wall time "
             f"({self.real_time_factor:.1f} x real time), seed {self.seed}"
         )
-        facts = [f"{self.goals_sent} goals sent", f"{self.goals_left_behind} orphaned"]
+        facts = [f"{_counted(self.goals_sent, 'goal')} sent", f"{self.goals_left_behind} orphaned"]
         if self.distance_travelled_m is not None:
             facts.append(f"{self.distance_travelled_m:.2f} m driven")
         if self.collisions is not None:
-            facts.append(f"{self.collisions} collisions")
+            facts.append(_counted(self.collisions, "collision"))
         lines.append("  " + ", ".join(facts))
         lines += [f"  requirement {one}" for one in self.requirements]
         return "\n".join(lines)
+
+
+def _counted(count: int, noun: str) -> str:
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
 def report_on(

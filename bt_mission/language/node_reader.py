@@ -217,7 +217,8 @@ class NodeReader:
             return kinds[0]
         if kinds:
             message = f"two kinds in one node: {quoted(kinds[0])} and {quoted(kinds[1])}"
-            hint = "make each an item of its own, with '- ' before it"
+            around = [kind for kind in kinds[:2] if "do" in KINDS[kind].child_keys]
+            hint = remedies.two_kinds(kinds[0], kinds[1], around)
             self.fault((*path, kinds[1]), message, hint, key=True)
         elif not data:
             self.fault(path, f"expected {NODE}, got an empty mapping")

@@ -51,6 +51,7 @@ class AttachedSession:
     """
 
     image_folder: Path | None = None
+    world: str | None = None
     collisions: int | None = None
     distance_travelled_m: float | None = None
 

@@ -56,6 +56,10 @@ class Session(Protocol):
         """ROS time, ns."""
 
     @property
+    def world(self) -> str | None:
+        """Name of the simulated world; None where the robot is not simulated here."""
+
+    @property
     def collisions(self) -> int | None:
         """Contacts of the robot, where they are known."""
 

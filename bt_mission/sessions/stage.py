@@ -119,6 +119,7 @@ class Stage:
         self.node, self.runner = first.node, first.runner
         self.executive, self.trace = first.executive, first.trace
         hull = models[0].hull
+        self.world: str | None = world.name
         self.facts = {
             "world": world.name,
             "robot_hull": json.dumps([hull.front, hull.rear, hull.half_width]),

@@ -255,7 +255,7 @@ def test_help_teaches(capsys: pytest.CaptureFixture[str]) -> None:
         main(["--help"])
     assert exit_.value.code == 0
     out = capsys.readouterr().out
-    assert "bt-mission run missions/explore.yaml" in out
+    assert "bt-mission run explore" in out
     assert "130 interrupted" in out
 
 

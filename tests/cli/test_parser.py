@@ -42,13 +42,58 @@ def test_a_word_too_many_gets_no_hint(capsys: pytest.CaptureFixture[str]) -> Non
     assert error == "bt-mission run: error: unrecognized arguments: circle"
 
 
-@pytest.mark.parametrize("command", ["run", "watch", "serve", "replay"])
+HELP = [
+    [],
+    ["run"],
+    ["watch"],
+    ["convert"],
+    ["serve"],
+    ["actions"],
+    ["actions", "send"],
+    ["services"],
+    ["replay"],
+]
+
+
+@pytest.mark.parametrize("command", HELP, ids=" ".join)
 def test_help_is_wrapped(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, command: str
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, command: list[str]
 ) -> None:
-    """Examples, which are indented, stay in one line each."""
+    """Only a command of an example, which is to be copied, may be longer than the line."""
     monkeypatch.setenv("COLUMNS", "80")
     with pytest.raises(SystemExit):
-        main([command, "--help"])
+        main([*command, "--help"])
     lines = capsys.readouterr().out.splitlines()
-    assert [line for line in lines if len(line) > 80 and not line.startswith("  ")] == []
+    long = [line for line in lines if len(line) > 80]
+    assert [line for line in long if not line.startswith("  bt-mission ") or "   " in line] == []
+
+
+def test_a_paragraph_of_help_is_filled_as_a_whole(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """However its lines are broken in the source."""
+    monkeypatch.setenv("COLUMNS", "80")
+    with pytest.raises(SystemExit):
+        main(["--help"])
+    assert capsys.readouterr().out.splitlines()[-2:] == [
+        "exit codes: 0 success, 1 mission failed, 2 bad input, 130 interrupted; those",
+        "of actions and services stand in their own help",
+    ]
+
+
+@pytest.mark.parametrize(("words", "shown"), [([], "  run "), (["actions"], "  send ")])
+def test_without_a_command_the_commands_are_shown(
+    capsys: pytest.CaptureFixture[str], words: list[str], shown: str
+) -> None:
+    """As help, which is also an error."""
+    with pytest.raises(SystemExit) as left:
+        main(words)
+    assert left.value.code == 2
+    assert any(shown in line for line in capsys.readouterr().err.splitlines())
+
+
+def test_an_unknown_option_without_a_command_is_named(capsys: pytest.CaptureFixture[str]) -> None:
+    """Rather than the command that is missing."""
+    _, error = error_of(capsys, "--verson")
+    hint = "unrecognized arguments: --verson; did you mean '--version'?"
+    assert error == f"bt-mission: error: {hint}"

@@ -166,7 +166,7 @@ def test_a_mission_runs_missions_until_their_executive_is_told_to_end(tmp_path: 
     assert (serve.returncode, run.returncode) == (0, 1)
     assert "inner: success" in served
     assert "long: interrupted by Ctrl-C" in served
-    assert "1 goals sent, 0 orphaned" in served
+    assert "1 goal sent, 0 orphaned" in served
     assert "interrupted by Ctrl-C (code 901)" in seen
     assert "Traceback" not in served + seen
 

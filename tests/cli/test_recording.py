@@ -144,6 +144,24 @@ def test_a_page_is_made_of_a_recording(
     assert (tmp_path / "other.html").exists()
 
 
+@pytest.mark.parametrize("option", ["--report=run.html", "--video=run.mp4"])
+def test_a_folder_that_takes_no_file_is_refused_before_the_run(
+    mission: str,
+    option: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Pages and films are written after it."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("os.access", lambda _path, _mode: False)  # a superuser may write anywhere
+    assert main(["run", mission, option]) == 2
+    name = option.partition("=")[2]
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert f"{name}: the folder {tmp_path} cannot be written to" in said.err
+
+
 def test_a_run_can_have_a_page_without_a_recording(
     mission: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -49,4 +49,7 @@ def test_words_and_the_state_of_the_mission_stand_in_it():
     assert entry_of(MissionStateChanged(S, "r", "m", "paused", "by hand")) == LogEntry(
         S, None, "mission paused", "by hand"
     )
+    assert entry_of(MissionStateChanged(S, "r", "m", "paused", "paused on request")) == LogEntry(
+        S, None, "mission paused on request", ""
+    )
     assert entry_of(MissionStateChanged(S, "", "", "idle", "")) is None

@@ -45,6 +45,15 @@ def test_a_failure_is_named_by_the_path_to_it(play: Any) -> None:
     assert report.as_dict()["failure"]["nodes"] == ("test", "retry", "fallback", "second way")
 
 
+def test_the_summary_counts_in_words_that_fit(play: Any) -> None:
+    """One goal is no goals."""
+    story = play("  turn: {angle: 90}\n")
+    story.tick()
+    story.turn.reject()
+    story.tick(2)
+    assert report_of(story, 1.0).as_text().splitlines()[-1] == "  1 goal sent, 0 orphaned"
+
+
 def test_what_has_not_failed_has_no_path(play: Any) -> None:
     """Neither a success nor what was interrupted before any node had failed."""
     story = play("  wait: 0.1\n")

@@ -31,6 +31,16 @@ def read_node(text):
             "make each an item of its own, with '- ' before it",
         ),
         (
+            "{turn: {}, repeat: 3}",
+            "two kinds in one node: 'turn' and 'repeat'",
+            "make 'repeat' an item of its own, and put 'turn' under its 'do'",
+        ),
+        (
+            "{else if: x > 1}",
+            "unknown node type 'else if'",
+            "write 'else:' beside 'when', with a 'when' of its own below it",
+        ),
+        (
             "{name: x, trun: {}}",
             (
                 "unknown node type 'trun' (nearest: turn, tree, retry; the reference of the "

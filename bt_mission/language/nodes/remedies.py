@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Sequence
 from typing import Any
 
 from bt_mission.core.diagnostics import LIKENED_NAMES, describe, did_you_mean, listed, quoted
 
 _GUARD = "'guard: CONDITION' runs its 'do' as long as a condition holds"
 _WHEN = "'when: CONDITION' runs its 'do' if a condition holds, else its 'else'"
+_ELSE_IF = "write 'else:' beside 'when', with a 'when' of its own below it"
 _FINALLY = "write 'finally: {timeout: 10}' with a 'do', and what cleans up under 'then'"
 TYPE_OF_TOPIC = (
     "write 'type: sensor_msgs/msg/BatteryState' or the like; 'bt-mission topics list' names the "
@@ -26,6 +27,8 @@ OTHER_WORDS = {
     "switch": _WHEN,
     "case": _WHEN,
     "unless": _WHEN,
+    "elseif": _ELSE_IF,
+    "elif": _ELSE_IF,
     "while": f"write 'repeat: {{while: CONDITION}}'; {_GUARD}",
     "until": "write 'repeat: {until: CONDITION}'; 'wait_for' waits for a message",
     "loop": "write 'repeat: {count: 3}', '{while: ...}' or '{until: ...}'",
@@ -67,8 +70,8 @@ OTHER_WORDS = {
 
 OTHER_MODIFIERS = {
     "timeout": "write a node 'timeout: SECONDS' with this one under its 'do'",
-    "elseif": "write 'else:' with a 'when' of its own below it",
-    "elif": "write 'else:' with a 'when' of its own below it",
+    "elseif": _ELSE_IF,
+    "elif": _ELSE_IF,
     "otherwise": "write 'else'",
     "then": "write 'do'",
     "body": "write 'do'",
@@ -119,6 +122,15 @@ def unknown_kind(key: str, kinds: Iterable[str], modifiers: Collection[str]) -> 
     near = difflib.get_close_matches(key[:100], known, n=NEAREST, cutoff=0.0)
     message = f"unknown node type {quoted(key)} (nearest: {listed(near)}; {ALL_KINDS})"
     return message, did_you_mean(key, known) or ""
+
+
+def two_kinds(first: str, second: str, around: Sequence[str]) -> str:
+    """Return what to do with two types of node in one; `around` are those that take a `do`."""
+    if len(around) != 1:
+        return "make each an item of its own, with '- ' before it"
+    outer = around[0]
+    inner = second if outer == first else first
+    return f"make {quoted(outer)} an item of its own, and put {quoted(inner)} under its 'do'"
 
 
 def unknown_modifier(key: str, modifiers: Iterable[str]) -> str | None:

@@ -11,7 +11,7 @@ from rich.cells import cell_len, set_cell_size
 
 from bt_mission.behaviours.leaves import Log
 from bt_mission.core.stamps import NS
-from bt_mission.events.log import LogEntry, glyphs_for, verdict
+from bt_mission.events.log import LogEntry, glyphs_for, mission_state, verdict
 from bt_mission.events.mission_state import MissionState
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.leaf_statistics import LeafSummary
@@ -43,10 +43,10 @@ class ControlLines:
         before, self._breakpoints = self._breakpoints, executive.breakpoints.names
         for name in self._breakpoints:
             if name not in before:
-                yield f"breakpoint set at '{name}'"
+                yield f"breakpoint set at '{executive.breakpoints.node_name(name)}'"
         for name in before:
             if name not in self._breakpoints:
-                yield f"breakpoint removed from '{name}'"
+                yield f"breakpoint removed from '{executive.breakpoints.node_name(name)}'"
         if executive.steps != self._steps:
             self._steps = executive.steps
             yield "mission stepped"
@@ -54,9 +54,7 @@ class ControlLines:
         if pause != self._pause:
             self._pause = pause
             if pause:
-                yield (
-                    f"mission {pause}" if pause.startswith("paused") else f"mission paused  {pause}"
-                )
+                yield "  ".join(filter(None, mission_state("paused", pause)))
             elif executive.status is MissionStatus.RUNNING:
                 yield "mission running"
 

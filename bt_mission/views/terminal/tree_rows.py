@@ -190,17 +190,23 @@ def _margin(mission: MissionState, index: int, marks: Marks) -> str:
     return marks.breakpoint if is_set else " "
 
 
+def progress_figures(label: str, value: float, limit: float) -> str:
+    """How far something has come, in words: `0.32 of 0.6`, `1.8 of 20 s`.
+
+    The number of digits is fixed: figures that change all the time should not jump.
+    """
+    unit = " s" if label == "s" else ""
+    digits = 1 if unit else 0 if value.is_integer() and limit >= 3 else 2
+    return f"{value:.{digits}f} of {limit:.4g}{unit}"
+
+
 def _progress(mission: MissionState, index: int, width: int, marks: Marks) -> list[Span]:
     progress = mission.progress.get(index) if index in mission.running else None
     if progress is None or progress.limit <= 0 or not math.isfinite(progress.value):
         return []
     if width < TINY:
         return [(f" {min(max(progress.value / progress.limit, 0), 1):.0%}", "bar")]
-    unit = " s" if progress.label == "s" else ""
-    # A fixed number of digits: figures that change all the time should not jump.
-    digits = 1 if unit else 0 if progress.value.is_integer() and progress.limit >= 3 else 2
-    value = f"{progress.value:.{digits}f}"
-    figures = f"{value} of {progress.limit:.4g}{unit}"
+    figures = progress_figures(progress.label, progress.value, progress.limit)
     if width < NARROW:
         return [(f"  {figures}", "bar")]
     drawn = bar(progress.value, progress.limit, BAR_WIDTH, marks)

@@ -9,6 +9,7 @@ from typing import Self, TextIO
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
+from rich.cells import cell_len
 from rich.console import Console, ConsoleDimensions, Group, RenderableType
 from rich.live import Live
 from rich.text import Text
@@ -24,6 +25,7 @@ from bt_mission.sessions.session import Session, View
 from bt_mission.views.terminal.lines import ControlLines, PlainLines, timed
 from bt_mission.views.terminal.marks import bar, clean, marks_for
 from bt_mission.views.terminal.output_capture import OutputCapture
+from bt_mission.views.terminal.tree_rows import progress_figures
 
 FRAME_S = 0.1
 BAR_WIDTH = 12
@@ -138,7 +140,11 @@ class LiveView(Quiet):
             factor = virtual_s / wall.elapsed_s if wall.elapsed_s > 0 else 0.0
             executive = session.executive
             state = verdict(executive.state, executive.explanation)
-            return f"{_title(session)}   {virtual_s:.2f} s   {factor:.0f} x real time   {state}"
+            time = f"{virtual_s:.2f} s"
+            before = f"{_title(session)}   {time}   {factor:.0f} x real time   "
+            if cell_len(f"{before}{executive.state}") > self._console.width:
+                before = f"{session.mission.name}   {time}   "  # how it goes must not be cut off
+            return before + state
 
         self._session = session
         self._tree = LiveTree(self._console, session.executive, header)
@@ -184,7 +190,7 @@ class LiveView(Quiet):
 
 def _title(session: Session) -> str:
     mission = session.mission
-    where = f" in {mission.world}" if mission.world else ""
+    where = f" in {session.world}" if mission.world and session.world else ""
     return f"{mission.name}{where} ({mission.robot}, seed {mission.seed})"
 
 
@@ -240,9 +246,9 @@ class LiveTree:
         sign = f"{'  ' * depth}{self._marks.status[state.status]} "
         row.append(sign + clean(node.name, self._marks), style=STYLES[state.status])
         if progress is not None:
-            value, limit = progress.value, progress.limit
+            label, value, limit = progress.label, progress.value, progress.limit
             drawn = bar(value, limit, BAR_WIDTH, self._marks)
-            row.append(f"  {drawn} {value:.4g} of {limit:.4g}", style="cyan")
+            row.append(f"  {drawn} {progress_figures(label, value, limit)}", style="cyan")
         was_halted = isinstance(node, ActionLeaf) and node.was_halted
         if message and (state.status is not Status.INVALID or was_halted):
             row.append(f"  {clean(message, self._marks)}", style="dim")

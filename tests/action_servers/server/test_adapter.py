@@ -14,6 +14,7 @@ from action_servers.robot_io.adapter import SHOWN_CHARACTERS, shown
 def test_a_goal_is_shown_in_one_line():
     """Every field with its value."""
     assert shown(Turn.Goal(angle=90.0)) == "angle=90.0, angular_velocity=0.0"
+    assert shown(Turn.Goal(angle=0.2)) == "angle=0.2, angular_velocity=0.0"
 
 
 def test_a_long_goal_is_cut(pose):

@@ -76,6 +76,7 @@ def test_what_others_do_to_a_mission_is_in_the_plain_lines(play: Any) -> None:
     executive.step()
     story.tick()
     executive.breakpoints.remove("wait")
+    executive.breakpoints.add("0.0")
     executive.resume()
     story.tick()
     executive.pause("paused on request")
@@ -87,6 +88,7 @@ def test_what_others_do_to_a_mission_is_in_the_plain_lines(play: Any) -> None:
         "mission paused  breakpoint at 'wait'",
         "mission stepped",
         "> wait",
+        "breakpoint set at 'log'",
         "breakpoint removed from 'wait'",
         "mission running",
         "mission paused on request",

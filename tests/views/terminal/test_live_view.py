@@ -25,9 +25,13 @@ class Run:
             file=self.stream, width=width, height=height, force_terminal=True, _environ={}
         )
         self.view = LiveView(self.console)
-        mission = SimpleNamespace(name="test", world="", robot="waffle", seed=0)
+        mission = SimpleNamespace(name="test", world="hall", robot="waffle", seed=0)
         session: Any = SimpleNamespace(
-            executive=self.story.executive, mission=mission, start_ns=0, now_ns=2_000_000_000
+            executive=self.story.executive,
+            mission=mission,
+            world=None,
+            start_ns=0,
+            now_ns=2_000_000_000,
         )
         self.view.open(session, Stopwatch())
 
@@ -128,8 +132,28 @@ def test_what_ran_at_ctrl_c_is_shown_as_it_was(run: Any) -> None:
         "  ✓ greet  hello",
         "  ▶ parallel",
         "    ▶ left  ███░░░░░░░░░ 15 of 60  current_angle 15.00, remaining_angle 75.00",
-        "    ▶ wait  ░░░░░░░░░░░░ 0.05 of 5  5.0 s left",
+        "    ▶ wait  ░░░░░░░░░░░░ 0.0 of 5 s  5.0 s left",
     ]
+
+
+def test_the_round_that_was_interrupted_is_named(run: Any) -> None:
+    """A node that runs on says other things than when it began to run."""
+    begun = run("  repeat: {count: 9}\n  do: {wait: 0.1}\n")
+    begun.story.tick(8)
+    shown = begun.story.executive.root.feedback_message
+    assert shown not in ("", "1 of 9")
+    begun.story.executive.interrupt("interrupted by Ctrl-C")
+    begun.story.tick()
+    assert begun.end()[1] == f"▶ test  {shown}"
+
+
+def test_on_a_narrow_terminal_the_header_says_how_it_goes(run: Any) -> None:
+    """Rather than in which world, with which robot and seed."""
+    begun = run("  wait: 1\n", width=30)
+    begun.story.tick()
+    begun.view.__exit__(None, None, None)
+    rows = shown_by_terminal(begun.stream.getvalue())
+    assert rows[0] == "test   2.00 s   running"
 
 
 def test_a_node_that_is_to_run_once_more_has_not_run_yet(run: Any) -> None:

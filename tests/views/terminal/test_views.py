@@ -88,10 +88,30 @@ def paused_with_a_goal(play: Any) -> Any:
     story.tick()
     story.turn.accept()
     story.executive.pause("by hand", keep_goals=True)
-    mission = SimpleNamespace(name="test", world="", robot="waffle", seed=0)
+    mission = SimpleNamespace(name="test", world="hall", robot="waffle", seed=0)
     return SimpleNamespace(
-        executive=story.executive, mission=mission, start_ns=0, now_ns=2_000_000_000, story=story
+        executive=story.executive,
+        mission=mission,
+        world="arena",
+        start_ns=0,
+        now_ns=2_000_000_000,
+        story=story,
     )
+
+
+def test_the_title_names_the_world_of_the_run(play: Any) -> None:
+    """Not that of the mission's file, which another one may replace."""
+    stream = io.StringIO()
+    PlainView(stream).open(paused_with_a_goal(play), Stopwatch())
+    assert stream.getvalue() == "test in arena (waffle, seed 0)\n"
+
+
+def test_where_no_world_is_simulated_none_is_named(play: Any) -> None:
+    """An attached mission drives wherever the robot is."""
+    session, stream = paused_with_a_goal(play), io.StringIO()
+    session.world = None
+    PlainView(stream).open(session, Stopwatch())
+    assert stream.getvalue() == "test (waffle, seed 0)\n"
 
 
 def test_a_pause_is_in_the_plain_lines_with_what_is_under_way(play: Any) -> None:
