@@ -195,16 +195,22 @@ def test_trees_of_py_trees_ros_are_found_by_their_services(monkeypatch: pytest.M
 def test_streams_are_closed_when_a_watcher_leaves(monkeypatch: pytest.MonkeyPatch):
     """Also where it leaves with an exception, such as that of Ctrl-C."""
     monkeypatch.setattr(discovery, "SETTLE_S", 0.0)
-    with pytest.raises(KeyboardInterrupt), ExecutiveDirectory() as observer:
+    peers: list[PeerTree] = []
+    with pytest.raises(KeyboardInterrupt):
+        _watch_and_leave(peers)
+    assert peers[0].streams == {}
+
+
+def _watch_and_leave(peers: list[PeerTree]) -> None:
+    with ExecutiveDirectory() as observer:
         node = Node("tree", context=observer._node.context)
         observer._graph.host(node)
-        peer = PeerTree(node)
+        peers.append(PeerTree(node))
         until(observer.find, observer)
         source = observer.attach("/tree")
         until(lambda: source.take(needs_statuses=False).messages, observer)
-        assert len(peer.streams) == 1
+        assert len(peers[0].streams) == 1
         raise KeyboardInterrupt
-    assert peer.streams == {}
 
 
 def until(done: Callable[[], Any], observer: ExecutiveDirectory) -> None:

@@ -16,6 +16,8 @@ from bt_mission.ros import snapshot_client
 from bt_mission.ros.snapshot_client import SnapshotClient
 from tests.support.peer_tree import TREE, PeerTree
 
+TWO = "mission: m\ntree:\n  sequence:\n    - turn: {angle: 90}\n      timeout: 1e8\n    - wait: 1\n"
+
 
 class Watcher:
     """A client, and what is known through it."""
@@ -165,8 +167,7 @@ def test_a_broken_tree_is_no_end(ros: Any, peer: PeerTree):
 def test_an_executive_of_ours_can_be_watched_so_as_well(ros: Any):
     """Both sides speak of the same things: its tree comes out as it went in."""
     turn = ros.server()
-    text = "mission: m\ntree:\n  sequence:\n    - turn: {angle: 90}\n      timeout: 1e8\n    - wait: 1\n"
-    node = ros.mission(text, has_controls=True)
+    node = ros.mission(TWO, has_controls=True)
     watcher = Watcher(ros, "/bt_mission", has_variables=True)
     until(ros, lambda: turn.goals)
     until(ros, lambda: watcher.look().tree)
