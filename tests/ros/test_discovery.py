@@ -174,8 +174,9 @@ def test_executives_are_found_by_what_they_publish(monkeypatch: pytest.MonkeyPat
 def test_trees_of_py_trees_ros_are_found_by_their_services(monkeypatch: pytest.MonkeyPatch):
     """Not at once: an executive of ours, of which not all is known yet, offers them too."""
     with ExecutiveDirectory() as observer:
-        ours = {"node_name": "bt_mission", "context": observer._node.context}
-        nodes = [Node("tree", context=observer._node.context, namespace="robot1"), Node(**ours)]
+        context = observer._node.context
+        nodes = [Node("tree", context=context, namespace="robot1")]
+        nodes.append(Node("bt_mission", context=context))
         for node in nodes:
             PeerTree(node)
         nodes[1].create_publisher(msg.MissionState, "~/state", LATCHED)

@@ -51,6 +51,7 @@ def test_a_tree_is_followed_live(ros: Any, peer: PeerTree):
     """Statuses, and what a node says meanwhile."""
     watcher = Watcher(ros)
     until(ros, lambda: watcher.look().tree)
+    assert watcher.mission.tree is not None
     assert [one.name for one in watcher.mission.tree.nodes] == ["root", "leaf"]
     assert watcher.mission.status == "running"
     peer.tell(message="2 m left")
@@ -111,13 +112,13 @@ def test_another_stream_is_opened_when_one_breaks(
     watcher = Watcher(ros)
     until(ros, lambda: watcher.look().tree)
     peer.drop_streams()
-    until(ros, lambda: watcher.look() and peer.streams)
+    until(ros, lambda: watcher.look().tree and peer.streams)
     assert len(peer.asked) == 2
     peer.leave()
-    until(ros, lambda: watcher.look() and not watcher.link.is_there)
+    until(ros, lambda: watcher.look().tree and not watcher.link.is_there)
     assert [*ros.client.subscriptions] == []
     again = PeerTree(ros.node("tree"))
-    until(ros, lambda: watcher.look() and again.streams)
+    until(ros, lambda: watcher.look().tree and again.streams)
     again.tell(Behaviour.FAILURE)
     until(ros, lambda: watcher.look().status == "failure")
 
@@ -127,6 +128,7 @@ def test_a_refusal_is_said(ros: Any, peer: PeerTree, monkeypatch: pytest.MonkeyP
     peer.refuses = True
     watcher = Watcher(ros)
     until(ros, lambda: watcher.look().state)
+    assert watcher.mission.state is not None
     assert watcher.mission.state.reason == "it opened no stream: its own log says why"
     monkeypatch.setattr(snapshot_client, "ANSWER_S", 0.0)
     peer.refuses = False
@@ -151,6 +153,7 @@ def test_snapshots_of_another_version_are_not_read(
     until(ros, lambda: watcher.look().state)
     assert (watcher.mission.tree is not None) is is_read
     if not is_read:
+        assert watcher.mission.state is not None
         assert "another version of py_trees_ros_interfaces" in watcher.mission.state.reason
 
 
@@ -171,6 +174,7 @@ def test_an_executive_of_ours_can_be_watched_so_as_well(ros: Any):
     watcher = Watcher(ros, "/bt_mission", has_variables=True)
     until(ros, lambda: turn.goals)
     until(ros, lambda: watcher.look().tree)
+    assert watcher.mission.tree is not None
     assert [(one.name, one.kind, one.path) for one in watcher.mission.tree.nodes] == [
         (one.name, type(one).__name__, node.executive.path_of(one)) for one in node.executive.nodes
     ]
