@@ -30,6 +30,8 @@ TREE_TYPE = f"{PACKAGE}/msg/BehaviourTree"
 SERIES = 10
 """Ticks over which averages and variances are taken."""
 
+NO_ID = UUID()
+
 _TYPES: tuple[tuple[tuple[type[Behaviour], ...], str], ...] = (
     ((Sequence, Finally), "SEQUENCE"),
     ((Selector, control.Pick), "SELECTOR"),
@@ -54,6 +56,9 @@ class TreeSnapshots:
         self._codes = {status: getattr(types["Behaviour"], status.name) for status in Status}
         # As py_trees_ros: children before their parents.
         self._messages = {node: _described(node, types) for node in run.executive.root.iterate()}
+        self._ids: dict[Behaviour | None, UUID] = {
+            node: message.own_id for node, message in self._messages.items()
+        }
         self._subtrees = [node for node in self._messages if isinstance(node, Subtree)]
         self._visited: set[Behaviour] | None = None
         self._began_ns: int | None = None
@@ -86,8 +91,8 @@ class TreeSnapshots:
             tip = node.tip()
             message.status = self._codes[node.status]
             message.message = str(node.feedback_message)
-            message.tip_id = _id_of(None if tip is node else tip)
-            message.current_child_id = _id_of(_current_child(node))
+            message.tip_id = self._ids.get(None if tip is node else tip, NO_ID)
+            message.current_child_id = self._ids.get(_current_child(node), NO_ID)
             # What was visited before anybody looked is not known: take what has a status.
             message.is_active = (
                 node in visited if visited is not None else node.status is not Status.INVALID
@@ -175,4 +180,4 @@ def _current_child(node: Behaviour) -> Behaviour | None:
 
 def _id_of(node: Behaviour | None) -> UUID:
     """Return the id of a node; zeros for none."""
-    return UUID() if node is None else UUID(uuid=list(node.id.bytes))
+    return NO_ID if node is None else UUID(uuid=list(node.id.bytes))

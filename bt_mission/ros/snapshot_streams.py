@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
 from diagnostic_msgs.msg import KeyValue
-from rclpy.exceptions import NameValidationException
+from rclpy.exceptions import InvalidHandle, NameValidationException
 from rclpy.expand_topic_name import expand_topic_name
 from rclpy.node import Node
 from rclpy.publisher import Publisher
@@ -188,8 +189,9 @@ class SnapshotStreams:
         """Tell what is left to tell, and follow the mission no longer."""
         if self._snapshots is None or self._run is None:
             return
-        if self._node.context.ok():
-            self._publish_due(self._snapshots, at_once=True)
+        with suppress(InvalidHandle):  # its node was destroyed, and the streams with it
+            if self._node.context.ok():
+                self._publish_due(self._snapshots, at_once=True)
         self._snapshots.close()
         self._run.executive.after_tick.remove(self._after_tick)
         self._snapshots = None

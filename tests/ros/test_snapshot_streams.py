@@ -264,6 +264,16 @@ def test_a_paused_mission_can_be_watched(ros: Any):
     assert TreeWatcher(ros).drawn() == ["{-} m [*]", "  --> wait [*] -- 0.8 s left", "  --> long"]
 
 
+def test_a_node_may_be_destroyed_under_an_open_stream(ros: Any):
+    """The mission ends as failed, and nothing else goes wrong."""
+    runner = ros.mission(WAITS, has_controls=True)
+    assert TreeWatcher(ros).newest
+    ros.drop(runner.node)
+    assert runner.is_done
+    runner.close()
+    assert runner.executive.reason == "its node was destroyed"
+
+
 def test_a_server_streams_one_mission_after_another(ros: Any):
     """Nothing before the first, and the last one until the next."""
     server = ros.serve()
