@@ -71,6 +71,14 @@ class Parallel(Hooked, py_trees.composites.Parallel):
         self._finish = finish
         self._decided = Status.RUNNING
 
+    @property
+    def policy_name(self) -> str:
+        """Whose success is needed, in py_trees' words: OnAll, OnOne, or OnSelected with indices."""
+        if self._needed is None:
+            return "OnOne"
+        needed = [str(index) for index, child in enumerate(self.children) if child in self._needed]
+        return "OnAll" if len(needed) == len(self.children) else f"OnSelected({', '.join(needed)})"
+
     def walk(self) -> Iterator[Behaviour]:
         """Tick what has not ended; decide; end when the rest may be left."""
         running, invalid = Status.RUNNING, Status.INVALID

@@ -16,8 +16,8 @@ from bt_mission.cli.options import add_plain_option
 
 if TYPE_CHECKING:
     from bt_mission.events.mission_state import MissionState
+    from bt_mission.events.source import ExecutiveSource
     from bt_mission.ros.discovery import ExecutiveDirectory
-    from bt_mission.ros.mission_client import MissionClient
 
 WAIT_S = 0.1
 SETTLE_S = 0.6
@@ -32,6 +32,7 @@ examples:
   bt-mission run explore --visible --speed 1  in one terminal
   bt-mission watch                            in another
   bt-mission watch robot1                     one of several, by its namespace
+  bt-mission watch tree                       a tree of py_trees_ros, by its node
   bt-mission watch --once                     the tree as it is now
   bt-mission watch --json | jq -c 'select(.event == "status")'
 
@@ -47,7 +48,8 @@ def add_parser(commands: Any) -> None:
         description="Attaches to an executive of the ROS graph (`run --attach`, `run --visible`, "
         "`serve`) and shows its tree, what each node does and why it ended, its goals, its "
         "variables and where the robot is. Waits where there is none, and when it goes until it "
-        "is back. A mission does not notice.",
+        "is back. A mission does not notice. Of a tree of py_trees_ros it shows what that tells: "
+        "the tree, statuses, and what each node says.",
         epilog=EPILOG,
     )
     parser.add_argument(
@@ -69,6 +71,12 @@ def add_parser(commands: Any) -> None:
         help="leave with code 1 when there is nobody to watch after this time (default: keep "
         "looking)",
     )
+    parser.add_argument(
+        "--blackboard",
+        action="store_true",
+        help="ask a tree of py_trees_ros for the variables of its blackboard, too: its process "
+        "then writes each of them as text, which is slow for pictures and clouds",
+    )
     add_network_option(parser)
     parser.set_defaults(command=watch)
 
@@ -78,7 +86,7 @@ def watch(options: argparse.Namespace) -> int:
     prepare_graph(options)
     from bt_mission.ros.discovery import ExecutiveDirectory
 
-    with ExecutiveDirectory() as observer:
+    with ExecutiveDirectory(has_variables=options.blackboard) as observer:
         try:
             if not (options.once or options.json or options.plain) and is_drawable():
                 return _draw(observer, options)
@@ -119,7 +127,7 @@ def _draw(observer: ExecutiveDirectory, options: argparse.Namespace) -> int:
     return SUCCESS
 
 
-def _look_for(observer: ExecutiveDirectory, options: argparse.Namespace) -> MissionClient | None:
+def _look_for(observer: ExecutiveDirectory, options: argparse.Namespace) -> ExecutiveSource | None:
     """The executive to watch, once it is there; None when it is not in time."""
     from bt_mission.core.wall_clock import Stopwatch
     from bt_mission.events.source import choose, nobody, wanted_name
@@ -135,16 +143,18 @@ def _look_for(observer: ExecutiveDirectory, options: argparse.Namespace) -> Miss
         if since_found is not None and since_found.elapsed_s > SETTLE_S:
             chosen = choose(found, wanted)
             if chosen is not None:
+                if chosen.fault:
+                    print(f"{chosen.name}: {chosen.fault}", file=sys.stderr)
                 return observer.attach(chosen.name, with_robot=False)
         if options.wait is not None and since.elapsed_s > options.wait:
             print(nobody(wanted, found, observer.where), file=sys.stderr)
             return None
-        if not has_said and since.elapsed_s > 2 * SETTLE_S:
+        if not has_said and since.elapsed_s > 3 * SETTLE_S:
             print(f"{nobody(wanted, found, observer.where)}\nlooking ...", file=sys.stderr)
             has_said = True
 
 
-def _print_once(observer: ExecutiveDirectory, link: MissionClient) -> int:
+def _print_once(observer: ExecutiveDirectory, link: ExecutiveSource) -> int:
     from bt_mission.core.wall_clock import Stopwatch
     from bt_mission.events.mission_state import MissionState
 
@@ -177,7 +187,7 @@ def _is_complete(mission: MissionState) -> bool:
     return is_known and (mission.ticks is not None or mission.status != "running")
 
 
-def _follow(observer: ExecutiveDirectory, link: MissionClient, *, as_json: bool) -> int:
+def _follow(observer: ExecutiveDirectory, link: ExecutiveSource, *, as_json: bool) -> int:
     """Print what happens, until whoever reads has left."""
     from bt_mission.events.events import MissionStarted
     from bt_mission.events.log import entry_of, json_line

@@ -57,7 +57,8 @@ class DetailsUpdate:
     time_ns: int
     run: str
     ticks: int
-    goals_sent: int
+    goals_sent: int | None
+    """None where nobody tells of goals."""
     running: tuple[NodeProgress, ...]
     goals: tuple[GoalChanged, ...]
     variables: tuple[tuple[str, str], ...]

@@ -48,16 +48,22 @@ class FoundExecutive:
         name: Of its node, such as ``/robot1/bt_mission``.
         fault: Why it cannot be watched, or has to be with care; empty where nothing is wrong.
         is_foreign: Its messages are of another version: they cannot be read.
+        is_peer: It is a tree of py_trees_ros, and no executive of ours.
     """
 
     name: str
     fault: str = ""
     is_foreign: bool = False
+    is_peer: bool = False
 
     @property
     def namespace(self) -> str:
         """Of its robot, without the slash at the end."""
         return self.name.rpartition("/")[0]
+
+    def is_meant(self, wanted: str) -> bool:
+        """Is this the one of a name that :func:`wanted_name` gave? Peers have any name."""
+        return wanted in (self.name, f"{self.name}/{NODE}" if self.is_peer else "")
 
 
 @dataclass(frozen=True)
@@ -73,6 +79,8 @@ class ExecutiveSource(Protocol):
     """One executive, and its robot."""
 
     name: str
+    limits: str
+    """What it cannot tell or do, in words; empty for executives of ours."""
 
     @property
     def is_there(self) -> bool:
@@ -157,8 +165,7 @@ class Attachment:
                 self.source, self._wanted = None, name
             return AttachmentNews()
         everybody = found
-        if self._wanted is not None:
-            found = tuple(one for one in found if one.name == self._wanted)
+        found = _candidates(found, self._wanted)
         if not found:
             return AttachmentNews(
                 nobody(self._wanted, everybody, self._graph.where), is_nobody=True
@@ -179,6 +186,13 @@ def wanted_name(text: str | None) -> str | None:
     return name if name.rpartition("/")[2] == NODE else f"{name.rstrip('/')}/{NODE}"
 
 
+def _candidates(found: Sequence[FoundExecutive], wanted: str | None) -> tuple[FoundExecutive, ...]:
+    """Those that may be meant; where none is named, trees of py_trees_ros only without others."""
+    if wanted is not None:
+        return tuple(one for one in found if one.is_meant(wanted))
+    return tuple(one for one in found if not one.is_peer) or tuple(found)
+
+
 def choose(found: Sequence[FoundExecutive], wanted: str | None) -> FoundExecutive | None:
     """The executive that is meant; None where it is not there.
 
@@ -186,8 +200,7 @@ def choose(found: Sequence[FoundExecutive], wanted: str | None) -> FoundExecutiv
         BtMissionError: Where there are several and none is named, or its messages are of another
             version.
     """
-    if wanted is not None:
-        found = [one for one in found if one.name == wanted]
+    found = _candidates(found, wanted)
     if len(found) > 1:
         names = listed(one.name for one in found)
         raise BtMissionError(f"there are {len(found)} executives: name one of {names}")

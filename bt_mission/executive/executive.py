@@ -114,7 +114,7 @@ class Executive:
         self.cycles += 1
         self._followed.update()
         self._beat()
-        for listener in self.after_tick:
+        for listener in tuple(self.after_tick):  # one of them may leave
             listener()
 
     def _beat(self) -> None:

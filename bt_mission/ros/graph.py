@@ -15,6 +15,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.signals import SignalHandlerOptions
+from rclpy.type_hash import TypeHash
 
 from bt_mission.core.dds.publishers import CLOCK, ODOMETRY, duplicate_publishers
 from bt_mission.core.errors import BtMissionError
@@ -88,6 +89,15 @@ def destroy_actions(node: Node) -> None:
     for waitable in tuple(node.waitables):
         if isinstance(waitable, ActionClient | ActionServer):
             waitable.destroy()  # type: ignore[no-untyped-call]
+
+
+def type_hash_of(node: Node, kind: Any) -> TypeHash:
+    """Return the hash by which the version of a message's type that is here is told from others."""
+    probe = node.create_subscription(kind, "~/probe", lambda _: None, QoSProfile(depth=1))
+    (own,) = node.get_subscriptions_info_by_topic(probe.topic_name)
+    node.destroy_subscription(probe)
+    found: TypeHash = own.topic_type_hash
+    return found
 
 
 @dataclass(frozen=True)

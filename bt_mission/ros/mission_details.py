@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import reprlib
 from collections import OrderedDict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -192,14 +192,19 @@ class MissionDetailsBuilder:
         return message
 
     def _variables(self, mission: MissionRun, *, complete: bool) -> Iterator[Variable]:
-        values = dict(mission.scope.values)
-        for subtree in self._subtrees:
-            values |= {f"{subtree.name}.{name}": one for name, one in subtree.inner.values.items()}
-        for name, value in values.items():
+        for name, value in variables_of(mission, self._subtrees).items():
             text = as_json(value)
             if complete or self._values.get(name) != text:
                 self._values[name] = text
                 yield Variable(name=name, value=text)
+
+
+def variables_of(mission: MissionRun, subtrees: Iterable[Subtree]) -> dict[str, Any]:
+    """Return the variables of a mission, and those of its subtrees with their names before them."""
+    values = dict(mission.scope.values)
+    for subtree in subtrees:
+        values |= {f"{subtree.name}.{name}": one for name, one in subtree.inner.values.items()}
+    return values
 
 
 def as_json(value: Any) -> str:

@@ -27,6 +27,7 @@ from bt_mission.ros.control_services import ControlServices
 from bt_mission.ros.graph import NodeOptions
 from bt_mission.ros.mission_node import MissionNode
 from bt_mission.ros.mission_runner import MissionRunner, RunnerOptions
+from bt_mission.ros.snapshot_streams import SnapshotStreams
 from bt_mission.ros.status_publisher import StatusPublisher
 from bt_mission.sessions.served_missions import ServedMissions
 
@@ -113,6 +114,7 @@ class MissionServer(Node):
         self._status_publisher = StatusPublisher(self)
         self._status_publisher.publish_idle()
         self._controls = ControlServices(self, lambda: self.executive)
+        self._snapshots = SnapshotStreams(self)
         self._server = ActionServer(
             self,
             ExecuteMission,
@@ -270,6 +272,7 @@ class MissionServer(Node):
         self._host(node)
         self._controls.begin(node.runner.executive)
         self._status_publisher.begin(mission.name, node.runner.run)
+        self._snapshots.begin(node.runner.run)
 
     def _refuse_duplicates(self) -> None:
         """Raise BtMissionError where two robots would be taken for one."""

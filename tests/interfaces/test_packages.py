@@ -79,7 +79,31 @@ def test_example_interfaces_has_all_that_the_public_package_has(kind):
     assert {path.stem for path in folder.iterdir()} == EXAMPLES[kind]
 
 
-@pytest.mark.parametrize("package", ["example_interfaces", "nav2_msgs", "tf2_msgs"])
+PY_TREES = {
+    "action": {"Dock", "MoveBase", "Rotate"},
+    "srv": {
+        *(f"{verb}SnapshotStream" for verb in ("Close", "Open", "Reconfigure")),
+        *("CloseBlackboardStream", "GetBlackboardVariables", "OpenBlackboardStream"),
+        *("IntrospectPublishers", "IntrospectServices", "IntrospectSubscribers", "StatusReport"),
+    },
+    "msg": {
+        *("ActivityItem", "Behaviour", "BehaviourTree", "KeyValue", "Statistics"),
+        *("PublisherDetails", "ServiceDetails", "SubscriberDetails", "SnapshotStreamParameters"),
+    },
+}
+"""What py_trees_ros_interfaces 2.1 has."""
+
+
+@pytest.mark.parametrize("kind", PY_TREES)
+def test_py_trees_ros_finds_all_of_its_interfaces(kind):
+    """It imports nearly all of them, whatever one uses of it."""
+    folder = ROOT / "interfaces/py_trees_ros_interfaces" / kind
+    assert {path.stem for path in folder.iterdir()} == PY_TREES[kind]
+
+
+@pytest.mark.parametrize(
+    "package", ["example_interfaces", "nav2_msgs", "py_trees_ros_interfaces", "tf2_msgs"]
+)
 def test_a_substitute_lies_where_python_looks_last(package):
     """So that it neither overwrites nor hides a real package, whichever was installed first."""
     place = Path(importlib.import_module(package).__file__ or "").parents[1]

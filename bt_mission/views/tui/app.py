@@ -60,6 +60,7 @@ class WatchApp(ViewApp):
         self.graph.serve()
         self._look_round()
         if self.source is not None:
+            self.outlook.limits = self.source.limits
             needs = self.outlook.mission.needs_statuses
             heard = self.source.take(needs_statuses=needs)
             self.outlook.take(heard, self._wall.elapsed_s)
@@ -108,6 +109,9 @@ class WatchApp(ViewApp):
         """Those that its state allows."""
         if self.source is None:
             return ["c choose", "? help", "q leave"]
+        others = ["b break", "/ search", "f follow", f"Tab {self.next_panel}", "? help", "q leave"]
+        if self.source.limits:
+            return others[1:]
         status = self.outlook.mission.status
         if status == "paused":
             keys = ["r resume", "s step", "x stop"]
@@ -115,7 +119,6 @@ class WatchApp(ViewApp):
             keys = []
         else:
             keys = ["p pause", "x stop"]
-        others = ["b break", "/ search", "f follow", f"Tab {self.next_panel}", "? help", "q leave"]
         return [*keys, *others]
 
     # ---- wishes --------------------------------------------------------------------------

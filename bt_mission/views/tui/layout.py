@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from textwrap import wrap
 
@@ -112,10 +112,13 @@ def _wide(width: int, top: int, rows: int) -> dict[str, PanePlace]:
     return places
 
 
-def _wrapped(outlook: WatchModel, pane: Pane) -> Iterator[str]:
-    """What stands in the place of the tree, in lines that fit."""
-    for line in outlook.hint.splitlines():
-        yield from wrap(line, max(pane.size.width, 10), subsequent_indent="  ")
+def _wrapped(text: str, width: int, marks: Marks) -> Rows:
+    """A text in the place of what is not there, in rows that fit."""
+    return [
+        [(clean(row, marks), "words")]
+        for line in text.splitlines()
+        for row in wrap(line, max(width, 10), subsequent_indent="  ")
+    ]
 
 
 BARE = ("head", "path", "time", "foot")
@@ -225,14 +228,15 @@ class MainScreen(Screen[None]):
         )
         title = "tree, following" if outlook.is_following else "tree"
         if outlook.mission.tree is None:
-            rows = [[(clean(line, self._marks), "words")] for line in _wrapped(outlook, pane)]
+            rows = _wrapped(outlook.hint, pane.size.width, self._marks)
         pane.show(rows, title, right)
 
     def _panel(self, name: str, outlook: WatchModel) -> tuple[Rows, str]:
         mission, marks, pane = outlook.mission, self._marks, self.panes[name]
         match name:
             case "goals":
-                return goal_rows(mission, marks), goals_title(mission)
+                rows = goal_rows(mission, marks) or _wrapped(outlook.limits, pane.size.width, marks)
+                return rows, goals_title(mission)
             case "variables":
                 return variable_rows(mission, marks), "variables"
             case "map":

@@ -54,6 +54,8 @@ class WatchModel:
         self.sought = ""
         self.hint = ""
         """What stands in the place of the tree as long as there is none."""
+        self.limits = ""
+        """What who is watched cannot tell or do."""
 
     def take(self, heard: Heard, wall_s: float) -> bool:
         """Take in what has come; gives whether anything has.
