@@ -14,6 +14,8 @@ from bt_mission.core.cdr.definitions import action_of
 from bt_mission.events import reader
 from bt_mission.events.events import MissionStarted, MissionStateChanged
 from bt_mission.events.messages import NodeStatus
+from bt_mission.recording.expected_types import TEXT, expect
+from bt_mission.recording.facts import RunFacts
 from bt_mission.recording.model import Picture, RecordedGoal, RecordedLine, RecordedRun, Span
 from bt_mission.recording.reading import Channel, RecordedFile, RecordingError
 from bt_mission.recording.robot_life import RobotLife
@@ -196,16 +198,16 @@ class _RunReader:
 
     def _take_by_topic(self, channel: Channel, time_ns: int, data: bytes) -> None:
         if channel.topic.endswith("/trace"):
+            expect(channel, TEXT)
             if _POSE_LINE not in data:
                 self._take_line(time_ns, channel.decode(data)["data"])
         elif "/_action/" in channel.topic:
             self._goals.take(channel, time_ns, lambda: channel.decode(data))
         else:
             if self._robot is None:
-                facts = self._file.notes.get("bt_mission", {})
-                hull = json.loads(facts.get("robot_hull", "null"))
-                self._robot = RobotLife(facts.get("namespace", "/"), hull)
-            self._robot.take(channel.topic, time_ns, lambda: channel.decode(data))
+                facts = RunFacts(self._file.notes)
+                self._robot = RobotLife(facts.namespace, facts.hull)
+            self._robot.take(channel, time_ns, lambda: channel.decode(data))
 
     def _take_line(self, time_ns: int, line: str) -> None:
         try:
@@ -224,15 +226,11 @@ class _RunReader:
             RecordingError: Where there is no mission in it.
         """
         file = self._file
-        facts = file.notes.get("bt_mission", {})
+        facts = file.facts
         if self._tree is None or not self._tree.nodes:
-            raise RecordingError(f"{file.path}: {self._why_no_run(facts)}")
-        summary = {
-            name: json.loads(value)
-            for name, value in file.notes.get("bt_mission_summary", {}).items()
-        }
+            raise RecordingError(f"{file.path}: {self._why_no_run(facts.texts)}")
         start_ns = file.started_ns(self._tree.time_ns)
-        robot = self._robot or RobotLife(facts.get("namespace", "/"), None)
+        robot = self._robot or RobotLife(facts.namespace, None)
         texts = {
             one.name: one.data.decode(errors="replace")
             for one in file.attached
@@ -247,14 +245,14 @@ class _RunReader:
             path=file.path,
             mission=self._tree.mission,
             node=self._node,
-            facts=facts,
-            summary=summary,
+            facts=facts.texts,
+            summary=facts.summary,
             start_ns=start_ns,
             end_ns=file.last_ns,
             status=self._state.status,
             reason=self._state.reason,
             why_cut=file.why_cut,
-            missing=summary.get("missing", ""),
+            missing=file.missing,
             tree=self._tree.nodes,
             spans=spans_of(len(self._tree.nodes), self._changes, file.last_ns),
             truth=robot.truth,
@@ -267,7 +265,8 @@ class _RunReader:
             collisions=tuple(robot.collisions),
             pictures=tuple(sorted([*saved, *self._pictures], key=lambda one: one.time_ns)),
             files=texts,
-            versions=json.loads(facts.get("versions", "{}")),
+            versions=facts.versions,
+            inputs=facts.inputs,
             hull=robot.hull,
         )
 

@@ -1,4 +1,4 @@
-"""`tools/fuzz_missions.py` finds nothing in the product, and whatever is planted in it."""
+"""`tools/fuzz.py` finds nothing in the product, and whatever is planted in it."""
 
 import json
 import os
@@ -18,10 +18,9 @@ from bt_mission.language.checks import scope
 from bt_mission.sessions import check
 from tests.support.fuzz import cases
 from tests.support.fuzz.limits import MEMORY_MB, forget_peak, judge_within, peak_mb, resident_mb
-from tests.support.fuzz.verdict import judge
 from tests.support.project import ROOT
 
-TOOL = ROOT / "tools/fuzz_missions.py"
+TOOL = ROOT / "tools/fuzz.py"
 FOUND = cases.CORPUS / "found"
 SOUND = sorted(cases.CORPUS.glob("*.yaml"))
 
@@ -70,7 +69,7 @@ def test_what_was_found_once_is_refused_for_good(path, folder):
     _, faults = check.examine(file)
     expected = path.with_suffix(".txt").read_text(encoding="utf-8")
     assert "".join(f"{fault}\n" for fault in faults) == expected
-    assert judge(file).finding is None
+    assert judge_within(file).finding is None
 
 
 def test_a_case_follows_from_the_seed_and_its_number():
@@ -150,7 +149,7 @@ def test_a_case_is_judged_by_the_memory_that_it_takes_itself(folder, monkeypatch
     [
         (["--processes", 0], "argument --processes: invalid whole number from 1 value: '0'"),
         (["--replay", "nobody.yaml"], "argument --replay: no file 'nobody.yaml'"),
-        (["--count", 1], "fuzz_missions.py: a process ended with 1 before its first case"),
+        (["--count", 1], "fuzz.py: a process ended with 1 before its first case"),
     ],
 )
 def test_a_hunt_that_cannot_be_is_no_finding(arguments, said, tmp_path):
@@ -176,7 +175,7 @@ def test_a_finding_is_saved(tmp_path, capsys):
         "",
         "FOUND: KeyError in scope.py",
         "where it was",
-        f"repeat it: python tools/fuzz_missions.py --replay {path}",
+        f"repeat it: python tools/fuzz.py --replay {path}",
     ]
 
 
@@ -209,13 +208,13 @@ def misplace(*_args, **_kwargs):
 @pytest.mark.parametrize(
     ("where", "planted", "kind"),
     [
-        ((scope, "_naming_faults"), crash, "KeyError in test_fuzz_missions.py:crash"),
+        ((scope, "_naming_faults"), crash, "KeyError in test_fuzz.py:crash"),
         ((scope, "_naming_faults"), hang, "more than 0.5 s of the processor"),
         ((scope, "_naming_faults"), misplace, "a fault without a place"),
         ((scope, "number_faults"), look_away, "all values are known, wait"),
         ((scope, "evaluate_constants"), look_away, "known beforehand, log"),
         ((scope, "reference_faults"), look_away, "a name that is not known, log"),
-        ((leaves.Wait, "update"), crash, "KeyError in test_fuzz_missions.py:crash"),
+        ((leaves.Wait, "update"), crash, "KeyError in test_fuzz.py:crash"),
         ((Ledger, "is_settled"), False, "the mission does not end"),
     ],
 )

@@ -1,0 +1,123 @@
+"""Whether a recording is read as what it is: whole, cut, damaged, or none.
+
+Every command that reads it ends in output or in one of our errors. Where the file itself, looked
+at with the sums and counts that are in it, lacks something, the output has to say so.
+"""
+
+from __future__ import annotations
+
+import io
+import zlib
+from argparse import Namespace
+from collections.abc import Callable
+from contextlib import redirect_stdout
+from dataclasses import dataclass
+from pathlib import Path
+
+from mcap import records
+from mcap.stream_reader import StreamReader
+
+from bt_mission.cli import diff, replay, report
+from bt_mission.core.errors import BtMissionError
+from tests.support.fuzz.finding import Finding, Verdict
+
+LARGEST_OUTPUT = 10_000_000
+PAGE = Path("page.html")
+SAID = ("ends here", "not whole", "cut here", "torn")
+MARK = b"\x89MCAP0\r\n"
+
+
+class TooMuchError(Exception):
+    """More output than anybody could want of a small file."""
+
+
+class _Output(io.StringIO):
+    def write(self, text: str) -> int:
+        text.encode(errors="replace")
+        if self.tell() > LARGEST_OUTPUT:
+            raise TooMuchError
+        return super().write(text)
+
+
+def judge(path: Path) -> Verdict:
+    """Read a recording or a trace by the commands that do."""
+    contents = path.read_bytes()
+    choice = zlib.crc32(contents)
+    at_s = (0.0, 0.5, 5.0, 1e9)[choice // 4 % 4]
+    replayed = {
+        "file": path,
+        "speed": None,
+        "at": at_s,
+        "plain": True,
+        "once": choice % 4 == 1,
+        "poses": choice % 4 == 2,
+    }
+    commands: list[Callable[[], int]] = [lambda: replay.replay(Namespace(**replayed))]
+    if path.suffix == ".jsonl":
+        others = Path("other.jsonl")
+        if not others.exists():
+            others.write_bytes(contents)
+        compared = Namespace(first=path, second=others, json=choice % 2 == 0)
+        commands = [commands[0], lambda: diff.compare(compared)]
+    elif choice % 4 == 3:
+        page = Namespace(file=path, output=PAGE, force=True)
+        commands = [lambda: report.report(page)]
+    said, ended = "", []
+    for command in commands:
+        output = _Output()
+        try:
+            with redirect_stdout(output):
+                ended.append(command())
+        except BtMissionError as error:
+            said += _clear(error, path)
+            ended.append(2)
+        said += output.getvalue()
+    if 2 in ended:
+        return Verdict(accepted=False)
+    if path.suffix == ".mcap":
+        if choice % 4 == 3:
+            said = PAGE.read_text(encoding="utf-8")
+        lacks = _lacks(contents)
+        if lacks and not any(words in said for words in SAID):
+            return Verdict(True, finding=Finding(f"taken for whole: {lacks.kind}", lacks.text))
+    elif contents[-1:] != b"\n" and not any(words in said for words in SAID):
+        return Verdict(True, finding=Finding("taken for whole: a torn trace", said[-300:]))
+    return Verdict(accepted=True)
+
+
+def _clear(error: BtMissionError, path: Path) -> str:
+    """Return the words of an error, which begin with the place."""
+    text = str(error)
+    if not text.startswith((str(path), "--at", "other.jsonl")) or len(text) > LARGEST_OUTPUT:
+        raise AssertionError(f"an error without its place: {text[:500]}")
+    return text
+
+
+@dataclass(frozen=True)
+class _Lack:
+    kind: str
+    text: str
+
+
+def _lacks(contents: bytes) -> _Lack | None:
+    """Return what a file lacks, by its own sums and counts; None where it is whole."""
+    counts = {records.Message: 0, records.Attachment: 0, records.Metadata: 0}
+    seen_end, told = False, None
+    stream = StreamReader(io.BytesIO(contents), validate_crcs=True, record_size_limit=1 << 24)
+    try:
+        for record in stream.records:
+            if isinstance(record, records.DataEnd):
+                seen_end = True
+            elif isinstance(record, records.Statistics):
+                told = record
+            elif type(record) in counts and not seen_end:
+                counts[type(record)] += 1
+    except Exception as error:  # noqa: BLE001 - whatever a damaged chunk does to a decompressor
+        return _Lack("damaged", f"{type(error).__name__}: {error}")
+    if not seen_end:
+        return _Lack("no end of the data", "")
+    if told is not None:
+        wanted = (told.message_count, told.attachment_count, told.metadata_count)
+        if wanted != tuple(counts.values()):
+            return _Lack("records are missing", f"{wanted} told, {tuple(counts.values())} there")
+    return None
