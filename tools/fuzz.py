@@ -53,6 +53,8 @@ class Hunt:
     before: int = 0
     """Cases of earlier times, where one goes on."""
     tried: int = 0
+    inputs: int = 0
+    """Files and messages in these cases."""
     accepted: int = 0
     found: dict[str, int] = field(default_factory=dict)
 
@@ -71,6 +73,7 @@ class Hunt:
             self.note(worker, *one, two)
         elif what == "done":
             self.tried += 1
+            self.inputs += one
             self.accepted += two
         return bool(what != "finished")
 
@@ -107,7 +110,8 @@ class Hunt:
         share = 100 * self.accepted / max(self.tried, 1)
         rate = (self.tried - self.before) / max(seconds, 1)
         kinds = f"{_counted(len(self.found), 'kind')} of findings"
-        what = f"{self.options.target}, {seconds} s: {self.tried} cases, {rate:.0f}/s"
+        many = "" if self.inputs == self.tried else f" of {self.inputs} inputs"
+        what = f"{self.options.target}, {seconds} s: {self.tried} cases{many}, {rate:.0f}/s"
         return f"{what}, {share:.0f} % sound, {kinds}"
 
     def keep(self, workers: list[Worker]) -> None:
@@ -122,6 +126,7 @@ class Hunt:
             "seed": self.options.seed,
             "first": first,
             "cases": self.tried,
+            "inputs": self.inputs,
             "sound": self.accepted,
             "findings": self.found,
         }
@@ -139,7 +144,7 @@ class Hunt:
             raise CannotJudgeError(f"{options.state} is of another target or another seed")
         options.first, self.found = state["first"], state["findings"]
         self.tried = self.before = state["cases"]
-        self.accepted = state["sound"]
+        self.inputs, self.accepted = state["inputs"], state["sound"]
 
 
 def hunt(options: argparse.Namespace, folder: Path) -> Hunt:
@@ -293,7 +298,8 @@ def _judge(options: argparse.Namespace) -> int:
         return 2
     kinds = _counted(len(found.found), "kind")
     print(f"Found {kinds} of faults in the project." if found.found else "Found nothing.")
-    print(json.dumps({"cases": found.tried, "sound": found.accepted, "findings": found.found}))
+    came = {"cases": found.tried, "inputs": found.inputs, "sound": found.accepted}
+    print(json.dumps({**came, "findings": found.found}))
     return 1 if found.found else 0
 
 

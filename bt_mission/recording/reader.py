@@ -7,9 +7,10 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from py_trees.common import Status
 
-from bt_mission.core.cdr.decoder import DecodedMessage
+from bt_mission.core.cdr.decoder import DecodedMessage, DecodingError
 from bt_mission.core.cdr.definitions import action_of
 from bt_mission.events import reader
 from bt_mission.events.events import MissionStarted, MissionStateChanged
@@ -22,6 +23,8 @@ from bt_mission.recording.robot_life import RobotLife
 
 STATUSES = {0: "unknown", 4: "succeeded", 5: "canceled", 6: "aborted"}
 """By the numbers of ``action_msgs/msg/GoalStatus``; others are no ends."""
+
+GOAL_ID_BYTES = 16
 
 Decode = Callable[[], DecodedMessage]
 
@@ -44,7 +47,7 @@ class GoalLives:
             case "feedback":
                 message = decode()
                 goal = self._goal(message.goal_id, action)
-                goal.feedback.append((time_ns, message.feedback))
+                goal.feedback.append((time_ns, _fields(message.feedback)))
             case "send_goal/_service_event":
                 self._take_send(action, channel.type_name, time_ns, decode())
             case "get_result/_service_event":
@@ -54,8 +57,8 @@ class GoalLives:
 
     def take_event(self, event: Mapping[str, Any], time_ns: int) -> None:
         """Take in what the executive says of one of its goals."""
-        goal = self._of(event["goal"], event["action"])
-        goal.owner = event["owner"]
+        goal = self._of(str(event["goal"]), str(event["action"]))
+        goal.owner = str(event["owner"])
         match event["event"].removeprefix("goal "):
             case "sent" | "found again":
                 goal.sent_ns = time_ns if goal.sent_ns is None else goal.sent_ns
@@ -72,7 +75,7 @@ class GoalLives:
         for request in message.request:
             goal = self._goal(request.goal_id, action)
             goal.type_name = action_of(type_name)
-            goal.values = request.goal
+            goal.values = _fields(request.goal)
             if goal.sent_ns is None:
                 goal.sent_ns = time_ns
             for answer in message.response:
@@ -87,7 +90,7 @@ class GoalLives:
                 goal = self._goal(request.goal_id, action)
                 goal.ended_ns = time_ns
                 goal.status = STATUSES.get(answer.status, "unknown")
-                goal.result = answer.result
+                goal.result = _fields(answer.result)
 
     def _take_cancel(self, action: str, time_ns: int, message: DecodedMessage) -> None:
         if message.response:
@@ -97,10 +100,19 @@ class GoalLives:
             goal.cancel_ns = time_ns if goal.cancel_ns is None else goal.cancel_ns
 
     def _goal(self, goal_id: DecodedMessage, action: str) -> RecordedGoal:
+        if np.shape(goal_id.uuid) != (GOAL_ID_BYTES,):
+            raise DecodingError(f"a goal's id is expected to have {GOAL_ID_BYTES} bytes")
         return self._of(bytes(goal_id.uuid).hex(), action)
 
     def _of(self, goal_id: str, action: str) -> RecordedGoal:
         return self._goals.setdefault(goal_id, RecordedGoal(goal_id, action))
+
+
+def _fields(message: Any) -> DecodedMessage:
+    """Return a goal, a result or a feedback, which is whatever its action says, but a message."""
+    if not isinstance(message, DecodedMessage):
+        raise DecodingError(f"expected a message, got {type(message).__name__}")
+    return message
 
 
 WORDS = {

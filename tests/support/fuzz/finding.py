@@ -25,11 +25,15 @@ class Finding:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What became of a case: was it accepted, how did its run end, and what was wrong with that."""
+    """What became of a case: was it accepted, how did its run end, and what was wrong with that.
+
+    `inputs` is how many things came from outside: one file, or the messages of a program.
+    """
 
     accepted: bool
     end: str = ""
     finding: Finding | None = None
+    inputs: int = 1
 
 
 def crash(error: BaseException) -> Finding:

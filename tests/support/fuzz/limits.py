@@ -7,6 +7,7 @@ import resource
 import signal
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from types import FrameType
 
@@ -95,7 +96,7 @@ def judge_within(
     taken_mb = peak_mb() - had_mb
     if found.finding is None and taken_mb > MEMORY_MB:
         finding = Finding(f"more than {MEMORY_MB} MB", f"{taken_mb:.0f} MB")
-        return Verdict(found.accepted, found.end, finding)
+        return replace(found, finding=finding)
     return found
 
 

@@ -35,7 +35,7 @@ def work(folder: Path, name: str, cases: Any, told: Connection) -> None:
         verdict = limits.judge_within(path, judge=chosen.judge)
         if verdict.finding is not None:
             told.send(("found", (verdict.finding.kind, verdict.finding.text), case.contents))
-        told.send(("done", number, verdict.accepted))
+        told.send(("done", verdict.inputs, verdict.accepted))
         if limits.resident_mb() > most_mb:
             return  # what is left would not be enough for a case; a new process goes on
     told.send(("finished", 0, ""))
