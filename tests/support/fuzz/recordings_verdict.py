@@ -11,7 +11,6 @@ import zlib
 from argparse import Namespace
 from collections.abc import Callable
 from contextlib import redirect_stdout
-from dataclasses import dataclass
 from pathlib import Path
 
 from mcap import records
@@ -74,15 +73,16 @@ def judge(path: Path) -> Verdict:
         said += output.getvalue()
     if 2 in ended:
         return Verdict(accepted=False)
-    if path.suffix == ".mcap":
-        if choice % 4 == 3:
-            said = PAGE.read_text(encoding="utf-8")
-        lacks = _lacks(contents)
-        if lacks and not any(words in said for words in SAID):
-            return Verdict(True, finding=Finding(f"taken for whole: {lacks.kind}", lacks.text))
-    elif contents[-1:] != b"\n" and not any(words in said for words in SAID):
-        return Verdict(True, finding=Finding("taken for whole: a torn trace", said[-300:]))
+    if path.suffix == ".mcap" and choice % 4 == 3:
+        said = PAGE.read_text(encoding="utf-8")
+    lack = _lacks(contents) if path.suffix == ".mcap" else _torn(contents)
+    if lack and not any(words in said for words in SAID):
+        return Verdict(True, finding=Finding(f"taken for whole: {lack.kind}", lack.text))
     return Verdict(accepted=True)
+
+
+def _torn(contents: bytes) -> Finding | None:
+    return None if contents.endswith(b"\n") else Finding("a torn trace", "")
 
 
 def _clear(error: BtMissionError, path: Path) -> str:
@@ -93,13 +93,7 @@ def _clear(error: BtMissionError, path: Path) -> str:
     return text
 
 
-@dataclass(frozen=True)
-class _Lack:
-    kind: str
-    text: str
-
-
-def _lacks(contents: bytes) -> _Lack | None:
+def _lacks(contents: bytes) -> Finding | None:
     """Return what a file lacks, by its own sums and counts; None where it is whole."""
     counts = {records.Message: 0, records.Attachment: 0, records.Metadata: 0}
     seen_end, told = False, None
@@ -113,11 +107,11 @@ def _lacks(contents: bytes) -> _Lack | None:
             elif type(record) in counts and not seen_end:
                 counts[type(record)] += 1
     except Exception as error:  # noqa: BLE001 - whatever a damaged chunk does to a decompressor
-        return _Lack("damaged", f"{type(error).__name__}: {error}")
+        return Finding("damaged", f"{type(error).__name__}: {error}")
     if not seen_end:
-        return _Lack("no end of the data", "")
+        return Finding("no end of the data", "")
     if told is not None:
         wanted = (told.message_count, told.attachment_count, told.metadata_count)
         if wanted != tuple(counts.values()):
-            return _Lack("records are missing", f"{wanted} told, {tuple(counts.values())} there")
+            return Finding("records are missing", f"{wanted} told, {tuple(counts.values())} there")
     return None

@@ -124,8 +124,10 @@ class Play:
 
     def run(self) -> None:
         """Do what the program says."""
-        acts = (self._goal, self._step, self._step, self._step, self._sense, self._sense)
-        acts = (*acts, self._sense_sane, self._sense_sane, self._interrupt)
+        acts = (
+            *(self._goal, self._step, self._step, self._step, self._sense, self._sense),
+            *(self._sense_sane, self._sense_sane, self._interrupt),
+        )
         self.log.append(self._goal())
         while self.program:
             self.log.append(self.program.pick(acts)())
@@ -237,8 +239,8 @@ class Play:
             case "text":
                 return self.program.pick(TEXTS)[: int(min(shape.most, 1000))]
             case "integer":
-                number = self.program.pick(INTEGERS)
-                return max(int(shape.least), min(number, int(shape.most)))
+                whole = self.program.pick(INTEGERS)
+                return max(int(shape.least), min(whole, int(shape.most)))
         number = self.program.pick((*SANE, *SANE, *HOSTILE))
         is_single = shape.name == "float32" and math.isfinite(number)
         return max(min(number, 3.4e38), -3.4e38) if is_single else number
@@ -272,7 +274,8 @@ class Play:
 
     def _spoil(self, message: Any) -> None:
         """Give one field of a message, at any depth, a value that nobody expects."""
-        shape = _shape(type(message))
+        kind: Any = type(message)
+        shape = _shape(kind)
         while True:
             name = self.program.pick(tuple(shape.fields))
             part = shape.fields[name]

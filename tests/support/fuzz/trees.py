@@ -82,7 +82,7 @@ def case(found: Corpus, seed: int, number: int) -> Case:
 
 
 def made(rng: Random) -> str:
-    """Return a file of nodes of BehaviorTree.CPP and Nav2, with as many children as they may have."""
+    """Return a file of nodes of BehaviorTree.CPP and Nav2, with the children they may have."""
     root = ET.Element("root", {"BTCPP_format": rng.choice(("4", "4", "4", "4", "3", ""))})
     names = ("Main", "Sub", "Other")[: rng.randint(1, 3)]
     if rng.random() < 0.9:
