@@ -6,7 +6,7 @@ SHELL := /bin/bash
 
 VENV ?= .venv
 MISSION ?= missions/explore.yaml
-FUZZ_ARGS ?= --target all --seconds 60
+FUZZ_ARGS ?= --target all --seconds 50
 # The newest of these that works is taken; `make demo PYTHON=python3.12` takes that one.
 PYTHONS := $(or $(PYTHON),python3.13 python3.12 python3.11 python3)
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from mcap import records
-from mcap.stream_reader import StreamReader
+from mcap.stream_reader import CRCValidationError, StreamReader
 
 from bt_mission.core.cdr.decoder import DecodedMessage, DecodingError
 from bt_mission.core.diagnostics import listed
@@ -271,6 +271,9 @@ class RecordedFile:
             self._note_cut(stream, error)
 
     def _note_cut(self, stream: BinaryIO, error: Exception) -> None:
+        if isinstance(error, CRCValidationError) and isinstance(error.record, records.DataEnd):
+            self.why_cut = "the file is damaged: its data has another checksum than when written"
+            return
         at = stream.tell()
         size = self.path.stat().st_size
         self.why_cut = (
