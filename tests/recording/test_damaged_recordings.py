@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import struct
+import json
 from collections.abc import Callable
+from html import unescape
 from pathlib import Path
 
 import pytest
@@ -13,6 +14,8 @@ from bt_mission.cli import main
 from bt_mission.recording.reader import read_run
 from bt_mission.recording.reading import RecordedFile
 from bt_mission.recording.replay.timeline import read_timeline
+from bt_mission.recording.writer import string_message
+from bt_mission.views.html_report.page import page_of
 from tests.support.fuzz.recorded import Recording, load, records, written
 from tests.support.project import ROOT
 
@@ -189,17 +192,13 @@ def test_what_a_trace_says_of_a_goal_need_not_be_text(edited):
     def spoil(recording: Recording) -> None:
         for index, (topic, time_ns, data) in enumerate(recording.messages):
             if b'"event": "goal sent"' in data:
-                line = (
-                    data[8:]
-                    .rstrip(b"\0")
-                    .replace(b'"owner": "', b'"owner": ["')
-                    .replace(b'", "status"', b'"], "status"')
-                )
-                text = struct.pack("<I", len(line) + 1) + line + b"\0"
-                recording.messages[index] = topic, time_ns, data[:4] + text
+                event = json.loads(data[8:].rstrip(b"\0"))
+                line = json.dumps({**event, "owner": ["a", 1]})
+                recording.messages[index] = topic, time_ns, string_message(line)
 
-    owners = {goal.owner for goal in read_run(edited(spoil)).goals}
-    assert owners == {"['side']"}
+    path = edited(spoil)
+    assert {goal.owner for goal in read_run(path).goals if goal.owner} == {"['a', 1]"}
+    assert "['a', 1]" in unescape(page_of(read_run(path)))
 
 
 def test_a_trace_whose_time_cannot_be_is_refused_with_the_line(tmp_path, capsys):
