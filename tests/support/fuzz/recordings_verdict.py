@@ -18,6 +18,11 @@ from mcap.stream_reader import StreamReader
 
 from bt_mission.cli import diff, replay, report
 from bt_mission.core.errors import BtMissionError
+from bt_mission.recording.replay.player import Player
+from bt_mission.recording.replay.timeline import read_timeline
+from bt_mission.views.terminal import panels
+from bt_mission.views.terminal.chart import MapChart
+from bt_mission.views.terminal.marks import marks_for
 from tests.support.fuzz.finding import Finding, Verdict
 
 LARGEST_OUTPUT = 10_000_000
@@ -71,6 +76,8 @@ def judge(path: Path) -> Verdict:
             said += _clear(error, path)
             ended.append(2)
         said += output.getvalue()
+    if 2 not in ended and choice % 4 == 0 and path.suffix == ".mcap":
+        _draw(path)
     if 2 in ended:
         return Verdict(accepted=False)
     if path.suffix == ".mcap" and choice % 4 == 3:
@@ -79,6 +86,26 @@ def judge(path: Path) -> Verdict:
     if lack and not any(words in said for words in SAID):
         return Verdict(True, finding=Finding(f"taken for whole: {lack.kind}", lack.text))
     return Verdict(accepted=True)
+
+
+def _draw(path: Path) -> None:
+    """Draw what the full screen shows of a recording, at a few times."""
+    timeline = read_timeline(path)
+    marks = marks_for("utf-8")
+    for share in (1.0, 0.0, 0.4, 0.9):
+        duration_s = (timeline.end_ns - timeline.start_ns) / 1e9
+        mission = Player(timeline, at_s=share * duration_s).mission
+        places = panels.targets(mission)
+        drawn = [
+            *MapChart(marks).draw(mission.robot, places, 60, 20),
+            *panels.goal_rows(mission, marks),
+            *panels.variable_rows(mission, marks),
+            *panels.log_rows(mission.log, timeline.start_ns, marks),
+            *panels.node_rows(mission, 0, 60, marks),
+        ]
+        assert len(drawn) < LARGEST_OUTPUT
+        panels.map_title(mission.robot)
+        panels.goals_title(mission)
 
 
 def _torn(contents: bytes) -> Finding | None:

@@ -241,7 +241,7 @@ class Play:
             case "integer":
                 whole = self.program.pick(INTEGERS)
                 return max(int(shape.least), min(whole, int(shape.most)))
-        number = self.program.pick((*SANE, *SANE, *HOSTILE))
+        number = self.program.pick((*SANE * 8, *HOSTILE))
         is_single = shape.name == "float32" and math.isfinite(number)
         return max(min(number, 3.4e38), -3.4e38) if is_single else number
 
