@@ -143,6 +143,7 @@ class Hunt:
         if (state["target"], state["seed"]) != (options.target, options.seed):
             raise CannotJudgeError(f"{options.state} is of another target or another seed")
         options.first, self.found = state["first"], state["findings"]
+        options.end = options.first + options.count
         self.tried = self.before = state["cases"]
         self.inputs, self.accepted = state["inputs"], state["sound"]
 
