@@ -180,7 +180,7 @@ def hunt(options: argparse.Namespace, folder: Path) -> Hunt:
     finally:
         tick.terminate()
         for worker in workers:
-            worker.process.terminate()
+            worker.process.kill()  # it may be in a case that hears nothing
             worker.process.join()
     found.keep(list(everyone))
     print(found.line(seconds), flush=True)

@@ -111,6 +111,8 @@ def test_a_hunt_goes_on_where_it_ended(tmp_path):
     assert json.loads(state.read_text())["first"] == 40
     code, said = fuzz("--count", 5, *arguments)
     assert (code, json.loads(said.splitlines()[-1])["cases"]) == (0, 45)
+    code, said = fuzz("--seconds", 1, *arguments)
+    assert (code, json.loads(said.splitlines()[-1])["cases"] > 45) == (0, True)
     code, said = fuzz("--count", 1, "--seed", 2, *arguments)
     assert code == 2
     assert said.splitlines()[-1] == f"fuzz.py: {state} is of another target or another seed"

@@ -13,6 +13,7 @@ from typing import Any
 
 import rclpy
 from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
 
 from bt_mission.goals.goal import Goal
 from bt_mission.ros.goal_client import RosGoalClient
@@ -22,7 +23,7 @@ from bt_mission.ros.goal_client import RosGoalClient
 def node() -> Node:
     """Return a node that nobody can discover; made once."""
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "OFF"
-    rclpy.init()
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     return Node("fuzz", enable_rosout=False, start_parameter_services=False)
 
 
