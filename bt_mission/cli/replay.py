@@ -162,3 +162,5 @@ def _tell_trace(options: argparse.Namespace, trace: StoredTrace) -> int:
 def _say_cut(film: Timeline) -> None:
     if film.why_cut:
         print(f"{film.path}: ends here: {film.why_cut}")
+    if film.missing:
+        print(f"{film.path}: lacks {film.missing}")

@@ -53,6 +53,6 @@ def write_page(recording: Path, output: Path) -> None:
 
     page = page_of(read_run(recording))
     try:
-        output.write_text(page, encoding="utf-8")
+        output.write_text(page, encoding="utf-8", errors="replace")
     except OSError as error:
         raise BtMissionError(f"{output}: cannot write the report: {error.strerror}") from error

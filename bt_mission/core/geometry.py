@@ -34,7 +34,10 @@ def yaw_of(q: Any) -> float:
 
     This form of the formula does not mind one that is not quite of unit length.
     """
-    return math.atan2(2.0 * (q.w * q.z + q.x * q.y), q.w**2 + q.x**2 - q.y**2 - q.z**2)
+    try:
+        return math.atan2(2.0 * (q.w * q.z + q.x * q.y), q.w**2 + q.x**2 - q.y**2 - q.z**2)
+    except OverflowError:
+        return math.nan
 
 
 def set_planar(place: Any, rotation: Any, pose: Pose2D) -> None:

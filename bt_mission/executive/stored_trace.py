@@ -17,6 +17,9 @@ class TraceError(BtMissionError):
     """A file that is no trace, or one of another version."""
 
 
+LARGEST_NS = 2**63 - 1
+"""Times of ROS are no larger, ns."""
+
 RENAMED = {"goal handed over": "goal released", "goal given up": "goal abandoned"}
 """Events as version 1 calls them."""
 
@@ -88,11 +91,15 @@ def _stored(file: str, lines: list[bytes], *, is_cut: bool) -> StoredTrace:
         data = _parsed(line, f"{file}:{number}")
         if number == 1:
             version = _version(data, f"{file}:1")
-        elif isinstance(data.get("t"), int) and isinstance(data.get("event"), str):
+        elif _is_time(data.get("t")) and isinstance(data.get("event"), str):
             events.append({**data, "event": RENAMED.get(data["event"], data["event"])})
         else:
             raise TraceError(f"{file}:{number}: no event: expected 't' in ns and 'event'")
     return StoredTrace(file, tuple(events), digest.hexdigest(), is_cut, version)
+
+
+def _is_time(value: Any) -> bool:
+    return type(value) is int and abs(value) <= LARGEST_NS
 
 
 def _parsed(line: bytes, place: str) -> dict[str, Any]:

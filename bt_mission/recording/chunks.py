@@ -35,6 +35,8 @@ class ChunkWriter:
     def __init__(self, stream: BinaryIO) -> None:
         self._stream = stream
         self.bytes_written = 0
+        self._checksum = 0
+        """Over all that was written (CRC-32), by which damage is found."""
         self._new: list[records.McapRecord] = []
         self._summary: dict[Opcode, list[records.McapRecord]] = {
             Opcode.SCHEMA: [],
@@ -159,7 +161,7 @@ class ChunkWriter:
 
     def finish(self) -> None:
         """Write the summary, and end the file."""
-        self._write(_packed(records.DataEnd(0)))
+        self._write(_packed(records.DataEnd(self._checksum)))
         begin = self.bytes_written
         self._summary[Opcode.STATISTICS].append(self._statistics())
         summary, offsets = b"", b""
@@ -193,6 +195,7 @@ class ChunkWriter:
 
     def _write(self, data: bytes) -> None:
         self._stream.write(data)
+        self._checksum = zlib.crc32(data, self._checksum)
         self.bytes_written += len(data)
 
 

@@ -202,9 +202,11 @@ class RecordedRun:
     pictures: tuple[Picture, ...]
     files: Mapping[str, str]
     """The mission's file and those it includes, by name."""
-    versions: Mapping[str, str]
+    versions: Mapping[str, Any]
     hull: tuple[float, float, float] | None
     """Front, rear (negative) and half width of the robot, m; None where it is not known."""
+    inputs: Mapping[str, Any] = field(default_factory=dict)
+    """Of the mission."""
 
     @property
     def track(self) -> Track:

@@ -7,19 +7,24 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from py_trees.common import Status
 
-from bt_mission.core.cdr.decoder import DecodedMessage
+from bt_mission.core.cdr.decoder import DecodedMessage, DecodingError
 from bt_mission.core.cdr.definitions import action_of
 from bt_mission.events import reader
 from bt_mission.events.events import MissionStarted, MissionStateChanged
 from bt_mission.events.messages import NodeStatus
+from bt_mission.recording.expected_types import TEXT, expect
+from bt_mission.recording.facts import RunFacts
 from bt_mission.recording.model import Picture, RecordedGoal, RecordedLine, RecordedRun, Span
 from bt_mission.recording.reading import Channel, RecordedFile, RecordingError
 from bt_mission.recording.robot_life import RobotLife
 
 STATUSES = {0: "unknown", 4: "succeeded", 5: "canceled", 6: "aborted"}
 """By the numbers of ``action_msgs/msg/GoalStatus``; others are no ends."""
+
+GOAL_ID_BYTES = 16
 
 Decode = Callable[[], DecodedMessage]
 
@@ -42,7 +47,7 @@ class GoalLives:
             case "feedback":
                 message = decode()
                 goal = self._goal(message.goal_id, action)
-                goal.feedback.append((time_ns, message.feedback))
+                goal.feedback.append((time_ns, _fields(message.feedback)))
             case "send_goal/_service_event":
                 self._take_send(action, channel.type_name, time_ns, decode())
             case "get_result/_service_event":
@@ -52,8 +57,8 @@ class GoalLives:
 
     def take_event(self, event: Mapping[str, Any], time_ns: int) -> None:
         """Take in what the executive says of one of its goals."""
-        goal = self._of(event["goal"], event["action"])
-        goal.owner = event["owner"]
+        goal = self._of(str(event["goal"]), str(event["action"]))
+        goal.owner = str(event["owner"])
         match event["event"].removeprefix("goal "):
             case "sent" | "found again":
                 goal.sent_ns = time_ns if goal.sent_ns is None else goal.sent_ns
@@ -70,7 +75,7 @@ class GoalLives:
         for request in message.request:
             goal = self._goal(request.goal_id, action)
             goal.type_name = action_of(type_name)
-            goal.values = request.goal
+            goal.values = _fields(request.goal)
             if goal.sent_ns is None:
                 goal.sent_ns = time_ns
             for answer in message.response:
@@ -85,7 +90,7 @@ class GoalLives:
                 goal = self._goal(request.goal_id, action)
                 goal.ended_ns = time_ns
                 goal.status = STATUSES.get(answer.status, "unknown")
-                goal.result = answer.result
+                goal.result = _fields(answer.result)
 
     def _take_cancel(self, action: str, time_ns: int, message: DecodedMessage) -> None:
         if message.response:
@@ -95,10 +100,19 @@ class GoalLives:
             goal.cancel_ns = time_ns if goal.cancel_ns is None else goal.cancel_ns
 
     def _goal(self, goal_id: DecodedMessage, action: str) -> RecordedGoal:
+        if np.shape(goal_id.uuid) != (GOAL_ID_BYTES,):
+            raise DecodingError(f"a goal's id is expected to have {GOAL_ID_BYTES} bytes")
         return self._of(bytes(goal_id.uuid).hex(), action)
 
     def _of(self, goal_id: str, action: str) -> RecordedGoal:
         return self._goals.setdefault(goal_id, RecordedGoal(goal_id, action))
+
+
+def _fields(message: Any) -> DecodedMessage:
+    """Return a goal, a result or a feedback, which is whatever its action says, but a message."""
+    if not isinstance(message, DecodedMessage):
+        raise DecodingError(f"expected a message, got {type(message).__name__}")
+    return message
 
 
 WORDS = {
@@ -196,16 +210,16 @@ class _RunReader:
 
     def _take_by_topic(self, channel: Channel, time_ns: int, data: bytes) -> None:
         if channel.topic.endswith("/trace"):
+            expect(channel, TEXT)
             if _POSE_LINE not in data:
                 self._take_line(time_ns, channel.decode(data)["data"])
         elif "/_action/" in channel.topic:
             self._goals.take(channel, time_ns, lambda: channel.decode(data))
         else:
             if self._robot is None:
-                facts = self._file.notes.get("bt_mission", {})
-                hull = json.loads(facts.get("robot_hull", "null"))
-                self._robot = RobotLife(facts.get("namespace", "/"), hull)
-            self._robot.take(channel.topic, time_ns, lambda: channel.decode(data))
+                facts = RunFacts(self._file.notes)
+                self._robot = RobotLife(facts.namespace, facts.hull)
+            self._robot.take(channel, time_ns, lambda: channel.decode(data))
 
     def _take_line(self, time_ns: int, line: str) -> None:
         try:
@@ -224,15 +238,11 @@ class _RunReader:
             RecordingError: Where there is no mission in it.
         """
         file = self._file
-        facts = file.notes.get("bt_mission", {})
+        facts = file.facts
         if self._tree is None or not self._tree.nodes:
-            raise RecordingError(f"{file.path}: {self._why_no_run(facts)}")
-        summary = {
-            name: json.loads(value)
-            for name, value in file.notes.get("bt_mission_summary", {}).items()
-        }
+            raise RecordingError(f"{file.path}: {self._why_no_run(facts.texts)}")
         start_ns = file.started_ns(self._tree.time_ns)
-        robot = self._robot or RobotLife(facts.get("namespace", "/"), None)
+        robot = self._robot or RobotLife(facts.namespace, None)
         texts = {
             one.name: one.data.decode(errors="replace")
             for one in file.attached
@@ -247,14 +257,14 @@ class _RunReader:
             path=file.path,
             mission=self._tree.mission,
             node=self._node,
-            facts=facts,
-            summary=summary,
+            facts=facts.texts,
+            summary=facts.summary,
             start_ns=start_ns,
             end_ns=file.last_ns,
             status=self._state.status,
             reason=self._state.reason,
             why_cut=file.why_cut,
-            missing=summary.get("missing", ""),
+            missing=file.missing,
             tree=self._tree.nodes,
             spans=spans_of(len(self._tree.nodes), self._changes, file.last_ns),
             truth=robot.truth,
@@ -267,7 +277,8 @@ class _RunReader:
             collisions=tuple(robot.collisions),
             pictures=tuple(sorted([*saved, *self._pictures], key=lambda one: one.time_ns)),
             files=texts,
-            versions=json.loads(facts.get("versions", "{}")),
+            versions=facts.versions,
+            inputs=facts.inputs,
             hull=robot.hull,
         )
 

@@ -6,6 +6,7 @@ takes record after record until there is no more, and says so.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -13,13 +14,20 @@ from pathlib import Path
 from typing import BinaryIO
 
 from mcap import records
-from mcap.stream_reader import StreamReader
+from mcap.stream_reader import CRCValidationError, StreamReader
 
-from bt_mission.core.cdr.decoder import DecodedMessage, Decoder, DecodingError
+from bt_mission.core.cdr.decoder import DecodedMessage, DecodingError
+from bt_mission.core.diagnostics import listed
 from bt_mission.core.errors import BtMissionError
+from bt_mission.recording.expected_types import checked_decoder
+from bt_mission.recording.facts import LARGEST_NS, RunFacts
 
-UNREADABLE = (DecodingError, KeyError, TypeError, AttributeError)
-"""What reading a message raises that its definition does not fit, or that lacks fields."""
+UNREADABLE = (
+    *(DecodingError, AttributeError, TypeError, LookupError),
+    *(ValueError, ArithmeticError, RecursionError),
+)
+"""What reading a message raises that its definition does not fit, that lacks fields, or whose
+values make no sense."""
 
 LARGEST_RECORD = 1 << 30
 SHOWN_TOPICS = 5
@@ -43,7 +51,10 @@ class Channel:
     @cached_property
     def decode(self) -> Callable[[bytes], DecodedMessage]:
         """Decodes a message of it. Raises DecodingError."""
-        return Decoder(self.type_name, self.definition).decode
+        try:
+            return checked_decoder(self.type_name, self.definition).decode
+        except DecodingError as error:
+            return _refusing(str(error))
 
 
 @dataclass(frozen=True)
@@ -54,6 +65,13 @@ class RecordingAttachment:
     media_type: str
     time_ns: int
     data: bytes = field(repr=False)
+
+
+def _refusing(why: str) -> Callable[[bytes], DecodedMessage]:
+    def decode(_: bytes) -> DecodedMessage:
+        raise DecodingError(why)
+
+    return decode
 
 
 Message = tuple[Channel, int, bytes]
@@ -99,6 +117,8 @@ class RecordedFile:
         """Times of the messages that :meth:`feed` has handed on."""
         self.unread: dict[str, str] = {}
         """Why the messages of a type could not be read."""
+        self._unread: Counter[str] = Counter()
+        self._read: Counter[type[records.McapRecord]] = Counter()
         self._topics: set[str] = set()
 
     @property
@@ -106,6 +126,21 @@ class RecordedFile:
         """Some of the topics, in words; empty where no message is in it."""
         more = ", ..." if len(self._topics) > SHOWN_TOPICS else ""
         return ", ".join(sorted(self._topics)[:SHOWN_TOPICS]) + more
+
+    @cached_property
+    def facts(self) -> RunFacts:
+        """What the recorder has written down, once all messages were read."""
+        return RunFacts(self.notes)
+
+    @property
+    def missing(self) -> str:
+        """What cannot be read of what stands in it, or was not recorded; empty where all can."""
+        lacks = [self.facts.missing] if self.facts.missing else []
+        for kind, count in self._unread.items():
+            what = "a message" if count == 1 else f"{count:,} messages"
+            lacks.append(f"{what} of type {kind or '?'} (cannot be read: {self.unread[kind]})")
+        lacks += [f"its '{name}' (cannot be read)" for name in self.facts.unread]
+        return "; ".join(lacks)
 
     def started_ns(self, tree_ns: int) -> int:
         """ROS time from which the times of a run are counted, ns, as `run` itself does.
@@ -115,8 +150,7 @@ class RecordedFile:
         Args:
             tree_ns: The stamp of the mission's tree.
         """
-        facts = self.notes.get("bt_mission", {})
-        return int(facts["start_ns"]) if {"world", "start_ns"} <= facts.keys() else tree_ns
+        return tree_ns if self.facts.start_ns is None else self.facts.start_ns
 
     def feed(self, take: Callable[[Channel, int, bytes], None]) -> None:
         """Hand on all CDR messages in the order of the file; those that fit no reader are noted.
@@ -127,13 +161,20 @@ class RecordedFile:
         for channel, time_ns, data in self.messages():
             if channel.encoding != "cdr":
                 continue
+            if time_ns > LARGEST_NS:
+                self._note_unread(channel, f"its time is {time_ns} ns")
+                continue
             if self.first_ns is None:
                 self.first_ns = time_ns
             self.last_ns = max(self.last_ns, time_ns)
             try:
                 take(channel, time_ns, data)
             except UNREADABLE as error:
-                self.unread.setdefault(channel.type_name, str(error))
+                self._note_unread(channel, str(error) or type(error).__name__)
+
+    def _note_unread(self, channel: Channel, why: str) -> None:
+        self._unread[channel.type_name] += 1
+        self.unread.setdefault(channel.type_name, why)
 
     def messages(self) -> Iterator[Message]:
         """All messages in the order of the file.
@@ -162,6 +203,7 @@ class RecordedFile:
         schemas: dict[int, records.Schema] = {}
         channels: dict[int, Channel] = {}
         for record in self._records(stream):
+            self._read[type(record)] += 1
             match record:
                 case records.Message():
                     channel = channels.get(record.channel_id)
@@ -191,21 +233,47 @@ class RecordedFile:
                     self.library = record.library
 
     def _records(self, stream: BinaryIO) -> Iterator[records.McapRecord]:
+        self._read.clear()
         reader = StreamReader(stream, validate_crcs=True, record_size_limit=LARGEST_RECORD)
         found = reader.records
         while True:
             try:
                 record = next(found)
             except StopIteration:
+                self.why_cut = "the end of its data is not marked"
                 return
             except Exception as error:  # noqa: BLE001 - whatever a damaged chunk does to a decompressor
                 self._note_cut(stream, error)
                 return
             if isinstance(record, records.DataEnd):
-                return  # what follows repeats what has been read
+                self._compare(found, stream)
+                return
             yield record
 
+    def _compare(self, summary: Iterator[records.McapRecord], stream: BinaryIO) -> None:
+        """Look whether all was read of what is in the file, as the summary at its end counts it."""
+        try:
+            for record in summary:
+                if isinstance(record, records.Statistics):
+                    counts = {
+                        "messages": (record.message_count, self._read[records.Message]),
+                        "files": (record.attachment_count, self._read[records.Attachment]),
+                        "notes": (record.metadata_count, self._read[records.Metadata]),
+                    }
+                    wrong = [
+                        f"{there:,} {name} where {wanted:,} were recorded"
+                        for name, (wanted, there) in counts.items()
+                        if there != wanted
+                    ]
+                    if wrong:
+                        self.why_cut = f"the file is damaged: it has {listed(wrong)}"
+        except Exception as error:  # noqa: BLE001 - as where messages are read
+            self._note_cut(stream, error)
+
     def _note_cut(self, stream: BinaryIO, error: Exception) -> None:
+        if isinstance(error, CRCValidationError) and isinstance(error.record, records.DataEnd):
+            self.why_cut = "the file is damaged: its data has another checksum than when written"
+            return
         at = stream.tell()
         size = self.path.stat().st_size
         self.why_cut = (

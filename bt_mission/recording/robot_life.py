@@ -11,6 +11,7 @@ from bt_mission.core.cdr.decoder import DecodedMessage
 from bt_mission.core.geometry import Pose2D, yaw_of
 from bt_mission.events import reader
 from bt_mission.events.robot_state import BASES, Frames, frames_of, locate
+from bt_mission.recording.expected_types import ROBOT, TypedTopic, expect
 from bt_mission.recording.model import (
     Floats,
     RecordedCollision,
@@ -42,18 +43,25 @@ class RobotLife:
         self._prefix = namespace.rstrip("/") + "/"
         self._poses: dict[str, list[tuple[float, ...]]] = {TRUTH: [], ODOMETRY: []}
         self._battery: list[tuple[int, float]] = []
-        self._scans: list[tuple[int, str, DecodedMessage]] = []
+        self._scans: list[tuple[int, str, Floats]] = []
+        """With the frame, and the ranges and angles of what was seen, in columns."""
         self._frames: Frames = {}
         self._map_to_odom: Pose2D | None = None
 
-    def take(self, topic: str, time_ns: int, decode: Decode) -> None:
-        """Take in a message, if it is of use."""
-        match topic.removeprefix(self._prefix):
+    def take(self, channel: TypedTopic, time_ns: int, decode: Decode) -> None:
+        """Take in a message, if it is of use. Raises DecodingError for one of another type."""
+        topic = channel.topic.removeprefix(self._prefix)
+        if topic in ROBOT:
+            expect(channel, ROBOT[topic])
+            self._take(topic, time_ns, decode)
+
+    def _take(self, topic: str, time_ns: int, decode: Decode) -> None:
+        match topic:
             case "ground_truth/odom" | "odom" as name:
                 self._poses[name].append(_pose(time_ns, decode()))
             case "scan":
                 scan = decode()
-                self._scans.append((time_ns, scan.header.frame_id.lstrip("/"), scan))
+                self._scans.append((time_ns, scan.header.frame_id.lstrip("/"), _seen(scan)))
             case "battery_state":
                 share = decode().percentage
                 if math.isfinite(share):
@@ -95,7 +103,7 @@ class RobotLife:
         frames = {frame for _, frame, _ in self._scans}
         places = {frame: locate(self._frames, frame, roots=BASES)[1] for frame in frames}
         return tuple(
-            self._scan(time_ns, places[frame], message) for time_ns, frame, message in self._scans
+            self._scan(time_ns, places[frame], seen) for time_ns, frame, seen in self._scans
         )
 
     def _take_grid(self, time_ns: int, message: DecodedMessage) -> None:
@@ -107,12 +115,8 @@ class RobotLife:
 
     # ---- geometry --------------------------------------------------------------------------
 
-    def _scan(self, time_ns: int, at: Pose2D, message: DecodedMessage) -> RecordedScan:
-        ranges: Floats = message["ranges"].astype(np.float64)
-        angles = message["angle_min"] + message["angle_increment"] * np.arange(len(ranges))
-        with np.errstate(invalid="ignore"):
-            seen = (ranges >= message["range_min"]) & (ranges <= message["range_max"])
-        ranges, angles = ranges[seen], angles[seen] + at.yaw
+    def _scan(self, time_ns: int, at: Pose2D, seen: Floats) -> RecordedScan:
+        ranges, angles = seen[:, 0], seen[:, 1] + at.yaw
         points = np.column_stack((at.x + ranges * np.cos(angles), at.y + ranges * np.sin(angles)))
         return RecordedScan(time_ns, points, self._clearance(points, ranges))
 
@@ -125,6 +129,14 @@ class RobotLife:
         ahead = np.maximum(np.maximum(points[:, 0] - front, rear - points[:, 0]), 0.0)
         aside = np.maximum(np.abs(points[:, 1]) - half_width, 0.0)
         return float(np.hypot(ahead, aside).min())
+
+
+def _seen(message: DecodedMessage) -> Floats:
+    ranges: Floats = message["ranges"].astype(np.float64)
+    angles = message["angle_min"] + message["angle_increment"] * np.arange(len(ranges))
+    with np.errstate(invalid="ignore"):
+        seen = (ranges >= message["range_min"]) & (ranges <= message["range_max"])
+    return np.column_stack((ranges[seen], angles[seen]))
 
 
 def _pose(time_ns: int, message: DecodedMessage) -> tuple[float, ...]:

@@ -45,3 +45,9 @@ def test_a_yaw_that_is_set_is_read_again():
     assert (place.x, place.y, yaw_of(rotation)) == pytest.approx((1.0, -2.0, 2.5))
     rotation.z, rotation.w = 2.0 * rotation.z, 2.0 * rotation.w
     assert yaw_of(rotation) == pytest.approx(2.5)
+
+
+def test_a_quaternion_beyond_all_numbers_has_no_angle():
+    """It is passed over like one that is none, instead of ending whoever reads it."""
+    rotation = SimpleNamespace(x=0.0, y=0.0, z=1e200, w=1e200)
+    assert math.isnan(yaw_of(rotation))

@@ -72,11 +72,18 @@ class Decoder:
     Args:
         type_name: Such as ``nav_msgs/msg/Odometry``.
         definition: Its text and those of what it is made of (``ros2msg``).
+
+    Raises:
+        DecodingError: For a definition that cannot be read.
     """
 
     def __init__(self, type_name: str, definition: str) -> None:
         self.type_name = type_name
-        self._specs = parse(type_name, definition)
+        try:
+            self.specs = parse(type_name, definition)
+            """The fields of the message ("") and of those that it is made of."""
+        except ValueError as error:
+            raise DecodingError(f"the definition of {type_name} cannot be read: {error}") from error
         self._steps: dict[bytes, Step] = {}
         """By the first bytes of a message."""
 
@@ -90,7 +97,7 @@ class Decoder:
         sizes = {kind: struct.calcsize(form) for kind, form in _FORMATS.items()}
         return not any(
             field.size == -1 and sizes.get(field.type, 8) > 4
-            for fields in self._specs.values()
+            for fields in self.specs.values()
             for field in fields
         )
 
@@ -133,7 +140,7 @@ class Decoder:
             head = data[:2] if len(data) >= HEAD else b""
             step = self._steps.get(head)
             if step is None:
-                step = self._steps[head] = _Compiler(self._specs, _byte_order(head)).message("")
+                step = self._steps[head] = _Compiler(self.specs, _byte_order(head)).message("")
             value, end = step(data, HEAD)
         except (struct.error, IndexError, ValueError, KeyError, RecursionError) as error:
             raise DecodingError(
@@ -174,7 +181,9 @@ class _Compiler:
                 values[key], at = step(data, at)
             return values, at
 
-        def read_nothing(_: bytes, at: int) -> tuple[Any, int]:
+        def read_nothing(data: bytes, at: int) -> tuple[Any, int]:
+            if at > len(data):
+                raise ValueError("it ends too early")
             return DecodedMessage(), at + 1  # a message without fields is sent with one byte
 
         self._known[name] = read if fields else read_nothing

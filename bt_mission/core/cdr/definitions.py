@@ -30,6 +30,9 @@ _FIELD = re.compile(
     r"\s+(?P<name>[A-Za-z]\w*)\s*(?P<constant>=)?"
 )
 _MADE_TYPE = re.compile(r"\b([a-z]\w*/)([A-Z][A-Za-z0-9]*(?:_[A-Z][A-Za-z0-9]*)+)\b")
+MOST_DIGITS = 18
+"""Of the length of an array."""
+
 _DIVIDER = re.compile(r"^---\s*$", re.MULTILINE)
 _GOAL_ID = "unique_identifier_msgs/UUID goal_id\n"
 
@@ -188,8 +191,14 @@ def _fields(line: str, package: str) -> list[Field]:
         kind = _short(kind) if "/" in kind else _local(kind, package)
     size = None
     if match["array"]:
-        size = -1 if match["most"] or not match["size"] else int(match["size"])
+        size = -1 if match["most"] or not match["size"] else _length(match["size"])
     return [Field(match["name"], kind, size)]
+
+
+def _length(digits: str) -> int:
+    if len(digits) > MOST_DIGITS:
+        raise ValueError(f"an array of a length of {len(digits)} digits")
+    return int(digits)
 
 
 def _local(name: str, package: str) -> str:

@@ -16,6 +16,9 @@ from typing import Any
 from py_trees.common import Status
 
 from bt_mission.events import events, messages, reader
+from bt_mission.recording.expected_types import ROBOT as TYPES
+from bt_mission.recording.expected_types import TEXT, expect
+from bt_mission.recording.facts import LARGEST_NS
 from bt_mission.recording.reading import UNREADABLE, Channel, RecordedFile, RecordingError
 
 TOLD: dict[str, Callable[[Any], messages.Told]] = {
@@ -72,6 +75,7 @@ class Timeline:
         frames: What was told, and ``times_ns`` when.
         trace: The lines of the run's trace; none where another recorder has made the file.
         why_cut: Why the file ends before its end; empty where it does not.
+        missing: What of it could not be recorded, or not be read; empty where all could.
     """
 
     path: Path
@@ -85,6 +89,7 @@ class Timeline:
     """When the tree changes."""
     starts_ns: Mapping[tuple[str, int], tuple[int, ...]] = field(repr=False)
     """When the node of a run, by its index, has begun to run."""
+    missing: str = ""
 
 
 def beside(times: Sequence[int], time_ns: int, steps: int) -> int | None:
@@ -132,10 +137,13 @@ class _TimelineReader:
                     self._node = place
                 self._take_told(message, time_ns)
         elif name == "node_details" and place == self._node:
+            expect(channel, TEXT)
             self._kept.append((time_ns, reader.node_details(channel.decode(data))))
         elif name == "trace":
+            expect(channel, TEXT)
             self._take_line(channel.decode(data).data)
         elif name in ROBOT:
+            expect(channel, TYPES[name])
             frames = self._robots.setdefault(place, [])
             if name in LATER:
                 frames.append((time_ns, LazyMessage(name, channel, data)))
@@ -168,7 +176,8 @@ class _TimelineReader:
         self._trace.append(line)
         if LOG_EVENT in line:
             event = json.loads(line)
-            self._said.append((int(event["t"]), event["text"]))
+            if abs(event["t"]) <= LARGEST_NS:
+                self._said.append((int(event["t"]), str(event["text"])))
 
     # ---- the end ---------------------------------------------------------------------------
 
@@ -191,6 +200,7 @@ class _TimelineReader:
             frames=tuple(frame for _, frame in kept),
             trace=tuple(self._trace),
             why_cut=self._file.why_cut,
+            missing=self._file.missing,
             changes_ns=tuple(
                 sorted({at_ns for at_ns, one in kept if isinstance(one, messages.Changes)})
             ),

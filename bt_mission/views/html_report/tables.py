@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import json
 from collections.abc import Iterable, Iterator, Mapping
 from html import escape
 from typing import Any
@@ -258,7 +257,7 @@ def files(run: RecordedRun) -> str:
 
 def versions(run: RecordedRun) -> str:
     """What the run was made with."""
-    inputs = json.loads(run.facts.get("inputs", "{}"))
+    inputs = run.inputs
     parts = [f"{name} {value}" for name, value in run.versions.items()]
     lines = [element("p", escape(", ".join(parts)))]
     if inputs:

@@ -127,3 +127,18 @@ def test_room_for_a_sequence_that_is_empty_is_taken_away() -> None:
         take(data)
         take(data)
         assert taken == [data[:-4], data[:-4]]
+
+
+def test_a_length_that_no_array_has_is_an_error_of_the_definition() -> None:
+    """Python would not even read the number."""
+    with pytest.raises(DecodingError, match="an array of a length of 5000 digits"):
+        Decoder("a/msg/B", f"uint8[{'9' * 5000}] data\n")
+
+
+def test_empty_messages_take_as_long_as_the_data_that_they_are_sent_with() -> None:
+    """Arrays of arrays of them would take for ever."""
+    part = "=" * 80 + "\nMSG: a/{}\n{}\n"
+    nested = "".join(part.format(f"C{n}", f"C{n + 1}[50] inner") for n in range(8))
+    definition = "C0[50] outer\n" + nested + part.format("C8", "")
+    with pytest.raises(DecodingError, match="it ends too early"):
+        Decoder("a/msg/B", definition).decode(b"\0\1\0\0" + bytes(60))

@@ -14,6 +14,7 @@ from typing import Any
 import yaml  # type: ignore[import-untyped]
 
 from tests.support.fuzz import xml_missions
+from tests.support.fuzz.finding import Case
 from tests.support.fuzz.large import large
 from tests.support.fuzz.structure import Pool, change, is_node, names_in, slots, supply
 from tests.support.project import ROOT
@@ -169,14 +170,6 @@ def prepare(folder: Path) -> None:
     (folder / "folder.yaml").mkdir()
     (folder / "loop.yaml").symlink_to("loop.yaml")
     (folder / "outside.yaml").symlink_to(ROOT / "pyproject.toml")
-
-
-@dataclass(frozen=True)
-class Case:
-    """A mutated mission file: its name, which says what it is written in, and what it holds."""
-
-    name: str
-    contents: bytes
 
 
 def case(found: Corpus, seed: int, number: int) -> Case:

@@ -5,11 +5,14 @@ from __future__ import annotations
 import re
 import resource
 import signal
+from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from types import FrameType
 
-from tests.support.fuzz.verdict import Finding, Verdict, judge
+from tests.support.fuzz import verdict
+from tests.support.fuzz.finding import Finding, Verdict, crash
 
 CPU_S = 10.0
 """What one case may take of the processor, s."""
@@ -69,28 +72,32 @@ def limit_processor() -> None:
     resource.setrlimit(resource.RLIMIT_CPU, (seconds, resource.RLIM_INFINITY))
 
 
-def judge_within(path: Path, cpu_s: float = CPU_S) -> Verdict:
-    """Judge a mission file; to take too long, or to make the process too large, is a finding."""
+def judge_within(
+    path: Path, cpu_s: float = CPU_S, judge: Callable[[Path], Verdict] = verdict.judge
+) -> Verdict:
+    """Judge a case; an exception, too much time and too much memory are findings."""
     forget_peak()
     had_mb = peak_mb()
     before = signal.signal(signal.SIGVTALRM, _out_of_time)
     signal.setitimer(signal.ITIMER_VIRTUAL, cpu_s)
     try:
-        verdict = judge(path)
+        found = judge(path)
     except OutOfTime as error:
         what = f"more than {cpu_s:g} s of the processor"
-        verdict = Verdict(accepted=False, finding=Finding(what, _way(error)))
+        found = Verdict(accepted=False, finding=Finding(what, _way(error)))
     except MemoryError as error:
         what = f"more than {2 * MEMORY_MB} MB"
-        verdict = Verdict(accepted=False, finding=Finding(what, _way(error)))
+        found = Verdict(accepted=False, finding=Finding(what, _way(error)))
+    except Exception as error:  # noqa: BLE001 - whatever comes out here is what is looked for
+        found = Verdict(accepted=False, finding=crash(error))
     finally:
         signal.setitimer(signal.ITIMER_VIRTUAL, 0)
         signal.signal(signal.SIGVTALRM, before)
     taken_mb = peak_mb() - had_mb
-    if verdict.finding is None and taken_mb > MEMORY_MB:
+    if found.finding is None and taken_mb > MEMORY_MB:
         finding = Finding(f"more than {MEMORY_MB} MB", f"{taken_mb:.0f} MB")
-        return Verdict(verdict.accepted, verdict.end, finding)
-    return verdict
+        return replace(found, finding=finding)
+    return found
 
 
 def _way(error: BaseException) -> str:

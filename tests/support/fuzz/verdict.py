@@ -7,8 +7,6 @@ came out of a message or a draw. Everything else is a finding.
 from __future__ import annotations
 
 import sys
-import traceback
-from dataclasses import dataclass
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -25,6 +23,7 @@ from bt_mission.executive.trace import Trace
 from bt_mission.language.mission import Mission
 from bt_mission.sessions.check import examine
 from sim.world.loader import load_world
+from tests.support.fuzz.finding import Finding, Verdict, crash
 from tests.support.fuzz.foresight import foreseeable
 from tests.support.fuzz.graph import Graph
 
@@ -38,23 +37,6 @@ SHIPPED = frozenset((*files.names("worlds"), *files.names("robots")))
 """Worlds and robots that have tests of their own; to read them takes longer than the check."""
 
 
-@dataclass(frozen=True)
-class Finding:
-    """Something that must not happen; `kind` is the same for what is probably the same bug."""
-
-    kind: str
-    text: str
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """What became of a file: was it accepted, how did its run end, and what was wrong with that."""
-
-    accepted: bool
-    end: str = ""
-    finding: Finding | None = None
-
-
 class _Watched(Executive):
     """Keeps the exception that ended the mission."""
 
@@ -66,24 +48,7 @@ class _Watched(Executive):
 
 
 def judge(path: Path) -> Verdict:
-    """Check a mission file, and run it if it is sound. Raises nothing of its own."""
-    try:
-        return _judge(path)
-    except MemoryError:
-        raise
-    except Exception as error:  # noqa: BLE001 - whatever comes out here is what is looked for
-        return Verdict(accepted=False, finding=_crash(error))
-
-
-def _crash(error: BaseException) -> Finding:
-    frames = traceback.extract_tb(error.__traceback__)
-    last = frames[-1] if frames else None
-    place = f"{Path(last.filename).name}:{last.name}" if last else "?"
-    text = "".join(traceback.format_exception(error, limit=-12))
-    return Finding(f"{type(error).__name__} in {place}", text[-6000:])
-
-
-def _judge(path: Path) -> Verdict:
+    """Check a mission file, and run it if it is sound."""
     mission, faults = examine(path)
     wrong = _misplaced(faults)
     if wrong is not None:
@@ -144,4 +109,4 @@ def _run(mission: Mission, luck: Random) -> Verdict:
     if isinstance(cause, MissionFailure):
         known = foreseeable(mission, graph.scope, str(cause))
         return Verdict(True, str(cause), Finding(known, str(cause)) if known else None)
-    return Verdict(True, end, None if cause is None else _crash(cause))
+    return Verdict(True, end, None if cause is None else crash(cause))

@@ -12,30 +12,30 @@ from pathlib import Path
 from typing import Any
 
 
-def work(folder: Path, cases: Any, told: Connection) -> None:
+def work(folder: Path, name: str, cases: Any, told: Connection) -> None:
     """Judge one case after another; tell of each before, and what was found after."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     from tests.support.fuzz import limits  # noqa: PLC0415 - takes ROS
-    from tests.support.fuzz.cases import corpus, prepare  # noqa: PLC0415 - as above
+    from tests.support.fuzz.targets import target  # noqa: PLC0415 - as above
 
+    chosen = target(name)
     os.chdir(folder)
-    prepare(folder)
-    found = corpus()
-    for name, texts in (("m.yaml", found.texts), ("m.xml", found.xml)):
-        for text in texts:  # what is loaded once counts for no case
-            Path(name).write_text(text, encoding="utf-8")
-            limits.judge_within(Path(name))
+    chosen.prepare(folder)
+    found = chosen.corpus()
+    for sample in chosen.samples(found):
+        Path(sample.name).write_bytes(sample.contents)
+        limits.judge_within(Path(sample.name), judge=chosen.judge)
     limits.limit_memory()
     most_mb = limits.resident_mb() + limits.MEMORY_MB
-    for number, case in cases(found):
+    for number, case in cases(chosen, found):
         path = Path(case.name)
         path.write_bytes(case.contents)
         told.send(("begun", number, case.name))
         limits.limit_processor()
-        verdict = limits.judge_within(path)
+        verdict = limits.judge_within(path, judge=chosen.judge)
         if verdict.finding is not None:
             told.send(("found", (verdict.finding.kind, verdict.finding.text), case.contents))
-        told.send(("done", number, verdict.accepted))
+        told.send(("done", verdict.inputs, verdict.accepted))
         if limits.resident_mb() > most_mb:
             return  # what is left would not be enough for a case; a new process goes on
     told.send(("finished", 0, ""))
@@ -50,12 +50,10 @@ class Mutants:
     step: int
     end: int
 
-    def __call__(self, found: Any) -> Iterator[tuple[int, Any]]:
+    def __call__(self, target: Any, found: Any) -> Iterator[tuple[int, Any]]:
         """Yield them, with their numbers; `found` is the corpus."""
-        from tests.support.fuzz.cases import case  # noqa: PLC0415 - as above
-
         for number in range(self.first, self.end, self.step):
-            yield number, case(found, self.seed, number)
+            yield number, target.case(found, self.seed, number)
 
 
 @dataclass(frozen=True)
@@ -66,13 +64,13 @@ class Files:
     first: int = 0
     step: int = 1
 
-    def __call__(self, _found: Any) -> Iterator[tuple[int, Any]]:
+    def __call__(self, _target: Any, _found: Any) -> Iterator[tuple[int, Any]]:
         """Yield them as they are."""
-        from tests.support.fuzz.cases import Case  # noqa: PLC0415 - as above
+        from tests.support.fuzz.finding import Case  # noqa: PLC0415 - as above
 
         for number in range(self.first, len(self.paths), self.step):
             path = self.paths[number]
-            yield number, Case("m.xml" if path.suffix == ".xml" else "m.yaml", path.read_bytes())
+            yield number, Case(f"m{path.suffix}", path.read_bytes())
 
 
 @dataclass
@@ -84,6 +82,7 @@ class Worker:
     """
 
     folder: Path
+    target: str
     cases: Any
     number: int = -1
     name: str = ""
@@ -110,7 +109,8 @@ class Worker:
         home.mkdir(parents=True)
         context = multiprocessing.get_context("spawn")
         self.heard, told = context.Pipe(duplex=False)
-        self.process = context.Process(target=work, args=(home, self.cases, told), daemon=True)
+        arguments = (home, self.target, self.cases, told)
+        self.process = context.Process(target=work, args=arguments, daemon=True)
         self.process.start()
         told.close()
 

@@ -1,4 +1,4 @@
-"""`tools/fuzz_missions.py` finds nothing in the product, and whatever is planted in it."""
+"""`tools/fuzz.py` finds nothing in the product, and whatever is planted in it."""
 
 import json
 import os
@@ -11,17 +11,20 @@ from types import SimpleNamespace
 
 import pytest
 
+from action_servers.core.pilot import Pilot
 from bt_mission.behaviours import leaves
 from bt_mission.core.diagnostics import Diagnostic
+from bt_mission.executive.executive import Executive
 from bt_mission.goals.ledger import Ledger
 from bt_mission.language.checks import scope
-from bt_mission.sessions import check
+from bt_mission.recording.reading import RecordedFile
+from bt_mission.sessions import check, load
 from tests.support.fuzz import cases
 from tests.support.fuzz.limits import MEMORY_MB, forget_peak, judge_within, peak_mb, resident_mb
-from tests.support.fuzz.verdict import judge
+from tests.support.fuzz.targets import MODULES, target, target_of
 from tests.support.project import ROOT
 
-TOOL = ROOT / "tools/fuzz_missions.py"
+TOOL = ROOT / "tools/fuzz.py"
 FOUND = cases.CORPUS / "found"
 SOUND = sorted(cases.CORPUS.glob("*.yaml"))
 
@@ -70,7 +73,7 @@ def test_what_was_found_once_is_refused_for_good(path, folder):
     _, faults = check.examine(file)
     expected = path.with_suffix(".txt").read_text(encoding="utf-8")
     assert "".join(f"{fault}\n" for fault in faults) == expected
-    assert judge(file).finding is None
+    assert judge_within(file).finding is None
 
 
 def test_a_case_follows_from_the_seed_and_its_number():
@@ -91,9 +94,110 @@ def test_nothing_is_found_in_some_hundred_cases(tmp_path):
     assert (code, summary["cases"], summary["findings"]) == (0, 400, {})
     assert summary["sound"] > 40
     first, *_, last, _ = said.splitlines()
-    assert first == "Judging 400 mutated missions (seed 1, processes: 1); what is sound is run"
+    assert first == "Judging 400 mutated missions (seed 1, processes: 1)"
     assert last == "Found nothing."
     assert not (tmp_path / "found").exists()
+
+
+@pytest.mark.process
+def test_a_hunt_goes_on_where_it_ended(tmp_path):
+    """With the counts of before; not with another seed."""
+    state = tmp_path / "state.json"
+    arguments = ("--target", "goals", "--save", tmp_path / "found", "--state", state)
+    code, said = fuzz("--count", 40, *arguments)
+    summary = json.loads(said.splitlines()[-1])
+    assert (code, summary["cases"], summary["findings"]) == (0, 40, {})
+    assert summary["inputs"] > 40
+    assert json.loads(state.read_text())["first"] == 40
+    code, said = fuzz("--count", 5, *arguments)
+    assert (code, json.loads(said.splitlines()[-1])["cases"]) == (0, 45)
+    code, said = fuzz("--seconds", 1, *arguments)
+    assert (code, json.loads(said.splitlines()[-1])["cases"] > 45) == (0, True)
+    code, said = fuzz("--count", 1, "--seed", 2, *arguments)
+    assert code == 2
+    assert said.splitlines()[-1] == f"fuzz.py: {state} is of another target or another seed"
+
+
+@pytest.mark.parametrize("name", [name for name in MODULES if name != "missions"])
+def test_nothing_is_found_in_some_cases_of_each_other_target(name, folder):
+    """Some are sound, so that what is behind the first check is reached."""
+    chosen = target(name)
+    if name == "controls":
+        chosen.prepare(Path())
+    found = chosen.corpus()
+    verdicts = []
+    for number in range(25):
+        case = chosen.case(found, 1, number)
+        Path(case.name).write_bytes(case.contents)
+        verdicts.append(judge_within(Path(case.name), judge=chosen.judge))
+    assert [one.finding for one in verdicts if one.finding is not None] == []
+    assert any(one.accepted for one in verdicts)
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_a_case_of_each_target_follows_from_the_seed_and_its_number(name):
+    """And its suffix leads back to its target."""
+    chosen = target(name)
+    found = chosen.corpus()
+    cases_of = [chosen.case(found, 1, number) for number in range(10)]
+    assert chosen.case(found, 1, 9) == cases_of[-1]
+    assert chosen.case(found, 2, 9) != cases_of[-1]
+    if name != "trees":  # whose files are missions, too
+        assert {target_of(Path(case.name)) for case in cases_of} == {name}
+
+
+def judged_sample(name, contents=None, number=0, **options):
+    """Judge a sound case of a target, or another one of its kind."""
+    chosen = target(name)
+    samples = list(chosen.samples(chosen.corpus()))
+    path = Path(samples[number].name)
+    path.write_bytes(samples[number].contents if contents is None else contents)
+    return judge_within(path, judge=chosen.judge, **options)
+
+
+def crash(*_args, **_kwargs):
+    """Raise what nobody expects."""
+    raise KeyError("planted")
+
+
+@pytest.mark.parametrize(
+    ("name", "where", "planted", "kind"),
+    [
+        ("recordings", (RecordedFile, "facts"), property(crash), "KeyError in test_fuzz.py:crash"),
+        ("trees", (load, "mission_yaml"), lambda _: "mission: m\ntree: {wait: 1}\n", "YAML means"),
+        ("goals", (Ledger, "is_settled"), False, "the mission does not end"),
+        ("controls", (Executive, "interrupt"), lambda *_: None, "the mission does not end"),
+        ("servers", (Pilot, "_end_all"), lambda *_: None, "a maneuver goes on after a stop"),
+    ],
+)
+def test_a_fault_planted_behind_another_target_is_found(
+    name, where, planted, kind, folder, monkeypatch
+):
+    """Whichever of its samples it is that meets the fault."""
+    count = len(list(target(name).samples(target(name).corpus())))
+    if name == "controls":
+        target(name).prepare(Path())
+    monkeypatch.setattr(*where, planted)
+    found = {
+        verdict.finding.kind
+        for number in range(min(count, 20))
+        if (verdict := judged_sample(name, number=number)).finding is not None
+    }
+    assert any(one.startswith(kind) for one in found)
+
+
+def test_a_damaged_recording_that_says_nothing_is_a_finding(folder, monkeypatch):
+    """A cut one that ends before its end, and nobody tells."""
+    chosen = target("recordings")
+    whole = next(iter(chosen.samples(chosen.corpus()))).contents
+    for share in (0.5, 0.7, 0.9):
+        assert judged_sample("recordings", whole[: int(share * len(whole))]).finding is None
+    monkeypatch.setattr(RecordedFile, "_note_cut", lambda *_: None)
+    found = [
+        judged_sample("recordings", whole[: int(share * len(whole))]).finding
+        for share in (0.5, 0.7, 0.9)
+    ]
+    assert "taken for whole: damaged" in {one.kind for one in found if one is not None}
 
 
 @pytest.mark.process
@@ -150,7 +254,7 @@ def test_a_case_is_judged_by_the_memory_that_it_takes_itself(folder, monkeypatch
     [
         (["--processes", 0], "argument --processes: invalid whole number from 1 value: '0'"),
         (["--replay", "nobody.yaml"], "argument --replay: no file 'nobody.yaml'"),
-        (["--count", 1], "fuzz_missions.py: a process ended with 1 before its first case"),
+        (["--count", 1], "fuzz.py: a process ended with 1 before its first case"),
     ],
 )
 def test_a_hunt_that_cannot_be_is_no_finding(arguments, said, tmp_path):
@@ -164,11 +268,12 @@ def test_a_hunt_that_cannot_be_is_no_finding(arguments, said, tmp_path):
 def test_a_finding_is_saved(tmp_path, capsys):
     """The first of each kind, with the line that repeats it."""
     tool = runpy.run_path(str(TOOL))
-    hunt = tool["Hunt"](SimpleNamespace(seed=5, save=tmp_path / "found", replay=None))
+    options = {"target": "missions", "seed": 5, "save": tmp_path / "found", "replay": None}
+    hunt = tool["Hunt"](SimpleNamespace(**options))
     worker = SimpleNamespace(number=17, name="m.yaml")
     hunt.note(worker, "KeyError in scope.py", "where it was", b"mission: m\n")
     hunt.note(worker, "KeyError in scope.py", "where it was", b"mission: n\n")
-    path = tmp_path / "found" / "5_17.yaml"
+    path = tmp_path / "found" / "missions_5_17.yaml"
     assert path.read_bytes() == b"mission: m\n"
     assert path.with_suffix(".txt").read_text() == "KeyError in scope.py\nwhere it was\n"
     assert hunt.found == {"KeyError in scope.py": 2}
@@ -176,13 +281,8 @@ def test_a_finding_is_saved(tmp_path, capsys):
         "",
         "FOUND: KeyError in scope.py",
         "where it was",
-        f"repeat it: python tools/fuzz_missions.py --replay {path}",
+        f"repeat it: python tools/fuzz.py --replay {path}",
     ]
-
-
-def crash(*_args, **_kwargs):
-    """Raise what nobody expects."""
-    raise KeyError("planted")
 
 
 def hang(*_args, **_kwargs):
@@ -209,13 +309,13 @@ def misplace(*_args, **_kwargs):
 @pytest.mark.parametrize(
     ("where", "planted", "kind"),
     [
-        ((scope, "_naming_faults"), crash, "KeyError in test_fuzz_missions.py:crash"),
+        ((scope, "_naming_faults"), crash, "KeyError in test_fuzz.py:crash"),
         ((scope, "_naming_faults"), hang, "more than 0.5 s of the processor"),
         ((scope, "_naming_faults"), misplace, "a fault without a place"),
         ((scope, "number_faults"), look_away, "all values are known, wait"),
         ((scope, "evaluate_constants"), look_away, "known beforehand, log"),
         ((scope, "reference_faults"), look_away, "a name that is not known, log"),
-        ((leaves.Wait, "update"), crash, "KeyError in test_fuzz_missions.py:crash"),
+        ((leaves.Wait, "update"), crash, "KeyError in test_fuzz.py:crash"),
         ((Ledger, "is_settled"), False, "the mission does not end"),
     ],
 )

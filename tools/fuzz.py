@@ -1,13 +1,20 @@
-"""Mutates mission files, and looks for one that does not get what it deserves.
+"""Mutates what comes from outside, and looks for what does not get what it deserves.
 
-Never a traceback, a hang, more than 200 MB, or a mission that passes the check and then fails on
-what the check could have seen. Each case is checked as `bt-mission check` does it; what is sound
-is run for some hundred ticks against servers that answer by luck. The cases follow from the seed
-and the corpus, which begins in tests/fuzz/corpus. Each finding is saved, with its reason.
+Never a traceback, a hang, more than 200 MB, or an answer that is wrong without a word. The targets:
+
+- missions: mission files, checked; what is sound is run against servers that answer by luck.
+- recordings: recordings and traces, read by `replay`, `report` and `diff`.
+- trees: BehaviorTree.CPP's and Nav2's XML, converted there and back.
+- goals: what action servers, services and foreign peers answer to a running mission.
+- controls: services and parameters by which people hold a mission, and goals of execute_mission.
+- servers: goals and sensor messages that the action servers get.
+
+The cases follow from the seed and the corpus, which begins in tests/fuzz/corpus. Each finding is
+saved, with its reason. With --state a hunt goes on where it ended.
 
 It ends with 0 where nothing was found, with 1 where something was, with 2 where it cannot judge.
 
-Run it as: python tools/fuzz_missions.py --seconds 60
+Run it as: python tools/fuzz.py --seconds 60
 """
 
 from __future__ import annotations
@@ -28,6 +35,7 @@ from typing import Any
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
+from tests.support.fuzz.targets import MODULES, target_of  # noqa: E402 - as below
 from tests.support.fuzz.workers import Files, Mutants, Worker  # noqa: E402 - from the root
 
 ENDLESS = 2**62
@@ -42,7 +50,11 @@ class Hunt:
     """What was done, and what was found: by kind, each once."""
 
     options: argparse.Namespace
+    before: int = 0
+    """Cases of earlier times, where one goes on."""
     tried: int = 0
+    inputs: int = 0
+    """Files and messages in these cases."""
     accepted: int = 0
     found: dict[str, int] = field(default_factory=dict)
 
@@ -61,6 +73,7 @@ class Hunt:
             self.note(worker, *one, two)
         elif what == "done":
             self.tried += 1
+            self.inputs += one
             self.accepted += two
         return bool(what != "finished")
 
@@ -86,40 +99,79 @@ class Hunt:
             return
         self.options.save.mkdir(parents=True, exist_ok=True)
         suffix = Path(worker.name).suffix
-        path = self.options.save / f"{self.options.seed}_{worker.number}{suffix}"
+        name = f"{self.options.target}_{self.options.seed}_{worker.number}{suffix}"
+        path = self.options.save / name
         path.write_bytes(contents)
         path.with_suffix(".txt").write_text(f"{kind}\n{text}\n", encoding="utf-8")
-        print(f"repeat it: python tools/fuzz_missions.py --replay {path}", flush=True)
+        print(f"repeat it: python tools/fuzz.py --replay {path}", flush=True)
 
     def line(self, seconds: int) -> str:
         """Return how far it is."""
         share = 100 * self.accepted / max(self.tried, 1)
-        rate = self.tried / max(seconds, 1)
+        rate = (self.tried - self.before) / max(seconds, 1)
         kinds = f"{_counted(len(self.found), 'kind')} of findings"
-        return f"{seconds} s: {self.tried} cases, {rate:.0f}/s, {share:.0f} % sound, {kinds}"
+        many = "" if self.inputs == self.tried else f" of {self.inputs} inputs"
+        what = f"{self.options.target}, {seconds} s: {self.tried} cases{many}, {rate:.0f}/s"
+        return f"{what}, {share:.0f} % sound, {kinds}"
+
+    def keep(self, workers: list[Worker]) -> None:
+        """Write down how far it is, to go on from there another time."""
+        if self.options.state is None:
+            return
+        # The last numbers of all processes but the slowest are judged again.
+        numbers = [worker.number for worker in workers if worker.number >= 0]
+        first = min(numbers) + 1 if numbers else self.options.first
+        state = {
+            "target": self.options.target,
+            "seed": self.options.seed,
+            "first": first,
+            "cases": self.tried,
+            "inputs": self.inputs,
+            "sound": self.accepted,
+            "findings": self.found,
+        }
+        temporary = self.options.state.with_suffix(".new")
+        temporary.write_text(json.dumps(state), encoding="utf-8")
+        temporary.replace(self.options.state)
+
+    def go_on(self) -> None:
+        """Take up what was written down."""
+        options = self.options
+        if options.state is None or not options.state.exists():
+            return
+        state = json.loads(options.state.read_text(encoding="utf-8"))
+        if (state["target"], state["seed"]) != (options.target, options.seed):
+            raise CannotJudgeError(f"{options.state} is of another target or another seed")
+        options.first, self.found = state["first"], state["findings"]
+        options.end = options.first + options.count
+        self.tried = self.before = state["cases"]
+        self.inputs, self.accepted = state["inputs"], state["sound"]
 
 
 def hunt(options: argparse.Namespace, folder: Path) -> Hunt:
     """Run the processes until the time is over or no case is left."""
     found = Hunt(options)
+    found.go_on()
     workers = []
     for index in range(options.processes):
         cases: Any = Mutants(options.seed, options.first + index, options.processes, options.end)
         if options.replay:
             cases = Files(tuple(options.replay), index, options.processes)
-        workers.append(Worker(folder / str(index), cases))
+        workers.append(Worker(folder / str(index), options.target, cases))
     for worker in workers:
         worker.start()
-    seconds = 0
+    everyone, seconds = tuple(workers), 0
     ticker, tick = _every_second()
     try:
         while workers and (options.seconds is None or seconds < options.seconds):
             there = wait([ticker, *(worker.heard for worker in workers)])
             if ticker in there:
                 ticker.recv()
-                seconds += 1
-                if seconds % options.every == 0:
+                is_judging = any(worker.began or worker.starts > 1 for worker in everyone)
+                seconds += is_judging
+                if is_judging and seconds % options.every == 0:
                     print(found.line(seconds), flush=True)
+                    found.keep(workers)
                 for worker in workers:
                     worker.look(options.patience)
             workers = [one for one in workers if one.heard not in there or found.hear(one)]
@@ -128,8 +180,9 @@ def hunt(options: argparse.Namespace, folder: Path) -> Hunt:
     finally:
         tick.terminate()
         for worker in workers:
-            worker.process.terminate()
+            worker.process.kill()  # it may be in a case that hears nothing
             worker.process.join()
+    found.keep(list(everyone))
     print(found.line(seconds), flush=True)
     return found
 
@@ -175,12 +228,18 @@ def _file(text: str) -> Path:
 
 def _options(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
-        description="Mutates mission files and looks for one that crashes the check, takes too "
-        "long or too much, or passes it and then fails on what it could have seen.",
+        description="Mutates what comes from outside and looks for what crashes, takes too long "
+        "or too much, or is answered wrongly without a word.",
         epilog="Ends with 0 where nothing was found, with 1 where something was, and with 2 where "
         "it cannot judge. Ctrl-C ends it early.",
     )
     add = parser.add_argument
+    add(
+        "--target",
+        choices=(*MODULES, "all"),
+        help="what is fuzzed (default: missions; of --replay, what the files are); all: one after "
+        "the other, missions for half of the time",
+    )
     add("--seconds", type=_positive, help="stop after this time (default: never)")
     add("--count", type=_positive, default=ENDLESS, help="stop after so many cases")
     add("--seed", type=int, default=1, help="the cases follow from it (default: 1)")
@@ -190,7 +249,12 @@ def _options(arguments: Sequence[str] | None) -> argparse.Namespace:
     add("--patience", type=_positive, default=20, help="seconds for which a case may sleep")
     add("--save", type=Path, default=Path("fuzz_findings"), help="folder for what is found")
     add("--replay", type=_file, nargs="+", help="judge these files instead of mutated ones")
+    add("--state", type=Path, metavar="FILE", help="go on from this file, and keep it up to date")
     options = parser.parse_args(arguments)
+    options.target = options.target or (target_of(options.replay[0]) if options.replay else None)
+    options.target = options.target or next(iter(MODULES))
+    if options.target == "all" and (options.replay or options.state or not options.seconds):
+        parser.error("--target all: takes --seconds, and neither --replay nor --state")
     options.end = options.first + options.count
     return options
 
@@ -202,25 +266,41 @@ def _says_what_it_does(options: argparse.Namespace) -> str:
     many = "" if options.count == ENDLESS else f"{options.count:,} "
     until = f" for {options.seconds} s" if options.seconds else ""
     by = f"seed {options.seed}, processes: {options.processes}"
-    return f"Judging {many}mutated missions{until} ({by}); what is sound is run"
+    return f"Judging {many}mutated {options.target}{until} ({by})"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Hunt; gives the exit code."""
     options = _options(arguments)
+    if options.target != "all":
+        return _judge(options)
+    shares = {
+        name: options.seconds // (2 if name == next(iter(MODULES)) else 2 * len(MODULES) - 2)
+        for name in MODULES
+    }
+    chosen = (
+        {**vars(options), "target": name, "seconds": max(seconds, 1)}
+        for name, seconds in shares.items()
+    )
+    return max([_judge(argparse.Namespace(**one)) for one in chosen])
+
+
+def _judge(options: argparse.Namespace) -> int:
+    """Hunt in one target; gives the exit code."""
     print(_says_what_it_does(options), flush=True)
     try:
-        with tempfile.TemporaryDirectory(prefix="fuzz_missions_") as name:
+        with tempfile.TemporaryDirectory(prefix="fuzz_") as name:
             found = hunt(options, Path(name))
     except CannotJudgeError as error:
-        print(f"fuzz_missions.py: {error}", file=sys.stderr)
+        print(f"fuzz.py: {error}", file=sys.stderr)
         return 2
     if not found.tried and not found.found:
-        print("fuzz_missions.py: no case was judged in this time; give it more", file=sys.stderr)
+        print("fuzz.py: no case was judged in this time; give it more", file=sys.stderr)
         return 2
     kinds = _counted(len(found.found), "kind")
     print(f"Found {kinds} of faults in the project." if found.found else "Found nothing.")
-    print(json.dumps({"cases": found.tried, "sound": found.accepted, "findings": found.found}))
+    came = {"cases": found.tried, "inputs": found.inputs, "sound": found.accepted}
+    print(json.dumps({**came, "findings": found.found}))
     return 1 if found.found else 0
 
 

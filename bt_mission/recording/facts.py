@@ -1,0 +1,124 @@
+"""What a recorder has written down of a run besides messages: facts at its start, a summary."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+FACTS, SUMMARY = "bt_mission", "bt_mission_summary"
+"""The names of the metadata records."""
+
+LARGEST_NS = 2**63 - 1
+"""Times of ROS are no larger, ns."""
+
+IsValid = Callable[[Any], bool]
+
+
+def _is_number(value: Any) -> bool:
+    return type(value) in (int, float) and math.isfinite(value) and abs(value) <= LARGEST_NS
+
+
+def _is_count(value: Any) -> bool:
+    return type(value) is int and 0 <= value <= LARGEST_NS
+
+
+def _is_text(value: Any) -> bool:
+    return isinstance(value, str)
+
+
+def _is_mapping(value: Any) -> bool:
+    return isinstance(value, dict)
+
+
+def _is_hull(value: Any) -> bool:
+    return isinstance(value, list) and len(value) == 3 and all(map(_is_number, value))
+
+
+def _or_none(is_valid: IsValid) -> IsValid:
+    return lambda value: value is None or is_valid(value)
+
+
+_KNOWN: Mapping[tuple[str, str], IsValid] = {
+    (FACTS, "start_ns"): _is_count,
+    (FACTS, "robot_hull"): _or_none(_is_hull),
+    (FACTS, "versions"): _is_mapping,
+    (FACTS, "inputs"): _is_mapping,
+    (SUMMARY, "virtual_s"): _is_number,
+    (SUMMARY, "wall_s"): _is_number,
+    (SUMMARY, "distance_travelled_m"): _or_none(_is_number),
+    (SUMMARY, "goals_left_behind"): _is_count,
+    (SUMMARY, "collisions"): _or_none(_is_count),
+    (SUMMARY, "trace_sha256"): _is_text,
+    (SUMMARY, "missing"): _is_text,
+}
+"""What is read of the values that are JSON, and what each has to be."""
+
+
+class RunFacts:
+    """The facts of a run, as values. What is not as our recorder writes it is left out, and named.
+
+    Args:
+        notes: The metadata records of a file, by name.
+    """
+
+    def __init__(self, notes: Mapping[str, Mapping[str, str]]) -> None:
+        self.texts: Mapping[str, str] = notes.get(FACTS, {})
+        """As they are in the file."""
+        self.unread: list[str] = []
+        """The names of those that cannot be read."""
+        self.summary: Mapping[str, Any] = self._values(SUMMARY, notes.get(SUMMARY, {}))
+        """What the run came to; empty where it was not told."""
+        known = [name for note, name in _KNOWN if note == FACTS]
+        texts = {name: self.texts[name] for name in known if name in self.texts}
+        self._facts = self._values(FACTS, texts)
+
+    @property
+    def namespace(self) -> str:
+        """Of the robot."""
+        return self.texts.get("namespace", "/")
+
+    @property
+    def start_ns(self) -> int | None:
+        """ROS time from which a simulation counts, ns; None against servers of others."""
+        return self._facts.get("start_ns") if "world" in self.texts else None
+
+    @property
+    def hull(self) -> tuple[float, float, float] | None:
+        """Front, rear and half width of the robot, m; None where it is not known."""
+        found = self._facts.get("robot_hull")
+        return None if found is None else (found[0], found[1], found[2])
+
+    @property
+    def versions(self) -> Mapping[str, Any]:
+        """Of what has carried the run out."""
+        return self._mapping("versions")
+
+    @property
+    def inputs(self) -> Mapping[str, Any]:
+        """Of the mission."""
+        return self._mapping("inputs")
+
+    @property
+    def missing(self) -> str:
+        """What the recorder could not record; empty where it could everything."""
+        return str(self.summary.get("missing", ""))
+
+    def _mapping(self, name: str) -> Mapping[str, Any]:
+        found: Mapping[str, Any] = self._facts.get(name, {})
+        return found
+
+    def _values(self, note: str, texts: Mapping[str, str]) -> Mapping[str, Any]:
+        found = {}
+        for name, text in texts.items():
+            try:
+                value = json.loads(text)
+            except (ValueError, RecursionError):
+                self.unread.append(name)
+                continue
+            if _KNOWN.get((note, name), lambda _: True)(value):
+                found[name] = value
+            else:
+                self.unread.append(name)
+        return found

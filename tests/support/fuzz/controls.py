@@ -1,0 +1,305 @@
+"""Services, goals of execute_mission and parameters by which others hold our executive and servers.
+
+A case is a program of bytes: calls of services in any order, with any values, while a mission runs
+or none does; missions as goals; parameters that are set.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator
+from functools import cache
+from pathlib import Path
+from random import Random
+from typing import Any
+
+from bt_mission_interfaces.action import ExecuteMission
+from rcl_interfaces.srv import SetParameters
+from rclpy.parameter import Parameter
+from rclpy.serialization import serialize_message
+
+from action_servers.core.tuning import NAVIGATION, TUNING
+from action_servers.robot_io.node import RobotNode, RobotNodeOptions
+from action_servers.server.parameters import declare_server_parameters, limited
+from bt_mission.behaviours.builder import build_tree
+from bt_mission.behaviours.runtime import Scope
+from bt_mission.core.diagnostics import InputError
+from bt_mission.core.errors import BtMissionError
+from bt_mission.core.robot.model import load_robot
+from bt_mission.executive.executive import Executive
+from bt_mission.executive.trace import Trace
+from bt_mission.ros.control_services import MOST_BREAKPOINTS, ControlServices
+from bt_mission.sessions.served_missions import ServedMissions
+from tests.support.fuzz.finding import Case, Finding, Verdict, crash
+from tests.support.fuzz.goals import missions
+from tests.support.fuzz.graph import Graph
+from tests.support.fuzz.program import Program
+from tests.support.fuzz.targets import Target
+from tests.support.project import ROOT
+
+S = 1_000_000_000
+NAMES = (
+    *("turn", "sequence", "m", "0", "0.0", "0.1.0", "check", "retry", "", "nobody", "tur", "TURN"),
+    *("x" * 2_000, "é", "\x1b[2J", "a\nb", "0.0.0.0.0", "explore_forward", "../..", "\x00", "wait"),
+)
+PATHS = (
+    *(
+        "square",
+        "square.yaml",
+        "missions/square.yaml",
+        "",
+        "../../etc/passwd",
+        "/dev/zero",
+        ".",
+        "/",
+    ),
+    *(
+        "loop.yaml",
+        "folder.yaml",
+        "outside.yaml",
+        "m.xml",
+        "x" * 5_000,
+        "a\x00b",
+        "é.yaml",
+        "~",
+        "*",
+    ),
+)
+TEXTS = (
+    "mission: m\ntree: {wait: 1}\n",
+    "mission: m\ninputs: {angle: 90}\ntree: {turn: {angle: $angle}, timeout: 5}\n",
+    "mission: m\ninclude: [parts.yaml]\ntree: {wait: 1}\n",
+    "mission: m\ntree: {python: 'os:system'}\n",
+    "mission: m\ntree: {sequence: [{log: $x}]}\n",
+    "\x00",
+    "mission: " + "[" * 500,
+    "&a [*a]",
+    "x" * 10_000,
+)
+INPUTS = (
+    "angle=45",
+    "angle=",
+    "=",
+    "angle",
+    "angle=.nan",
+    "x=1",
+    "angle=[1, 2]",
+    "angle=" + "9" * 400,
+)
+SEEDS = (-1, 0, 7, -2, 2**31 - 1, -(2**31), 2**62)
+VALUES: tuple[Any, ...] = (
+    *(0, 1, -1, 2**62, -(2**62), 0.0, 0.5, -0.5, 1e308, float("nan"), float("inf"), -float("inf")),
+    *(
+        True,
+        False,
+        "",
+        "refuse",
+        "replace",
+        "x" * 5_000,
+        "é",
+        [1, 2],
+        [0.5],
+        ["a"],
+        [True],
+        [b"\xff"],
+    ),
+    None,
+)
+SETTLING_TICKS = 200
+LONGEST = 80
+
+
+class _Node:
+    """As much of a node as offers services."""
+
+    def __init__(self) -> None:
+        self.services: dict[str, tuple[Any, Callable[[Any, Any], Any]]] = {}
+
+    def create_service(self, kind: Any, name: str, callback: Callable[[Any, Any], Any]) -> str:
+        self.services[name.removeprefix("~/")] = kind, callback
+        return name
+
+    def destroy_service(self, name: str) -> None:
+        del self.services[name.removeprefix("~/")]
+
+
+@cache
+def _parameters() -> RobotNode:
+    """Return a node with the parameters of the action servers."""
+    from tests.support.fuzz.peer import node  # noqa: PLC0415 - starts ROS
+
+    node()
+    made = RobotNode("fuzzed_servers", RobotNodeOptions())
+    robot = limited(made, load_robot("waffle"))
+    declare_server_parameters(made, robot, Path("images"))
+    made.declare_all(TUNING)
+    made.declare_all(NAVIGATION)
+    return made
+
+
+class Play:
+    """An executive's services, and who uses them."""
+
+    def __init__(self, contents: bytes) -> None:
+        self.program = Program(contents)
+        self.node = _Node()
+        self.executive: Executive | None = None
+        self.graph: Graph | None = None
+        self.controls = ControlServices(self.node, lambda: self.executive)  # type: ignore[arg-type]
+        self.served = ServedMissions(
+            (Path("served").resolve(),) if self.program.chance(0.8) else (),
+            allow_text=self.program.chance(0.8),
+        )
+        self.log: list[str] = []
+
+    def run(self) -> None:
+        """Do what the program says."""
+        acts = (
+            *(self._begin, self._tick, self._tick, self._tick, self._call, self._call),
+            *(self._call, self._call, self._call, self._goal, self._set),
+        )
+        while self.program:
+            self.log.append(self.program.pick(acts)())
+        self._settle()
+        self.controls.close()
+        assert not self.node.services, "services are left"
+
+    def _begin(self) -> str:
+        self._settle()
+        mission = self.program.pick(missions())
+        self.graph = Graph(Scope(dict(mission.inputs), 1), Random(self.program.byte()))
+        self.executive = Executive(build_tree(mission, self.graph.scope), self.graph, Trace())
+        self.controls.begin(self.executive)
+        return "a mission begins"
+
+    def _tick(self) -> str:
+        if self.executive is None or self.graph is None:
+            return "no mission"
+        self.graph.move()
+        self.executive.tick()
+        return f"tick: {self.executive.state}"
+
+    def _settle(self) -> None:
+        executive, self.executive = self.executive, None
+        if executive is None or self.graph is None:
+            return
+        executive.interrupt("enough")
+        self.graph.lose_patience()
+        for _ in range(SETTLING_TICKS):
+            if executive.is_done:
+                return
+            self.graph.move()
+            executive.tick()
+        raise AssertionError("the mission does not end")
+
+    def _call(self) -> str:
+        name = self.program.pick(sorted(self.node.services))
+        kind, callback = self.node.services[name]
+        request = kind.Request()
+        for part in request.get_fields_and_field_types():
+            is_text = isinstance(getattr(request, part), str)
+            value = self.program.pick(NAMES) if is_text else self.program.chance(0.5)
+            setattr(request, part, value)
+        answer = callback(request, kind.Response())
+        serialize_message(answer)
+        assert answer.message, "an answer without words"
+        assert "Traceback" not in answer.message
+        if hasattr(answer, "breakpoints"):
+            assert len(answer.breakpoints) <= MOST_BREAKPOINTS, "more breakpoints than may be"
+        self._check(name, is_done=answer.success)
+        return f"{name}: {answer.success}, {answer.message[:100]}"
+
+    def _check(self, name: str, *, is_done: bool) -> None:
+        if not is_done or name == "breakpoint":
+            return
+        executive = self.executive
+        assert executive is not None, f"{name} of no mission has succeeded"
+        if name == "pause":
+            assert executive.paused is not None, "a pause that pauses nothing"
+        if name == "resume":
+            assert executive.paused is None, "paused after a resume"
+        if name == "stop":
+            assert executive.status != "running", "runs after a stop"
+
+    def _goal(self) -> str:
+        goal = ExecuteMission.Goal()
+        if self.program.chance(0.5):
+            goal.path = self.program.pick(PATHS)
+        if self.program.chance(0.5):
+            goal.text = self.program.pick(TEXTS)
+        goal.seed = max(min(self.program.pick(SEEDS), _most_seed()), -_most_seed() - 1)
+        goal.inputs = [self.program.pick(INPUTS) for _ in range(self.program.byte() % 3)]
+        try:
+            mission = self.served.load(goal)
+        except BtMissionError as error:
+            text = error.on_one_line if isinstance(error, InputError) else str(error)
+            assert text, "a goal is refused without words"
+            return f"goal refused: {text[:100]}"
+        return f"goal taken: {mission.name}"
+
+    def _set(self) -> str:
+        node = _parameters()
+        names = sorted(node._parameters)
+        name = self.program.pick((*names, "nobody", ""))
+        value = self.program.pick(VALUES)
+        before = dict(node._parameters)
+        asked = SetParameters.Request(parameters=[Parameter(name, value=value).to_parameter_msg()])
+        service: Any = node._parameter_service
+        (told,) = service._set_parameters_callback(asked, SetParameters.Response()).results
+        serialize_message(told)
+        if told.successful:
+            kept = node._parameters.get(name)
+            is_number = kept is None or kept.value == kept.value
+            assert is_number, f"{name} is no number"
+            node._parameters.update(before)
+        else:
+            assert told.reason, "a parameter is refused without words"
+        return f"{name} = {str(value)[:40]}: {told.successful} {told.reason[:100]}"
+
+
+@cache
+def _most_seed() -> int:
+    kind = ExecuteMission.Goal.get_fields_and_field_types()["seed"]
+    return int(2 ** (int(kind.removeprefix("int")) - 1) - 1)
+
+
+def prepare(folder: Path) -> None:
+    """Put missions that are served into a folder."""
+    served = folder / "served"
+    served.mkdir()
+    shutil.copy(ROOT / "missions/square.yaml", served)
+    (served / "folder.yaml").mkdir()
+    (served / "loop.yaml").symlink_to("loop.yaml")
+    (served / "outside.yaml").symlink_to(ROOT / "missions/patrol.yaml")
+    (served / "m.xml").write_text("<root/>", encoding="utf-8")
+
+
+def judge(path: Path) -> Verdict:
+    """Play a program: no exception, and every answer has words and is true."""
+    play = Play(path.read_bytes())
+    try:
+        play.run()
+    except Exception as error:  # noqa: BLE001 - whatever it is, with what led to it
+        found = crash(error)
+        kind = str(error) if isinstance(error, AssertionError) else found.kind
+        return Verdict(False, finding=Finding(kind, "\n".join([*play.log[-25:], found.text])))
+    return Verdict(any(": True" in line for line in play.log), inputs=max(len(play.log), 1))
+
+
+def samples(_: None) -> Iterator[Case]:
+    """Yield programs in which everything happens once."""
+    for number in range(0, 256, 8):
+        yield Case("m.controls", bytes((0, 0, 0, number, 1, *range(number, 255, 3))))
+
+
+def case(_: None, seed: int, number: int) -> Case:
+    """Return a program."""
+    rng = Random(f"{seed}/{number}")
+    return Case(
+        "m.controls",
+        bytes((rng.randrange(256), 0, 0, rng.randrange(256), 1))
+        + rng.randbytes(rng.randint(5, LONGEST)),
+    )
+
+
+TARGET = Target(lambda: None, samples, case, judge, prepare)

@@ -1,0 +1,176 @@
+"""BehaviorTree.CPP's and Nav2's XML, mutated and made up, converted into YAML and back again."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from random import Random
+from xml.etree import ElementTree as ET
+
+from bt_mission.btcpp.document import document_of
+from bt_mission.btcpp.mission_writer import mission_xml
+from bt_mission.btcpp.nav2 import HINTS, NAV2
+from bt_mission.core.diagnostics import Diagnostic, InputError
+from bt_mission.core.yaml.document import read_text
+from bt_mission.language.loader import draft, load_text
+from bt_mission.sessions import load
+from tests.support.btcpp_rules import CHILDREN, PORTS
+from tests.support.fuzz import cases, xml_missions
+from tests.support.fuzz.expressions import expression
+from tests.support.fuzz.finding import Case, Finding, Verdict
+from tests.support.fuzz.targets import Target
+from tests.support.missions import meaning
+
+MADE_SHARE, YAML_SHARE = 0.4, 0.1
+DEEPEST = 6
+VALUES = (
+    *("0", "1", "-1", "3", "0.5", "500", "true", "false", "{x}", "{y}", "turn", "x; y", "", "-5.0"),
+    *(
+        "1e999",
+        "nan",
+        "{",
+        "9" * 400,
+        "a := 1; b := a + 1",
+        "x > 2 && y",
+        "0;0;1.57",
+        "é",
+        "json:{}",
+    ),
+)
+COMMON = (
+    "name",
+    "_skipIf",
+    "_successIf",
+    "_failureIf",
+    "_while",
+    "_onSuccess",
+    "_post",
+    "_onHalted",
+)
+
+
+@dataclass(frozen=True)
+class Corpus:
+    """XML files, and everything that mutated missions begin with."""
+
+    xml: tuple[str, ...]
+    missions: cases.Corpus
+
+
+def corpus() -> Corpus:
+    """Read the shipped missions as XML, and one file of everything."""
+    found = cases.corpus()
+    return Corpus(found.xml, found)
+
+
+def samples(found: Corpus) -> Iterator[Case]:
+    """Yield what is sound."""
+    yield from (Case("m.xml", text.encode()) for text in found.xml)
+
+
+def case(found: Corpus, seed: int, number: int) -> Case:
+    """Return a file that is mutated, or made up by the rules."""
+    rng = Random(f"{seed}/{number}")
+    chance = rng.random()
+    if chance < YAML_SHARE:
+        return cases.case(found.missions, seed, number)
+    text = made(rng) if chance < YAML_SHARE + MADE_SHARE else rng.choice(found.xml)
+    if chance >= YAML_SHARE + MADE_SHARE or rng.random() < 0.3:
+        text = xml_missions.mutated(rng, text)
+    return Case("m.xml", text.encode("utf-8", "surrogatepass"))
+
+
+def made(rng: Random) -> str:
+    """Return a file of nodes of BehaviorTree.CPP and Nav2, with the children they may have."""
+    root = ET.Element("root", {"BTCPP_format": rng.choice(("4", "4", "4", "4", "3", ""))})
+    names = ("Main", "Sub", "Other")[: rng.randint(1, 3)]
+    if rng.random() < 0.9:
+        root.set("main_tree_to_execute", rng.choice((*["Main"] * 9, "nobody")))
+    for name in names:
+        tree = ET.SubElement(root, "BehaviorTree", {"ID": name})
+        _grow(rng, tree, 0)
+    if rng.random() < 0.3:
+        model = ET.SubElement(ET.SubElement(root, "TreeNodesModel"), "SubTree", {"ID": "Sub"})
+        kind = rng.choice(("input_port", "output_port", "inout_port"))
+        ET.SubElement(model, kind, {"name": rng.choice(("x", "y", "")), "default": "1"})
+    return ET.tostring(root, encoding="unicode")
+
+
+def _grow(rng: Random, parent: ET.Element, depth: int) -> None:
+    leaves = [tag for tag, (_, most) in CHILDREN.items() if most == 0]
+    nav2 = [*NAV2, *(HINTS if rng.random() < 0.1 else ())]
+    inner = [tag for tag in CHILDREN if tag not in leaves]
+    tag = rng.choice(leaves + nav2 if depth >= DEEPEST or rng.random() < 0.4 else inner + nav2)
+    node = ET.SubElement(parent, tag)
+    ports = PORTS.get(tag) or (NAV2[tag][0] if tag in NAV2 else ("ID", "x", "value", "output_key"))
+    for port in sorted(ports):
+        if rng.random() < 0.7:
+            node.set(port, _value(rng))
+    if tag == "SubTree":
+        node.set("ID", rng.choice(("Sub", "Other", "Main", "nobody")))
+    if rng.random() < 0.15:
+        node.set(rng.choice(COMMON), _value(rng))
+    least, most = CHILDREN.get(tag, (2, 2) if tag == "RecoveryNode" else (0, 0))
+    if rng.random() < 0.03:
+        least += 1
+    for _ in range(rng.randint(least, max(least, min(most or 4, 4) if most != 0 else 0))):
+        _grow(rng, node, depth + 1)
+
+
+def _value(rng: Random) -> str:
+    return rng.choice(VALUES) if rng.random() < 0.8 else expression(rng, ("x", "y"))
+
+
+def judge(path: Path) -> Verdict:
+    """Convert a file; what comes of it means the same, in both forms."""
+    try:
+        converted = load.convert(path)
+    except InputError as error:
+        return Verdict(accepted=False, finding=_misplaced(error.faults))
+    if path.suffix == ".yaml":
+        found = draft(load.read_mission(path))
+        if found.mission is None or found.faults:  # mission_xml reads more than is sound
+            return Verdict(accepted=False)
+        return _compared(converted, meaning(found.mission), "XML")
+    found = draft(load.read_mission(path))
+    if found.mission is None or found.faults:
+        return Verdict(accepted=False, finding=Finding("converted with faults", str(found.faults)))
+    meant = meaning(found.mission)
+    try:
+        again = load_text(converted)
+    except InputError as error:
+        return Verdict(True, finding=Finding("YAML that is not read", f"{error}\n{converted}"))
+    if meaning(again) != meant:
+        return Verdict(True, finding=Finding("YAML means something else", converted))
+    palette = load.palette(path)
+    ET.fromstring(palette)  # noqa: S314 - our own
+    try:
+        xml = mission_xml(read_text(converted, "m.yaml"))
+    except InputError as error:
+        return Verdict(True, finding=_misplaced(error.faults))
+    return _compared(xml, meant, "XML again")
+
+
+def _compared(xml: str, meant: object, what: str) -> Verdict:
+    try:
+        found = draft(document_of(xml, "m.xml"))
+    except InputError as error:
+        return Verdict(True, finding=Finding(f"{what} that is not read", f"{error}\n{xml}"))
+    if found.mission is None or found.faults:
+        return Verdict(True, finding=Finding(f"{what} with faults", f"{found.faults}\n{xml}"))
+    if meaning(found.mission) != meant:
+        return Verdict(True, finding=Finding(f"{what} means something else", xml))
+    return Verdict(accepted=True)
+
+
+def _misplaced(faults: tuple[Diagnostic, ...]) -> Finding | None:
+    for fault in faults:
+        lines = str(fault).split("\n")
+        is_whole = "too large" in fault.message or "UTF-8" in fault.message
+        if len(lines) not in (1, 3) or (fault.line < 1 and not is_whole):
+            return Finding("a fault without a place", str(fault))
+    return None
+
+
+TARGET = Target(corpus, samples, case, judge, cases.prepare)
