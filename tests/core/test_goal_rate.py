@@ -9,7 +9,7 @@ def accepts(rate: GoalRate, seconds: int) -> bool:
     """Offer a goal at a ROS time, s."""
     if rate.refusal(seconds * NS) is not None:
         return False
-    rate.accept(seconds * NS)
+    rate.count(seconds * NS)
     return True
 
 
