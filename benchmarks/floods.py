@@ -15,9 +15,9 @@ import resource
 import subprocess
 import sys
 import tempfile
-import time
-from contextlib import ExitStack
+from collections.abc import Iterator
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +35,7 @@ from sensor_msgs.msg import LaserScan
 from std_srvs.srv import Trigger
 
 from bt_mission.core.stamps import to_ns
+from bt_mission.core.wall_clock import Stopwatch
 
 PERIOD_S = 0.05
 """Between two control steps, s."""
@@ -42,7 +43,12 @@ CALM_S = 10.0
 """For how long the control step is watched without a flood, s."""
 READY_S = 60.0
 """How long a process may take until it serves, s."""
+START_S = 10.0
+"""For how long a process that is not asked whether it serves is left alone, s."""
+REST_S = 12.0
+"""After which servers accept goals again, s."""
 WAITS_S = 3.0
+"""For how long a process is watched after a flood, s."""
 CLIENT = Path(__file__).with_name("floods_client.py")
 
 
@@ -69,15 +75,15 @@ class Robot:
 
     def spin(self, seconds: float) -> None:
         """Go on for a while."""
-        end = time.monotonic() + seconds
-        while time.monotonic() < end:
+        watch = Stopwatch()
+        while watch.elapsed_s < seconds:
             self._executor.spin_once(timeout_sec=0.02)
 
     def drive(self) -> None:
         """Have the servers turn the base for as long as anything is measured."""
-        end = time.monotonic() + READY_S
+        watch = Stopwatch()
         goal = Turn.Goal(angle=3_600.0, angular_velocity=0.1)
-        while time.monotonic() < end:
+        while watch.elapsed_s < READY_S:
             self.spin(0.2)
             if not self._turn.server_is_ready():
                 continue
@@ -154,34 +160,23 @@ def _late(late_s: list[float]) -> tuple[str, str]:
 
 
 def watched(
-    robot: Robot, target: subprocess.Popen[bytes], kind: str, name: str, count: int, *, floods: int
+    robot: Robot, target: subprocess.Popen[bytes], kind: str, name: str, count: int
 ) -> Flooded:
-    """Flood a process from so many others, and see what becomes of it."""
+    """Flood a process from another one, and see what becomes of it."""
     cpu_s, resident = _used(target.pid)
     first = len(robot.stamps_s)
-    clients = [
-        subprocess.Popen(  # noqa: S603 - starts our own program
-            [sys.executable, str(CLIENT), kind, name, str(count // floods)],
-            stdout=subprocess.PIPE,
-        )
-        for _ in range(floods)
-    ]
+    client = subprocess.Popen(  # noqa: S603 - starts our own program
+        [sys.executable, str(CLIENT), kind, name, str(count)], stdout=subprocess.PIPE
+    )
     most = resident
-    while any(client.poll() is None for client in clients):
+    while client.poll() is None:
         robot.spin(0.1)
         if target.poll() is not None:
-            raise RuntimeError(f"the process has ended: {target.returncode}")
+            raise RuntimeError(f"{kind}: the process has ended with {target.returncode}")
         most = max(most, _used(target.pid)[1])
     robot.spin(WAITS_S)
-    found = Flooded()
-    for client in clients:
-        assert client.stdout is not None
-        answer = json.loads(client.stdout.read())
-        found.sent += answer["sent"]
-        found.seconds = max(found.seconds, answer["seconds"])
-        if "answered" in answer:
-            found.answered = (found.answered or 0) + answer["answered"]
-            found.refused += answer["refused"]
+    assert client.stdout is not None
+    found = Flooded(**json.loads(client.stdout.read()))
     cpu_after_s, resident_after = _used(target.pid)
     found.cpu_s = cpu_after_s - cpu_s
     found.grown_mib = (max(most, resident_after) - resident) / 2**20
@@ -201,8 +196,7 @@ def calm(robot: Robot, target: subprocess.Popen[bytes]) -> Flooded:
 
 
 def _lateness(stamps_s: list[float]) -> list[float]:
-    gaps = [after - before for before, after in zip(stamps_s, stamps_s[1:], strict=False)]
-    return [gap - PERIOD_S for gap in gaps]
+    return [after - before - PERIOD_S for before, after in pairwise(stamps_s)]
 
 
 def _used(pid: int) -> tuple[float, int]:
@@ -215,42 +209,56 @@ def _used(pid: int) -> tuple[float, int]:
 HEAD = ("flood", "sent", "answered", "CPU, s", "memory, MiB", "99 % late by", "latest by")
 
 
-def servers(count: int) -> list[tuple[object, ...]]:
+def servers(robot: Robot, folder: str, count: int) -> Iterator[tuple[object, ...]]:
     """Flood the servers while they turn a robot."""
-    rows = []
-    with ExitStack() as stack:
-        folder = stack.enter_context(tempfile.TemporaryDirectory())
-        options = ("servers", "--images", folder, "--wall-clock")
-        with Path("/tmp/fl/servers.log").open("wb") as log:
-            target = stack.enter_context(process(*options, log=log))
-        robot = Robot()
-        stack.callback(robot.close)
+    with process("servers", "--images", folder, "--wall-clock") as target:
         robot.drive()
-        rows.append(calm(robot, target).row("servers: none"))
+        yield calm(robot, target).row("servers: none")
         for kind, name, many in (
-            ("goals", "turn", count),
+            ("waits", "wait", count),
             ("cancels", "move/_action/cancel_goal", count),
-            ("scans", "scan", 10 * count),
-            ("odometry", "odom", 10 * count),
-            ("stop", "stop", count),
+            ("scans", "scan", 100 * count),
+            ("turns", "turn", count),
+            ("stops", "stop", count),
         ):
-            robot.spin(12.0)  # until goals are accepted again
+            found = watched(robot, target, kind, name, many)
+            if kind in ("turns", "stops"):
+                found.late_s = []  # the goal that drives is replaced, or ended
+            yield found.row(f"servers: {kind}")
             robot.call("release")
-            robot.drive()
-            found = watched(robot, target, kind, name, many, floods=1)
-            rows.append(found.row(f"servers: {kind}"))
-            print(rows[-1], flush=True)
-    return rows
+            if kind != "stops":
+                robot.spin(REST_S)
+                robot.drive()
+
+
+def others(robot: Robot, folder: str, count: int) -> Iterator[tuple[object, ...]]:
+    """Flood the other processes, and servers on simulated time."""
+    for options, kind, name, many in (
+        (("servers", "--images", folder), "clock", "/clock", 10 * count),
+        (("arbiter", "--wall-clock"), "velocities", "cmd_vel_mission", 100 * count),
+        (("sim", "--no-camera"), "velocities", "cmd_vel", 100 * count),
+        (("serve", "--wall-clock", "--missions", folder), "missions", "execute_mission", count),
+        (("serve", "--wall-clock"), "breakpoints", "bt_mission/breakpoint", count),
+    ):
+        with process(*options) as target:
+            robot.spin(START_S)
+            found = watched(robot, target, kind, name, many)
+        found.late_s = []
+        yield found.row(f"{options[0]}: {kind}")
 
 
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=10_000)
+    parser.add_argument("--count", type=int, default=10_000, help="requests of a flood")
     arguments = parser.parse_args()
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
     rclpy.init()
-    table(HEAD, servers(arguments.count))
+    robot = Robot()
+    with tempfile.TemporaryDirectory() as folder:
+        floods = (servers, others)
+        table(HEAD, (row for flood in floods for row in flood(robot, folder, arguments.count)))
+    robot.close()
     rclpy.try_shutdown()
 
 

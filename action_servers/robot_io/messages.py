@@ -113,15 +113,19 @@ def transform_of(message: Any) -> Pose2D | None:
 
 def _pose(at: Any, rotation: Any) -> Pose2D | None:
     yaw = yaw_of(rotation)
-    # NaN compares false.
-    is_usable = abs(at.x) <= FARTHEST_M and abs(at.y) <= FARTHEST_M and math.isfinite(yaw)
+    # NaN compares false. Of infinite numbers, yaw may be finite.
+    is_usable = (
+        abs(at.x) <= FARTHEST_M
+        and abs(at.y) <= FARTHEST_M
+        and math.isfinite(yaw + rotation.x + rotation.y + rotation.z + rotation.w)
+    )
     return Pose2D(at.x, at.y, yaw) if is_usable else None
 
 
 def grid_of(message: Any) -> Grid | None:
     """Translate a `nav_msgs/OccupancyGrid`; None when its numbers describe no map.
 
-    That is: its size and its cells do not agree, or resolution or origin are none, or beyond reason.
+    That is: its size and its cells do not agree, or resolution or origin are beyond reason.
     """
     info = message.info
     corner = info.origin.position

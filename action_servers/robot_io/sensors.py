@@ -181,6 +181,7 @@ class SensorSubscriptions:
     ) -> None:
         self._node = node
         self._clock = node.get_clock()
+        self._log: Any = node.get_logger()
         self._map_frame = wiring.map_frame
         self._scan = Latest(
             decoder_of("sensor_msgs/msg/LaserScan").decode, partial(scan_of, lidar=lidar)
@@ -210,14 +211,13 @@ class SensorSubscriptions:
         largest: int,
     ) -> None:
         """Take messages of at most so many bytes."""
-        log: Any = self._node.get_logger()
 
         def take_some(data: bytes) -> None:
             if len(data) <= largest:
                 take(data)
             else:
                 why = f"a message of {len(data):,} bytes; {largest:,} are the limit"
-                log.warning(f"{topic}: passed over {why}", throttle_duration_sec=5.0)
+                self._log.warning(f"{topic}: passed over {why}", throttle_duration_sec=5.0)
 
         self._node.create_subscription(message_type, topic, take_some, qos, raw=True)
 
