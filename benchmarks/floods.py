@@ -43,7 +43,7 @@ CALM_S = 10.0
 """For how long the control step is watched without a flood, s."""
 READY_S = 60.0
 """How long a process may take until it serves, s."""
-START_S = 10.0
+START_S = 30.0
 """For how long a process that is not asked whether it serves is left alone, s."""
 REST_S = 12.0
 """After which servers accept goals again, s."""
@@ -251,12 +251,13 @@ def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=10_000, help="requests of a flood")
+    parser.add_argument("--only", choices=("servers", "others"))
     arguments = parser.parse_args()
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
     rclpy.init()
     robot = Robot()
     with tempfile.TemporaryDirectory() as folder:
-        floods = (servers, others)
+        floods = [one for one in (servers, others) if arguments.only in (None, one.__name__)]
         table(HEAD, (row for flood in floods for row in flood(robot, folder, arguments.count)))
     robot.close()
     rclpy.try_shutdown()
