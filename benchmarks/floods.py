@@ -43,8 +43,8 @@ CALM_S = 10.0
 """For how long the control step is watched without a flood, s."""
 READY_S = 60.0
 """How long a process may take until it serves, s."""
-START_S = 30.0
-"""For how long a process that is not asked whether it serves is left alone, s."""
+START_S = 10.0
+"""For how long a process that starts needs no more memory before it counts as started, s."""
 REST_S = 12.0
 """After which servers accept goals again, s."""
 WAITS_S = 3.0
@@ -195,6 +195,14 @@ def calm(robot: Robot, target: subprocess.Popen[bytes]) -> Flooded:
     return Flooded(seconds=CALM_S, cpu_s=cpu_after_s - cpu_s, grown_mib=grown_mib, late_s=late_s)
 
 
+def settle(robot: Robot, target: subprocess.Popen[bytes]) -> None:
+    """Wait until a process has started: until its memory stays as it is."""
+    before, now = -1, 0
+    while before != now:
+        robot.spin(START_S)
+        before, now = now, _used(target.pid)[1] >> 20
+
+
 def _lateness(stamps_s: list[float]) -> list[float]:
     return [after - before - PERIOD_S for before, after in pairwise(stamps_s)]
 
@@ -241,7 +249,7 @@ def others(robot: Robot, folder: str, count: int) -> Iterator[tuple[object, ...]
         (("serve", "--wall-clock"), "breakpoints", "bt_mission/breakpoint", count),
     ):
         with process(*options) as target:
-            robot.spin(START_S)
+            settle(robot, target)
             found = watched(robot, target, kind, name, many)
         found.late_s = []
         yield found.row(f"{options[0]}: {kind}")
