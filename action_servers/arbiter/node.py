@@ -110,8 +110,9 @@ class ArbiterNode(RobotNode):
             return
         self._report(now_ns)
         if answer is not None:
-            # Stamped with when it was sent: the base's own timeout does not begin anew.
-            self._base.command(answer, now_ns - age_ns)
+            # Stamped with when it was sent: the base's own timeout does not begin anew. A stamp
+            # that lies a lifetime ago is none; 0 is the least that a message can hold here.
+            self._base.command(answer, max(0, now_ns - age_ns))
 
     def _check(self) -> None:
         self._listen()

@@ -25,6 +25,9 @@ WIDEST_SWEEP_DEG = 180.0
 SMALLEST_SHARE = 1e-4
 """Eight pixels of a picture of 320 x 240: less is no patch."""
 
+MOST_POSES = 1_000
+"""Poses of a goal: each is checked and placed on the map between two control steps."""
+
 LEAST_MIN_FRONTIER_M = 0.05
 """One cell of a map of the usual resolution, m."""
 
@@ -130,6 +133,9 @@ def waypoints_misfit(goal: Any) -> str | None:
     """Return why a goal of `follow_waypoints` cannot be carried out, or None."""
     if not goal.poses:
         return "the list of poses is empty"
+    too_many = poses_misfit(goal)
+    if too_many is not None:
+        return too_many
     last = len(goal.poses) - 1
     if goal.goal_index > last:
         return f"goal_index must be from 0 to {last}, got {goal.goal_index}"
@@ -138,7 +144,13 @@ def waypoints_misfit(goal: Any) -> str | None:
 
 def through_poses_misfit(goal: Any) -> str | None:
     """Return why a goal of `navigate_through_poses` cannot be carried out, or None."""
-    return None if goal.poses else "poses must hold at least one pose"
+    return poses_misfit(goal) if goal.poses else "poses must hold at least one pose"
+
+
+def poses_misfit(goal: Any) -> str | None:
+    """Return why there are too many poses in a goal, or None."""
+    count = len(goal.poses)
+    return None if count <= MOST_POSES else f"poses must be {MOST_POSES:,} or less, got {count:,}"
 
 
 def camera_sweep_limits(tuning: Tuning) -> Limits:

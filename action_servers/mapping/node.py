@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from bt_mission_interfaces.msg import Coverage as CoverageMessage
 from nav_msgs.msg import OccupancyGrid
+from rclpy.qos import QoSProfile
 from std_srvs.srv import Trigger
 
 from action_servers.core.maneuver import Grid, Scan
@@ -27,10 +28,14 @@ from action_servers.robot_io.node import (
     run,
 )
 from action_servers.robot_io.sensors import LATCHED, SensorSubscriptions, SensorWiring
+from bt_mission.core.goal_rate import MOST_WAITING, RateLimit
 from bt_mission.core.robot.model import RobotModel, load_robot
 
 NODE_NAME = "bt_mission_mapper"
 MAP_PREFIX = "map_prefix"
+
+MOST_SAVES, SAVES_WINDOW_S = 5, 1.0
+"""Maps that are saved within a time, s: meanwhile no scan is added."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,7 +87,10 @@ class MapperNode(RobotNode):
         self._map_frame = wiring.map_frame
         self._map_out = self.create_publisher(OccupancyGrid, wiring.map, LATCHED)
         self._coverage_out = self.create_publisher(CoverageMessage, "coverage", LATCHED)
-        self.create_service(Trigger, "save_map", self._save)
+        self._saves = RateLimit(SAVES_WINDOW_S, MOST_SAVES)
+        self.create_service(
+            Trigger, "save_map", self._save, qos_profile=QoSProfile(depth=MOST_WAITING)
+        )
         self.create_timer(self._tuning.update_period, self._update)
 
     @property
@@ -148,6 +156,10 @@ class MapperNode(RobotNode):
         header.stamp = self.get_clock().now().to_msg()
 
     def _save(self, _request: Any, response: Any) -> Any:
+        if not self._saves.admits(self.get_clock().now().nanoseconds):
+            what = f"{MOST_SAVES} maps were saved within {SAVES_WINDOW_S:g} s"
+            response.success, response.message = False, f"{what}, which is the limit"
+            return response
         prefix = Path(self.get_parameter(MAP_PREFIX).value)
         try:
             self._refuse_other_folder(prefix)

@@ -14,7 +14,11 @@ from nav2_msgs.action import NavigateThroughPoses as NavigateThroughPosesAction
 from nav2_msgs.action import NavigateToPose as NavigateToPoseAction
 
 from action_servers.core.checks import refusal, stale
-from action_servers.core.goal_limits import through_poses_misfit, waypoints_misfit
+from action_servers.core.goal_limits import (
+    poses_misfit,
+    through_poses_misfit,
+    waypoints_misfit,
+)
 from action_servers.core.maneuver import Observation, Refusal
 from action_servers.core.tuning import NAVIGATION, NavigationTuning
 from action_servers.navigation.navigate import NavigateToPose
@@ -53,7 +57,7 @@ def plan_follow_waypoints(
     tuning: NavigationTuning = NAVIGATION,
 ) -> FollowWaypoints | Refusal:
     """Check a goal of FollowWaypoints. An empty list is accepted and then aborted, as by Nav2."""
-    unready = refusal(missing(now), unready=stale(now))
+    unready = refusal(poses_misfit(goal), missing(now), unready=stale(now))
     if unready is not None:
         return unready
     poses = _all_on_map(goal.poses, now)
@@ -76,7 +80,7 @@ def plan_navigate_through_poses(
     """Check a goal of NavigateThroughPoses."""
     if goal.behavior_tree:
         return _no_tree(goal.behavior_tree)
-    unready = refusal(missing(now), unready=stale(now))
+    unready = refusal(poses_misfit(goal), missing(now), unready=stale(now))
     if unready is not None:
         return unready
     poses = _all_on_map(goal.poses, now)

@@ -29,8 +29,9 @@ from action_servers.core.maneuver import (
 from action_servers.core.pilot import ManeuverOutcome, ManeuverRun, Pilot, raised
 from action_servers.robot_io.messages import fill
 from action_servers.robot_io.sensors import SensorSubscriptions
+from bt_mission.core.action_requests import BoundedRequests
 from bt_mission.core.geometry import Twist2D
-from bt_mission.core.goal_rate import MOST_WAITING, GoalRate
+from bt_mission.core.goal_rate import MOST_LINES, MOST_WAITING, GoalRate, RateLimit
 
 SHOWN_CHARACTERS = 300
 
@@ -39,7 +40,7 @@ RESULT_TIMEOUT_S = 10
 """How long a result is kept, s, as by rcl_action's C++ servers; rclpy's own default of 900 s makes
 every status message carry all goals of a quarter of an hour."""
 
-BURST = QoSProfile(depth=MOST_WAITING)
+REQUESTS = QoSProfile(depth=MOST_WAITING)
 
 QUIET_S = 1.0
 """Seconds between two lines of the log about goals beyond the limit."""
@@ -90,6 +91,10 @@ class HookedManeuver:
         return None
 
 
+class BoundedActionServer(BoundedRequests, ActionServer):
+    """An action server of rclpy, whose requests are bounded."""
+
+
 class ActionAdapter:
     """Offers one action on a node, carried out by a pilot.
 
@@ -105,6 +110,7 @@ class ActionAdapter:
         action: Action,
         sensors: SensorSubscriptions,
         refusal: Callable[[Maneuver], str | None],
+        burst: int = 1,
     ) -> None:
         self._clock = node.get_clock()
         self._log = node.get_logger().get_child(action.name)
@@ -118,9 +124,10 @@ class ActionAdapter:
         self._before: list[Before] = []
         self._closed: str | None = None
         self._rate = GoalRate(RESULT_TIMEOUT_S)
+        self._lines = RateLimit(QUIET_S, MOST_LINES)
         self.refused = ""
         """Why the last goal was rejected; a rejection itself carries no reason in ROS."""
-        self._server = ActionServer(
+        self._server = BoundedActionServer(
             node,
             action.type,
             self.name,  # resolved: rcl applies no remapping to the plain name of an action
@@ -129,9 +136,10 @@ class ActionAdapter:
             handle_accepted_callback=self._begin,
             cancel_callback=self._cancel,
             result_timeout=RESULT_TIMEOUT_S,
-            goal_service_qos_profile=BURST,
-            result_service_qos_profile=BURST,
-            cancel_service_qos_profile=BURST,
+            goal_service_qos_profile=REQUESTS,
+            result_service_qos_profile=REQUESTS,
+            cancel_service_qos_profile=REQUESTS,
+            burst=burst,
         )
 
     @property
@@ -165,7 +173,7 @@ class ActionAdapter:
 
     def destroy(self) -> None:
         """Withdraw the action; its goals are to be ended before."""
-        self._server.destroy()
+        self._server.destroy()  # type: ignore[no-untyped-call]  # rclpy's
 
     def _check(self, goal: Any) -> GoalResponse:
         now_ns = self._clock.now().nanoseconds
@@ -177,10 +185,11 @@ class ActionAdapter:
         planned = Refusal(self._closed) if self._closed else self._plan(goal)
         if isinstance(planned, Refusal):
             self.refused = planned.reason
-            self._log.warning(f"goal rejected: {planned.reason}")
+            if self._lines.admits(now_ns):
+                self._log.warning(f"goal rejected: {planned.reason}")
             return GoalResponse.REJECT
         self._planned = planned
-        self._rate.accept(now_ns)
+        self._rate.count(now_ns)
         return GoalResponse.ACCEPT
 
     def _plan(self, goal: Any) -> Maneuver | Refusal:

@@ -7,7 +7,7 @@ from typing import Any
 
 from action_servers.core.maneuver import Refusal
 from action_servers.robot_io.messages import transform_of
-from bt_mission.core.cdr.decoder import decoder_of
+from bt_mission.core.cdr.decoder import DecodingError, decoder_of
 from bt_mission.core.geometry import Pose2D, composed
 
 KEPT = 100
@@ -48,11 +48,11 @@ class Frames:
             if at not in links:
                 break
             parent, transform = links[at]
-            if _upright(transform.rotation) < _LEAST_UPRIGHT:
-                return Refusal(f"the frame '{frame}' is tilted, at the transform to '{at}'")
             placed = transform_of(transform)
             if placed is None:
                 return Refusal(f"the transform from '{parent}' to '{at}' holds no finite numbers")
+            if _upright(transform.rotation) < _LEAST_UPRIGHT:
+                return Refusal(f"the frame '{frame}' is tilted, at the transform to '{at}'")
             pose, at = composed(placed, pose), parent
         known = ", ".join(sorted({self._map_frame, *links})) or "none"
         return Refusal(
@@ -64,8 +64,16 @@ class Frames:
         return {
             one.child_frame_id: (one.header.frame_id, one.transform)
             for data in (*self._fixed, *self._moving)
-            for one in decoder_of(_TRANSFORMS).decode(data).transforms
+            for one in transforms_of(data)
         }
+
+
+def transforms_of(data: bytes) -> list[Any]:
+    """Return the transforms of a serialized message; none where it is of another type."""
+    try:
+        return list(decoder_of(_TRANSFORMS).decode(data).transforms)
+    except DecodingError:
+        return []
 
 
 def _upright(rotation: Any) -> float:

@@ -19,6 +19,16 @@ from bt_mission.core.stamps import NS, set_ns, to_ns
 
 MAP_FRAME = "map"
 
+MOST_RAYS = 20_000
+"""Rays of a scan: the finest lidars have some thousand, and a control step looks at each."""
+
+LEAST_INCREMENT_RAD = 1e-5
+FARTHEST_M = 1e8
+"""Coordinates beyond, m, are no place on Earth; those of UTM go up to 1e7."""
+
+LEAST_CELL_M, MOST_CELL_M = 1e-3, 100.0
+"""Edges of the cells of a map, m."""
+
 _CHANNELS = {"rgb8": 3, "bgr8": 3, "rgba8": 4, "bgra8": 4, "mono8": 1}
 _NUMBERS = {"float", "double"}
 _TEXTS = {"string", "wstring"}
@@ -49,21 +59,35 @@ def stamp_of(header: Any) -> float:
 def scan_of(message: Any, lidar: LidarModel | None = None) -> Scan | None:
     """Translate a `sensor_msgs/LaserScan`; None when it measures nothing.
 
-    That is: it has no rays, angles that are none, or only rays that are NaN (how the driver of the
-    LDS-02 says "no measurement") or 0 (the LDS-01's). Inf is a measurement: nothing is there.
+    That is: it has no rays, more than :data:`MOST_RAYS`, angles or limits that are none, or only
+    rays that are NaN (how the driver of the LDS-02 says "no measurement") or 0 (the LDS-01's). Inf
+    is a measurement: nothing is there.
 
     The limits are the narrower ones of the message and of the robot's lidar, if it is given.
     """
+    if len(message.ranges) > MOST_RAYS or not _has_angles(message):
+        return None
     ranges = np.asarray(message.ranges, dtype=np.float32)
-    if not np.any(ranges > 0.0) or not math.isfinite(message.angle_min + message.angle_increment):
+    # NaN first: of it and a number, min and max give whichever stands first.
+    nearest = max(message.range_min, lidar.min_range) if lidar else message.range_min
+    farthest = min(message.range_max, lidar.max_range) if lidar else message.range_max
+    if not np.any(ranges > 0.0) or not nearest < farthest:
         return None
     return Scan(
         stamp_s=stamp_of(message.header),
         angle_min=message.angle_min,
         angle_increment=message.angle_increment,
-        range_min=max(message.range_min, lidar.min_range) if lidar else message.range_min,
-        range_max=min(message.range_max, lidar.max_range) if lidar else message.range_max,
+        range_min=nearest,
+        range_max=farthest,
         ranges=ranges,
+    )
+
+
+def _has_angles(scan: Any) -> bool:
+    """Return whether each ray of a `sensor_msgs/LaserScan` has a direction of its own."""
+    step, first = abs(scan.angle_increment), abs(scan.angle_min)
+    return first <= math.tau and (
+        LEAST_INCREMENT_RAD <= step <= math.pi or (step == 0.0 and len(scan.ranges) == 1)
     )
 
 
@@ -89,19 +113,33 @@ def transform_of(message: Any) -> Pose2D | None:
 
 def _pose(at: Any, rotation: Any) -> Pose2D | None:
     yaw = yaw_of(rotation)
-    return Pose2D(at.x, at.y, yaw) if math.isfinite(at.x + at.y + yaw) else None
+    # NaN compares false. Of infinite numbers, yaw may be finite.
+    is_usable = (
+        abs(at.x) <= FARTHEST_M
+        and abs(at.y) <= FARTHEST_M
+        and math.isfinite(yaw + rotation.x + rotation.y + rotation.z + rotation.w)
+    )
+    return Pose2D(at.x, at.y, yaw) if is_usable else None
 
 
 def grid_of(message: Any) -> Grid | None:
-    """Translate a `nav_msgs/OccupancyGrid`; None when its size and its cells do not agree."""
+    """Translate a `nav_msgs/OccupancyGrid`; None when its numbers describe no map.
+
+    That is: its size and its cells do not agree, or resolution or origin are beyond reason.
+    """
     info = message.info
+    corner = info.origin.position
     cells = np.asarray(message.data, dtype=np.int8)
-    if not info.resolution > 0.0 or not cells.size or cells.size != info.height * info.width:
+    if not cells.size or cells.size != info.height * info.width:
+        return None
+    if not LEAST_CELL_M <= info.resolution <= MOST_CELL_M:
+        return None
+    if not (abs(corner.x) <= FARTHEST_M and abs(corner.y) <= FARTHEST_M):
         return None
     return Grid(
         resolution=info.resolution,
-        origin_x=info.origin.position.x,
-        origin_y=info.origin.position.y,
+        origin_x=corner.x,
+        origin_y=corner.y,
         cells=cells.reshape(info.height, info.width),
         stamp=stamp_of(message.header),
     )

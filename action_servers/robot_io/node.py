@@ -24,6 +24,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from action_servers.core.parameters import ParameterSpec, specs
 from action_servers.robot_io.parameter_file import ParameterFile, read_parameters
+from bt_mission.core.clock_messages import ValidClock
 from bt_mission.core.diagnostics import InputError, did_you_mean
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.interrupts import InterruptSignals
@@ -61,7 +62,7 @@ class RobotNodeOptions:
     parameters: Mapping[str, Any] = field(default_factory=dict)
 
 
-class RobotNode(Node):
+class RobotNode(ValidClock, Node):
     """A node made with our options, whose parameters are declared by their specs."""
 
     def __init__(self, name: str, options: RobotNodeOptions) -> None:

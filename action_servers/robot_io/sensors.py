@@ -26,7 +26,7 @@ from tf2_msgs.msg import TFMessage
 
 from action_servers.core.maneuver import Image, Observation
 from action_servers.core.parameters import text
-from action_servers.robot_io.frames import Frames
+from action_servers.robot_io.frames import Frames, transforms_of
 from action_servers.robot_io.messages import (
     grid_of,
     image_of,
@@ -47,6 +47,14 @@ NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 TRANSFORMS = QoSProfile(depth=100)
 FIXED_TRANSFORMS = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+LARGEST_STATE = 1 << 16
+"""Bytes of an odometry message or of transforms. Two hundred of transforms are kept; those of a
+TurtleBot3 have 500 bytes."""
+
+LARGEST_SCAN = 1 << 19
+LARGEST_MAP = 1 << 26
+"""Bytes: 400 m by 400 m in cells of 0.05 m."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -100,14 +108,19 @@ class Latest(Generic[T]):
     def value(self) -> T | None:
         """Return the newest message, translated; the same object until there is a newer one.
 
-        A message that says nothing, which translates to None, is passed over.
+        A message that says nothing, which translates to None, is passed over, and so is one that
+        is none of its type.
 
         Raises ValueError for a message that cannot be translated.
         """
         if self._data is not None:
             data, self._data = self._data, None
+            try:
+                message = self._unpack(data)
+            except Exception:  # noqa: BLE001 - bytes of another type fail in many ways
+                return self._value
             former, self._value = self._value, None
-            new = self._translate(self._unpack(data))
+            new = self._translate(message)
             self._value = former if new is None else new
         return self._value
 
@@ -180,6 +193,7 @@ class SensorSubscriptions:
     ) -> None:
         self._node = node
         self._clock = node.get_clock()
+        self._log: Any = node.get_logger()
         self._map_frame = wiring.map_frame
         self._scan = Latest(
             decoder_of("sensor_msgs/msg/LaserScan").decode, partial(scan_of, lidar=lidar)
@@ -191,17 +205,33 @@ class SensorSubscriptions:
         self._map_users = 0
         self._frames = Frames(wiring.map_frame)
         self.camera = CameraStream(node, wiring.camera)
-        self._listen(LaserScan, wiring.scan, self._scan.take, NEWEST)
-        self._listen(OdometryMessage, wiring.odom, self._odometry.take, NEWEST)
-        self._listen(TFMessage, wiring.tf, self._take_transforms, TRANSFORMS)
+        listen = partial(self._listen, largest=LARGEST_STATE)
+        self._listen(LaserScan, wiring.scan, self._scan.take, NEWEST, largest=LARGEST_SCAN)
+        listen(OdometryMessage, wiring.odom, self._odometry.take, NEWEST)
+        listen(TFMessage, wiring.tf, self._take_transforms, TRANSFORMS)
         if listen_to_map:
-            self._listen(TFMessage, wiring.tf_static, self._frames.take_fixed, FIXED_TRANSFORMS)
-            self._listen(OccupancyGrid, wiring.map, self._grid.take, LATCHED)
+            listen(TFMessage, wiring.tf_static, self._frames.take_fixed, FIXED_TRANSFORMS)
+            self._listen(OccupancyGrid, wiring.map, self._grid.take, LATCHED, largest=LARGEST_MAP)
 
     def _listen(
-        self, message_type: type, topic: str, take: Callable[[bytes], None], qos: QoSProfile
+        self,
+        message_type: type,
+        topic: str,
+        take: Callable[[bytes], None],
+        qos: QoSProfile,
+        *,
+        largest: int,
     ) -> None:
-        self._node.create_subscription(message_type, topic, take, qos, raw=True)
+        """Take messages of at most so many bytes."""
+
+        def take_some(data: bytes) -> None:
+            if len(data) <= largest:
+                take(data)
+            else:
+                why = f"a message of {len(data):,} bytes; {largest:,} are the limit"
+                self._log.warning(f"{topic}: passed over {why}", throttle_duration_sec=5.0)
+
+        self._node.create_subscription(message_type, topic, take_some, qos, raw=True)
 
     @contextmanager
     def localization(self) -> Iterator[None]:
@@ -238,8 +268,8 @@ class SensorSubscriptions:
             return None
         # The newest that places the odometry frame counts; other transforms lie in between.
         while self._transforms:
-            message = decoder_of("tf2_msgs/msg/TFMessage").decode(self._transforms.pop())
-            found = _transform(self._map_frame, odometry.frame, message.transforms)
+            transforms = transforms_of(self._transforms.pop())
+            found = _transform(self._map_frame, odometry.frame, transforms)
             if found is not None:
                 self._map_to_odom = found
                 self._transforms.clear()

@@ -36,6 +36,7 @@ from action_servers.server.parameters import (
     limited,
 )
 from action_servers.server.topics import PlanTopic, Switches, answer_as_navigator, watch_executives
+from bt_mission.core.action_requests import BURST
 from bt_mission.core.dds.publishers import CLOCK
 from bt_mission.core.robot.model import RobotModel, load_robot
 
@@ -118,6 +119,8 @@ class ServersNode(RobotNode):
             publish_path=PlanTopic(self, lean=options.lean).publish,
         )
         self._extra = tuple(options.extra_actions)
+        # On a stage, requests pass by the taps of tests one by one.
+        self._burst = 1 if options.lean else BURST
         table = self._table()
         mine = [action for name, action in table.items() if name not in options.without]
         first = set(table) if options.at_first is None else set(options.at_first)
@@ -229,7 +232,7 @@ class ServersNode(RobotNode):
 
     def _offered(self, action: Action) -> ActionAdapter:
         guarded = self._base.guarded(action)
-        return ActionAdapter(self, self._pilot, guarded, self._sensors, self._refusal)
+        return ActionAdapter(self, self._pilot, guarded, self._sensors, self._refusal, self._burst)
 
     def _watch_publishers(self, odometry: str, options: ServerOptions) -> PublisherWatch | None:
         """Look out for a second robot; on a stage, which is lean, there is no other."""

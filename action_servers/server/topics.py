@@ -24,6 +24,7 @@ from action_servers.core.executive_watch import LOOK_S, ExecutiveLimits, Executi
 from action_servers.core.grid import Floats
 from action_servers.core.maneuver import ErrorCode
 from action_servers.core.pilot import Interlock, Pilot
+from action_servers.robot_io.adapter import REQUESTS
 from action_servers.robot_io.messages import MAP_FRAME
 from action_servers.robot_io.sensors import LATCHED
 from bt_mission.core.dds.liveliness import TOPIC
@@ -38,13 +39,17 @@ class Switches:
     def __init__(self, node: Node, interlock: Interlock) -> None:
         self._log: Any = node.get_logger()
         self._interlock = interlock
-        node.create_service(Trigger, "stop", partial(self._serve, interlock.stop))
-        node.create_service(Trigger, "release", partial(self._serve, interlock.release))
+        self._said = ""
+        for name, act in (("stop", interlock.stop), ("release", interlock.release)):
+            serve = partial(self._serve, act)
+            node.create_service(Trigger, name, serve, qos_profile=REQUESTS)
         node.create_subscription(Bool, "motors_on", self._hear_of_motors, LATCHED)
 
     def _serve(self, act: Callable[[], str], _request: Any, response: Any) -> Any:
         done = act()
-        self._log.info(done)
+        if done != self._said:
+            self._said = done
+            self._log.info(done)
         response.success, response.message = True, done
         return response
 
@@ -135,4 +140,4 @@ def answer_as_navigator(node: Node, is_ready: Callable[[], bool]) -> None:
         )
         return response
 
-    node.create_service(GetState, "bt_navigator/get_state", answer)
+    node.create_service(GetState, "bt_navigator/get_state", answer, qos_profile=REQUESTS)

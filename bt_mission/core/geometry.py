@@ -32,7 +32,8 @@ def wrap(angle: float) -> float:
 def yaw_of(q: Any) -> float:
     """Return the rotation about the vertical axis, rad, of a quaternion with x, y, z and w.
 
-    This form of the formula does not mind one that is not quite of unit length.
+    This form of the formula does not mind one that is not quite of unit length. NaN for numbers
+    that are none, or so large that their squares are.
     """
     try:
         return math.atan2(2.0 * (q.w * q.z + q.x * q.y), q.w**2 + q.x**2 - q.y**2 - q.z**2)

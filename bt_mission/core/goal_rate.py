@@ -9,13 +9,49 @@ MOST_GOALS = 250
 that replaces its goal 20 times a second has 200."""
 
 MOST_WAITING = 16_384
-"""Requests that may wait, so that those beyond the limit are answered, too; of ROS's own default,
-10, the middleware drops what is more without a word, and a client waits for ever."""
+"""Requests to an action or a service that may wait, so that those beyond a limit are answered, too;
+of ROS's own default, 10, the middleware drops what is more without a word, and a client waits for
+ever."""
+
+MOST_LINES = 20
+"""Lines of the log in a second about requests that are refused; what is more is not logged."""
 
 NS = 1_000_000_000
 
 
-class GoalRate:
+class RateLimit:
+    """Lets so many things happen within a time.
+
+    Args:
+        window_s: That time, s.
+        most: Things in it.
+    """
+
+    def __init__(self, window_s: float, most: int) -> None:
+        self._window_s = window_s
+        self._most = most
+        self._counted: deque[int] = deque(maxlen=most)
+
+    def is_reached(self, now_ns: int) -> bool:
+        """Return whether one more is too many at a ROS time."""
+        counted = self._counted
+        while counted and not 0 <= now_ns - counted[0] < self._window_s * NS:
+            counted.popleft()  # also what happened before the clock was set back
+        return len(counted) == self._most
+
+    def count(self, now_ns: int) -> None:
+        """Count one that happens at a ROS time."""
+        self._counted.append(now_ns)
+
+    def admits(self, now_ns: int) -> bool:
+        """Count one at a ROS time and return True, unless it is one too many."""
+        if self.is_reached(now_ns):
+            return False
+        self.count(now_ns)
+        return True
+
+
+class GoalRate(RateLimit):
     """Counts the goals of an action that were accepted within the time that results are kept.
 
     Args:
@@ -24,20 +60,11 @@ class GoalRate:
     """
 
     def __init__(self, window_s: float, most: int = MOST_GOALS) -> None:
-        self._window_s = window_s
-        self._most = most
-        self._accepted: deque[int] = deque(maxlen=most)
+        super().__init__(window_s, most)
 
     def refusal(self, now_ns: int) -> str | None:
         """Return why no goal is accepted at a ROS time, or None."""
-        accepted = self._accepted
-        while accepted and not 0 <= now_ns - accepted[0] < self._window_s * NS:
-            accepted.popleft()  # also what was accepted before the clock was set back
-        if len(accepted) == self._most:
-            what = f"{self._most} goals were accepted within {self._window_s:g} s"
-            return f"{what}, which is the limit: does a client send them in a loop?"
-        return None
-
-    def accept(self, now_ns: int) -> None:
-        """Count a goal that is accepted at a ROS time."""
-        self._accepted.append(now_ns)
+        if not self.is_reached(now_ns):
+            return None
+        what = f"{self._most} goals were accepted within {self._window_s:g} s"
+        return f"{what}, which is the limit: does a client send them in a loop?"

@@ -9,6 +9,7 @@ from rclpy.node import Node
 from rclpy.task import Future
 
 from bt_mission.core.dds.liveliness import RECORDER
+from bt_mission.ros.graph import REQUESTS
 from bt_mission.ros.interface_types import check_type, fill, message_type, service_type
 
 DEPTH = 10
@@ -83,7 +84,7 @@ class RosServiceClient(RosClient):
     def __init__(self, node: Node, name: str, type_name: str) -> None:
         kind, full = service_type(type_name), node.resolve_service_name(name)
         super().__init__(node, full, type_name, kind.Request, node.get_service_names_and_types())
-        self._client = node.create_client(kind, name)
+        self._client = node.create_client(kind, name, qos_profile=REQUESTS)
 
     def close(self) -> None:
         """Destroy the client."""

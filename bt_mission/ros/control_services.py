@@ -12,6 +12,7 @@ from std_srvs.srv import Trigger
 from bt_mission.core.errors import BtMissionError
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.status import MissionStatus
+from bt_mission.ros.graph import REQUESTS
 
 MOST_BREAKPOINTS = 100
 LONGEST_NAME = 1_000
@@ -33,10 +34,17 @@ class ControlServices:
         self._current = current
         self._breakpoints: dict[str, None] = {}
         self._node = node
-        self._services = [node.create_service(PauseMission, "~/pause", self._pause)]
-        for name, act in (("resume", _resume), ("step", _step), ("stop", _stop)):
-            self._services.append(node.create_service(Trigger, f"~/{name}", self._served(act)))
-        self._services.append(node.create_service(SetBreakpoint, "~/breakpoint", self._breakpoint))
+        served: list[tuple[Any, str, Callable[[Any, Any], Any]]] = [
+            (PauseMission, "pause", self._pause),
+            (Trigger, "resume", self._served(_resume)),
+            (Trigger, "step", self._served(_step)),
+            (Trigger, "stop", self._served(_stop)),
+            (SetBreakpoint, "breakpoint", self._breakpoint),
+        ]
+        self._services = [
+            node.create_service(kind, f"~/{name}", serve, qos_profile=REQUESTS)
+            for kind, name, serve in served
+        ]
 
     def close(self) -> None:
         """Destroy the services."""

@@ -15,6 +15,7 @@ from unique_identifier_msgs.msg import UUID
 
 from bt_mission.goals.goal import Event, Goal, GoalStatus, Phase
 from bt_mission.ros.clients import RosClient
+from bt_mission.ros.graph import REQUESTS
 from bt_mission.ros.interface_types import action_type
 
 
@@ -43,7 +44,20 @@ ExchangeListener = Callable[[Exchange], None]
 
 
 class _Client(ActionClient):
-    """Hears the first answer to a goal; of a second at the same time rclpy makes an error."""
+    """Hears the first answer to a goal; of a second at the same time rclpy makes an error.
+
+    DDS brings answers to other clients of the server here, too: many of them push out none of ours.
+    """
+
+    def __init__(self, node: Node, action: type, name: str) -> None:
+        super().__init__(  # type: ignore[no-untyped-call]  # rclpy's
+            node,
+            action,
+            name,
+            goal_service_qos_profile=REQUESTS,
+            result_service_qos_profile=REQUESTS,
+            cancel_service_qos_profile=REQUESTS,
+        )
 
     async def execute(self, taken_data: dict[str, Any]) -> None:
         """Take in what has come."""
@@ -81,7 +95,7 @@ class RosGoalClient(RosClient):
         self._listeners = listeners
         self._type, full = action_type(type_name), node.resolve_topic_name(name)
         super().__init__(node, full, type_name, self._type.Goal, get_action_names_and_types(node))
-        self._client: ActionClient = _Client(node, self._type, full)  # type: ignore[no-untyped-call]
+        self._client: ActionClient = _Client(node, self._type, full)
         self._handles: dict[bytes, ClientGoalHandle] = {}
         self._is_closed = False
 
@@ -136,7 +150,7 @@ class RosGoalClient(RosClient):
     def move_to(self, node: Node) -> None:
         """Go on over another node; see :meth:`ask_again`."""
         self.close()
-        self._client = _Client(node, self._type, self.name)  # type: ignore[no-untyped-call]
+        self._client = _Client(node, self._type, self.name)
         self._is_closed = False
         self._handles.clear()
 

@@ -19,11 +19,15 @@ from rclpy.type_hash import TypeHash
 
 from bt_mission.core.dds.publishers import CLOCK, ODOMETRY, duplicate_publishers
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.goal_rate import MOST_WAITING
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.status import MissionStatus
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+REQUESTS = QoSProfile(depth=MOST_WAITING)
+"""Of services that are offered."""
+
 WAIT_S = 0.1
 CLOCK_WAIT_S = 4.0
 """Wall time to look for a publisher of ``/clock`` before this machine's clock is taken; and to

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from rclpy.node import Node
 
+from bt_mission.core.clock_messages import ValidClock
 from bt_mission.language.mission import Mission
 from bt_mission.ros.graph import NodeOptions, destroy_actions
 from bt_mission.ros.mission_runner import MissionRunner, RunnerOptions
 
 
-class MissionNode(Node):
+class MissionNode(ValidClock, Node):
     """A node that runs one mission; :attr:`runner` is what runs it.
 
     Args:

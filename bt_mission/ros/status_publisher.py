@@ -36,7 +36,7 @@ from bt_mission.behaviours.python_leaf import PythonLeaf
 from bt_mission.core.stamps import set_ns
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.executive.status import Change
-from bt_mission.ros.graph import LATCHED
+from bt_mission.ros.graph import LATCHED, REQUESTS
 from bt_mission.ros.mission_details import MissionDetailsBuilder, MissionRun
 
 CHANGES = QoSProfile(depth=100)
@@ -102,7 +102,9 @@ class StatusPublisher:
                 "details": node.create_publisher(MissionDetails, "~/details", DETAILS),
                 "log": node.create_publisher(MissionLog, "~/log", LOG),
             }
-            self._service = node.create_service(GetStatuses, "~/statuses", self._answer)
+            self._service = node.create_service(
+                GetStatuses, "~/statuses", self._answer, qos_profile=REQUESTS
+            )
             self.add(lambda what, message: self._topics[what].publish(message))
 
     def close(self) -> None:

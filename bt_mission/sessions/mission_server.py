@@ -14,17 +14,18 @@ from bt_mission_interfaces.action import ExecuteMission
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.node import Node
-from rclpy.qos import QoSProfile
 from rclpy.task import Future
 
+from bt_mission.core.action_requests import BoundedRequests
+from bt_mission.core.clock_messages import ValidClock
 from bt_mission.core.dds.publishers import CLOCK, ODOMETRY, duplicate_publishers
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.errors import BtMissionError
-from bt_mission.core.goal_rate import MOST_WAITING, GoalRate
+from bt_mission.core.goal_rate import MOST_LINES, GoalRate, RateLimit
 from bt_mission.core.stamps import NS
 from bt_mission.executive.status import MissionStatus
 from bt_mission.ros.control_services import ControlServices
-from bt_mission.ros.graph import NodeOptions
+from bt_mission.ros.graph import REQUESTS, NodeOptions
 from bt_mission.ros.mission_node import MissionNode
 from bt_mission.ros.mission_runner import MissionRunner, RunnerOptions
 from bt_mission.ros.snapshot_streams import SnapshotStreams
@@ -79,7 +80,11 @@ class MissionServerOptions:
     on_mission_started: Callable[[Mission, Executive], None] = lambda *_: None
 
 
-class MissionServer(Node):
+class BoundedMissionServer(BoundedRequests, ActionServer):
+    """An action server of rclpy, whose requests are bounded."""
+
+
+class MissionServer(ValidClock, Node):
     """Offers ``execute_mission``, and holds the missions that it runs.
 
     Args:
@@ -107,6 +112,7 @@ class MissionServer(Node):
         self._on_mission_started = options.on_mission_started
         self._declare_on_new_goal(options.on_new_goal)
         self._rate = GoalRate(RESULT_TIMEOUT_S)
+        self._lines = RateLimit(1.0, MOST_LINES)
         self._closed: str | None = None
         self._run: _Run | None = None
         self._waiting: ServerGoalHandle | None = None
@@ -115,7 +121,7 @@ class MissionServer(Node):
         self._status_publisher.publish_idle()
         self._controls = ControlServices(self, lambda: self.executive)
         self._snapshots = SnapshotStreams(self)
-        self._server = ActionServer(
+        self._server = BoundedMissionServer(
             self,
             ExecuteMission,
             self.resolve_topic_name("execute_mission"),
@@ -124,7 +130,9 @@ class MissionServer(Node):
             handle_accepted_callback=self._take,
             cancel_callback=self._cancel,
             result_timeout=RESULT_TIMEOUT_S,
-            goal_service_qos_profile=QoSProfile(depth=MOST_WAITING),
+            goal_service_qos_profile=REQUESTS,
+            result_service_qos_profile=REQUESTS,
+            cancel_service_qos_profile=REQUESTS,
         )
 
     @property
@@ -194,9 +202,10 @@ class MissionServer(Node):
         if why is None:
             why = self._rate.refusal(now_ns)
         if why is None:
-            self._rate.accept(now_ns)
+            self._rate.count(now_ns)
             return GoalResponse.ACCEPT
-        self._say(f"mission refused: {why}")
+        if self._lines.admits(now_ns):
+            self._say(f"mission refused: {why}")
         return GoalResponse.REJECT
 
     def _take(self, handle: ServerGoalHandle) -> None:

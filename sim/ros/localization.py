@@ -14,7 +14,7 @@ from sim.robot import frames
 from sim.robot.robot import SimulatedRobot
 from sim.ros.message_fields import header
 from sim.ros.schedule import Schedule
-from sim.ros.topics import LATCHED
+from sim.ros.topics import LATCHED, REQUESTS
 
 RATE_HZ = 2.0
 
@@ -35,4 +35,5 @@ def localise(node: Node, schedule: Schedule, stamp: Any, robot: SimulatedRobot) 
         return response
 
     schedule.every(RATE_HZ, "amcl_pose", publish)
-    node.create_service(GetState, f"{robot.prefix}amcl/get_state", answer)
+    name = f"{robot.prefix}amcl/get_state"
+    node.create_service(GetState, name, answer, qos_profile=REQUESTS)

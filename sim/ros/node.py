@@ -32,6 +32,7 @@ from sim.ros.topics import (
     COMMAND_TYPES,
     LATCHED,
     RELIABLE,
+    REQUESTS,
     CommandType,
     RobotPublishers,
     log,
@@ -142,7 +143,7 @@ class SimNode(Node):
                 self._cameras.append(made)
             for warning in unseen(world, one.robot):
                 log(self).warning(warning)
-        self.create_service(Trigger, "reset_simulation", self._on_reset)
+        self.create_service(Trigger, "reset_simulation", self._on_reset, qos_profile=REQUESTS)
 
     # ---- time ----------------------------------------------------------------------------
 

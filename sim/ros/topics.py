@@ -25,6 +25,7 @@ from tf2_msgs.msg import TFMessage
 from bt_mission.core.cdr.decoder import decoder_of
 from bt_mission.core.cdr.writer import MessageTemplate
 from bt_mission.core.geometry import Pose2D, Twist2D, set_planar
+from bt_mission.core.goal_rate import MOST_WAITING
 from bt_mission.core.stamps import to_ns
 from sim.robot import frames
 from sim.robot.description import description
@@ -35,6 +36,7 @@ from sim.ros.schedule import Schedule
 RELIABLE = QoSProfile(depth=10)
 SENSOR_DATA = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+REQUESTS = QoSProfile(depth=MOST_WAITING)
 TRANSFORMS = QoSProfile(depth=100)  # what tf2's listeners and broadcasters use
 
 # The numbers that change from one message to the next.
@@ -110,7 +112,8 @@ class RobotPublishers:
             RELIABLE,
             raw=True,
         )
-        node.create_service(Trigger, self._name("reset_odometry"), self._on_reset_odometry)
+        name = self._name("reset_odometry")
+        node.create_service(Trigger, name, self._on_reset_odometry, qos_profile=REQUESTS)
 
     def restart(self) -> None:
         """Say what is said only when it changes, after the robot was put back to its start."""
@@ -291,7 +294,8 @@ class RobotPublishers:
         self._tell_motors = tell
         # Told with the odometry, since an empty battery switches them off, too.
         self._schedule.every(self._robot.robot.odometry_rate, "odometry_rate", lambda _: tell())
-        self._node.create_service(SetBool, self._name("motor_power"), self._on_motor_power)
+        name = self._name("motor_power")
+        self._node.create_service(SetBool, name, self._on_motor_power, qos_profile=REQUESTS)
 
 
 def wanted(publisher: Publisher) -> bool:

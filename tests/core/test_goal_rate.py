@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from bt_mission.core.goal_rate import NS, GoalRate
+from bt_mission.core.goal_rate import NS, GoalRate, RateLimit
 
 
 def accepts(rate: GoalRate, seconds: int) -> bool:
     """Offer a goal at a ROS time, s."""
     if rate.refusal(seconds * NS) is not None:
         return False
-    rate.accept(seconds * NS)
+    rate.count(seconds * NS)
     return True
 
 
@@ -27,3 +27,9 @@ def test_a_clock_that_is_set_back_refuses_nobody() -> None:
     """Goals of the future are forgotten."""
     rate = GoalRate(10, most=2)
     assert [accepts(rate, second) for second in (100, 100, 5)] == [True, True, True]
+
+
+def test_a_limit_admits_so_many() -> None:
+    """And counts only those."""
+    limit = RateLimit(1.0, most=2)
+    assert [limit.admits(second * NS) for second in (0, 0, 0, 1, 1, 1)] == [True, True, False] * 2

@@ -5,9 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+from bt_mission_interfaces.action import Turn
 from bt_mission_interfaces.msg import MissionState, StatusChanges, Tree
 from bt_mission_interfaces.srv import GetStatuses, PauseMission, SetBreakpoint
 from std_srvs.srv import Trigger
+from unique_identifier_msgs.msg import UUID
 
 from bt_mission.ros.control_services import MOST_BREAKPOINTS
 from bt_mission.ros.graph import LATCHED
@@ -191,3 +193,41 @@ def test_nothing_is_said_while_nothing_changes(ros: Any, heard: dict[str, list[A
     assert before == {"tree": 1, "changes": 1, "state": 1}
     ros.run(60.0)
     assert {name: len(messages) for name, messages in heard.items()} == before
+
+
+def test_each_of_many_breakpoints_is_answered(ros: Any) -> None:
+    """So many are set; the others are refused with the reason, and what is kept is bounded."""
+    ros.serve()
+    client = ros.client.create_client(SetBreakpoint, "/bt_mission/breakpoint")
+    asked = [client.call_async(SetBreakpoint.Request(node=f"n{i}")) for i in range(300)]
+    ros.until(lambda: all(answer.done() for answer in asked))
+    told = [answer.result() for answer in asked]
+    assert [one.success for one in told] == [i < MOST_BREAKPOINTS for i in range(300)]
+    assert told[-1].message == "100 breakpoints are set; remove one first"
+    assert max(len(one.breakpoints) for one in told) == MOST_BREAKPOINTS
+
+
+@pytest.mark.parametrize("name", ["stop", "step", "resume"])
+def test_each_of_many_calls_is_answered(ros: Any, name: str) -> None:
+    """Without a mission, with the reason why not."""
+    ros.serve()
+    client = ros.client.create_client(Trigger, f"/bt_mission/{name}")
+    asked = [client.call_async(Trigger.Request()) for _ in range(300)]
+    ros.until(lambda: all(answer.done() for answer in asked))
+    assert {answer.result().message for answer in asked} == {"no mission runs"}
+
+
+def test_answers_to_other_clients_push_out_none_of_ours(ros: Any) -> None:
+    """DDS brings each answer of a server to all of its clients."""
+    turn = ros.server()
+    node = ros.mission(TWO)
+    ros.until(lambda: turn.goals)
+    service = Turn.Impl.GetResultService
+    client = ros.client.create_client(service, "turn/_action/get_result")
+    request = service.Request(goal_id=UUID(uuid=list(node.ledger.open_goals[0].id)))
+    for _ in range(30):
+        client.call_async(request)
+        ros.clock.run_until_quiet()
+    turn.goal.succeed()
+    ros.until(lambda: node.executive.is_done)
+    assert node.executive.state == "success"

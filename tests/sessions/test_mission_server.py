@@ -13,6 +13,7 @@ from nav_msgs.msg import Odometry
 from rclpy.action import ActionClient
 from std_srvs.srv import Trigger
 
+from bt_mission.core.goal_rate import MOST_LINES
 from bt_mission.ros.graph import LATCHED
 from bt_mission.sessions.served_missions import ServedMissions
 
@@ -306,3 +307,13 @@ def test_with_leave_a_mission_starts_all_the_same(ros: Any, send: Any) -> None:
         ros.node(name).create_publisher(Odometry, "odom", 10)
     ros.serve(allow_duplicates=True)
     assert send(text="mission: m\ntree: {log: hello}\n").end()[0] == "succeeded"
+
+
+def test_of_many_refused_missions_some_are_told(ros: Any) -> None:
+    """Each is answered."""
+    ros.serve().close("closed")
+    client = ActionClient(ros.client, ExecuteMission, "execute_mission")
+    asked = [client.send_goal_async(ExecuteMission.Goal()) for _ in range(300)]
+    ros.until(lambda: all(answer.done() for answer in asked))
+    assert not any(answer.result().accepted for answer in asked)
+    assert 0 < ros.said.count("mission refused: closed") <= MOST_LINES

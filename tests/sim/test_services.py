@@ -198,3 +198,30 @@ def test_a_command_holds_from_when_it_was_sent(make_stage, make_world, sent_ms, 
     assert here.sim.simulation.commanded[0] == pytest.approx(0.2)
     here.sim.simulation.physics.advance_to(2 * S + (held_ms + 5) * MS)
     assert here.sim.simulation.commanded[0] == pytest.approx(0.195)
+
+
+def test_each_of_many_calls_is_answered(make_stage, make_world):
+    """None is lost, and the robot is as the last one says."""
+    here = make_stage(make_world())
+    here.run(1 * S)
+    client = here.ear.create_client(SetBool, "motor_power")
+    answers = [client.call_async(SetBool.Request(data=bool(number % 2))) for number in range(300)]
+    here.clock.run_until_quiet()
+    assert all(answer.done() for answer in answers)
+    assert here.sim.simulation.motors_on
+
+
+def test_of_many_velocities_at_once_the_newest_holds(make_stage, make_world):
+    """Ten wait at most; those that are none are passed over."""
+    here = make_stage(make_world())
+    here.run(1 * S)
+    for number in range(1000):
+        here.command(0.0001 * number, 0.0)
+    for wrong in (float("nan"), float("inf"), float("-inf")):
+        here.command(wrong, 0.1)
+        here.command(0.1, wrong)
+    before = here.clock.callbacks_served
+    here.clock.run_until_quiet()
+    assert here.clock.callbacks_served - before <= 10
+    here.run(1 * S + 150 * MS)
+    assert here.sim.simulation.commanded[0] == pytest.approx(0.0999)

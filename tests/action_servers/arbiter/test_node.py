@@ -195,3 +195,22 @@ def test_a_robot_that_takes_plain_commands_gets_them():
         node.destroy_node()
     clock.shutdown()
     context.shutdown()
+
+
+def test_a_stop_with_a_stamp_beyond_reason_stops(desk: Desk) -> None:
+    """One that lies a lifetime after the one before it, or before it."""
+    for second in (2**31 - 1, -(2**31)):
+        message = TwistStamped()
+        message.header.stamp.sec, message.twist.linear.x = second, 0.2
+        desk.sources["stop"].publish(message)
+        desk.clock.run_until_quiet()
+    assert [speed for _, speed in desk.sent] == [0.0, 0.0]
+
+
+def test_of_many_velocities_at_once_the_newest_is_heard(desk: Desk) -> None:
+    """What waits is one message a source, however many come."""
+    desk.say("joy", *[0.001 * number for number in range(1000)])
+    ((heard_ms, speed),) = desk.moving
+    assert (heard_ms, speed) == (0, 0.999)
+    desk.wait_until(1000)
+    assert not desk.sent[-1][1]

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import pytest
 
 from action_servers.camera.colours import HUES_DEG
+from action_servers.core.goal_limits import MOST_POSES
 from action_servers.core.goal_rules import ACTIONS
 from action_servers.core.limits import COLOURS, NumberLimit, faults
 from action_servers.core.tuning import TUNING
@@ -82,3 +83,12 @@ def test_a_duration_counts_in_seconds():
     limit = NumberLimit(field="time", low=0, high=float("inf"), unit="s", source="")
     goal = SimpleNamespace(time=SimpleNamespace(sec=-2, nanosec=500_000_000))
     assert list(faults(goal, (limit,))) == ["time must not be negative, got -1.5 s"]
+
+
+@pytest.mark.parametrize("name", ["follow_waypoints", "navigate_through_poses"])
+def test_a_goal_holds_so_many_poses(name):
+    """Each is placed on the map between two control steps."""
+    misfit = ACTIONS[name].misfit
+    assert misfit(SimpleNamespace(poses=[None] * MOST_POSES, goal_index=0)) is None
+    beyond = SimpleNamespace(poses=[None] * (MOST_POSES + 1), goal_index=0)
+    assert misfit(beyond) == "poses must be 1,000 or less, got 1,001"

@@ -17,7 +17,7 @@ from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_srvs.srv import Trigger
 
-from action_servers.mapping.node import MapperNode, MapperOptions
+from action_servers.mapping.node import MOST_SAVES, MapperNode, MapperOptions
 from bt_mission.core.robot.model import load_robot
 from bt_mission.virtual_time import VirtualTimeExecutor
 from sim.ros.node import SimNode, SimOptions
@@ -214,3 +214,15 @@ def test_a_map_without_news_is_not_sent_again(
     monkeypatch.setattr(bench.sim.simulation, "scan", lambda _, ranges: ranges.fill(math.nan))
     bench.run_for(3.0)
     assert len(bench.maps) <= count + 1
+
+
+def test_of_many_maps_to_save_at_once_some_are_saved(bench: Bench) -> None:
+    """The others are refused with the reason; after a second there are more."""
+    bench.run_for(2.0)
+    answers = [bench.saver.call_async(Trigger.Request()) for _ in range(100)]
+    bench.executor.run_until_quiet()
+    told = [answer.result() for answer in answers]
+    assert [one.success for one in told] == [True] * MOST_SAVES + [False] * (100 - MOST_SAVES)
+    assert told[-1].message == "5 maps were saved within 1 s, which is the limit"
+    bench.run_for(1.0)
+    assert bench.save().success

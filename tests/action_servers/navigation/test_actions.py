@@ -1,14 +1,20 @@
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import FollowWaypoints, NavigateToPose
 
+from action_servers.core.goal_limits import MOST_POSES
 from action_servers.core.maneuver import Grid, Observation, Refusal, Scan
 from action_servers.navigation import navigate, waypoints
-from action_servers.navigation.actions import plan_follow_waypoints, plan_navigate_to_pose
+from action_servers.navigation.actions import (
+    plan_follow_waypoints,
+    plan_navigate_through_poses,
+    plan_navigate_to_pose,
+)
 from action_servers.robot_io.messages import fill
 from bt_mission.core.geometry import Pose2D
 
@@ -177,3 +183,11 @@ def test_feedback_and_result_fill_nav2s_messages(waffle):
     assert [(one.index, one.goal.pose.position.x, one.error_code) for one in missed] == [
         (0, 9.0, 204)
     ]
+
+
+@pytest.mark.parametrize("plan", [plan_follow_waypoints, plan_navigate_through_poses])
+def test_too_many_poses_are_refused_before_any_is_looked_at(plan, fake, waffle):
+    """Whatever they are."""
+    goal = SimpleNamespace(poses=[None] * (MOST_POSES + 1), behavior_tree="", goal_index=0)
+    planned = plan(goal, fake(waffle).observe(), waffle)
+    assert planned == Refusal("poses must be 1,000 or less, got 1,001")

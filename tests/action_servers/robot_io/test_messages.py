@@ -17,6 +17,7 @@ from sensor_msgs.msg import Image, LaserScan
 
 from action_servers.core.maneuver import ErrorCode
 from action_servers.robot_io.messages import (
+    MOST_RAYS,
     fill,
     grid_of,
     image_of,
@@ -27,6 +28,7 @@ from action_servers.robot_io.messages import (
     transform_of,
 )
 from bt_mission.core.geometry import Pose2D, Twist2D
+from bt_mission.core.robot.model import load_robot
 
 NOW = Time(sec=12, nanosec=350_000_000)
 
@@ -59,12 +61,29 @@ def test_scan():
 
 @pytest.mark.parametrize(
     "wrong",
-    [{"ranges": []}, {"angle_min": math.nan}, {"angle_increment": math.inf}],
+    [
+        {"ranges": []},
+        {"ranges": array.array("f", [1.0]) * (MOST_RAYS + 1)},
+        {"angle_min": math.nan},
+        {"angle_min": 1e30},
+        {"angle_increment": math.inf},
+        {"angle_increment": 1e30},
+        {"angle_increment": 0.0},
+        {"range_min": math.nan},
+        {"range_min": 4.0},
+        {"range_max": math.nan},
+        {"range_max": 0.0},
+        {"range_max": -math.inf},
+    ],
 )
 def test_a_scan_that_says_nothing_is_none(wrong):
-    """No rays, or directions that are no numbers."""
-    fields = {"angle_increment": 0.1, "ranges": array.array("f", [1.0])} | wrong
-    assert scan_of(LaserScan(**fields)) is None
+    """No rays, or too many, directions that are none, or limits between which nothing lies."""
+    sound: Any = {"angle_increment": 0.1, "range_min": 0.1, "range_max": 3.0}
+    sound |= {"ranges": array.array("f", [1.0, 1.0])}
+    lidar = load_robot("waffle").lidar
+    assert scan_of(LaserScan(**sound), lidar) is not None
+    assert scan_of(LaserScan(**sound | wrong)) is None
+    assert scan_of(LaserScan(**sound | wrong), lidar) is None
 
 
 @pytest.mark.parametrize("yaw", [0.0, 1.0, -1.0, 3.1, -3.1])
@@ -84,11 +103,12 @@ def test_odometry(yaw, scale):
 
 
 @pytest.mark.parametrize("field", ["position.x", "position.y", "orientation.z", "orientation.w"])
-def test_odometry_that_is_no_number_is_none(field):
-    """As good as not arrived."""
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1e308])
+def test_odometry_that_is_no_number_is_none(field, value):
+    """As good as not arrived; so are numbers beyond reason."""
     message = Odometry()
     outer, inner = field.split(".")
-    setattr(getattr(message.pose.pose, outer), inner, math.nan)
+    setattr(getattr(message.pose.pose, outer), inner, value)
     assert odometry_of(message) is None
 
 
@@ -112,7 +132,21 @@ def test_grid():
     assert (grid.resolution, grid.origin_x, grid.origin_y) == (pytest.approx(0.05), -1.0, -2.0)
 
 
-@pytest.mark.parametrize(("width", "resolution"), [(2, 0.05), (3, 0.0), (3, math.nan), (0, 0.05)])
+@pytest.mark.parametrize("wrong", [math.nan, math.inf, 1e308])
+def test_a_grid_at_no_place_is_none(wrong):
+    """Cells of it would have numbers that are none."""
+    message = OccupancyGrid()
+    message.info.resolution, message.info.width, message.info.height = 0.05, 3, 2
+    message.data = array.array("b", bytes(6))
+    assert grid_of(message) is not None
+    message.info.origin.position.y = wrong
+    assert grid_of(message) is None
+
+
+@pytest.mark.parametrize(
+    ("width", "resolution"),
+    [(2, 0.05), (3, 0.0), (3, math.nan), (3, math.inf), (3, 1e-30), (0, 0.05)],
+)
 def test_a_grid_that_does_not_fit_is_none(width, resolution):
     """Size and cells must agree, and a cell must have a size."""
     message = OccupancyGrid()

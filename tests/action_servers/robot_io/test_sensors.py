@@ -8,12 +8,15 @@ from typing import Any
 import pytest
 import rclpy
 from geometry_msgs.msg import TransformStamped
+from nav_msgs.msg import OccupancyGrid, Odometry
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import Image, LaserScan
 from tf2_msgs.msg import TFMessage
 
+from action_servers.core.maneuver import Refusal
 from action_servers.robot_io.messages import image_of, scan_of
-from action_servers.robot_io.sensors import Latest
+from action_servers.robot_io.sensors import LARGEST_STATE, Latest
 from action_servers.server.node import ServerOptions, ServersNode
 from bt_mission.core.cdr.decoder import DecodingError, decoder_of
 from bt_mission.core.geometry import Pose2D
@@ -115,7 +118,7 @@ def test_a_message_is_translated_when_it_is_looked_at():
     latest = Latest(decoder_of("sensor_msgs/msg/LaserScan").decode, translate)
     assert latest.value() is None
     for ray in (1.0, 2.0, 3.0):
-        latest.take(serialize_message(LaserScan(angle_increment=1.0, ranges=[ray])))
+        latest.take(serialize_message(LaserScan(angle_increment=1.0, range_max=5.0, ranges=[ray])))
     assert translated == []
     value: Any = latest.value()
     assert value.ranges.tolist() == [3.0]
@@ -154,3 +157,37 @@ def test_a_robot_in_a_namespace(fake, tmp_path, waffle):
     assert node.count_publishers("/robot_7/cmd_vel") == 1
     node.destroy_node()
     context.shutdown()
+
+
+GARBAGE = (b"", b"\x00", b"\x00\x01\x00\x00", b"\x00\x01\x00\x00" + b"\xff" * 400)
+
+
+@pytest.mark.parametrize(
+    ("topic", "kind"),
+    [("scan", LaserScan), ("odom", Odometry), ("tf", TFMessage), ("map", OccupancyGrid)],
+)
+def test_bytes_of_another_type_are_passed_over(bench, topic, kind):
+    """Another participant may send anything; what was known before stays."""
+    before = sensors(bench).observe(on_map=True)
+    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    publisher = bench.clients[0].create_publisher(kind, topic, latched)
+    for data in GARBAGE:
+        publisher.publish(data)
+        bench.clock.run_until_quiet()
+        now = sensors(bench).observe(on_map=True)
+        assert (now.odom, now.map_pose) == (before.odom, before.map_pose)
+        assert (now.scan, now.grid) == (before.scan, before.grid)
+        assert isinstance(now.frame_on_map("camera"), Refusal)
+
+
+def test_a_message_beyond_the_limit_is_not_kept(bench):
+    """Two hundred messages of transforms are, of any sender."""
+    publisher = bench.clients[0].create_publisher(TFMessage, "tf", 100)
+    for name, size in (("small", 100), ("large", LARGEST_STATE)):
+        moved = transform("map", name, 1.0)
+        filler = transform("map", "x" * size, 0.0)
+        publisher.publish(TFMessage(transforms=[moved, filler]))
+    bench.clock.run_until_quiet()
+    find = sensors(bench).observe(on_map=True).frame_on_map
+    assert find("small") == Pose2D(1.0, 0.0, 0.0)
+    assert isinstance(find("large"), Refusal)
