@@ -31,6 +31,7 @@ from action_servers.robot_io.messages import fill
 from action_servers.robot_io.sensors import SensorSubscriptions
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.goal_rate import MOST_WAITING, GoalRate
+from bt_mission.core.ros_log import log_of
 
 SHOWN_CHARACTERS = 300
 
@@ -107,7 +108,7 @@ class ActionAdapter:
         refusal: Callable[[Maneuver], str | None],
     ) -> None:
         self._clock = node.get_clock()
-        self._log = node.get_logger().get_child(action.name)
+        self._log = log_of(node).get_child(action.name)
         self._pilot = pilot
         self._action = action
         self.name = node.resolve_topic_name(action.name)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import argparse
 import textwrap
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NoReturn
 
 from bt_mission.core.diagnostics import did_you_mean
+from bt_mission.core.text import escape_control
 
 
 class HelpText(argparse.HelpFormatter):
@@ -33,6 +34,10 @@ class Parser(argparse.ArgumentParser):
         if not hasattr(options, "parser"):
             options.parser = self
         return options, rest
+
+    def error(self, message: str) -> NoReturn:
+        """Leave with an error, on one line after the usage."""
+        super().error(escape_control(message))
 
     def refuse(self, words: Sequence[str]) -> None:
         """Leave with an error about words that mean nothing here."""

@@ -11,7 +11,7 @@ from textual.screen import Screen
 from textual.widgets import Input
 
 from bt_mission.views.terminal.chart import MapChart
-from bt_mission.views.terminal.marks import Marks, Span, clean
+from bt_mission.views.terminal.marks import Marks, Span
 from bt_mission.views.terminal.panels import (
     Rows,
     goal_rows,
@@ -225,7 +225,7 @@ class MainScreen(Screen[None]):
         )
         title = "tree, following" if outlook.is_following else "tree"
         if outlook.mission.tree is None:
-            rows = [[(clean(line, self._marks), "words")] for line in _wrapped(outlook, pane)]
+            rows = [[(line, "words")] for line in _wrapped(outlook, pane)]
         pane.show(rows, title, right)
 
     def _panel(self, name: str, outlook: WatchModel) -> tuple[Rows, str]:
