@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import asyncio
 import importlib
 import inspect
 import io
 import json
 import typing
 from collections.abc import Iterator
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 from bt_mission.graph_tools import goal_events, listing
+from bt_mission.graph_tools.form import GoalForm
 from bt_mission.graph_tools.goal_views import goal_view_for, one_line
 from bt_mission.graph_tools.graph_query import GraphEntry
 from bt_mission.graph_tools.interface_comments import read_interface
@@ -22,7 +25,16 @@ from bt_mission.graph_tools.interface_description import (
     describe_interface,
 )
 from bt_mission.graph_tools.values import as_json, as_yaml, plain
-from tests.support.hostile import HOSTILE, MARK, escape_nothing, fill, filled, leaks, texts_in
+from tests.support.hostile import (
+    HOSTILE,
+    MARK,
+    SHORT,
+    escape_nothing,
+    fill,
+    filled,
+    leaks,
+    texts_in,
+)
 
 PACKAGES = (
     "bt_mission_interfaces",
@@ -171,3 +183,40 @@ def test_descriptions_of_actions():
     assert shown.count(MARK) > 6
     assert leaks(shown) == []
     assert leaks(as_json(listing.info_object(entry, about))) == []
+
+
+# ---- the form for a goal ---------------------------------------------------------------------
+
+
+def form_of(text: str) -> str:
+    """What the form for a goal shows: names, comments, what was typed, and what comes of it."""
+    about = hostile_interface()
+    sender: Any = SimpleNamespace(action=text, about=about)
+    session: Any = SimpleNamespace(interrupts=SimpleNamespace(count=0), now_ns=0)
+    form = GoalForm(session, sender, {"angle": text}, period_s=None)
+
+    async def scene() -> list[str]:
+        rows = []
+        async with form.run_test(size=(400, 60)) as pilot:
+            for event in events(None, fill(about.part("result").cls(), text), None):
+                if _is_whole(event) and not isinstance(event, goal_events.FeedbackReceived):
+                    form.show(event)
+                    await pilot.pause()
+                    rows += [one.text for one in form.screen._compositor.render_strips()]
+        return rows
+
+    return "\n".join(asyncio.run(scene()))
+
+
+def test_the_form_for_a_goal():
+    """Its widgets show no markup, and nothing of what they hold commands the terminal."""
+    shown = form_of(MARK + SHORT + "[reverse]m[/]")
+    assert "MARK\\x1b]52;c;A" in shown
+    assert "[reverse]m[/]" in shown
+    assert leaks(shown) == []
+
+
+def test_the_form_can_leak(monkeypatch):
+    """Where nothing is escaped, it is noticed."""
+    escape_nothing(monkeypatch)
+    assert leaks(form_of(MARK + SHORT))
