@@ -32,6 +32,7 @@ from action_servers.robot_io.sensors import SensorSubscriptions
 from bt_mission.core.action_requests import BoundedRequests
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.goal_rate import MOST_LINES, MOST_WAITING, GoalRate, RateLimit
+from bt_mission.core.ros_log import log_of
 
 SHOWN_CHARACTERS = 300
 
@@ -113,7 +114,7 @@ class ActionAdapter:
         burst: int = 1,
     ) -> None:
         self._clock = node.get_clock()
-        self._log = node.get_logger().get_child(action.name)
+        self._log = log_of(node).get_child(action.name)
         self._pilot = pilot
         self._action = action
         self.name = node.resolve_topic_name(action.name)

@@ -19,6 +19,7 @@ from action_servers.robot_io.command_types import CHOICES, STAMPED, Choice, List
 from bt_mission.core.cdr.writer import MessageTemplate
 from bt_mission.core.dds.liveliness import RECORDER
 from bt_mission.core.geometry import Twist2D
+from bt_mission.core.ros_log import log_of
 from bt_mission.core.stamps import set_ns
 
 WATCH_PERIOD_S = 0.5
@@ -60,7 +61,7 @@ class CommandPublisher:
     def __init__(self, node: Node, wiring: CommandWiring, on_fault: Callable[[str], None]) -> None:
         self._node = node
         self._clock = node.get_clock()
-        self._log: Any = node.get_logger()
+        self._log = log_of(node)
         self._topic = node.resolve_topic_name(wiring.topic)
         self._frame = wiring.frame
         self._on_fault = on_fault

@@ -28,6 +28,7 @@ from bt_mission.core.clock_messages import ValidClock
 from bt_mission.core.diagnostics import InputError, did_you_mean
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.interrupts import InterruptSignals
+from bt_mission.core.ros_log import log_of
 
 D = TypeVar("D", bound=Any)
 N = TypeVar("N", bound="RobotNode")
@@ -86,7 +87,7 @@ class RobotNode(ValidClock, Node):
             self._parameter_overrides.setdefault(key, Parameter(key, value=value))
         self._texts: dict[str, ParameterSpec] = {}
         self.add_on_set_parameters_callback(self._check_texts)
-        self._log: Any = Node.get_logger(self)
+        self._log = log_of(self)
         if options.lean:
             self._log.set_level(LoggingSeverity.WARN)
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import Any
 
 from rclpy.node import Node
 
 from bt_mission.core.dds.publishers import duplicate_publishers
+from bt_mission.core.ros_log import log_of
 
 WATCH_PERIOD_S = 0.5
 """Seconds between two looks."""
@@ -25,7 +25,7 @@ class PublisherWatch:
     def __init__(self, node: Node, topics: Iterable[str], on_fault: Callable[[str], None]) -> None:
         self._node = node
         self._topics = tuple(topics)
-        self._log: Any = node.get_logger()
+        self._log = log_of(node)
         self._on_fault = on_fault
         self._fault: str | None = None
         node.create_timer(WATCH_PERIOD_S, self.look)

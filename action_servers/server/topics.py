@@ -28,6 +28,7 @@ from action_servers.robot_io.adapter import REQUESTS
 from action_servers.robot_io.messages import MAP_FRAME
 from action_servers.robot_io.sensors import LATCHED
 from bt_mission.core.dds.liveliness import TOPIC
+from bt_mission.core.ros_log import log_of
 
 
 class Switches:
@@ -37,7 +38,7 @@ class Switches:
     """
 
     def __init__(self, node: Node, interlock: Interlock) -> None:
-        self._log: Any = node.get_logger()
+        self._log = log_of(node)
         self._interlock = interlock
         self._said = ""
         for name, act in (("stop", interlock.stop), ("release", interlock.release)):
@@ -62,7 +63,7 @@ def watch_executives(node: Node, limits: ExecutiveLimits, pilot: Pilot) -> None:
 
     A client that is no executive of ours is not watched.
     """
-    log: Any = node.get_logger()
+    log = log_of(node)
     timer: Timer | None = None
 
     def be_late(why: str) -> None:

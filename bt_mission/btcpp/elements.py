@@ -14,6 +14,7 @@ from typing import Any, NoReturn
 from xml.parsers import expat
 
 from bt_mission.core.diagnostics import InputError, fault_at, quoted
+from bt_mission.core.text import is_shown
 from bt_mission.core.yaml.composer import At
 from bt_mission.core.yaml.document import refuse_large
 
@@ -27,10 +28,7 @@ _BREAK = re.compile("\r\n|\n|\r")
 _ATTRIBUTE = re.compile(r"""\s+([^\s=/>]+)\s*=\s*("[^"]*"|'[^']*')""")
 _CHARACTER = re.compile(r"&[^;]*;|.", re.DOTALL)
 _UTF_8 = frozenset(("utf-8", "utf8", "us-ascii", "ascii"))
-_ESCAPES = str.maketrans(
-    {"&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;"}
-    | {"\n": "&#10;", "\t": "&#9;", "\r": "&#13;"}
-)
+_ESCAPES = str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;"})
 _MESSAGES = {
     "no element found": "the text ends before the first element",
     "junk after document element": "more behind the end of the root element",
@@ -200,7 +198,7 @@ def xml_text(root: Tag) -> str:
 
 def _tag_lines(tag: Tag, pad: str) -> Iterator[str]:
     end = ">" if tag.children else "/>"
-    said = [f'{name}="{value.translate(_ESCAPES)}"' for name, value in tag.attributes.items()]
+    said = [f'{name}="{_escaped(value)}"' for name, value in tag.attributes.items()]
     line = " ".join([f"{pad}<{tag.name}", *said]) + end
     if len(line) <= WIDTH or len(said) < 2:
         yield line
@@ -212,3 +210,9 @@ def _tag_lines(tag: Tag, pad: str) -> Iterator[str]:
         yield from _tag_lines(child, f"{pad}  ")
     if tag.children:
         yield f"{pad}</{tag.name}>"
+
+
+def _escaped(value: str) -> str:
+    """Return the value of an attribute, with references for what does not show as itself."""
+    text = value.translate(_ESCAPES)
+    return "".join(one if is_shown(one) else f"&#{ord(one)};" for one in text)

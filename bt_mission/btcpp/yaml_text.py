@@ -6,6 +6,8 @@ import re
 from collections.abc import Callable, Iterator
 from typing import Any
 
+from bt_mission.core.text import is_shown
+
 WIDTH = 100
 _PLAIN = re.compile(r"[A-Za-z_/$][A-Za-z0-9_ ./$()<>=*+-]*(?<! )")
 _LINE = re.compile(r"[A-Za-z_/$][A-Za-z0-9_ ./$()<>=*+,;!?%'-]*(?<! )")
@@ -44,14 +46,14 @@ def flow(value: Any) -> str:
 
 def escaped(text: str, escape: Callable[[str], str]) -> str:
     """Return a text in double quotes, quotes, backslashes and what cannot be shown escaped."""
-    inner = "".join(f"\\{c}" if c in '"\\' else c if c.isprintable() else escape(c) for c in text)
+    inner = "".join(f"\\{c}" if c in '"\\' else c if is_shown(c) else escape(c) for c in text)
     return f'"{inner}"'
 
 
 def _scalar(text: str) -> str:
     if _PLAIN.fullmatch(text) and text.lower() not in _WORDS:
         return text
-    if text.isprintable() and "'" not in text:
+    if all(map(is_shown, text)) and "'" not in text:
         return f"'{text}'"
     return escaped(text, lambda c: f"\\U{ord(c):08X}")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -50,6 +51,9 @@ _bt_mission_{kind}() {{
   _alternative "names:{kind}:($found)" 'files:file:_files -g "*.({alternatives})(-.)"'
 }}
 """
+_PLAIN_NAME = re.compile(r"[\w.+@%-]+", re.ASCII)
+"""Names that a shell takes as they are: it expands `$(...)` and blanks in what it completes."""
+
 FISH = "(bt-mission completion --names {kind}; __fish_complete_path (commandline -ct))"
 
 
@@ -74,7 +78,7 @@ def completion(options: argparse.Namespace) -> int:
     if (options.shell is None) == (options.names is None):
         raise BtMissionError(f"expected a shell ({', '.join(SHELLS)}), or --names")
     if options.names:
-        print("\n".join(names(options.names)))
+        print("\n".join(filter(_PLAIN_NAME.fullmatch, names(options.names))))
     else:
         print(script(options.parser, options.shell))
     return SUCCESS

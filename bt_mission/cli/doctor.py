@@ -60,9 +60,9 @@ def add_parser(commands: Any) -> None:
 
 def doctor(_: argparse.Namespace) -> int:
     """Run all checks; 0 when everything needed is there."""
-    from rich.console import Console
+    from bt_mission.core.terminal.console import EscapingConsole
 
-    return report_on(Console())
+    return report_on(EscapingConsole(sys.stdout))
 
 
 @dataclass(frozen=True)

@@ -31,6 +31,7 @@ from bt_mission.cli.exits import BAD_INPUT, INTERRUPTED, MISSION_FAILED, NO_SERV
 from bt_mission.cli.parser import Parser
 from bt_mission.cli.ros_arguments import split
 from bt_mission.core.errors import BtMissionError, NotThereError
+from bt_mission.core.terminal.streams import escaped_output, unescaped
 
 PARSERS: tuple[Callable[[Any], None], ...] = (
     *(one.add_parser for one in (run, watch, check, convert, tree)),
@@ -67,8 +68,13 @@ class Version(argparse.Action):
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; gives the exit code."""
+    with escaped_output():
+        return _run(arguments)
+
+
+def _run(arguments: Sequence[str] | None) -> int:
     parser = make_parser()
-    for stream in (sys.stdout, sys.stderr):
+    for stream in map(unescaped, (sys.stdout, sys.stderr)):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a sign that a terminal lacks ends no mission
     options = _parsed(parser, arguments)

@@ -12,6 +12,7 @@ from typing import Any, NoReturn
 
 from bt_mission.cli.exits import BAD_INPUT
 from bt_mission.core.diagnostics import did_you_mean
+from bt_mission.core.text import escape_control
 
 _REMARK = re.compile(r"(?<=\S) {2,}(?=\S)")
 """The blanks between an example and what is said of it."""
@@ -50,6 +51,10 @@ class Parser(argparse.ArgumentParser):
         if not hasattr(options, "parser"):
             options.parser = self
         return options, rest
+
+    def error(self, message: str) -> NoReturn:
+        """Leave with an error, on one line after the usage."""
+        super().error(escape_control(message))
 
     def refuse(self, words: Sequence[str]) -> NoReturn:
         """Leave with an error about words that mean nothing here."""

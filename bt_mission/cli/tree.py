@@ -116,21 +116,20 @@ def _write(content: bytes, output: Path | None) -> None:
 
 def _print(root: Any, title: str) -> None:
     """As text; on a terminal in colour, each node on one line."""
-    from rich.console import Console
     from rich.text import Text
 
-    from bt_mission.core.text import escape_control
+    from bt_mission.core.terminal.console import EscapingConsole
     from bt_mission.views.drawing.nodes import can_show, legend, outline
     from bt_mission.views.drawing.scene import COLOURS
 
-    console = Console(highlight=False)
+    console = EscapingConsole(sys.stdout)
     ascii_only = not can_show(console.encoding)
-    lines = [Text(escape_control(title), style="bold")]
+    lines = [Text(title, style="bold")]
     for row in outline(root, ascii_only=ascii_only):
         line = Text(row.branches, style="dim")
         line.append(f"{row.sign} ", style=f"bold {COLOURS[row.family][1]}")
-        line.append(escape_control(row.name), style="bold")
-        line.append(f"  {escape_control(row.details)}" if row.details else "", style="dim")
+        line.append(row.name, style="bold")
+        line.append(f"  {row.details}" if row.details else "", style="dim")
         lines.append(line)
     lines += [Text(""), Text(legend(root, ascii_only=ascii_only), style="dim")]
     for line in lines:

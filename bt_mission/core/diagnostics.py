@@ -10,6 +10,7 @@ from itertools import islice
 from typing import Literal
 
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.text import escape_control
 
 Severity = Literal["error", "warning"]
 
@@ -54,7 +55,7 @@ class Diagnostic:
         """Place, message and hint, without the line of the input itself."""
         place = f"{self.file}:{self.line}:{self.column}" if self.line else self.file
         hint = f"; {self.hint}" if self.hint else ""
-        return f"{place}: {self.severity}: {self.message}{hint}"
+        return escape_control(f"{place}: {self.severity}: {self.message}{hint}")
 
 
 def fault_at(
@@ -103,7 +104,7 @@ def did_you_mean(name: str, valid: Iterable[str]) -> str | None:
     """Return "did you mean 'x'?" for the nearest valid name, or None where none is near."""
     known = list(islice(valid, LIKENED_NAMES))
     near = difflib.get_close_matches(name[:100], known, n=1, cutoff=0.6)
-    return f"did you mean '{_on_one_line(near[0])}'?" if near else None
+    return f"did you mean '{escape_control(near[0])}'?" if near else None
 
 
 def listed(names: Iterable[str], most: int = 40) -> str:
@@ -112,7 +113,7 @@ def listed(names: Iterable[str], most: int = 40) -> str:
     if not known:
         return "none"
     more = f", and {len(known) - most} more" if len(known) > most else ""
-    return _on_one_line(", ".join(known[:most])) + more
+    return escape_control(", ".join(known[:most])) + more
 
 
 def describe(value: object) -> str:
@@ -138,11 +139,7 @@ def describe(value: object) -> str:
 def quoted(text: str) -> str:
     """Return the text in single quotes on one line, cut after 60 characters."""
     cut = text if len(text) <= 60 else text[:57] + "..."
-    return f"'{_on_one_line(cut)}'"
-
-
-def _on_one_line(text: str) -> str:
-    return "".join(c if c.isprintable() else " " for c in text)
+    return f"'{escape_control(cut)}'"
 
 
 def _excerpt(source: str, column: int) -> tuple[str, str]:
@@ -151,8 +148,8 @@ def _excerpt(source: str, column: int) -> tuple[str, str]:
     start = 0
     if len(source) > SHOWN_WIDTH:
         start = max(0, min(at - SHOWN_WIDTH // 2, len(source) - SHOWN_WIDTH))
-    shown = _on_one_line(source[start : start + SHOWN_WIDTH])
-    before = shown[: at - start]
+    shown = escape_control(source[start : start + SHOWN_WIDTH].replace("\t", " "))
+    before = escape_control(source[start:at].replace("\t", " "))
     blanks = sum(2 if unicodedata.east_asian_width(c) in "WF" else 1 for c in before)
     lead, tail = ("... " if start else "", " ..." if start + SHOWN_WIDTH < len(source) else "")
     return (lead + shown.rstrip() + tail), " " * (blanks + len(lead))

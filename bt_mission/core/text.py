@@ -1,23 +1,80 @@
-"""Text of others on the way to a terminal."""
+r"""Text of others on its way out: the one place that decides what is written as an escape.
+
+A terminal obeys control sequences; marks of the direction of writing and characters that cannot be
+seen make a text look like another one. :func:`escape_control` writes all of them as Python would:
+``\x1b``, ``\u202e``. Each kind of output has one border that calls it:
+
+- standard output and error: :mod:`bt_mission.core.terminal.streams`
+- Rich and Textual: :mod:`bt_mission.core.terminal.console`, :mod:`bt_mission.core.terminal.screen`
+- logs of ROS nodes: :mod:`bt_mission.core.ros_log`
+- HTML and SVG: :func:`escape_markup`; XML and YAML, which keep every value, write references and
+  escapes of their own for what is not :func:`is_shown`
+
+JSON needs none: ``json.dumps`` writes ASCII.
+"""
 
 from __future__ import annotations
 
+import html
+import re
 import unicodedata
+
+_INVISIBLE = re.compile(
+    "[\u034f\u115f\u1160\u17b4\u17b5\u180b-\u180d\u180f\u3164\uffa0\U000e0100-\U000e01ef]"
+)
+"""Letters and marks that show nothing; the other invisible characters tell by their category."""
+
+_COLOUR = re.compile("(\x1b\\[(?:(?:0?[0-79]|[1-9][0-9]|10[0-7])(?:;(?!m)|(?=m)))*m)")
+"""Colours and weights, but not the one that hides text."""
+
+_NAMED = {"\n": "\\n", "\t": "\\t", "\r": "\\r"}
 
 
 def escape_control(text: str) -> str:
-    """The text on one line, with everything that a terminal might obey written as an escape."""
-    if text.isprintable():
+    """Return the text on one line, with all that could command a terminal or deceive as escapes.
+
+    Text that is escaped stays as it is when it is escaped again.
+    """
+    if _is_all_shown(text):
         return text
-    return "".join(_escaped(character) for character in text)
+    return "".join(one if is_shown(one) else _escape(one) for one in text)
 
 
-def _escaped(character: str) -> str:
-    if character.isprintable() or unicodedata.category(character) in ("Zs", "Mn", "Mc"):
-        return character
+def escape_lines(text: str) -> str:
+    """Return a text of several lines, escaped as by :func:`escape_control`; line feeds stay."""
+    if _is_all_shown(text):
+        return text
+    return "\n".join(map(escape_control, text.split("\n")))
+
+
+def escape_uncoloured(line: str) -> str:
+    """Return a line that another program has coloured, escaped but for its colours."""
+    pieces = _COLOUR.split(line)
+    pieces[::2] = map(escape_control, pieces[::2])
+    return "".join(pieces)
+
+
+def escape_markup(text: str) -> str:
+    """Return a text as the content, or the value of an attribute, of an HTML or SVG element."""
+    return html.escape(escape_lines(text))
+
+
+def is_shown(character: str) -> bool:
+    """Return whether a character shows as itself, or as a blank, and commands nothing."""
+    if character.isprintable():
+        return not _INVISIBLE.match(character)
+    return unicodedata.category(character) == "Zs"
+
+
+def _is_all_shown(text: str) -> bool:
+    return text.isprintable() and (text.isascii() or not _INVISIBLE.search(text))
+
+
+def _escape(character: str) -> str:
     code = ord(character)
-    simple = {"\n": "\\n", "\t": "\\t", "\r": "\\r"}.get(character)
-    return simple or (f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}")
+    if code < 0x100:
+        return _NAMED.get(character, f"\\x{code:02x}")
+    return f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}"
 
 
 def can_encode(text: str, encoding: str | None) -> bool:

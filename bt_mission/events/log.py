@@ -10,7 +10,7 @@ from typing import Any
 from py_trees.common import Status
 
 from bt_mission.core.stamps import NS
-from bt_mission.core.text import can_encode
+from bt_mission.core.text import can_encode, escape_control
 from bt_mission.events.events import (
     GoalChanged,
     LogLine,
@@ -102,7 +102,7 @@ ENDS = {"SUCCESS": INFO, "FAILURE": WARN}
 
 
 def line_of(event: dict[str, Any], glyphs: dict[Status, str] = UNICODE) -> str:
-    """Return an event of a trace in one line for people, without its time.
+    """Return an event of a trace in one line for people, escaped, without its time.
 
     An event of a kind that is not known here is told by its fields.
     """
@@ -115,7 +115,7 @@ def line_of(event: dict[str, Any], glyphs: dict[Status, str] = UNICODE) -> str:
             f"{key} {one}" for key, one in event.items() if key not in ("t", "event")
         )
         line = f"  {event['event']}: {fields}" if fields else f"  {event['event']}"
-    return line
+    return escape_control(line)
 
 
 def _told(event: dict[str, Any], glyphs: dict[Status, str]) -> str | None:

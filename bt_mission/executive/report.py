@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.core.stamps import NS
+from bt_mission.core.text import escape_control
 from bt_mission.events.log import verdict
 
 if TYPE_CHECKING:
@@ -100,7 +101,7 @@ class Report:
             facts.append(_counted(self.collisions, "collision"))
         lines.append("  " + ", ".join(facts))
         lines += [f"  requirement {one}" for one in self.requirements]
-        return "\n".join(lines)
+        return "\n".join(map(escape_control, lines))
 
 
 def _counted(count: int, noun: str) -> str:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from itertools import zip_longest
 from typing import Any
 
+from bt_mission.core.text import escape_control
 from bt_mission.events.log import line_of
 from bt_mission.executive.stored_trace import StoredTrace
 
@@ -42,13 +43,17 @@ class Difference:
     def __str__(self) -> str:
         lines = [f"set up differently: {line}" for line in self.setting]
         if self.first is None and self.second is None:
-            return "\n".join([*lines, f"all other {self.number} events are the same"])
+            return _joined([*lines, f"all other {self.number} events are the same"])
         same = "no event is" if not self.number else f"the first {self.number} events are"
         lines.append(f"{same} the same; they part at {self.time_s:.2f} s")
         lines += [f"  {line}" for line in self.before]
         for sign, event in (("<", self.first), (">", self.second)):
             lines.append(f"{sign} {event if event is not None else '          (the end)'}")
-        return "\n".join([*lines, *(f"    {line}" for line in self.fields)])
+        return _joined([*lines, *(f"    {line}" for line in self.fields)])
+
+
+def _joined(lines: Sequence[str]) -> str:
+    return "\n".join(map(escape_control, lines))
 
 
 def first_difference(first: StoredTrace, second: StoredTrace) -> Difference | None:

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from rich.console import RenderableType
 from rich.text import Text
 from textual import events, on
-from textual.app import App, ComposeResult
+from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.widgets import Checkbox, Footer, Input, Label, Static
 
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.terminal.screen import EscapingApp
 from bt_mission.core.text import escape_control
 from bt_mission.graph_tools import goal_events
 from bt_mission.graph_tools.feedback_table import ASCII_SIGNS, FeedbackTable, signs_for
@@ -67,7 +68,7 @@ class FormLine(Vertical):
         return not fault
 
 
-class GoalForm(App[goal_events.GoalResult | None]):
+class GoalForm(EscapingApp[goal_events.GoalResult | None]):
     """Fills in a goal, sends it, shows its feedback; gives the end of the last goal.
 
     Its ``last_words`` are the end and the result of that goal, for people.

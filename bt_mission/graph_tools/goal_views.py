@@ -12,6 +12,8 @@ from rich.live import Live
 from rich.style import StyleType
 from rich.text import Text
 
+from bt_mission.core.terminal.console import EscapingConsole
+from bt_mission.core.text import escape_control
 from bt_mission.graph_tools.feedback_table import FeedbackTable
 from bt_mission.graph_tools.goal_events import (
     CancelRefused,
@@ -54,7 +56,7 @@ def goal_view_for(
     """
     if json:
         return GoalObjects(stream)
-    console = Console(file=stream, highlight=False)
+    console = EscapingConsole(stream)
     if plain or not console.is_terminal or console.is_dumb_terminal:
         return GoalLines(stream, about)
     return GoalPicture(console, about, goal)
@@ -119,7 +121,7 @@ class GoalPicture(GoalView):
                 self._head = _cut(f"{state}   {event.since_s:.1f} s", self._head.style)
                 self._draw()
             case _:
-                self._head = _cut(str(event), HEAD_STYLES.get(type(event), "red"))
+                self._head = _cut(escape_control(str(event)), HEAD_STYLES.get(type(event), "red"))
                 self._draw()
 
     def close(self) -> None:
@@ -182,7 +184,13 @@ class GoalObjects(GoalView):
 def event_lines(
     event: GoalEvent, about: InterfaceDescription, units: Mapping[str, str]
 ) -> list[str]:
-    """Write an event for people, with these units of the feedback's fields."""
+    """Write an event for people, escaped, with these units of the feedback's fields."""
+    return list(map(escape_control, _event_lines(event, about, units)))
+
+
+def _event_lines(
+    event: GoalEvent, about: InterfaceDescription, units: Mapping[str, str]
+) -> list[str]:
     match event:
         case GoalEnded(end=end) if end.result is not None:
             head = f"{end.reason} after {event.since_s:.2f} s"

@@ -55,7 +55,7 @@ def entry_object(kind: Kind, entry: GraphEntry) -> dict[str, object]:
 
 def info_lines(entry: GraphEntry, about: InterfaceDescription) -> Iterator[str]:
     """All that is known of an action: its nodes, and the fields of its three messages."""
-    yield f"{entry.name}  {about.type}"
+    yield escape_control(f"{entry.name}  {about.type}")
     if about.text:
         yield f"  {escape_control(about.text)}"
     yield f"served by  {listed(entry.offers or [NOBODY])}"
@@ -75,7 +75,7 @@ def part_lines(part: InterfacePart) -> Iterator[str]:
             field.type,
             field.unit,
             "" if part.name in ("result", "feedback", "response") else default_of(field),
-            escape_control(field.text),
+            field.text,
         )
         for field in fields
     )

@@ -27,6 +27,7 @@ from bt_mission.behaviours.builder import build_tree
 from bt_mission.behaviours.runtime import Scope
 from bt_mission.core.dds.liveliness import ASSURED_S, TOPIC
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.ros_log import log_of
 from bt_mission.core.stamps import NS
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.executive.executive import Executive
@@ -340,7 +341,7 @@ class MissionRunner:
             said = f"was set back by {-jump_s:.2f} s: limits go on with what is left of them"
         else:
             said = f"skipped {jump_s:.2f} s: they count as passed"
-        self.node.get_logger().warning(f"the ROS clock {said}")
+        log_of(self.node).warning(f"the ROS clock {said}")
 
     def _log_line(self, text: str) -> None:
-        self.node.get_logger().info(text)
+        log_of(self.node).info(text)

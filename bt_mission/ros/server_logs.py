@@ -10,8 +10,6 @@ from rcl_interfaces.msg import Log
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
-from bt_mission.core.text import escape_control
-
 ROSOUT = "/rosout"
 ROSOUT_DEPTH = 50
 
@@ -61,7 +59,7 @@ class ServerLogs:
             return
         for ear in self._ears.values():
             if any(_is_of(message.name, server) for server in self._servers(ear.action)):
-                ear.words, ear.count = escape_control(message.msg), ear.count + 1
+                ear.words, ear.count = message.msg, ear.count + 1
 
     def _servers(self, action: str) -> set[str]:
         """The names of loggers of the nodes that serve an action."""

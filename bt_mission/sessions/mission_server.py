@@ -22,6 +22,7 @@ from bt_mission.core.dds.publishers import CLOCK, ODOMETRY, duplicate_publishers
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.goal_rate import MOST_LINES, GoalRate, RateLimit
+from bt_mission.core.ros_log import log_of
 from bt_mission.core.stamps import NS
 from bt_mission.executive.status import MissionStatus
 from bt_mission.ros.control_services import ControlServices
@@ -179,7 +180,7 @@ class MissionServer(ValidClock, Node):
             self._start(handle)
 
     def _log_line(self, text: str) -> None:
-        self.get_logger().info(text)  # type: ignore[no-untyped-call]
+        log_of(self).info(text)
 
     # ---- the action ----------------------------------------------------------------------
 

@@ -18,6 +18,7 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from bt_mission.core.text import escape_control
 from bt_mission.events.log import UNICODE, line_of
 from bt_mission.executive.status import Change
 from bt_mission.goals.goal import Goal, Phase
@@ -182,7 +183,7 @@ class History:
             status = change.status if change else Status.INVALID
             depth = self.paths[node].count(".")
             said = f"  {change.message}" if change and status in ENDS and change.message else ""
-            lines.append(f"{'  ' * depth}{UNICODE[status]} {node.name}{said}")
+            lines.append(escape_control(f"{'  ' * depth}{UNICODE[status]} {node.name}{said}"))
         return "\n".join(lines)
 
     def read_events(self) -> Iterator[dict[str, Any]]:

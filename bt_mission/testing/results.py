@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from bt_mission.core.text import escape_control, escape_lines, escape_uncoloured
 from bt_mission.testing.options import MOST_RUNS
 
 if TYPE_CHECKING:
@@ -61,7 +62,7 @@ class Results:
         runs = _runs_of(item)
         if report.when == "call":
             item.stash[WALL_S] = report.duration
-        if report.failed and FOLDER not in item.stash:
+        if report.failed:
             self._tell(item, report, runs)
         if report.when == "teardown":
             if self._leaves_all and runs:
@@ -112,10 +113,15 @@ class Results:
         return f"bt-mission replay {shlex.quote(os.path.relpath(path, self._here))}"
 
     def _tell(self, item: pytest.Item, report: pytest.TestReport, runs: list[Run]) -> None:
-        """Show and leave what happened."""
-        report.sections += [("mission", run.describe()) for run in runs]
+        """Show and leave what happened; leave it once."""
+        if runs:
+            escape_error(report)
+        if FOLDER in item.stash:
+            return
+        told = [("mission", run.describe()) for run in runs]
         for graph in item.stash.get(GRAPHS, []):
-            report.sections += [(f"process {one.name}", one.output) for one in graph.processes]
+            told += [(f"process {one.name}", one.output) for one in graph.processes]
+        report.sections += [(escape_control(title), escape_lines(text)) for title, text in told]
         if runs:
             item.stash[FOLDER] = self._folder_of(item)
             report.sections.append(("to see it again", self._left(item.stash[FOLDER], runs)))
@@ -145,6 +151,17 @@ def hide_library(excinfo: pytest.ExceptionInfo[BaseException]) -> None:
     shown = _without_library(excinfo.tb)
     if shown is not None and type(excinfo.value).__module__.startswith(f"{LIBRARY.name}."):
         excinfo.traceback = type(excinfo.traceback)(shown)
+
+
+def escape_error(report: pytest.TestReport) -> None:
+    """Escape the message of an error, which may quote what a server or a mission says."""
+    for traceback, crash, _ in getattr(report.longrepr, "chain", ()):
+        for entry in traceback.reprentries:
+            entry.lines = [
+                escape_uncoloured(line) if line.startswith("E") else line for line in entry.lines
+            ]
+        if crash is not None:
+            crash.message = escape_lines(crash.message)
 
 
 def _without_library(entry: TracebackType | None) -> TracebackType | None:

@@ -10,6 +10,7 @@ from py_trees.behaviour import Behaviour
 from rclpy.node import Node
 
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.text import escape_control
 from bt_mission.executive.report import Report, report_on
 from bt_mission.language.mission import Mission
 from bt_mission.ros.subscriber import LatestMessageSubscriber
@@ -323,7 +324,7 @@ class Run(Assertions):
 
     @property
     def _ended(self) -> str:
-        return f"{self.status}: {self.reason}" if self.reason else self.status
+        return escape_control(f"{self.status}: {self.reason}" if self.reason else self.status)
 
     def _say(self, text: str) -> None:
         self.history.say(text)

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from bt_mission.core.text import escape_control
 from bt_mission.testing.options import MARKER
 
 if TYPE_CHECKING:
@@ -91,7 +92,7 @@ class Scenarios:
         if self._rates:
             terminalreporter.section(TITLE)
             for line in self._rates.summary():
-                terminalreporter.line(line)
+                terminalreporter.line(escape_control(line))
 
     @pytest.hookimpl(wrapper=True)
     def pytest_sessionfinish(self) -> Generator[None, object, object]:

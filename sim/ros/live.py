@@ -18,10 +18,11 @@ from bt_mission.core.dds.endpoints import unheard
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.interrupts import InterruptSignals
 from bt_mission.core.robot.model import load_robot
+from bt_mission.core.ros_log import log_of
 from bt_mission.core.wall_clock import Pacer
 from sim.physics.spawn import read
 from sim.ros.node import SimNode, SimOptions
-from sim.ros.topics import COMMAND_TYPES, log
+from sim.ros.topics import COMMAND_TYPES
 from sim.views.window import Window, check_display
 from sim.world.loader import load_world
 
@@ -86,7 +87,7 @@ def main(
             window = stack.enter_context(closing(Window(node.physics)))
             node.create_timer(_FRAME_S, window.look, clock=wall)
         speed = node.get_parameter("speed").value
-        log(node).info(f"{_names(node)} in {scene.name}, seed {options.seed}, speed {speed:g}")
+        log_of(node).info(f"{_names(node)} in {scene.name}, seed {options.seed}, speed {speed:g}")
         executor = SingleThreadedExecutor()
         executor.add_node(node)
         while not interrupts.count:
@@ -111,7 +112,7 @@ class CommandWatch:
             publishers = self._node.get_publishers_info_by_topic(topic)
             lost = {(topic, *one) for one in unheard(publishers, {taken}).items()}
             for _, who, sent in sorted(lost - self._told):
-                log(self._node).warning(
+                log_of(self._node).warning(
                     f"{topic}: {who} publishes {sent}, but the robot takes {taken}, so it does not "
                     f"hear; have {who} publish that, or start with --cmd-vel-type {other}"
                 )
@@ -149,7 +150,7 @@ def _pace(node: SimNode, speed: float) -> None:
         node.advance_to(pacer.due_ns(node.physics.time_ns))
         reached = pacer.shortfall()
         if reached is not None:
-            log(node).warning(f"too slow for speed {pacer.speed:g}: reached {reached:.2g}")
+            log_of(node).warning(f"too slow for speed {pacer.speed:g}: reached {reached:.2g}")
 
     def on_parameters(parameters: list[Parameter]) -> None:
         for parameter in parameters:

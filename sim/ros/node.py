@@ -21,6 +21,7 @@ from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger
 
 from bt_mission.core.robot.model import RobotModel
+from bt_mission.core.ros_log import log_of
 from bt_mission.core.stamps import set_ns
 from sim.physics.names import STEP_NS
 from sim.physics.spawn import RobotSpawn
@@ -35,7 +36,6 @@ from sim.ros.topics import (
     REQUESTS,
     CommandType,
     RobotPublishers,
-    log,
     wanted,
 )
 from sim.ros.world_messages import occupancy_grid, zone_markers
@@ -112,7 +112,7 @@ class SimNode(Node):
             parameter_overrides=[Parameter("start_type_description_service", value=not lean)],
         )
         if lean:
-            log(self).set_level(LoggingSeverity.WARN)
+            log_of(self).set_level(LoggingSeverity.WARN)
         self.command_type = self._declare_command_type(options)
         self._schedule = Schedule(options.start_ns)
         self._time = Clock()
@@ -142,7 +142,7 @@ class SimNode(Node):
                 made = CameraTopics(self, self._schedule, self._stamp, one, one.robot.camera)
                 self._cameras.append(made)
             for warning in unseen(world, one.robot):
-                log(self).warning(warning)
+                log_of(self).warning(warning)
         self.create_service(Trigger, "reset_simulation", self._on_reset, qos_profile=REQUESTS)
 
     # ---- time ----------------------------------------------------------------------------

@@ -8,12 +8,13 @@ from rclpy.node import Node
 from sensor_msgs.msg import CameraInfo, Image
 
 from bt_mission.core.robot.parts import CameraModel as CameraSpec
+from bt_mission.core.ros_log import log_of
 from sim.faults import NO_CAMERA_FAULTS
 from sim.robot import frames
 from sim.robot.robot import SimulatedRobot
 from sim.ros import message_fields
 from sim.ros.schedule import Schedule
-from sim.ros.topics import RELIABLE, log, wanted
+from sim.ros.topics import RELIABLE, wanted
 from sim.sensors.camera import Camera, RaycastCamera
 from sim.sensors.canvas import NoCameraError
 from sim.sensors.noise import PictureDistortion, PictureNoise
@@ -67,7 +68,7 @@ class CameraTopics:
         try:
             return Camera(model, self._spec, prefix)
         except NoCameraError as error:
-            log(self._node).warning(
+            log_of(self._node).warning(
                 f"{error}; until then pictures are drawn ray by ray, more slowly"
             )
             return RaycastCamera(model, self._spec, prefix)

@@ -26,6 +26,7 @@ from bt_mission.core.cdr.decoder import decoder_of
 from bt_mission.core.cdr.writer import MessageTemplate
 from bt_mission.core.geometry import Pose2D, Twist2D, set_planar
 from bt_mission.core.goal_rate import MOST_WAITING
+from bt_mission.core.ros_log import log_of
 from bt_mission.core.stamps import to_ns
 from sim.robot import frames
 from sim.robot.description import description
@@ -141,12 +142,12 @@ class RobotPublishers:
                 twist, stamp_ns = message, 0
             age_s = self._robot.command(twist.linear.x, twist.angular.z, stamp_ns)
         except ValueError as error:
-            log(self._node).warning(f"cmd_vel refused: {error}", throttle_duration_sec=5.0)
+            log_of(self._node).warning(f"cmd_vel refused: {error}", throttle_duration_sec=5.0)
             return
         limit_s = self._robot.command_timeout_s
         if age_s >= limit_s and (twist.linear.x or twist.angular.z):
             why = f"{age_s:.2f} s old, more than the command timeout of {limit_s:g} s"
-            log(self._node).warning(f"cmd_vel ignored: {why}", throttle_duration_sec=5.0)
+            log_of(self._node).warning(f"cmd_vel ignored: {why}", throttle_duration_sec=5.0)
 
     def _on_motor_power(self, request: Any, response: Any) -> Any:
         response.success = self._robot.power_motors(on=request.data)
@@ -179,7 +180,7 @@ class RobotPublishers:
 
         def publish(_: int) -> None:
             for collision in self._robot.take_collisions():
-                log(self._node).info(f"{who}collision with {collision.obstacle}")
+                log_of(self._node).info(f"{who}collision with {collision.obstacle}")
                 publisher.publish(message_fields.collision(CollisionMessage(), collision))
 
         self._schedule.every(self._robot.robot.odometry_rate, "odometry_rate", publish)
@@ -301,8 +302,3 @@ class RobotPublishers:
 def wanted(publisher: Publisher) -> bool:
     """Whether anybody subscribes to it."""
     return publisher.get_subscription_count() > 0
-
-
-def log(node: Node) -> Any:
-    """Return the node's logger."""
-    return node.get_logger()

@@ -108,7 +108,7 @@ def test_values_are_described_in_words(value, words):
 
 def test_quoted_text_stays_on_one_short_line():
     """Line breaks and length of what a user wrote do not break a message."""
-    assert quoted("a\nb") == "'a b'"
+    assert quoted("a\nb") == "'a\\nb'"
     assert quoted("x" * 100) == "'" + "x" * 57 + "...'"
 
 
@@ -121,5 +121,5 @@ def test_a_name_is_compared_with_some_hundreds_only():
 
 def test_names_with_line_breaks_are_told_on_one_line() -> None:
     """In lists and in suggestions, too."""
-    assert listed(["a\nb", "c"]) == "a b, c"
-    assert did_you_mean("turn", ["tu\nrn"]) == "did you mean 'tu rn'?"
+    assert listed(["a\nb", "c"]) == "a\\nb, c"
+    assert did_you_mean("turn", ["tu\nrn"]) == "did you mean 'tu\\nrn'?"

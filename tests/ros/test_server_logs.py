@@ -33,7 +33,7 @@ def test_the_reason_reaches_the_leaf(ros: Any, warn: Callable[[str, str], None])
     warn("turn_server.turn", "goal rejected: angle: too\x1b[31m large")
     server.goal.reject()
     ended = ros.until(lambda: node.is_done)
-    assert node.executive.reason == "'turn' rejected: /turn: angle: too\\x1b[31m large"
+    assert node.executive.reason == "'turn' rejected: /turn: angle: too\x1b[31m large"
     assert ended - began == pytest.approx(0.05)
 
 

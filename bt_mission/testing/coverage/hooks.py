@@ -16,6 +16,7 @@ import pytest
 
 from bt_mission.core import files
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.text import escape_control
 from bt_mission.core.yaml.document import Document
 from bt_mission.ros.mission_runner import MissionRunner
 from bt_mission.sessions.load import load
@@ -107,7 +108,7 @@ class CoverageHooks:
         """Show the table, and what was not reached."""
         terminalreporter.section("coverage of missions")
         for line in self._summary():
-            terminalreporter.line(line)
+            terminalreporter.line(escape_control(line))
         if self._shortfall:
             terminalreporter.line(f"FAILED: {self._shortfall}", red=True)
 

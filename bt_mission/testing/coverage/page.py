@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import astuple
-from html import escape
 
+from bt_mission.core.text import escape_markup
 from bt_mission.testing.coverage.table import HEAD, missing_of
 from bt_mission.testing.coverage.tally import Covered, Score, Spot, Tally
 
@@ -31,9 +31,10 @@ def page(tally: Tally) -> str:
     """The whole page."""
     files = list(tally.in_order())
     rows = [
-        _row(f'<a href="#f{n}">{escape(one.label)}</a>', one.score) for n, one in enumerate(files)
+        _row(f'<a href="#f{n}">{escape_markup(one.label)}</a>', one.score)
+        for n, one in enumerate(files)
     ]
-    heads = "".join(f"<th>{escape(name)}</th>" for name in HEAD[:-1])
+    heads = "".join(f"<th>{escape_markup(name)}</th>" for name in HEAD[:-1])
     parts = [
         "<!DOCTYPE html>",
         '<html lang="en"><head><meta charset="utf-8"><title>Coverage of missions</title>',
@@ -44,7 +45,7 @@ def page(tally: Tally) -> str:
     ]
     for number, one in enumerate(files):
         lines = "".join(_lines(one))  # a line feed between two would be a line of its own
-        parts += [f'<h2 id="f{number}">{escape(one.label)}</h2>', f"<pre>{lines}</pre>"]
+        parts += [f'<h2 id="f{number}">{escape_markup(one.label)}</h2>', f"<pre>{lines}</pre>"]
     return "\n".join([*parts, "</body></html>", ""])
 
 
@@ -62,9 +63,9 @@ def _lines(covered: Covered) -> Iterator[str]:
         spots = by_line.get(number, [])
         said = [(spot.name, missing_of(spot)) for spot in spots]
         notes = [f"{name} {text}" if len(spots) > 1 else text for name, text in said if text]
-        note = f"<b>{escape('; '.join(notes))}</b>" if notes else ""
+        note = f"<b>{escape_markup('; '.join(notes))}</b>" if notes else ""
         kind = _kind(spots)
-        yield f'<span class="{kind}"><i>{number}</i>{escape(line)}{note}</span>'
+        yield f'<span class="{kind}"><i>{number}</i>{escape_markup(line)}{note}</span>'
 
 
 def _kind(spots: list[Spot]) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from bt_mission.core.text import escape_lines
 from bt_mission.views.drawing.nodes import DrawnNode, Family
 from bt_mission.views.drawing.scene import COLOURS
 
@@ -35,5 +36,6 @@ def _lines(root: DrawnNode, title: str) -> Iterator[str]:
 
 
 def _quoted(text: str) -> str:
-    escaped = text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
+    escaped = escape_lines(text).replace("&", "&amp;").replace("\\", "\\\\")
+    escaped = escaped.replace('"', '\\"').replace("\n", "\\n")
     return f'"{escaped}"'

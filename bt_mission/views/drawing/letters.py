@@ -9,6 +9,8 @@ from __future__ import annotations
 import unicodedata
 from collections.abc import Iterator
 
+from bt_mission.core.text import escape_control
+
 FIRST = 32
 # fmt: off
 REGULAR = (
@@ -37,9 +39,9 @@ def width_px(text: str, size_px: float, *, bold: bool = False) -> float:
 
 
 def wrapped(text: str, size_px: float, room_px: float) -> Iterator[str]:
-    """The lines of a text that has so much room; words that are too long are cut."""
+    """The lines of a text that has so much room, escaped; words that are too long are cut."""
     line = ""
-    for word in text.split():
+    for word in map(escape_control, text.split()):
         candidate = f"{line} {word}" if line else word
         if width_px(candidate, size_px) <= room_px:
             line = candidate

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 
-from bt_mission.core.text import can_encode
+from bt_mission.core.text import can_encode, escape_control
 from bt_mission.language.expressions.expression import written_text
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.base import NodeModel
@@ -93,7 +93,8 @@ def heading(mission: Mission) -> str:
     """What the mission is, in one line."""
     where = f" in {mission.world}" if mission.world else ""
     inputs = ", ".join(f"{name} {written_text(value)}" for name, value in mission.inputs.items())
-    return f"{mission.name}{where} ({mission.robot})" + (f"; {inputs}" if inputs else "")
+    words = f"{mission.name}{where} ({mission.robot})" + (f"; {inputs}" if inputs else "")
+    return escape_control(words)
 
 
 def _node(node: NodeModel, mission: Mission) -> DrawnNode:
@@ -122,13 +123,14 @@ BRANCHES = {False: ("└─ ", "├─ ", "│  "), True: ("`- ", "|- ", "|  ")}
 
 
 def outline(root: DrawnNode, *, ascii_only: bool = False) -> Iterator[OutlineRow]:
-    """The rows of a tree, from the root down."""
+    """The rows of a tree, from the root down, with names and details escaped."""
     last, more, on = BRANCHES[ascii_only]
     waiting: list[tuple[DrawnNode, str, str]] = [(root, "", "")]
     while waiting:
         node, branches, below = waiting.pop()
         sign = node.sign.ascii if ascii_only else node.sign.glyph
-        yield OutlineRow(branches, sign, node.name, "; ".join(node.details), node.sign.family)
+        name, details = escape_control(node.name), escape_control("; ".join(node.details))
+        yield OutlineRow(branches, sign, name, details, node.sign.family)
         children = [(child, more, on) for child in node.children]
         if children:
             children[-1] = (node.children[-1], last, "   ")

@@ -63,12 +63,12 @@ def _draw(draw: Any, shape: Shape, factor: int) -> None:
 
 def _write(draw: Any, words: Words, factor: int) -> None:
     face = font(round(words.size * factor), bold=words.bold)
-    text = "".join(one if one.isprintable() else " " for one in words.text)
     room = width_px(words.text, words.size, bold=words.bold) * factor
-    if draw.textlength(text, font=face) > room * 1.05:
+    if draw.textlength(words.text, font=face) > room * 1.05:
         face = font(round(words.size * factor * 0.85), bold=words.bold)
     anchor = "ms" if words.centred else "ls"
-    draw.text((words.x * factor, words.y * factor), text, fill=words.fill, font=face, anchor=anchor)
+    place = words.x * factor, words.y * factor
+    draw.text(place, words.text, fill=words.fill, font=face, anchor=anchor)
 
 
 @cache

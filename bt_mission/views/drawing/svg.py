@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from xml.sax.saxutils import escape, quoteattr
 
+from bt_mission.core.text import escape_markup
 from bt_mission.views.drawing.letters import width_px
 from bt_mission.views.drawing.scene import FONT, PAPER, Polyline, Rectangle, Scene, Shape, Words
 
@@ -18,9 +18,9 @@ def _lines(scene: Scene) -> Iterator[str]:
     width, height = _px(scene.width), _px(scene.height)
     yield (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" '
-        f'viewBox="0 0 {width} {height}" font-family={quoteattr(FONT)} role="img">'
+        f'viewBox="0 0 {width} {height}" font-family="{FONT}" role="img">'
     )
-    yield f"<title>{_text(scene.title)}</title>"
+    yield f"<title>{escape_markup(scene.title)}</title>"
     yield f'<rect width="{width}" height="{height}" fill="{PAPER}"/>'
     for shape in scene.shapes:
         yield _element(shape)
@@ -53,13 +53,8 @@ def _words(shape: Words) -> str:
     fit = "" if shape.centred else f' textLength="{_px(room)}" lengthAdjust="spacingAndGlyphs"'
     return (
         f'<text x="{_px(shape.x)}" y="{_px(shape.y)}" font-size="{_px(shape.size)}" '
-        f'fill="{shape.fill}"{weight}{anchor}{fit}>{_text(shape.text)}</text>'
+        f'fill="{shape.fill}"{weight}{anchor}{fit}>{escape_markup(shape.text)}</text>'
     )
-
-
-def _text(text: str) -> str:
-    """Text without what XML cannot hold."""
-    return escape("".join(one if one.isprintable() else " " for one in text))
 
 
 def _px(value: float) -> str:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from html import escape
+
+from bt_mission.core.text import escape_markup
 
 
 def element(tag: str, content: str = "", /, **attributes: object) -> str:
@@ -18,7 +19,7 @@ def void(tag: str, /, **attributes: object) -> str:
 
 def _attributes(attributes: dict[str, object]) -> str:
     return "".join(
-        f' {name.rstrip("_").replace("_", "-")}="{escape(_text(value))}"'
+        f' {name.rstrip("_").replace("_", "-")}="{escape_markup(_text(value))}"'
         for name, value in attributes.items()
         if value is not None
     )

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-from html import escape
 from importlib.resources import files as package_files
 from typing import Any
 
 import numpy as np
 
+from bt_mission.core.text import escape_markup
 from bt_mission.recording.model import RecordedRun
 from bt_mission.views.html_report import tables
 from bt_mission.views.html_report.figures import duration_s, since_start_s
@@ -31,13 +31,13 @@ def page_of(run: RecordedRun) -> str:
     """A run as one page of HTML."""
     outcome = STATUS_WORDS.get(run.status, f"is {run.status}")
     title = f"{run.mission} {outcome}"
-    reason = element("p", escape(run.reason), class_="reason") if run.reason else ""
-    badge = element("span", escape(run.status or "unknown"), class_=f"badge {run.status}")
+    reason = element("p", escape_markup(run.reason), class_="reason") if run.reason else ""
+    badge = element("span", escape_markup(run.status or "unknown"), class_=f"badge {run.status}")
     head = element(
         "header",
         rows(
             [
-                element("h1", f"{escape(run.mission)} {badge}"),
+                element("h1", f"{escape_markup(run.mission)} {badge}"),
                 reason,
                 tables.why(run),
                 tables.warnings(run),
@@ -74,7 +74,7 @@ def page_of(run: RecordedRun) -> str:
             '<meta name="viewport" content="width=device-width, initial-scale=1">',
             f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">',
             '<meta name="color-scheme" content="light dark">',
-            element("title", escape(title)),
+            element("title", escape_markup(title)),
             element("style", _asset("report.css")),
             "</head>",
             element("body", body),

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from html import escape
 from typing import Any
 
 import numpy as np
 
+from bt_mission.core.text import escape_markup
 from bt_mission.recording.model import Floats, RecordedGrid, RecordedRun, Track
 from bt_mission.views.html_report.figures import stops
 from bt_mission.views.html_report.markup import element, hint, legend, number, rows, seconds, void
@@ -142,7 +142,7 @@ def _collisions(run: RecordedRun, unit: float) -> list[str]:
     return [
         element(
             "path",
-            element("title", escape(f"collision with {hit.obstacle}")),
+            element("title", escape_markup(f"collision with {hit.obstacle}")),
             class_="collision",
             d=f"M-{size} -{size}L{size} {size}M-{size} {size}L{size} -{size}",
             transform=f"translate({number(hit.x)} {number(hit.y)})",
@@ -195,7 +195,7 @@ def _end(
     )
     return element(
         "g",
-        element("title", escape("\n".join(lines))) + void("circle", r=0.7 * unit) + flag,
+        element("title", escape_markup("\n".join(lines))) + void("circle", r=0.7 * unit) + flag,
         class_=f"goal {worst or 'unknown'}",
         transform=f"translate({number(x)} {number(y)})",
     )

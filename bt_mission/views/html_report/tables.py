@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Iterable, Iterator, Mapping
-from html import escape
 from typing import Any
 
 import numpy as np
 
+from bt_mission.core.text import escape_markup
 from bt_mission.recording.model import RecordedGoal, RecordedLine, RecordedRun
 from bt_mission.views.html_report.figures import (
     LeafFigures,
@@ -47,7 +47,7 @@ def facts(run: RecordedRun) -> str:
     return element(
         "dl",
         rows(
-            element("div", element("dt", name) + element("dd", escape(str(value))))
+            element("div", element("dt", name) + element("dd", escape_markup(str(value))))
             for name, value in pairs
             if value is not None
         ),
@@ -60,9 +60,11 @@ def why(run: RecordedRun) -> str:
     way = way_to_failure(run)
     if len(way) < 2:
         return ""
-    steps = " \N{RIGHTWARDS ARROW} ".join(escape(run.tree[node].name) for node in way)
+    steps = " \N{RIGHTWARDS ARROW} ".join(escape_markup(run.tree[node].name) for node in way)
     span = run.spans[way[-1]][-1]
-    said = "" if span.message in run.reason else f"<br><strong>{escape(span.message)}</strong>"
+    said = (
+        "" if span.message in run.reason else f"<br><strong>{escape_markup(span.message)}</strong>"
+    )
     return element(
         "p", f"{steps}, at {seconds(since_start_s(run, span.end_ns))}{said}", class_="why"
     )
@@ -74,7 +76,7 @@ def warnings(run: RecordedRun) -> str:
     if not parts:
         return ""
     return element(
-        "p", escape("This recording is not whole: " + "; ".join(parts) + "."), class_="lacks"
+        "p", escape_markup("This recording is not whole: " + "; ".join(parts) + "."), class_="lacks"
     )
 
 
@@ -102,14 +104,14 @@ def _goal(run: RecordedRun, index: int, goal: RecordedGoal) -> str:
         more.append(f"{len(goal.feedback)} x feedback")
     cells = [
         ("#", str(index + 1)),
-        ("action", escape(goal.action)),
-        ("node", escape(goal.owner)),
+        ("action", escape_markup(goal.action)),
+        ("node", escape_markup(goal.owner)),
         ("sent", since(goal.sent_ns, run.start_ns)),
         ("took", since(goal.end_ns, goal.sent_ns)),
         (
             "outcome",
             element("span", "", class_=f"dot {goal.status or 'unknown'}")
-            + escape(end)
+            + escape_markup(end)
             + "".join(element("small", text) for text in more),
         ),
         ("goal", _values(goal.values)),
@@ -128,7 +130,7 @@ def _goal(run: RecordedRun, index: int, goal: RecordedGoal) -> str:
 def _values(values: Mapping[str, Any]) -> str:
     """Fields of a message, one a line, without those that say nothing."""
     lines = [
-        f"{escape(name)} <b>{escape(text)}</b>"
+        f"{escape_markup(name)} <b>{escape_markup(text)}</b>"
         for name, value in _flat("", values)
         if (text := _short(value)) and not (name == "error_code" and value == 0)
     ]
@@ -184,10 +186,10 @@ def leaf_table(run: RecordedRun) -> str:
 
 def _leaf(run: RecordedRun, leaf: LeafFigures) -> tuple[str, ...]:
     ends = [
-        element("span", "", class_=f"dot {status}") + f"{count} {status}"
+        element("span", "", class_=f"dot {status}") + escape_markup(f"{count} {status}")
         for status, count in leaf.ends.items()
     ]
-    name, runs = escape(run.tree[leaf.node].name), str(sum(leaf.ends.values()))
+    name, runs = escape_markup(run.tree[leaf.node].name), str(sum(leaf.ends.values()))
     return name, runs, ", ".join(ends), seconds(leaf.seconds)
 
 
@@ -207,10 +209,10 @@ def pictures(run: RecordedRun) -> str:
         at = seconds(since_start_s(run, picture.time_ns))
         data = base64.b64encode(picture.data).decode()
         image = (
-            f'<img src="data:{escape(picture.media_type)};base64,{data}" '
-            f'alt="{escape(picture.name)}">'
+            f'<img src="data:{escape_markup(picture.media_type)};base64,{data}" '
+            f'alt="{escape_markup(picture.name)}">'
         )
-        caption = element("figcaption", f"{escape(picture.name.rpartition('/')[2])}, {at}")
+        caption = element("figcaption", f"{escape_markup(picture.name.rpartition('/')[2])}, {at}")
         figures.append(element("figure", image + caption))
     rest = len(run.pictures) - len(chosen)
     more = f"{rest} more are in the recording." if rest else ""
@@ -227,7 +229,7 @@ def log(run: RecordedRun) -> str:
             "li",
             element("time", f"{since_start_s(run, line.time_ns):.2f}")
             + element("b", LEVELS.get(line.level, str(line.level)))
-            + element("span", escape(line.text)),
+            + element("span", escape_markup(line.text)),
             class_=LEVELS.get(line.level, "info"),
         )
         for line in lines
@@ -250,7 +252,7 @@ def _chosen(lines: Iterable[RecordedLine]) -> list[RecordedLine]:
 def files(run: RecordedRun) -> str:
     """The mission's file and those that it includes."""
     return rows(
-        element("h3", escape(name)) + element("pre", escape(text))
+        element("h3", escape_markup(name)) + element("pre", escape_markup(text))
         for name, text in run.files.items()
     )
 
@@ -259,14 +261,14 @@ def versions(run: RecordedRun) -> str:
     """What the run was made with."""
     inputs = run.inputs
     parts = [f"{name} {value}" for name, value in run.versions.items()]
-    lines = [element("p", escape(", ".join(parts)))]
+    lines = [element("p", escape_markup(", ".join(parts)))]
     if inputs:
         given = ", ".join(f"{name} = {value}" for name, value in inputs.items())
-        lines.append(element("p", escape(f"Inputs: {given}")))
+        lines.append(element("p", escape_markup(f"Inputs: {given}")))
     wall = run.summary.get("wall_s")
     if wall is not None:
         lines.append(element("p", f"{seconds(mission_s(run))} in {seconds(wall)} of wall time."))
     trace = run.summary.get("trace_sha256")
     if trace:
-        lines.append(element("p", f"Trace: <code>{escape(str(trace))}</code>"))
+        lines.append(element("p", f"Trace: <code>{escape_markup(str(trace))}</code>"))
     return rows(lines)

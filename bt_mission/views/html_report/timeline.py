@@ -7,10 +7,10 @@ rows have a fixed height.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from html import escape
 
 import numpy as np
 
+from bt_mission.core.text import escape_markup
 from bt_mission.recording.model import Floats, RecordedRun, Span, Times
 from bt_mission.views.html_report.figures import clearance, duration_s, inner_nodes, since_start_s
 from bt_mission.views.html_report.markup import element, hint, legend, number, rows, seconds, void
@@ -149,7 +149,7 @@ def _bar(run: RecordedRun, row: TimelineRow, index: int, bar: tuple[Span, int], 
     what = f"{name}: {span.status} after {seconds(length)} at {seconds(start + length)}"
     if count > 1:
         what = f"{name}: {count} times {span.status} until {seconds(start + length)}"
-    title = element("title", escape(f"{what}\n{span.message}".strip()))
+    title = element("title", escape_markup(f"{what}\n{span.message}".strip()))
     y, look = index * ROW + 4, f"bar {kind} {span.status}"
     if length == 0:
         # Of no width, so it is a line, which keeps its width however the drawing is zoomed.
@@ -169,7 +169,7 @@ def _name(run: RecordedRun, row: TimelineRow) -> str:
     last = row.bars[-1][0].status
     return element(
         "div",
-        element("span", "", class_=f"dot {last}", title=last) + escape(node.name),
+        element("span", "", class_=f"dot {last}", title=last) + escape_markup(node.name),
         class_="name",
         style=f"padding-left:{min(node.depth, 8) * 10 + 4}px",
         title=f"{node.name} ({node.kind}, {node.path})",

@@ -11,6 +11,7 @@ from rich.cells import cell_len, set_cell_size
 
 from bt_mission.behaviours.leaves import Log
 from bt_mission.core.stamps import NS
+from bt_mission.core.text import escape_control
 from bt_mission.events.log import LogEntry, glyphs_for, mission_state, verdict
 from bt_mission.events.mission_state import MissionState
 from bt_mission.executive.executive import Executive
@@ -105,7 +106,8 @@ class PlainLines:
         self._line(self._now_ns(), f"  {text}")
 
     def _line(self, time_ns: int, text: str) -> None:
-        print(timed(time_ns - self._start_ns(), text), file=self._stream, flush=True)
+        line = timed(time_ns - self._start_ns(), escape_control(text))
+        print(line, file=self._stream, flush=True)
 
 
 # ---- a watched mission ------------------------------------------------------------------------
@@ -114,13 +116,13 @@ class PlainLines:
 def title(mission: MissionState, marks: Marks) -> str:
     """Mission, state and time in one line."""
     tree, state = mission.tree, mission.state
-    name = clean(tree.mission if tree else state.mission if state else "", marks)
+    name = tree.mission if tree else state.mission if state else ""
     parts = [name or "no mission yet"]
     if tree is not None:
         parts.append(exact_seconds(mission.elapsed_ns))
     if state is not None:
-        parts.append(verdict(state.status, clean(state.reason, marks)))
-    return "   ".join(parts)
+        parts.append(verdict(state.status, state.reason))
+    return clean("   ".join(parts), marks)
 
 
 def whole_tree(mission: MissionState, marks: Marks, width: int | None) -> Iterator[str]:
@@ -135,12 +137,12 @@ def whole_tree(mission: MissionState, marks: Marks, width: int | None) -> Iterat
     outline = Outline(mission.tree.nodes)
     for index in outline.rows:
         row = tree_row(mission, outline, index, width or 10_000, marks)
-        yield text_of(fit(row, width, marks) if width else row).rstrip()
+        yield text_of(fit(row, width, marks)).rstrip()
 
 
 def log_line(entry: LogEntry, start_ns: int, marks: Marks) -> str:
     """A line of the log, with the time since the start."""
-    return timed(entry.time_ns - start_ns, text_of(log_words(entry, marks)))
+    return timed(entry.time_ns - start_ns, text_of(fit(log_words(entry, marks), None, marks)))
 
 
 # ---- leaves ----------------------------------------------------------------------------------

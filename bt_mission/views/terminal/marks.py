@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import unicodedata
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
@@ -10,6 +9,7 @@ from py_trees.common import Status
 from rich.cells import cell_len, set_cell_size
 
 from bt_mission.core.stamps import NS
+from bt_mission.core.text import escape_control
 from bt_mission.events.log import ASCII, UNICODE, glyphs_for
 
 PLACES = "123456789abcdefghijklmnopqrstuvwxyz"
@@ -66,18 +66,9 @@ def marks_for(encoding: str | None) -> Marks:
 
 
 def clean(text: str, marks: Marks) -> str:
-    """A text from elsewhere on one line, without what would move a terminal's cursor.
-
-    Control characters, and those that turn the direction of writing, are shown as their code.
-    """
-    if text.isascii() and text.isprintable():
-        return text
-    shown = "".join(one if _is_harmless(one) else f"<{ord(one):02x}>" for one in text)
+    """A text from elsewhere on one line, escaped, in signs that the output has."""
+    shown = escape_control(text)
     return shown.encode("ascii", "replace").decode() if marks.is_ascii else shown
-
-
-def _is_harmless(character: str) -> bool:
-    return unicodedata.category(character)[0] != "C" and character not in "\u2028\u2029"
 
 
 Span = tuple[str, str]
@@ -104,8 +95,16 @@ def bar(value: float, limit: float, width: int, marks: Marks) -> str:
     return marks.full * full + marks.empty * (width - full)
 
 
-def fit(spans: Iterable[Span], width: int, marks: Marks) -> list[Span]:
-    """The spans, cut to a width of the terminal; what is cut ends with a sign for that."""
+def fit(spans: Iterable[Span], width: int | None, marks: Marks) -> list[Span]:
+    """The spans with their texts escaped, cut to a width of the terminal; None leaves them whole.
+
+    What is cut ends with a sign for that.
+    """
+    shown = [(clean(text, marks), style) for text, style in spans]
+    return shown if width is None else _cut(shown, width, marks)
+
+
+def _cut(spans: Iterable[Span], width: int, marks: Marks) -> list[Span]:
     fitted: list[Span] = []
     left = width
     for text, style in spans:

@@ -45,12 +45,12 @@ def header(
     tree, state = mission.tree, mission.state
     spans: list[Span] = []
     name = tree.mission if tree else state.mission if state else ""
-    spans.append((clean(name, marks) or "no mission", "title"))
+    spans.append((name or "no mission", "title"))
     if state is not None:
         status = STATE_STATUSES.get(state.status, Status.INVALID)
         style = "paused" if state.status == "paused" else STATUS_STYLES[status]
         sign = "" if status is Status.INVALID else f"{marks.status[status]} "
-        spans += [("  ", ""), (f"{sign}{clean(state.status, marks)}", style)]
+        spans += [("  ", ""), (f"{sign}{state.status}", style)]
     if tree is not None:
         spans.append((f"  {exact_seconds(mission.elapsed_ns)}", ""))
     if factor is not None and mission.status not in FINAL:
@@ -58,7 +58,7 @@ def header(
     if (charge := robot.charge) is not None:
         spans.append((f"  battery {charge:.0f} %", "failure" if charge < 15 else ""))
     if state is not None and state.reason:
-        spans.append((f"  {clean(state.reason, marks)}", "words"))
+        spans.append((f"  {state.reason}", "words"))
     return spans
 
 
@@ -92,10 +92,9 @@ def log_words(entry: LogEntry, marks: Marks) -> list[Span]:
     sign = " " if entry.status is None else marks.status[entry.status]
     spans: list[Span] = [(f"{sign} ", style)]
     if entry.name:
-        spans.append((clean(entry.name, marks), style or "title"))
+        spans.append((entry.name, style or "title"))
     if entry.text:
-        text = clean(entry.text, marks)
-        spans.append((f"  {text}", "words") if entry.name else (text, ""))
+        spans.append((f"  {entry.text}", "words") if entry.name else (entry.text, ""))
     return spans
 
 
@@ -110,8 +109,8 @@ def goal_rows(mission: MissionState, marks: Marks) -> Rows:
             [
                 (f"{marks.status[status]} {goal.state:<9} ", STATUS_STYLES[status]),
                 (f"{seconds(max(end_ns - goal.sent_ns, 0)):>7}  ", "time"),
-                (clean(goal.action, marks), ""),
-                (f"  {clean(goal.owner, marks)}  {goal.id[:8]}", "words"),
+                (goal.action, ""),
+                (f"  {goal.owner}  {goal.id[:8]}", "words"),
             ]
         )
     return rows
@@ -129,7 +128,7 @@ def variable_rows(mission: MissionState, marks: Marks) -> Rows:
     """Name and value of each variable."""
     width = min(max((len(name) for name in mission.variables), default=0), 24)
     return [
-        [(f"{clean(name, marks):<{width}} ", "title"), (clean(_short(value), marks), "")]
+        [(f"{clean(name, marks):<{width}} ", "title"), (_short(value), "")]
         for name, value in mission.variables.items()
     ]
 
@@ -154,8 +153,8 @@ def node_rows(mission: MissionState, index: int, width: int, marks: Marks) -> Ro
     since_ns = mission.since_ns[index]
     if since_ns is not None:
         row.append((f", since {exact_seconds(since_ns - mission.tree.time_ns)}", "time"))
-    kind = [(f"{clean(node.kind, marks)}, path {node.path}", "words")]
-    rows: Rows = [[(clean(node.name, marks), "title")], row, kind]
+    kind = [(f"{node.kind}, path {node.path}", "words")]
+    rows: Rows = [[(node.name, "title")], row, kind]
     rows += _wrapped(clean(mission.messages[index], marks), width, "")
     rows += _wrapped(clean(", ".join(mission.details(index)), marks), width, "words")
     return rows + _goal_of(mission, node.name, marks) + _ends(mission, index, marks)
@@ -170,7 +169,7 @@ def _goal_of(mission: MissionState, owner: str, marks: Marks) -> Rows:
     for goal in reversed(mission.goals.values()):
         if goal.owner == owner:
             status = GOAL_STATUSES.get(goal.state, Status.RUNNING)
-            words = f"  goal {goal.id[:8]} at {clean(goal.action, marks)}"
+            words = f"  goal {goal.id[:8]} at {goal.action}"
             return [
                 [(f"{marks.status[status]} {goal.state}", STATUS_STYLES[status]), (words, "words")]
             ]
@@ -190,7 +189,7 @@ def _ends(mission: MissionState, index: int, marks: Marks) -> Rows:
             row.append((f" at {exact_seconds(end.time_ns - mission.tree.time_ns)}", "time"))
         if end.ran_ns is not None:
             row.append((f", ran {seconds(end.ran_ns)}", "time"))
-        rows.append([*row, (f"  {clean(end.message, marks)}", "words")] if end.message else row)
+        rows.append([*row, (f"  {end.message}", "words")] if end.message else row)
     return rows
 
 

@@ -9,7 +9,7 @@ from py_trees.common import Status
 
 from bt_mission.events.events import NodeInfo
 from bt_mission.events.mission_state import MissionState
-from bt_mission.views.terminal.marks import Marks, Span, bar, clean, seconds
+from bt_mission.views.terminal.marks import Marks, Span, bar, seconds
 
 
 class Outline:
@@ -160,7 +160,7 @@ def tree_row(
     row: list[Span] = [
         (_margin(mission, index, marks), "breakpoint"),
         (f"{indent}{marks.status[status]} ", style),
-        (clean(node.name, marks), "chosen" if is_chosen else style),
+        (node.name, "chosen" if is_chosen else style),
     ]
     if hidden := outline.hidden(index):
         row.append((f" [+{hidden}]", "folded"))
@@ -170,7 +170,7 @@ def tree_row(
     row += progress
     message = mission.messages[index]
     if message and (status is not Status.INVALID or mission.since_ns[index] is not None):
-        row.append((f"  {clean(message, marks)}", "words"))
+        row.append((f"  {message}", "words"))
     return row
 
 

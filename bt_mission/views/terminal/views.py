@@ -16,6 +16,8 @@ from rich.text import Text
 
 from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.behaviours.leaves import LeafProgress, progress_of
+from bt_mission.core.terminal.console import EscapingConsole, coloured
+from bt_mission.core.text import escape_control
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events.log import STYLES, verdict
 from bt_mission.executive.executive import Executive
@@ -35,11 +37,11 @@ def view_for(stream: TextIO, *, plain: bool, quiet: bool) -> View:
     """A live tree on a terminal, plain lines in a pipe, nothing for ``--json``."""
     if quiet:
         return Quiet()
-    console = Console(file=stream)
+    console = EscapingConsole(stream)
     if plain or not console.is_terminal or console.is_dumb_terminal:
         return PlainView(stream)
     capture = OutputCapture()
-    return LiveView(Console(file=capture.terminal), capture)
+    return LiveView(EscapingConsole(capture.terminal), capture)
 
 
 class Quiet:
@@ -185,13 +187,13 @@ class LiveView(Quiet):
     def _collect(self) -> None:
         """Take what others have written."""
         if self._capture:
-            self._above += [Text.from_ansi(line) for line in self._capture.take()]
+            self._above += [coloured(line) for line in self._capture.take()]
 
 
 def _title(session: Session) -> str:
     mission = session.mission
     where = f" in {session.world}" if mission.world and session.world else ""
-    return f"{mission.name}{where} ({mission.robot}, seed {mission.seed})"
+    return escape_control(f"{mission.name}{where} ({mission.robot}, seed {mission.seed})")
 
 
 class LiveTree:
@@ -228,7 +230,9 @@ class LiveTree:
                 focus = above.copy()
         room = max(self._console.height - 3, 1)
         return Group(
-            Text(self._header(), style="bold", no_wrap=True, overflow="ellipsis"),
+            Text(
+                clean(self._header(), self._marks), style="bold", no_wrap=True, overflow="ellipsis"
+            ),
             *(rows[number] for number in _shown(len(rows), focus, room)),
         )
 

@@ -11,7 +11,7 @@ from textual.binding import Binding, BindingType
 from textual.screen import ModalScreen
 
 from bt_mission.events.source import FoundExecutive
-from bt_mission.views.terminal.marks import Marks, Span, clean
+from bt_mission.views.terminal.marks import Marks, Span
 from bt_mission.views.tui.keys import Key
 from bt_mission.views.tui.pane import Pane
 
@@ -115,7 +115,7 @@ class Chooser(Dialog[str | None]):
         rows: list[list[Span]] = [
             [
                 (f"{self._marks.cursor if number == self._cursor else ' '} ", "key"),
-                (clean(one.name, self._marks), "chosen" if number == self._cursor else "title"),
+                (one.name, "chosen" if number == self._cursor else "title"),
                 (f"  {one.fault}" if one.fault else "", "notice"),
             ]
             for number, one in enumerate(self._found)

@@ -11,7 +11,7 @@ from textual.screen import Screen
 from textual.widgets import Input
 
 from bt_mission.views.terminal.chart import MapChart
-from bt_mission.views.terminal.marks import Marks, Span, clean
+from bt_mission.views.terminal.marks import Marks, Span
 from bt_mission.views.terminal.panels import (
     Rows,
     goal_rows,
@@ -112,10 +112,10 @@ def _wide(width: int, top: int, rows: int) -> dict[str, PanePlace]:
     return places
 
 
-def _wrapped(text: str, width: int, marks: Marks) -> Rows:
+def _wrapped(text: str, width: int) -> Rows:
     """A text in the place of what is not there, in rows that fit."""
     return [
-        [(clean(row, marks), "words")]
+        [(row, "words")]
         for line in text.splitlines()
         for row in wrap(line, max(width, 10), subsequent_indent="  ")
     ]
@@ -228,14 +228,14 @@ class MainScreen(Screen[None]):
         )
         title = "tree, following" if outlook.is_following else "tree"
         if outlook.mission.tree is None:
-            rows = _wrapped(outlook.hint, pane.size.width, self._marks)
+            rows = _wrapped(outlook.hint, pane.size.width)
         pane.show(rows, title, right)
 
     def _panel(self, name: str, outlook: WatchModel) -> tuple[Rows, str]:
         mission, marks, pane = outlook.mission, self._marks, self.panes[name]
         match name:
             case "goals":
-                rows = goal_rows(mission, marks) or _wrapped(outlook.limits, pane.size.width, marks)
+                rows = goal_rows(mission, marks) or _wrapped(outlook.limits, pane.size.width)
                 return rows, goals_title(mission)
             case "variables":
                 return variable_rows(mission, marks), "variables"

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from textual import events
-from textual.app import App
 from textual.widgets import Input
 
+from bt_mission.core.terminal.screen import EscapingApp
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.views.terminal.marks import Marks, Span
 from bt_mission.views.tui.dialogs import Help
@@ -50,7 +50,7 @@ class Prompt:
     give_up: Callable[[], None] = lambda: None
 
 
-class ViewApp(App[None]):
+class ViewApp(EscapingApp[None]):
     """Shows a mission. What it shows, and which keys there are besides, is for those below.
 
     Args:

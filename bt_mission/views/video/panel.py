@@ -9,6 +9,7 @@ from PIL import Image as Pillow
 from PIL import ImageDraw
 
 from bt_mission.behaviours.leaves import LeafProgress
+from bt_mission.core.text import escape_control
 from bt_mission.views.drawing.letters import width_px, wrapped
 from bt_mission.views.drawing.png import font
 from bt_mission.views.video.mp4 import Picture
@@ -66,7 +67,7 @@ def panel(captions: Captions, width: int, height: int) -> Picture:
     draw.text((right, 44), clock, fill=INK, font=font(26, bold=True), anchor="rs")
     name = _fitting(captions.mission, 26, room - 120, bold=True)
     draw.text((MARGIN, 44), name, fill=INK, font=font(26, bold=True), anchor="ls")
-    word = captions.state.upper()
+    word = escape_control(captions.state).upper()
     colour = STATES.get(captions.state, EMPTY)
     is_over = captions.state in ("success", "failure", "interrupted")
     size = 24 if is_over else 15
@@ -113,7 +114,7 @@ def _draw_leaf(draw: ImageDraw.ImageDraw, leaf: PanelLeaf, y: float, room: int) 
 
 def _fitting(text: str, size: int, room: float, *, bold: bool = False) -> str:
     """As much of a text as fits on one line."""
-    text = " ".join("".join(one if one.isprintable() else " " for one in text).split())
+    text = " ".join(map(escape_control, text.split()))
     if width_px(text, size, bold=bold) <= room:
         return text
     while text and width_px(text + "...", size, bold=bold) > room:

@@ -69,7 +69,7 @@ def test_several_lines_are_said_in_as_many(run: Any) -> None:
     """Without what would move the cursor."""
     begun = run("  wait: 1\n")
     begun.view.say("one\ntwo\x1b[2A")
-    assert begun.end()[:2] == ["     2.00 s    one", "     2.00 s    two<1b>[2A"]
+    assert begun.end()[:2] == ["     2.00 s    one", "     2.00 s    two\\x1b[2A"]
 
 
 BOTH_FAIL = """\

@@ -97,10 +97,10 @@ def test_a_deep_node_is_not_pushed_out(mission: MissionState):
     ("text", "shown"),
     [
         ("drive", "drive"),
-        ("\x1b[31mred\x07", "<1b>[31mred<07>"),
-        ("a\nb", "a<0a>b"),
-        ("\u202eesrever", "<202e>esrever"),
-        ("\x9b2J", "<9b>2J"),
+        ("\x1b[31mred\x07", "\\x1b[31mred\\x07"),
+        ("a\nb", "a\\nb"),
+        ("\u202eesrever", "\\u202eesrever"),
+        ("\x9b2J", "\\x9b2J"),
         ("größer 走", "größer 走"),
     ],
 )

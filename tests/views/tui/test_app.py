@@ -184,8 +184,8 @@ def test_names_with_control_characters_are_shown_as_codes():
     executive.begin()
 
     async def play(screen: Screen) -> None:
-        assert "a<1b>[31m<07>b" in screen.text
-        assert "<9b>2Jc" in screen.text
+        assert "a\\x1b[31m\\x07b" in screen.text
+        assert "\\x9b2Jc" in screen.text
         assert not any(ord(one) < 32 or ord(one) == 0x9B for one in screen.text.replace("\n", ""))
 
     on_screen(play, executive)

@@ -1,0 +1,53 @@
+"""Standard output and standard error, through which no control character gets."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any, TextIO, cast
+
+from bt_mission.core.text import escape_lines
+
+
+class EscapingStream:
+    """A text stream on another one; what is written is escaped, line by line.
+
+    Args:
+        stream: Takes what is written; all else is asked of it.
+
+    Attributes:
+        unescaped: The stream itself, for a library that colours and draws.
+    """
+
+    def __init__(self, stream: TextIO) -> None:
+        self.unescaped = stream
+
+    def write(self, text: str) -> int:
+        """Write a text escaped; gives the number of its characters."""
+        self.unescaped.write(escape_lines(text))
+        return len(text)
+
+    def writelines(self, lines: list[str]) -> None:
+        """Write texts escaped."""
+        for line in lines:
+            self.write(line)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.unescaped, name)
+
+
+@contextmanager
+def escaped_output() -> Iterator[None]:
+    """Have all that Python writes to standard output and error escaped."""
+    before = sys.stdout, sys.stderr
+    sys.stdout, sys.stderr = (cast("TextIO", EscapingStream(one)) for one in before)
+    try:
+        yield
+    finally:
+        sys.stdout, sys.stderr = before
+
+
+def unescaped(stream: TextIO) -> TextIO:
+    """Return the stream below, for a library that writes control sequences of its own."""
+    return stream.unescaped if isinstance(stream, EscapingStream) else stream

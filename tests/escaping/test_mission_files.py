@@ -1,0 +1,234 @@
+"""Every text of a mission file, as a value and as a key, in all that is made of the file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree as ET
+
+import pytest
+import yaml  # type: ignore[import-untyped]
+from PIL import ImageDraw
+
+from bt_mission.cli.main import main
+from bt_mission.core.diagnostics import InputError
+from bt_mission.language.nodes.registry import KINDS
+from bt_mission.language.schema import mission_schema
+from bt_mission.sessions.check import examine
+from bt_mission.views.drawing.dot import dot
+from bt_mission.views.drawing.nodes import drawn, heading, outline
+from bt_mission.views.drawing.scene import scene
+from bt_mission.views.drawing.svg import svg
+from tests.support.hostile import (
+    ATTACKS,
+    HOSTILE,
+    MARK,
+    MARKUP,
+    SHORT,
+    escape_nothing,
+    leaks,
+    markup_leaks,
+)
+
+PRINTABLE = f"{MARK}{MARKUP}\u3164\u115f"
+"""What names may hold: everything in it is printable by Python's measure."""
+
+SCHEMA = mission_schema()
+BRIEF = f"{MARK}{SHORT}\nFORGED"
+TEXTS = (BRIEF, PRINTABLE, f"'{MARK}\x1b[1337m\u202e' == 1 {MARK}")
+"""For texts, for names, and for expressions; short, since messages quote the beginning only."""
+
+
+def holders(kind: str) -> Iterator[dict[str, Any]]:
+    """A node of a kind for each of its keys, with a hostile value there, or a hostile key in it.
+
+    The keys are those of the JSON Schema, so that a new one is tried, too.
+    """
+    schema = SCHEMA["$defs"][f"kind_{kind}"]
+    needed = {key: example(schema["properties"][key]) for key in schema.get("required", ())}
+    needed.setdefault(kind, example(schema["properties"].get(kind, {})))
+    for key in schema["properties"]:
+        for text in TEXTS:
+            for value in (text, [text], {text: text}, {"name": text}):
+                yield {**needed, key: value}
+    yield {**needed, BRIEF: BRIEF}
+
+
+def example(schema: dict[str, Any]) -> Any:
+    """A value that may fit a schema."""
+    if "$ref" in schema:
+        return {"wait": 1}
+    for choice in ("anyOf", "oneOf"):
+        if choice in schema:
+            return example(schema[choice][0])
+    known = {"array": [{"wait": 1}], "object": {}, "integer": 2, "number": 1, "boolean": True}
+    kind = schema.get("type", "")
+    return schema.get("default") or known.get(kind if isinstance(kind, str) else kind[0], "1")
+
+
+def heads() -> Iterator[dict[str, Any]]:
+    """A mission for each key beside the tree: hostile there, and within."""
+    for key in SCHEMA["properties"]:
+        for text in TEXTS:
+            for value in (text, [text], {text: text}, {"a": text}, {text: {"do": {"wait": 1}}}):
+                yield {"mission": "m", "tree": {"wait": 1}, key: value}
+    yield {"mission": "m", "tree": {"wait": 1}, BRIEF: BRIEF}
+
+
+WITHOUT_HOLES = HOSTILE.replace("$", "")
+FOR_XML = "".join(one for one in HOSTILE if one >= " " or one in "\t\r\n")
+"""Inputs with the rest have no counterpart in XML."""
+
+SOUND = {
+    "mission": "m " + PRINTABLE,
+    "description": PRINTABLE,
+    "inputs": {"text": FOR_XML, "words": [PRINTABLE]},
+    "trees": {
+        "t": {
+            "inputs": {"said": FOR_XML},
+            "do": {"log": WITHOUT_HOLES, "name": "n " + PRINTABLE},
+        }
+    },
+    "tree": {
+        "sequence": [
+            {"log": WITHOUT_HOLES},
+            {"set": {"x": "'" + PRINTABLE.replace("'", "") + "'"}},
+            {"tree": "t", "name": "t " + PRINTABLE},
+            {
+                "publish": {
+                    "topic": "/said",
+                    "type": "std_msgs/msg/String",
+                    "message": {"data": WITHOUT_HOLES},
+                }
+            },
+        ]
+    },
+}
+"""A mission that is sound, with hostile texts wherever one may be."""
+
+
+def yaml_of(mission: Any) -> str:
+    """A mission as YAML, each character beyond ASCII as an escape, so that it is read as it is."""
+    return str(yaml.safe_dump(mission, allow_unicode=False, width=10**6, sort_keys=False))
+
+
+@pytest.fixture
+def run(tmp_path, monkeypatch, capfdbinary) -> Any:
+    """Run a command on a mission in a file of this name; gives its output and standard error."""
+    monkeypatch.chdir(tmp_path)
+
+    def command(*words: str, mission: Any = SOUND, name: str = "m.yaml") -> str:
+        text = mission if isinstance(mission, str) else yaml_of(mission)
+        Path(name).write_text(text, encoding="utf-8", errors="surrogatepass")
+        main([*words[:1], name, *words[1:]])
+        written = capfdbinary.readouterr()
+        return (written.out + written.err).decode()
+
+    return command
+
+
+def said_of(mission: dict[str, Any]) -> str:
+    """What `check` says of a mission, and, where it is sound, all that is made of it."""
+    path = Path("m.yaml")
+    path.write_text(yaml_of(mission), encoding="utf-8")
+    found, faults = examine(path)
+    if found is None:
+        return str(InputError(faults))
+    root, title = drawn(found), heading(found)
+    written = [*map(str, faults), title, *map(str, outline(root)), dot(root, title)]
+    written += [svg(scene(root, title))]
+    return "\n".join(written)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_nodes(kind, tmp_path, monkeypatch):
+    """What is said of each key of each kind of node; what is accepted is drawn, too."""
+    monkeypatch.chdir(tmp_path)
+    said = [said_of({"mission": "m", "tree": node}) for node in holders(kind)]
+    assert any(MARK in one for one in said)
+    assert leaks("\n".join(said)) == []
+
+
+def test_keys_beside_the_tree(tmp_path, monkeypatch):
+    """Name, description, inputs, trees, includes, world and robot."""
+    monkeypatch.chdir(tmp_path)
+    said = [said_of(mission) for mission in heads()]
+    assert sum(MARK in one for one in said) > 20
+    assert leaks("\n".join(said)) == []
+
+
+@pytest.mark.parametrize("attack", ATTACKS.values(), ids=ATTACKS)
+def test_lines_of_the_file_that_are_quoted(attack, run):
+    """As they are written, not as they are read: the parser refuses most of them."""
+    for text in (f"mission: {attack}", f"mission: m\ntree: {{wait: x{attack}}}", f"a: '{attack}"):
+        shown = run("check", mission=text)
+        assert "error" in shown
+        assert leaks(shown) == []
+
+
+def test_names_of_files(run):
+    """Of missions, and of what they name: worlds, robots, included files."""
+    name = HOSTILE.replace("/", "").replace("\0", "")[:180]
+    assert leaks(run("check", mission={"mission": "m"}, name=f"{name}.yaml")) == []
+    assert leaks(run("check", "--json", mission={"mission": "m"}, name=f"{name}.yaml")) == []
+    for key in ("world", "robot"):
+        shown = run("run", f"--{key}", HOSTILE.replace("\0", ""), mission=SOUND)
+        assert MARK in shown
+        assert leaks(shown) == []
+
+
+# ---- a sound mission, in every form ----------------------------------------------------------
+
+FORMS = {
+    "text": ("tree",),
+    "dot": ("tree", "--format", "dot"),
+    "svg": ("tree", "--format", "svg"),
+    "yaml to xml": ("convert",),
+    "check": ("check",),
+    "check --json": ("check", "--json"),
+}
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_sound_mission(form, run):
+    """As text and as a drawing; what is markup is read back as one text."""
+    shown = run(*FORMS[form])
+    assert leaks(shown) == []
+    if form in ("svg", "yaml to xml"):
+        assert markup_leaks(shown) == []
+        ET.fromstring(shown)  # noqa: S314 - it is well-formed, whatever was in it
+    if form not in ("check", "check --json"):
+        assert shown.count(MARK) > 5
+
+
+def test_the_way_to_xml_and_back(run):
+    """Nothing of a text is lost on it."""
+    xml = run("convert")
+    back = run("convert", mission=xml, name="m.xml")
+    assert leaks(back) == []
+    read = yaml.safe_load(back)
+    logs = [node["log"] for node in read["tree"]["sequence"] if "log" in node]
+    assert logs == [HOSTILE.replace("$", "")]
+
+
+def test_the_picture(run, monkeypatch):
+    """What is drawn as letters is escaped."""
+    found: list[str] = []
+    monkeypatch.setattr(ImageDraw.ImageDraw, "text", lambda *given, **_: found.append(given[2]))
+    run("tree", "-o", "tree.png")
+    assert any(MARK in text for text in found)
+    assert leaks("".join(found)) == []
+
+
+@pytest.mark.parametrize("form", [form for form in FORMS if "check" not in form])
+def test_forms_can_leak(form, run, monkeypatch):
+    """Where nothing is escaped, it is noticed."""
+    escape_nothing(monkeypatch)
+    assert leaks(run(*FORMS[form]))
+
+
+def test_check_can_leak(run, monkeypatch):
+    """Where nothing is escaped, it is noticed."""
+    escape_nothing(monkeypatch)
+    assert leaks(run("check", mission={"mission": "m", BRIEF: BRIEF}))
