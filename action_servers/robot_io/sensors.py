@@ -38,6 +38,7 @@ from action_servers.robot_io.messages import (
 from bt_mission.core.cdr.decoder import DecodingError, decoder_of
 from bt_mission.core.geometry import Pose2D, composed
 from bt_mission.core.robot.parts import LidarModel
+from bt_mission.core.ros_log import log_of
 
 T = TypeVar("T")
 
@@ -193,7 +194,7 @@ class SensorSubscriptions:
     ) -> None:
         self._node = node
         self._clock = node.get_clock()
-        self._log: Any = node.get_logger()
+        self._log: Any = log_of(node)
         self._map_frame = wiring.map_frame
         self._scan = Latest(
             decoder_of("sensor_msgs/msg/LaserScan").decode, partial(scan_of, lidar=lidar)

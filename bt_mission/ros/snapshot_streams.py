@@ -20,6 +20,7 @@ from rclpy.publisher import Publisher
 from rclpy.validate_full_topic_name import validate_full_topic_name
 
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.ros_log import log_of
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.language.message_types import UnknownType
 from bt_mission.ros.graph import LATCHED
@@ -128,7 +129,7 @@ class SnapshotStreams:
 
     def _refuse(self, what: str, error: BtMissionError) -> None:
         """Say why; the answers of these services have no room for it."""
-        self._node.get_logger().warning(f"{what}: {error}", throttle_duration_sec=1.0)
+        log_of(self._node).warning(f"{what}: {error}", throttle_duration_sec=1.0)
 
     # ---- streams -------------------------------------------------------------------------
 

@@ -150,6 +150,7 @@ class Runs:
             node.feedback_message = HOSTILE
         mission = type("Mission", (), dict.fromkeys(("name", "world", "robot", "seed"), HOSTILE))
         facts = {"executive": self.story.executive, "mission": mission, "start_ns": 0, "now_ns": 1}
+        facts["world"] = HOSTILE
         self.session: Any = type("Session", (), facts)
 
     def plain(self) -> str:
