@@ -1,7 +1,8 @@
 """Executives that live on a busy machine: how often their servers hold the base, or give them up.
 
-Sim and servers are processes; attached missions run one after the other, beside processes that do
-nothing but compute.
+In each of several ROS graphs sim and servers are processes, and attached missions run one after the
+other; beside them run processes that do nothing but compute. Each mission is one line of the
+results, so a second run goes on where the first was stopped.
 """
 
 from __future__ import annotations
@@ -13,10 +14,11 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from multiprocessing import get_context
 from pathlib import Path
 
-from safety_kills import process
+from bt_mission.testing.live_graph import LiveGraph, command, own_domain
 
 MISSION = """\
 mission: turn
@@ -30,52 +32,73 @@ tree:
 BUSY = 8
 LIMIT_S = 180.0
 """Seconds of the wall clock for one mission."""
+AT_ONCE = 25
+"""Missions of one graph, before another takes its place."""
 
 
 @dataclass(frozen=True)
-class Alarms:
-    """What became of missions whose executive lived all the time."""
+class Attached:
+    """What became of a mission whose executive lived all the time."""
 
-    runs: int
-    succeeded: int
+    reason: str
+    """Why it has failed; empty if it has not."""
     held: int
-    """How often the base was held, in all of them."""
-    given_up: int
-    """Missions that failed since the servers took their executive for dead."""
-    busy: int
+    """How often the base was held."""
     load: float
-    """Mean load of the machine in the last minute of the runs."""
-    others: tuple[str, ...]
-    """Reasons of the other failures."""
+    """Mean load of the machine in the last minute."""
+
+    @property
+    def is_given_up(self) -> bool:
+        """Whether the servers took its executive for dead."""
+        return any(words in self.reason for words in ("sign of life", "the executive has"))
 
 
-def alarms(runs: int, busy: int = BUSY) -> Alarms:
-    """Run missions beside so many busy processes."""
-    os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+def alarms(runs: int, busy: int, graphs: int, results: Path) -> list[Attached]:
+    """Run missions until there are results of so many, in so many graphs at a time."""
+    results.touch()
+    missing = max(runs - len(read(results)), 0)
+    todo = [
+        (min(AT_ONCE, missing - begin), results.resolve()) for begin in range(0, missing, AT_ONCE)
+    ]
+    with _busy(busy), get_context("spawn").Pool(graphs) as pool:
+        pool.starmap(_missions, todo, chunksize=1)
+    return read(results)
+
+
+def read(results: Path) -> list[Attached]:
+    """The results so far."""
+    return [Attached(**json.loads(line)) for line in results.read_text().splitlines()]
+
+
+def _missions(count: int, results: Path) -> None:
+    """Run missions one after the other in a graph of its own, and write down each."""
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-        mission, log = folder / "turn.yaml", folder / "servers.log"
+        mission = folder / "turn.yaml"
         mission.write_text(MISSION, encoding="utf-8")
-        stack.enter_context(process("sim", "--world", "empty_arena", "--no-camera"))
-        with log.open("wb") as out:
-            images = str(folder / "images")
-            stack.enter_context(process("servers", "--images", images, log=out))
-        stack.enter_context(_busy(busy))
-        reasons = [_run(mission) for _ in range(runs)]
-        load = os.getloadavg()[0]
-        text = log.read_text(encoding="utf-8")
-    given_up = sum("sign of life" in reason for reason in reasons)
-    others = tuple(one for one in reasons if one and "sign of life" not in one)
-    held = text.count("the base is held")
-    return Alarms(runs, reasons.count(""), held, given_up, busy, load, others)
+        graph = LiveGraph(folder, stack.enter_context(own_domain()))
+        stack.callback(graph.close)
+        graph.start("sim", "--world", "empty_arena", "--no-camera")
+        servers = graph.start("servers", "--images", str(folder / "images"))
+        for _ in range(count):
+            before = servers.output.count("the base is held")
+            reason = _run(mission, graph.environment)
+            held = servers.output.count("the base is held") - before
+            line = json.dumps(asdict(Attached(reason, held, os.getloadavg()[0])))
+            with results.open("a", encoding="utf-8") as lines:
+                lines.write(f"{line}\n")
 
 
-def _run(mission: Path) -> str:
+def _run(mission: Path, environment: dict[str, str]) -> str:
     """Return why a mission has failed; empty if it has not."""
-    arguments = [sys.executable, "-m", "bt_mission", "run", str(mission), "--attach", "--json"]
     try:
         done = subprocess.run(  # noqa: S603 - starts our own program
-            arguments, capture_output=True, check=False, text=True, timeout=LIMIT_S
+            command("run", str(mission), "--attach", "--json"),
+            env=os.environ | environment,
+            capture_output=True,
+            check=False,
+            text=True,
+            timeout=LIMIT_S,
         )
     except subprocess.TimeoutExpired:
         return f"not done within {LIMIT_S:g} s"

@@ -104,10 +104,25 @@ class Truth:
         if message.twist.linear.x or message.twist.angular.z:
             self.commanded_s = to_ns(message.header.stamp) / 1e9
 
+    def hear(self, seconds: float) -> None:
+        """Take in what there is, and what comes within seconds of the wall clock."""
+        watch = Stopwatch()
+        while (left_s := seconds - watch.elapsed_s) > 0.0:
+            self._executor.spin_once(timeout_sec=left_s)
+
     def stands(self) -> bool:
         """Tell whether the base stands, by the newest truth that was heard."""
         _, _, linear, angular = self.seen[-1]
         return abs(linear) < 0.01 and abs(angular) < 0.02
+
+    @property
+    def newest_s(self) -> float:
+        """Time of the newest truth that was heard, s; 0 before there is any."""
+        return self.seen[-1][0] if self.seen else 0.0
+
+    def stands_since(self, since_s: float) -> bool:
+        """Tell whether truth has come that is newer than that time, and the base stands by it."""
+        return self.newest_s > since_s and self.stands()
 
     def newest(self) -> tuple[float, float, float, float]:
         """Return the newest truth that there is, after a look for more."""

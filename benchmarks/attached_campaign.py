@@ -1,0 +1,127 @@
+"""Attached missions whose processes are killed, stopped and restarted at random instants.
+
+Run it as: python benchmarks/attached_campaign.py [--count 200] [--results attached.jsonl]
+
+Trial N follows from the number N alone: a mission, whether an arbiter is in front of the base,
+whether the executive is `run` or `serve`, and one or two of kill (for good), stop (SIGSTOP, then
+SIGCONT) and restart, of executive, servers, arbiter or simulator, at an instant of the first
+seconds. Processes run at the speed of the wall clock, so a repeated trial is a similar one, not the
+same. Each trial is one line of the results; a second run goes on where the first was stopped. A
+finding is
+
+- a base that does not stand within 0.5 s of ROS time after the last command that moves it was sent,
+  once the chain from executive to base is broken, or that moves at the end,
+- a goal that the servers still carry out when the executive is gone, or that it reports as orphaned
+  and does not name,
+- an exit code, or a number of goals that succeeded, that is not true,
+- a journal that is neither carried on nor refused with a reason,
+- a traceback in the output of any process, a process that does not end, a process that is left.
+
+``--show N`` prints trial N. ``KEEP_OUTPUT=FOLDER`` keeps the output of trials with findings.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import signal
+import statistics
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import ExitStack
+from dataclasses import asdict
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+from attached_plan import plan
+from attached_trial import Trial, carry_out
+from campaign import pending
+from measuring import table
+
+from bt_mission.testing.live_graph import LOCAL, own_domain
+
+_DOMAIN = ExitStack()
+
+
+def join_a_domain() -> None:
+    """Let this process and its children have a domain of their own."""
+    domain_id = _DOMAIN.enter_context(own_domain())
+    os.environ.update({"ROS_DOMAIN_ID": str(domain_id), **LOCAL})
+    # Ctrl-C is ignored by what a shell starts in the background, and by the children of that.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def main() -> None:
+    """Run the campaign."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--count", type=int, default=200)
+    parser.add_argument("--results", type=Path, default=Path("attached.jsonl"))
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--only", type=int, nargs="+", metavar="N", help="these trials again")
+    parser.add_argument("--show", type=int, metavar="N", help="print trial N, and run nothing")
+    options = parser.parse_args()
+    if options.show is not None:
+        print(plan(options.show))
+        return
+    options.results.touch()
+    todo = options.only or pending(options.results, options.count)
+    with (
+        options.results.open("a") as results,
+        get_context("spawn").Pool(options.jobs, initializer=join_a_domain) as pool,
+    ):
+        for outcome in pool.imap_unordered(carry_out, todo):
+            results.write(json.dumps(asdict(outcome)) + "\n")
+            results.flush()
+            tell(outcome)
+    summarise([json.loads(line) for line in options.results.read_text().splitlines()])
+
+
+def tell(outcome: Trial) -> None:
+    """Print a line for a trial, and one for each finding."""
+    print(f"{outcome.number}: {outcome.plan}: {outcome.ended} {outcome.reason}", flush=True)
+    for finding in outcome.findings:
+        print(f"    {finding}", flush=True)
+
+
+def summarise(found: list[dict[str, Any]]) -> None:
+    """Print the figures of a campaign."""
+    kinds = Counter(one.partition(":")[0] for line in found for one in line["findings"])
+    loads = [line["load"] for line in found]
+    hours = sum(line["wall_s"] for line in found) / 3600
+    resumed = Counter(line["resumed"].split(",")[0].split(":")[0] for line in found)
+    print(
+        f"{len(found)} trials in {hours:.1f} h, load {min(loads):.0f} to {max(loads):.0f} "
+        f"(median {statistics.median(loads):.0f}); from journals: {dict(resumed)}; "
+        f"findings: {dict(kinds) or 'none'}\n"
+    )
+    head = ("done to", "trials", "base drove", "stands after", "after the last command sent")
+    table((*head, "within 0.5 s of each"), rows(found))
+
+
+def rows(found: list[dict[str, Any]]) -> Iterator[tuple[object, ...]]:
+    """Yield a row for each thing that was done to a process."""
+    done = Counter(one for line in found for one in line["disturbed"])
+    for name, count in sorted(done.items()):
+        figures = [one[1:] for line in found for one in line["stood"] if one[0] == name]
+        if not figures:
+            yield name, count, 0, "", "", ""
+            continue
+        yield (
+            name,
+            count,
+            len(figures),
+            *(
+                f"{statistics.median(column):.2f} s, at most {max(column):.2f} s"
+                for column in zip(*figures, strict=True)
+            ),
+            ", ".join(
+                str(sum(value <= 0.5 + 1e-6 for value in column))
+                for column in zip(*figures, strict=True)
+            ),
+        )
+
+
+if __name__ == "__main__":
+    main()

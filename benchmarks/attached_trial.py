@@ -1,0 +1,290 @@
+"""One attached mission whose processes are killed, stopped or restarted, and what became of it."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import tempfile
+from collections.abc import Iterator
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from attached_graph import Graph
+from attached_plan import Disturbance, plan
+from safety_kills import TRUTH_PERIOD_S, Truth
+
+from bt_mission.cli.exits import (
+    ABORTED,
+    BAD_INPUT,
+    CANCELED,
+    INTERRUPTED,
+    LOST,
+    MISSION_FAILED,
+    NO_SERVER,
+    SUCCESS,
+)
+from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.testing.errors import ScenarioError
+from bt_mission.testing.live_graph import READY, LiveGraph, Process
+
+FIGURE_S = 0.5
+"""Within which the base stands after the last command that moves it was sent."""
+STARTED_S, ENDED_S, STOOD_S = 300.0, 180.0, 60.0
+"""Seconds of the wall clock until a process must be ready, have ended, and the base stand."""
+NOTICED_S = 1.5
+"""Seconds for which a process has to be stopped until others have to notice."""
+RESUMED_S = 120.0
+"""Until a mission goes on from its journal, or is refused."""
+SETTLE_S = 4.0
+"""Seconds of the wall clock for which things go on after the last disturbance."""
+LEASE_S = 4.0
+"""Seconds of the wall clock until servers have aborted the goals of an executive that is gone."""
+
+BROKEN = ("Traceback (most", "Fatal Python error", "terminate called", "Segmentation fault")
+CODES = {"success": SUCCESS, "failure": MISSION_FAILED, "interrupted": INTERRUPTED}
+
+
+@dataclass
+class Trial:
+    """What became of a plan."""
+
+    number: int
+    plan: str
+    disturbed: list[str] = field(default_factory=list)
+    ended: str = ""
+    reason: str = ""
+    resumed: str = ""
+    """How a resumption from the journal ended, where there was one."""
+    stood: list[list[Any]] = field(default_factory=list)
+    """After which disturbance the base stood, after how many seconds of ROS time since then, and
+    since the last command that moves was sent."""
+    load: float = 0.0
+    wall_s: float = 0.0
+    findings: list[str] = field(default_factory=list)
+
+
+def carry_out(trial: int) -> Trial:
+    """Carry a trial out."""
+    drawn = plan(trial)
+    outcome = Trial(trial, str(drawn))
+    watch = Stopwatch()
+    with ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        live = LiveGraph(folder, int(os.environ["ROS_DOMAIN_ID"]))
+        stack.callback(live.close)
+        graph = Graph(drawn, live, stack.enter_context(Truth()))
+        try:
+            _carry_out(graph, outcome)
+        except ScenarioError as error:
+            outcome.findings.append(f"no start: {error}")
+        for process in graph.processes:
+            if any(words in process.output for words in BROKEN):
+                outcome.findings.append(f"traceback: {process.name}: {process.output[-2000:]}")
+        if outcome.findings and (keep := os.environ.get("KEEP_OUTPUT")):
+            for process in graph.processes:
+                name = f"{trial}_{process.name.replace(' ', '_')}.log"
+                (Path(keep) / name).write_text(process.output, encoding="utf-8")
+    left = list(_left(os.environ["ROS_DOMAIN_ID"]))
+    if left:
+        outcome.findings.append(f"processes left: {left}")
+    outcome.load = round(os.getloadavg()[0], 1)
+    outcome.wall_s = round(watch.elapsed_s, 1)
+    return outcome
+
+
+def _carry_out(graph: Graph, outcome: Trial) -> None:
+    drawn = graph.plan
+    graph.start("sim")
+    if drawn.with_arbiter:
+        graph.start("arbiter")
+    graph.start("servers").until(READY, within=STARTED_S)
+    executive = graph.start("executive")
+    if drawn.serves:
+        executive.until("waits for missions", within=STARTED_S)
+        graph.send()
+    if not drawn.is_early:
+        servers = graph.running["servers"]
+        graph.wait(
+            lambda: "goal accepted" in servers.output or executive.code is not None, STARTED_S
+        )
+    for one in drawn.disturbances:
+        graph.wait(lambda: False, one.after_s)
+        _disturb(graph, one, outcome)
+    graph.wait(lambda: False, SETTLE_S)
+    if drawn.awaits_end:
+        graph.wait(lambda: graph.running["executive"].code is not None, ENDED_S)
+    _end(graph, outcome)
+
+
+def _disturb(graph: Graph, one: Disturbance, outcome: Trial) -> None:
+    process = graph.running[one.process]
+    if process.code is not None:
+        return
+    outcome.disturbed.append(f"{one.what} {one.process}")
+    truth = graph.truth
+    moved, since_s = truth.seen and not truth.stands(), truth.newest_s
+    os.kill(process.pid, signal.SIGSTOP if one.what == "stop" else signal.SIGKILL)
+    if one.what != "stop":
+        graph.killed.add(process.pid)
+        process.wait()
+    # A stop too short to be noticed breaks no chain; without the simulator there is no truth.
+    breaks_chain = one.what != "stop" or one.lasts_s > NOTICED_S
+    if breaks_chain and graph.running["sim"].code is None and one.process != "sim":
+        _watch_base(graph, outcome, since_s, moved=bool(moved))
+    if one.what == "kill":
+        return
+    graph.wait(lambda: False, one.lasts_s)
+    if one.what == "stop":
+        os.kill(process.pid, signal.SIGCONT)
+    elif one.process != "executive":
+        graph.start(one.process)
+    elif graph.plan.serves:
+        graph.start("executive").until("waits for missions", within=STARTED_S)
+        graph.send()
+    else:
+        _resume(graph, outcome)
+
+
+def _watch_base(graph: Graph, outcome: Trial, since_s: float, *, moved: bool) -> None:
+    """Wait until the base stands after the last disturbance, and note how soon it does."""
+    truth, what = graph.truth, outcome.disturbed[-1]
+    if not graph.wait(lambda: truth.stands_since(since_s), STOOD_S):
+        newest = f"at {since_s:.2f} s, newest truth {truth.seen[-1:]}"
+        outcome.findings.append(f"base goes on: after '{what}' {newest}")
+    elif moved:
+        after_s = truth.newest_s - truth.commanded_s
+        outcome.stood.append([what, round(truth.newest_s - since_s, 3), round(after_s, 3)])
+        if after_s > FIGURE_S + TRUTH_PERIOD_S:
+            outcome.findings.append(f"base late: stands {after_s:.2f} s after the last command")
+
+
+def _resume(graph: Graph, outcome: Trial) -> None:
+    """Go on from the journal until it is written to again, or the reason is told why not."""
+    before = graph.journal_state
+    process = graph.start("executive", "--resume")
+    tells = graph.wait(
+        lambda: process.code is not None or graph.journal_state not in (before, (0, 0)), RESUMED_S
+    )
+    outcome.resumed = "carries on"
+    has_time = all(graph.running[name].code is None for name in ("sim", "servers"))
+    if not tells and has_time:
+        outcome.findings.append(f"hang: not resumed within {RESUMED_S:g} s: {process.output}")
+    graph.wait(lambda: process.code is not None, SETTLE_S)
+
+
+def _report(process: Process) -> dict[str, Any] | None:
+    for line in reversed(process.output.splitlines()):
+        if line.startswith('{"mission"'):
+            return dict(json.loads(line))
+    return None
+
+
+def _end(graph: Graph, outcome: Trial) -> None:
+    executive = graph.running["executive"]
+    if executive.pid not in graph.killed:
+        _end_executive(graph, executive, outcome)
+    else:
+        outcome.ended = "killed"
+        if not graph.plan.serves:
+            _resume(graph, outcome)
+            _end_executive(graph, graph.running["executive"], outcome)
+    for client in graph.clients:
+        _check_client(graph, client, outcome)
+    _check_goals(graph, outcome)
+    for name in ("servers", "arbiter", "sim"):
+        if name in graph.running and graph.running[name].code is None:
+            _interrupt(graph, name, outcome)
+
+
+def _interrupt(graph: Graph, name: str, outcome: Trial) -> None:
+    process = graph.running[name]
+    process.interrupt()
+    if not graph.wait(lambda: process.code is not None, ENDED_S):
+        outcome.findings.append(f"hang: {name} does not end")
+    elif process.code != 0:
+        outcome.findings.append(f"exit code: {process.code} of {name} after Ctrl-C")
+
+
+def _end_executive(graph: Graph, executive: Process, outcome: Trial) -> None:
+    was_interrupted = executive.code is None
+    if was_interrupted:
+        executive.interrupt()
+    if not graph.wait(lambda: executive.code is not None, ENDED_S):
+        outcome.findings.append(f"hang: the executive does not end: {executive.output[-500:]}")
+        return
+    code, report = executive.code, _report(executive)
+    outcome.ended = f"{outcome.ended} {code}".strip()
+    resumes = executive.name.startswith("run ")
+    if graph.plan.serves:
+        if code != 0:
+            outcome.findings.append(f"exit code: {code} of serve: {executive.output[-500:]}")
+    elif report is None:
+        last = executive.output.strip()[-400:]
+        outcome.reason = last.splitlines()[-1] if last else ""
+        if resumes:
+            outcome.resumed = f"refused: {outcome.reason}"
+        is_told = (code == BAD_INPUT and outcome.reason) or (
+            was_interrupted and code == INTERRUPTED
+        )
+        if not is_told:
+            outcome.findings.append(f"no report, exit code {code}: {last}")
+    else:
+        outcome.reason = report["reason"]
+        if resumes:
+            outcome.resumed = f"carried on, {report['status']}: {report['reason']}"[:200]
+        _check_report(graph, code, report, executive, outcome)
+
+
+def _check_report(
+    graph: Graph, code: int | None, report: dict[str, Any], executive: Process, outcome: Trial
+) -> None:
+    if code != CODES[report["status"]]:
+        outcome.findings.append(f"exit code: {code} with {report['status']}")
+    if report["goals_left_behind"] and "orphaned goals: " not in executive.output:
+        outcome.findings.append("orphans not named")
+    claimed = sum(leaf["outcomes"].get("succeeded", 0) for leaf in report["leaves"])
+    said = "".join(one.output for one in graph.processes if one.name.startswith("servers"))
+    true = said.count("goal succeeded")
+    if claimed > true and not any("service" in leaf for leaf in report["leaves"]):
+        outcome.findings.append(f"untrue: {claimed} goals are said to have succeeded, {true} did")
+
+
+def _check_client(graph: Graph, client: Process, outcome: Trial) -> None:
+    """Who has sent the mission learns its end, or that nobody is there who could tell."""
+    if not graph.wait(lambda: client.code is not None, ENDED_S):
+        outcome.findings.append(f"hang: the client of serve does not end: {client.output[-500:]}")
+        return
+    served = "".join(one.output for one in graph.processes if one.name.startswith("serve"))
+    if client.code == SUCCESS and f"{graph.plan.mission}: success" not in served:
+        outcome.findings.append("untrue: the client of serve was told of success")
+    if client.code not in (SUCCESS, ABORTED, CANCELED, NO_SERVER, LOST):
+        outcome.findings.append(f"exit code: {client.code} of a client: {client.output[-500:]}")
+
+
+def _check_goals(graph: Graph, outcome: Trial) -> None:
+    """After the executive's end no goal goes on, and the base stands."""
+    if graph.running["servers"].code is None:
+        ended = graph.wait(lambda: graph.goals()[0] == graph.goals()[1], STOOD_S + LEASE_S)
+        if not ended:
+            accepted, done = graph.goals()
+            outcome.findings.append(f"orphaned goals: {dict(accepted - done)} never end")
+    alive = graph.running["sim"].code is None
+    if alive and not graph.wait(lambda: not graph.truth.seen or graph.truth.stands(), STOOD_S):
+        outcome.findings.append("base moves at the end")
+
+
+def _left(domain: str) -> Iterator[str]:
+    """Processes of ours that are still there in a domain."""
+    for entry in Path("/proc").iterdir():
+        if not entry.name.isdecimal() or int(entry.name) == os.getpid():
+            continue
+        try:
+            command = (entry / "cmdline").read_bytes()
+            environment = (entry / "environ").read_bytes().split(b"\0")
+        except OSError:
+            continue
+        if b"bt_mission" in command and f"ROS_DOMAIN_ID={domain}".encode() in environment:
+            yield command.replace(b"\0", b" ").decode(errors="replace")
