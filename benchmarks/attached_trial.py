@@ -36,7 +36,9 @@ STARTED_S, ENDED_S, STOOD_S = 300.0, 180.0, 60.0
 """Seconds of the wall clock until a process must be ready, have ended, and the base stand."""
 NOTICED_S = 1.5
 """Seconds for which a process has to be stopped until others have to notice."""
-RESUMED_S = 120.0
+HEARD_S = 1.0
+"""Seconds of the wall clock until every command that was sent before has been heard."""
+RESUMED_S = 300.0
 """Until a mission goes on from its journal, or is refused."""
 SETTLE_S = 4.0
 """Seconds of the wall clock for which things go on after the last disturbance."""
@@ -155,8 +157,10 @@ def _watch_base(graph: Graph, outcome: Trial, since_s: float, *, moved: bool) ->
         newest = f"at {since_s:.2f} s, newest truth {truth.seen[-1:]}"
         outcome.findings.append(f"base goes on: after '{what}' {newest}")
     elif moved:
-        after_s = truth.newest_s - truth.commanded_s
-        outcome.stood.append([what, round(truth.newest_s - since_s, 3), round(after_s, 3)])
+        truth.hear(HEARD_S)
+        stood_s = truth.stood_s()
+        after_s = stood_s - truth.commanded_s
+        outcome.stood.append([what, round(stood_s - since_s, 3), round(after_s, 3)])
         if after_s > FIGURE_S + TRUTH_PERIOD_S:
             outcome.findings.append(f"base late: stands {after_s:.2f} s after the last command")
 

@@ -32,7 +32,7 @@ tree:
 BUSY = 8
 LIMIT_S = 180.0
 """Seconds of the wall clock for one mission."""
-AT_ONCE = 25
+AT_ONCE = 50
 """Missions of one graph, before another takes its place."""
 
 

@@ -112,8 +112,7 @@ class Truth:
 
     def stands(self) -> bool:
         """Tell whether the base stands, by the newest truth that was heard."""
-        _, _, linear, angular = self.seen[-1]
-        return abs(linear) < 0.01 and abs(angular) < 0.02
+        return _stands(*self.seen[-1][2:])
 
     @property
     def newest_s(self) -> float:
@@ -124,6 +123,15 @@ class Truth:
         """Tell whether truth has come that is newer than that time, and the base stands by it."""
         return self.newest_s > since_s and self.stands()
 
+    def stood_s(self) -> float:
+        """Time from which on the base stands, by all truth since then, s."""
+        first_s = self.newest_s
+        for time_s, _, linear, angular in reversed(self.seen):
+            if not _stands(linear, angular):
+                break
+            first_s = time_s
+        return first_s
+
     def newest(self) -> tuple[float, float, float, float]:
         """Return the newest truth that there is, after a look for more."""
         before = len(self.seen)
@@ -133,6 +141,10 @@ class Truth:
         for _ in range(20):
             self._executor.spin_once(timeout_sec=0.0)
         return self.seen[-1]
+
+
+def _stands(linear: float, angular: float) -> bool:
+    return abs(linear) < 0.01 and abs(angular) < 0.02
 
 
 @contextmanager

@@ -11,9 +11,14 @@ from bt_mission.core.stamps import NS
 LONGEST_SLEEP_S = 0.1
 """How long Ctrl-C waits at most."""
 
-MOST_LAG_NS = 500_000_000
-"""Time, ns, that is caught up with, of the wall or of the world, whichever is less; what lies
-further back is given up. Whoever drives the robot hears nothing while the world makes up for it."""
+MOST_LAG_NS = 100_000_000
+"""Time of the wall, ns, that is caught up with; what lies further back is given up, so on a machine
+that is too busy the world runs slower. Whoever drives the robot hears nothing while the world makes
+up for it, and its commands hold for 200 ms of the wall: less time than that passes at once."""
+
+MOST_LEAP_NS = 500_000_000
+"""Time of the world, ns, that is caught up with at most, at any speed: sensors that are silent for
+longer count as late."""
 
 WINDOW_NS = 10_000_000_000
 """Wall time, ns, over which the speed that is reached is measured."""
@@ -66,11 +71,12 @@ class Pacer:
     def due_ns(self, time_ns: int) -> int:
         """Return the virtual time that is due now, ns, where it is `time_ns`; never less.
 
-        What lies more than `MOST_LAG_NS` back is given up.
+        What lies more than `MOST_LAG_NS` of the wall, or `MOST_LEAP_NS` of the world, back is
+        given up.
         """
         wall_ns = self._wall_ns()
         due_ns = self._start_ns + round((wall_ns - self._start_wall_ns) * self.speed)
-        most_ns = round(MOST_LAG_NS * min(self.speed, 1.0))
+        most_ns = min(round(MOST_LAG_NS * self.speed), MOST_LEAP_NS)
         lag_ns = due_ns - time_ns
         if lag_ns > most_ns:
             self._lost_ns += round((lag_ns - most_ns) / self.speed)

@@ -36,6 +36,7 @@ from sim.ros.schedule import Schedule
 
 RELIABLE = QoSProfile(depth=10)
 SENSOR_DATA = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
+COMMANDS = QoSProfile(depth=1)  # of several that wait, only the newest counts: older ones are late
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 REQUESTS = QoSProfile(depth=MOST_WAITING)
 TRANSFORMS = QoSProfile(depth=100)  # what tf2's listeners and broadcasters use
@@ -110,7 +111,7 @@ class RobotPublishers:
             TwistStamped if command_type == "stamped" else Twist,
             self._name("cmd_vel"),
             self._on_command,
-            RELIABLE,
+            COMMANDS,
             raw=True,
         )
         name = self._name("reset_odometry")
