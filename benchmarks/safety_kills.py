@@ -60,6 +60,8 @@ class Kill:
     """What the base was told from then on, in order: m/s ahead, rad/s to the left."""
     stayed: bool = False
     """Whether it stood for all of :data:`WATCHED_S` after that."""
+    load: float = 0.0
+    """Mean load of the machine in the last minute."""
 
 
 class Truth:
@@ -233,4 +235,5 @@ def kill(what: str, *, with_arbiter: bool, world: str = "empty_arena") -> Kill:
             after_command_s=stood_s - truth.commanded_s,
             commands=tuple(truth.commands[before:]),
             stayed=stayed,
+            load=os.getloadavg()[0],
         )
