@@ -219,8 +219,9 @@ def kill(what: str, *, with_arbiter: bool, world: str = "empty_arena") -> Kill:
         processes[what].kill()
         watch = Stopwatch()
         while True:
-            stood_s, x, *_ = truth.newest()
+            x = truth.newest()[1]
             if truth.stands():
+                stood_s = truth.stood_s()
                 break
             if watch.elapsed_s > PATIENCE_S:
                 return Kill(what, with_arbiter, float("inf"), x - killed_x)

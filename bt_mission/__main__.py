@@ -7,13 +7,18 @@ INTERRUPTED = 128 + signal.SIGINT
 
 
 def main() -> int:
-    """Run the command line; gives the exit code, also where Ctrl-C comes while it is loaded."""
+    """Run the command line; gives the exit code.
+
+    Ctrl-C while it is loaded ends it; once it has ended, Ctrl-C no longer changes the exit code.
+    """
     try:
         from bt_mission.cli import main as run_command_line  # noqa: PLC0415 - it takes a while
 
         return run_command_line()
     except KeyboardInterrupt:
         return INTERRUPTED
+    finally:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 if __name__ == "__main__":
