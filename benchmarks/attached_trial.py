@@ -142,6 +142,8 @@ def _disturb(graph: Graph, one: Disturbance, outcome: Trial) -> None:
     if one.what == "stop":
         os.kill(process.pid, signal.SIGCONT)
     elif one.process != "executive":
+        if one.process == "sim":
+            truth.forget()  # its clock begins anew
         graph.start(one.process)
     elif graph.plan.serves:
         graph.start("executive").until("waits for missions", within=STARTED_S)

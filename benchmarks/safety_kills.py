@@ -116,6 +116,11 @@ class Truth:
         """Tell whether the base stands, by the newest truth that was heard."""
         return _stands(*self.seen[-1][2:])
 
+    def forget(self) -> None:
+        """Begin anew, as the simulation does."""
+        self.seen.clear()
+        self.commanded_s = 0.0
+
     @property
     def newest_s(self) -> float:
         """Time of the newest truth that was heard, s; 0 before there is any."""

@@ -124,7 +124,14 @@ def _add_arbiter(commands: Any) -> None:
 
 
 def _set_command(parser: argparse.ArgumentParser, command: Callable[..., int]) -> None:
-    parser.set_defaults(command=command, **TAKEN)
+    def interruptible(options: argparse.Namespace) -> int:
+        from bt_mission.cli.run import leaving_at_once
+
+        # rclpy, while it is loaded, reports Ctrl-C as an extension that is not there.
+        with leaving_at_once():
+            return command(options)
+
+    parser.set_defaults(command=interruptible, **TAKEN)
     parser.epilog = EPILOG
 
 
