@@ -96,8 +96,8 @@ def summarise(found: list[dict[str, Any]]) -> None:
         f"(median {statistics.median(loads):.0f}); from journals: {dict(resumed)}; "
         f"findings: {dict(kinds) or 'none'}\n"
     )
-    head = ("done to", "trials", "base drove", "stands after", "after the last command sent")
-    table((*head, "within 0.5 s of each"), rows(found))
+    head = ("done to", "trials", "base drove", "stands after the disturbance")
+    table((*head, "after the last command sent", "within 0.5 s of each"), rows(found))
 
 
 def rows(found: list[dict[str, Any]]) -> Iterator[tuple[object, ...]]:
