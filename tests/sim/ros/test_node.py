@@ -5,15 +5,8 @@ import math
 
 import numpy as np
 import pytest
-import rclpy
-from geometry_msgs.msg import TwistStamped
-from rclpy.context import Context
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 
-from bt_mission.core.robot.model import load_robot
-from sim.ros.node import SimNode, SimOptions
 from sim.sensors.camera import Camera
 from sim.sensors.canvas import NoCameraError
 from sim.simulation import Simulation
@@ -47,15 +40,6 @@ WALLED = World.model_validate(
         "walls": [{"name": "the wall", "from": [-1, 1], "to": [1, 1], "thickness": 0.1}],
     }
 )
-
-
-@pytest.fixture
-def context():
-    """Of nodes without a virtual clock."""
-    made = Context()
-    rclpy.init(context=made)
-    yield made
-    made.shutdown()
 
 
 @pytest.fixture
@@ -96,29 +80,6 @@ def test_commands_may_be_plain_twists(stage):
         here.run(S + time_ms * MS)
         here.command(0.1)
     assert here.sim.simulation.velocity[0] == pytest.approx(0.1, abs=0.01)
-
-
-def test_of_commands_that_wait_the_newest_counts(context):
-    """A simulator that is late takes one command between two steps, and it is not an old one."""
-    options = SimOptions(seed=0, camera=False, context=context)
-    sim = SimNode(load_world("empty_arena"), load_robot("waffle"), options)
-    driver = Node("driver", context=context)
-    commands = driver.create_publisher(TwistStamped, "cmd_vel", 10)
-    executor = SingleThreadedExecutor(context=context)
-    executor.add_node(sim)
-    while not commands.get_subscription_count():
-        executor.spin_once(timeout_sec=0.01)
-    for speed in (0.01, 0.02, 0.03, 0.05):
-        message = TwistStamped()
-        message.twist.linear.x = speed
-        commands.publish(message)
-    while not sim.simulation.commanded[0]:
-        executor.spin_once(timeout_sec=1.0)
-        sim.advance_to(sim.physics.time_ns + 100 * MS)
-    assert sim.simulation.commanded[0] == pytest.approx(0.05)
-    executor.shutdown()
-    driver.destroy_node()
-    sim.destroy_node()
 
 
 def test_map_and_the_way_to_it_are_left_to_others(stage):
