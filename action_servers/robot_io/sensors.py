@@ -35,7 +35,7 @@ from action_servers.robot_io.messages import (
     seconds,
     transform_of,
 )
-from bt_mission.core.cdr.decoder import DecodingError, decoder_of
+from bt_mission.core.cdr.decoder import decoder_of
 from bt_mission.core.geometry import Pose2D, composed
 from bt_mission.core.robot.parts import LidarModel
 from bt_mission.core.ros_log import log_of
@@ -73,18 +73,6 @@ class SensorWiring:
     map: str = text("topics.map", "map", "The map, nav_msgs/OccupancyGrid.")
     camera: str = text("topics.camera", "camera/image_raw", "Pictures, sensor_msgs/Image.")
     map_frame: str = text("frames.map", "map", "Frame of the map, in transforms.")
-
-
-def _unpacking(message_type: Any) -> Callable[[bytes], Any]:
-    def unpack(data: bytes) -> Any:
-        try:
-            return deserialize_message(data, message_type)
-        except RuntimeError as error:  # rclpy's for what is no such message
-            package = message_type.__module__.partition(".")[0]
-            name = f"{package}/msg/{message_type.__name__}"
-            raise DecodingError(f"a message of type {name} cannot be read: {error}") from error
-
-    return unpack
 
 
 class Latest(Generic[T]):
@@ -133,7 +121,7 @@ class CameraStream:
         self.topic = node.resolve_topic_name(topic)
         """Full name of the topic."""
         self._node = node
-        self._latest = Latest(_unpacking(ImageMessage), image_of)
+        self._latest = Latest(partial(deserialize_message, message_type=ImageMessage), image_of)
         self._subscription: Subscription | None = None
         self._users: set[CameraUser] = set()
 
@@ -200,7 +188,7 @@ class SensorSubscriptions:
             decoder_of("sensor_msgs/msg/LaserScan").decode, partial(scan_of, lidar=lidar)
         )
         self._odometry = Latest(decoder_of("nav_msgs/msg/Odometry").decode, odometry_of)
-        self._grid = Latest(_unpacking(OccupancyGrid), grid_of)
+        self._grid = Latest(partial(deserialize_message, message_type=OccupancyGrid), grid_of)
         self._transforms: deque[bytes] = deque(maxlen=100)
         self._map_to_odom: Pose2D | None = None
         self._map_users = 0

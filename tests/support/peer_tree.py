@@ -37,6 +37,11 @@ class PeerTree:
         self.streams: dict[str, Any] = {}
         self.asked: list[Any] = []
         self.refuses = False
+        self._told: tuple[int, str, Sequence[tuple[str, str, Sequence[str]]]] = (
+            Behaviour.RUNNING,
+            "",
+            TREE,
+        )
         self._count = 0
         self._services = [
             node.create_service(kind, f"~/snapshot_streams/{name}", serve)
@@ -53,7 +58,8 @@ class PeerTree:
         message: str = "",
         nodes: Sequence[tuple[str, str, Sequence[str]]] = TREE,
     ) -> None:
-        """Send a snapshot on all streams, with this of every node."""
+        """Send a snapshot on all streams, with this of every node; new streams begin with it."""
+        self._told = (status, message, nodes)
         tree = BehaviourTree(
             behaviours=[
                 Behaviour(
@@ -93,7 +99,7 @@ class PeerTree:
         self._count += 1
         self.streams[name] = self._node.create_publisher(BehaviourTree, name, LATCHED)
         answer.topic_name = name
-        self.tell()
+        self.tell(*self._told)
         return answer
 
     def _close(self, request: Any, answer: Any) -> Any:

@@ -83,6 +83,7 @@ def test_the_plugin_costs_next_to_nothing_where_there_is_no_mission() -> None:
         "bt_mission.core",
         "bt_mission.core.deprecated_paths",
         "bt_mission.core.lazy",
+        "bt_mission.core.text",
         "bt_mission.testing",
         "bt_mission.testing.options",
         "bt_mission.testing.plugin",

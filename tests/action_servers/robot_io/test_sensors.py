@@ -18,7 +18,7 @@ from action_servers.core.maneuver import Refusal
 from action_servers.robot_io.messages import image_of, scan_of
 from action_servers.robot_io.sensors import LARGEST_STATE, Latest
 from action_servers.server.node import ServerOptions, ServersNode
-from bt_mission.core.cdr.decoder import DecodingError, decoder_of
+from bt_mission.core.cdr.decoder import decoder_of
 from bt_mission.core.geometry import Pose2D
 
 
@@ -135,12 +135,10 @@ def test_a_message_that_cannot_be_translated_raises_once():
     assert latest.value() is None
 
 
-def test_a_map_of_the_wrong_length_is_told_as_such(bench):
-    """As a message of its type, whoever has sent it; the next one counts again."""
+def test_a_map_of_the_wrong_length_is_passed_over(bench):
+    """Whoever has sent it; the next one counts again."""
     sensors(bench)._grid.take(b"\0\1\0\0\5")
-    with pytest.raises(DecodingError, match="a message of type nav_msgs/msg/OccupancyGrid cannot"):
-        sensors(bench).observe(on_map=True)
-    assert sensors(bench).observe(on_map=True).time_s > 0
+    assert sensors(bench).observe(on_map=True).grid is None
 
 
 def test_a_robot_in_a_namespace(fake, tmp_path, waffle):

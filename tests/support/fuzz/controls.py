@@ -115,7 +115,9 @@ class _Node:
     def __init__(self) -> None:
         self.services: dict[str, tuple[Any, Callable[[Any, Any], Any]]] = {}
 
-    def create_service(self, kind: Any, name: str, callback: Callable[[Any, Any], Any]) -> str:
+    def create_service(
+        self, kind: Any, name: str, callback: Callable[[Any, Any], Any], **_: Any
+    ) -> str:
         self.services[name.removeprefix("~/")] = kind, callback
         return name
 
@@ -128,8 +130,7 @@ def _parameters() -> RobotNode:
     """Return a node with the parameters of the action servers."""
     from tests.support.fuzz.peer import node  # noqa: PLC0415 - starts ROS
 
-    node()
-    made = RobotNode("fuzzed_servers", RobotNodeOptions())
+    made = RobotNode("fuzzed_servers", RobotNodeOptions(context=node().context))
     robot = limited(made, load_robot("waffle"))
     declare_server_parameters(made, robot, Path("images"))
     made.declare_all(TUNING)

@@ -10,8 +10,10 @@ import os
 from collections.abc import Callable
 from functools import cache
 from typing import Any
+from unittest.mock import patch
 
 import rclpy
+from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
@@ -21,10 +23,11 @@ from bt_mission.ros.goal_client import RosGoalClient
 
 @cache
 def node() -> Node:
-    """Return a node that nobody can discover; made once."""
-    os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "OFF"
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    return Node("fuzz", enable_rosout=False, start_parameter_services=False)
+    """Return a node that nobody can discover, in a context of its own; made once."""
+    context = Context()
+    with patch.dict(os.environ, ROS_AUTOMATIC_DISCOVERY_RANGE="OFF"):
+        rclpy.init(context=context, signal_handler_options=SignalHandlerOptions.NO)
+        return Node("fuzz", context=context, enable_rosout=False, start_parameter_services=False)
 
 
 class Tasks:

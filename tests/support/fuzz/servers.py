@@ -83,6 +83,10 @@ class _Node:
     def get_clock(self) -> _Clock:
         return self.clock
 
+    def get_logger(self) -> Any:
+        """Return a logger that says nothing."""
+        return SimpleNamespace(warning=lambda *_, **__: False)
+
 
 @cache
 def _robot() -> Any:
