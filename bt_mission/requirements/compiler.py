@@ -27,9 +27,9 @@ from bt_mission.language.requirements.syntax import (
     SignalValue,
     Temporal,
 )
-from bt_mission.language.requirements.syntax import Window as WrittenWindow
+from bt_mission.language.requirements.syntax import TimeWindow as WrittenWindow
 from bt_mission.language.requirements.units import unit_of
-from bt_mission.requirements.looking_ahead import Ahead, Future, Late, Present, Until
+from bt_mission.requirements.looking_ahead import Ahead, Future, LateCombined, Present, Until
 from bt_mission.requirements.looking_back import (
     Atom,
     Combinator,
@@ -140,7 +140,7 @@ class Compiler:
 
     def _late(self, node: SyntaxNode, *, positive: bool) -> Future:
         parts = [self._future(part, positive=positive) for part in node.parts]
-        return Late(parts, _combinator(node, positive=positive))
+        return LateCombined(parts, _combinator(node, positive=positive))
 
     def _past(self, node: SyntaxNode, *, positive: bool) -> Past:
         match node:

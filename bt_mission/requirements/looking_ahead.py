@@ -80,7 +80,7 @@ class Aligned:
         return [tuple(queue.popleft() for queue in self._queues) for _ in range(count)]
 
 
-class Late(Future):
+class LateCombined(Future):
     """A formula over parts of which one looks ahead."""
 
     def __init__(self, parts: Sequence[Future], combinator: Combinator) -> None:

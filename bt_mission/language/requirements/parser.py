@@ -32,8 +32,8 @@ from bt_mission.language.requirements.syntax import (
     Quantity,
     SignalValue,
     Temporal,
+    TimeWindow,
     UnaryWord,
-    Window,
 )
 from bt_mission.language.requirements.units import SECONDS, WRITTEN
 
@@ -67,7 +67,7 @@ def parse_requirement(text: str) -> SyntaxNode:
 
 
 def whenever(
-    trigger: SyntaxNode, then: SyntaxNode, window: Window | None, column: int = 1
+    trigger: SyntaxNode, then: SyntaxNode, window: TimeWindow | None, column: int = 1
 ) -> SyntaxNode:
     """Return that each instant at which `trigger` holds is followed by `then` within a window.
 
@@ -148,7 +148,7 @@ class RequirementParser(ExpressionParser):
 
     # ---- time ----------------------------------------------------------------------------
 
-    def window(self, word: Token) -> Window:
+    def window(self, word: Token) -> TimeWindow:
         """Take the window of a word, if it has one."""
         some = word.text in _SOME
         if token := self.takes("between"):
@@ -158,7 +158,7 @@ class RequirementParser(ExpressionParser):
             end = self.time()
             if not start < end:
                 raise ExpressionError("the window ends before it begins", token.column)
-            return Window(start, end)
+            return TimeWindow(start, end)
         token = self.takes("within", "for")
         if token is None:
             return EVERYTHING
@@ -166,11 +166,11 @@ class RequirementParser(ExpressionParser):
             right = "within" if some else "for"
             message = f"expected '{word.text} {right} ...', got '{word.text} {token.text}'"
             raise ExpressionError(message, token.column)
-        return Window(0.0, self.time())
+        return TimeWindow(0.0, self.time())
 
-    def within(self) -> Window | None:
+    def within(self) -> TimeWindow | None:
         """Take `within 5 s`, if it stands here."""
-        return Window(0.0, self.time()) if self.takes("within") else None
+        return TimeWindow(0.0, self.time()) if self.takes("within") else None
 
     def time(self) -> float:
         """Take a time, s."""

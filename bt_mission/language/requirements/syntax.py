@@ -21,7 +21,7 @@ from bt_mission.language.requirements.signals import SIGNALS, Unit
 
 
 @dataclass(frozen=True)
-class Window:
+class TimeWindow:
     """An interval of time, s, after or before the present instant; both ends belong to it."""
 
     start: float = 0.0
@@ -38,7 +38,7 @@ class Window:
         return self == EVERYTHING
 
 
-EVERYTHING = Window()
+EVERYTHING = TimeWindow()
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ class Temporal(Unary):
     """A formula at every, or at some, instant of a window after or before the present one."""
 
     word: UnaryWord
-    window: Window
+    window: TimeWindow
 
     @override
     def evaluate(self, scope: EvaluationScope) -> Plain:
@@ -102,7 +102,7 @@ class Chain(Binary):
     """`a until b`: a holds up to an instant at which b does; `a since b` looks back instead."""
 
     symbol: BinaryWord
-    window: Window
+    window: TimeWindow
 
     @override
     def evaluate(self, scope: EvaluationScope) -> Plain:

@@ -28,7 +28,7 @@ from bt_mission.language.requirements.formula import (
     check_formula,
 )
 from bt_mission.language.requirements.parser import whenever
-from bt_mission.language.requirements.syntax import Window
+from bt_mission.language.requirements.syntax import TimeWindow
 
 EXAMPLE = "always clearance > 0.1"
 
@@ -79,7 +79,7 @@ class RequirementForm(Written):
             return self.formula.root
         assert self.whenever is not None
         assert self.then is not None
-        window = None if self.within is None else Window(0.0, self.within)
+        window = None if self.within is None else TimeWindow(0.0, self.within)
         return whenever(self.whenever.root, self.then.root, window)
 
     @property
