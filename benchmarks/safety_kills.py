@@ -207,7 +207,8 @@ def driving(
         }
         truth = stack.enter_context(Truth())
         watch = Stopwatch()
-        while truth.newest()[2] < 0.98 * SPEED:
+        # Without a command that was heard, nothing could be said of the time since the last one.
+        while truth.newest()[2] < 0.98 * SPEED or not truth.commanded_s:
             if watch.elapsed_s > PATIENCE_S:
                 raise RuntimeError("the robot never drove; are the processes alive?")
         yield processes, truth
