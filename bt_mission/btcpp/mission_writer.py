@@ -73,6 +73,9 @@ class _Writer:
     def text(self) -> str:
         data = self._document.data
         self._refuse_follow(self._mission.follow, self._document)
+        for name in data.get("requirements", {}):
+            hint = "have it in a file of its own, for the option --require"
+            self._refuse(self._document, ("requirements", name), f"the requirement '{name}'", hint)
         main = main_id(self._mission.name, {*self._mission.trees, *self._ids.values()})
         bodies = [self._tree(self._document, ("tree",), data["tree"], main, data)]
         models = [self._main_model(main)]

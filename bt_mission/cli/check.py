@@ -11,7 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.exits import BAD_INPUT, SUCCESS
 from bt_mission.cli.network import add_network_option, prepare_graph
-from bt_mission.cli.options import add_overrides, add_python_option, mission_file
+from bt_mission.cli.options import (
+    add_overrides,
+    add_python_option,
+    add_require_option,
+    mission_file,
+)
 
 if TYPE_CHECKING:
     from bt_mission.language.permissions import Permissions
@@ -34,6 +39,7 @@ def add_parser(commands: Any) -> None:
         help="missions: YAML files, XML files of Groot 2, or names of shipped ones",
     )
     add_overrides(parser)
+    add_require_option(parser)
     parser.add_argument(
         "--import-python",
         action="store_true",
@@ -81,6 +87,7 @@ def examined(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
     """
     from bt_mission.core.diagnostics import InputError
     from bt_mission.core.robot.model import load_robot
+    from bt_mission.language.checks.requirements import with_requirements
     from bt_mission.sessions.check import examine
     from bt_mission.sessions.goal_checks import OUR_SERVERS
     from sim.world.loader import load_world
@@ -99,7 +106,7 @@ def examined(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
     if mission.world:
         load_world(mission.world, near=mission.file)
     load_robot(mission.robot, near=mission.file)
-    return mission, faults
+    return with_requirements(mission, options.require), faults
 
 
 def goes_to_a_graph(options: argparse.Namespace) -> bool:

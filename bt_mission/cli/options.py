@@ -40,6 +40,18 @@ def add_set_option(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_require_option(parser: argparse.ArgumentParser) -> None:
+    """Add the files of requirements to a parser."""
+    parser.add_argument(
+        "--require",
+        action="append",
+        default=[],
+        type=Path,
+        metavar="FILE",
+        help="a YAML file with further requirements of the mission; may be repeated",
+    )
+
+
 def add_plain_option(parser: Any) -> None:
     """Add the choice of plain lines to a parser, or to a group of options."""
     parser.add_argument(

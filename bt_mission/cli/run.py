@@ -22,6 +22,7 @@ from bt_mission.cli.options import (
     add_overrides,
     add_plain_option,
     add_python_option,
+    add_require_option,
 )
 from bt_mission.cli.view import add_view_option, refuse_view, window_on
 from bt_mission.core.dds.middleware import prepare_middleware
@@ -46,6 +47,7 @@ def add_parser(commands: Any) -> None:
         "130 interrupted",
     )
     add_mission_file(parser)
+    add_require_option(parser)
     add_overrides(parser)
     add_python_option(parser)
     parser.add_argument(

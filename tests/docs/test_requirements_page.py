@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import pytest
 
+from bt_mission.language.checks.requirements import with_requirements
 from bt_mission.language.loader import load_text
 from bt_mission.language.requirements.formula import Formula
 from bt_mission.language.requirements.parser import JOINING
@@ -25,6 +27,15 @@ MISSION = _blocks("yaml")[0]
 def test_the_mission_is_one() -> None:
     """With all five requirements."""
     assert len(load_text(MISSION).requirements) == 5
+
+
+def test_a_file_of_its_own_is_added(tmp_path: Path) -> None:
+    """Behind those of the mission."""
+    file = tmp_path / "slow.yaml"
+    file.write_text(_blocks("yaml-file")[0])
+    mission = with_requirements(load_text(MISSION), [file])
+    assert [one.name for one in mission.requirements][-1] == "is slow"
+    assert len(mission.requirements) == 6
 
 
 @pytest.mark.parametrize("form", _blocks("yaml-requirement"))
