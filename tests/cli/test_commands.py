@@ -75,6 +75,21 @@ def test_a_failed_mission_exits_with_1(mission: Any, capsys: pytest.CaptureFixtu
     assert "m: failure: 'turn' rejected" in capsys.readouterr().out
 
 
+def test_a_violated_requirement_exits_with_1(
+    mission: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Also where the mission itself succeeds; it is said at once, and at the end."""
+    file = tmp_path / "extra.yaml"
+    file.write_text("requirements:\n  is quick: always speed > 1\n  is slow: always speed < 1\n")
+    assert main(["run", mission(WAIT), "--require", str(file)]) == 1
+    said = capsys.readouterr().out
+    assert said.count("requirement is quick: violated by 1 m/s at 0.05 s") == 2
+    assert "requirement is slow: holds by 1 m/s" in said
+    assert main(["run", mission(WAIT), "--require", str(file), "--json"]) == 1
+    told = json.loads(capsys.readouterr().out)
+    assert [one["verdict"] for one in told["requirements"]] == ["violated", "holds"]
+
+
 @pytest.mark.parametrize("command", ["check", "run"])
 def test_bad_input_exits_with_2_and_points_at_it(
     mission: Any, capsys: pytest.CaptureFixture[str], command: str
