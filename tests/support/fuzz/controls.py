@@ -249,9 +249,11 @@ class Play:
         (told,) = service._set_parameters_callback(asked, SetParameters.Response()).results
         serialize_message(told)
         if told.successful:
-            kept = node._parameters.get(name)
+            # rclpy takes a parameter without a name that nobody has declared; nobody reads it.
+            kept = node._parameters[name] if name in before else None
             is_number = kept is None or kept.value == kept.value
             assert is_number, f"{name} is no number"
+            node._parameters.clear()
             node._parameters.update(before)
         else:
             assert told.reason, "a parameter is refused without words"
