@@ -247,8 +247,12 @@ def test_virtual_time_does_not_flood_a_watcher(ros: Any, monkeypatch: pytest.Mon
     monkeypatch.setattr(snapshot_streams, "SHORTEST_S", 1e6)
     text = "mission: m\ntree:\n  sequence:\n" + "    - wait: 0.1\n" * 30
     node = ros.mission(text, has_controls=True)
+    node.executive.pause("held")  # until the stream is matched, which takes time of the wall
     watcher = TreeWatcher(ros)
+    ros.until(lambda: watcher.snapshots)
+    node.executive.resume()
     ros.until(lambda: node.is_done)
+    ros.until(lambda: len(watcher.snapshots) > 1)
     ros.run(0.2)
     assert len(watcher.snapshots) == 2
     assert watcher.newest.changed
