@@ -154,14 +154,18 @@ def hide_library(excinfo: pytest.ExceptionInfo[BaseException]) -> None:
 
 
 def escape_error(report: pytest.TestReport) -> None:
-    """Escape the message of an error, which may quote what a server or a mission says."""
+    """Escape the message of an error, which may quote what a server or a mission says.
+
+    Its further lines are indented: where ``CI`` is set, pytest prints them all in the summary, and
+    none is to pass for a line of its own.
+    """
     for traceback, crash, _ in getattr(report.longrepr, "chain", ()):
         for entry in traceback.reprentries:
             entry.lines = [
                 escape_uncoloured(line) if line.startswith("E") else line for line in entry.lines
             ]
         if crash is not None:
-            crash.message = escape_lines(crash.message)
+            crash.message = escape_lines(crash.message).replace("\n", "\n  ")
 
 
 def _without_library(entry: TracebackType | None) -> TracebackType | None:

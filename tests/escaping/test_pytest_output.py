@@ -22,9 +22,13 @@ def test_compares(stage):
 """
 
 
-@pytest.fixture
-def shown(pytester: pytest.Pytester):
-    """Run the tests above; gives what they print."""
+@pytest.fixture(params=["CI", "no CI"])
+def shown(request: pytest.FixtureRequest, pytester: pytest.Pytester, monkeypatch):
+    """Run the tests above; gives what they print. Under CI pytest shortens nothing."""
+    monkeypatch.delenv("BUILD_NUMBER", raising=False)
+    monkeypatch.delenv("CI", raising=False)
+    if request.param == "CI":
+        monkeypatch.setenv("CI", "1")
 
     def run() -> str:
         pytester.makepyfile(test_a=TESTS)
