@@ -27,7 +27,7 @@ from bt_mission.cli.exits import (
     SUCCESS,
 )
 from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.testing.errors import ScenarioError
+from bt_mission.faults.errors import ScenarioError
 from bt_mission.testing.live_graph import READY, LiveGraph, Process
 
 FIGURE_S = 0.5

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 from bt_mission.core.lazy import lazy_names
 
 if TYPE_CHECKING:
-    from bt_mission.testing.errors import ScenarioError
-    from bt_mission.testing.faults import FaultInstance, Faults
+    from bt_mission.faults import FaultInstance, Faults
+    from bt_mission.faults.errors import ScenarioError
     from bt_mission.testing.history import GoalLife, Recorded
     from bt_mission.testing.live_graph import LiveGraph, Process
     from bt_mission.testing.moment import Moment, NodeView
@@ -40,8 +40,8 @@ __all__ = [
 __getattr__ = lazy_names(
     __name__,
     {
-        "FaultInstance": "bt_mission.testing.faults",
-        "Faults": "bt_mission.testing.faults",
+        "FaultInstance": "bt_mission.faults",
+        "Faults": "bt_mission.faults",
         "GoalLife": "bt_mission.testing.history",
         "LiveGraph": "bt_mission.testing.live_graph",
         "Moment": "bt_mission.testing.moment",
@@ -50,7 +50,7 @@ __getattr__ = lazy_names(
         "Process": "bt_mission.testing.live_graph",
         "Recorded": "bt_mission.testing.history",
         "Run": "bt_mission.testing.run",
-        "ScenarioError": "bt_mission.testing.errors",
+        "ScenarioError": "bt_mission.faults.errors",
         "ScriptedGoal": "bt_mission.testing.scripted_server",
         "ScriptedServer": "bt_mission.testing.scripted_server",
         "Stages": "bt_mission.testing.stages",

@@ -12,9 +12,10 @@ from itertools import takewhile
 from typing import Any
 
 from bt_mission.core.errors import described
+from bt_mission.faults.errors import ScenarioError
 from bt_mission.requirements.monitor import RequirementResult
 from bt_mission.sessions.stage import Stage
-from bt_mission.testing.errors import RequirementResults, ScenarioError
+from bt_mission.testing.errors import RequirementResults
 from bt_mission.testing.moment import AttributeRecorder, Condition, Moment
 
 READ = 6

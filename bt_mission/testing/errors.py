@@ -1,15 +1,10 @@
-"""What goes wrong by a mistake of a test."""
+"""What tests ask for by names that are none."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from bt_mission.core.diagnostics import did_you_mean, listed
-from bt_mission.core.errors import BtMissionError
-
-
-class ScenarioError(BtMissionError):
-    """A test asks for something that is not there."""
+from bt_mission.faults.errors import ScenarioError, no_such
 
 
 class UnknownVariableError(ScenarioError, KeyError):
@@ -32,10 +27,3 @@ class RequirementResults(dict[str, Any]):
 
     def __missing__(self, name: str) -> Any:
         raise no_such("requirement", name, list(self))
-
-
-def no_such(what: str, name: str, valid: list[str]) -> ScenarioError:
-    """The error for a name that is none, with those that are."""
-    near = did_you_mean(name, valid)
-    hint = f"; {near}" if near else ""
-    return ScenarioError(f"there is no {what} '{name}', but: {listed(valid)}{hint}")

@@ -12,14 +12,14 @@ from rclpy.node import Node
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.text import escape_control
 from bt_mission.executive.report import Report, report_on
+from bt_mission.faults import FaultInstance
+from bt_mission.faults.errors import ScenarioError, no_such
 from bt_mission.language.mission import Mission
 from bt_mission.ros.subscriber import LatestMessageSubscriber
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import StageOptions
 from bt_mission.testing.assertions import Assertions, holds
-from bt_mission.testing.errors import ScenarioError, no_such
 from bt_mission.testing.failure_recording import FailureRecording
-from bt_mission.testing.faults import FaultInstance
 from bt_mission.testing.history import GoalLife, History, Pose, Recorded
 from bt_mission.testing.moment import Condition, Moment
 

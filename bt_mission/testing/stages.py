@@ -16,13 +16,13 @@ from rclpy.node import Node
 from bt_mission.core.dds.discovery import isolate
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.files import find
+from bt_mission.faults import Faults
+from bt_mission.faults.errors import ScenarioError, no_such
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.mission import Mission
 from bt_mission.sessions.check import examine, examine_text
-from bt_mission.testing.errors import ScenarioError, no_such
 from bt_mission.testing.failure_recording import FailureRecording
-from bt_mission.testing.faults import Faults
 from bt_mission.testing.options import MOST_RUNS
 from bt_mission.testing.run import Run
 from bt_mission.testing.scripted_server import ScriptedServer

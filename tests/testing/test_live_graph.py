@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from bt_mission.testing.errors import ScenarioError
+from bt_mission.faults.errors import ScenarioError
 from bt_mission.testing.live_graph import DOMAINS, own_domain
 
 TURN = """

@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from bt_mission.testing.errors import ScenarioError
+from bt_mission.faults.errors import ScenarioError
 from bt_mission.testing.live_graph import Process
 
 pytestmark = pytest.mark.process

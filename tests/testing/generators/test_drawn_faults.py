@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from bt_mission.testing.faults import Faults
-from bt_mission.testing.faults.fault import Fault
+from bt_mission.faults import Faults
+from bt_mission.faults.fault import Fault
 from bt_mission.testing.generators.draws import SeededDraws
 from bt_mission.testing.generators.faults import DRAWN, GRAPH_FAULTS, IN_LEAVES, drawn_faults
 from bt_mission.testing.stages import Stages

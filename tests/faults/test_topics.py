@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bt_mission.testing.errors import ScenarioError
+from bt_mission.faults.errors import ScenarioError
 from bt_mission.testing.run import NeverHeldError
 
 WAITS = "mission: waits\ntree: {wait: 2}\n"

@@ -8,16 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from copy import deepcopy
-from typing import Any
+from typing import Any, Literal
 
 from action_msgs.srv import CancelGoal
 from unique_identifier_msgs.msg import UUID
 
-from bt_mission.goals.goal import Goal
-from bt_mission.testing.errors import ScenarioError
-from bt_mission.testing.faults.corruptions import changed_by
-from bt_mission.testing.faults.fault import Begin, Fates, FaultInstance, Tap
-from bt_mission.testing.faults.maker import (
+from bt_mission.faults.corruptions import ReadyMadeName, changed_by
+from bt_mission.faults.errors import ScenarioError
+from bt_mission.faults.fault import Begin, Fates, FaultInstance, Tap
+from bt_mission.faults.maker import (
     Maker,
     for_first,
     later,
@@ -26,6 +25,8 @@ from bt_mission.testing.faults.maker import (
     nanoseconds,
     repeated,
 )
+from bt_mission.faults.parameters import ActionText, Seconds
+from bt_mission.goals.goal import Goal
 from bt_mission.virtual_time import ACTION_PARTS, Answer, Delivery, Gate, Passing, Side
 
 PARTS = ("goal", "cancel", "result")
@@ -42,7 +43,7 @@ class GoalFaults(Maker):
 
     @makes_fault
     def reject_goals(
-        self, action: str, goals: int | None = None, *, lasting: float | None = None
+        self, action: ActionText, goals: int | None = None, *, lasting: Seconds | None = None
     ) -> Begin:
         """Reject the next goals."""
         reject = for_first("reject_goals", goals, lambda fault, _: (fault.kept["rejection"],))
@@ -56,7 +57,7 @@ class GoalFaults(Maker):
 
     @makes_fault
     def ignore_goals(
-        self, action: str, goals: int | None = None, *, lasting: float | None = None
+        self, action: ActionText, goals: int | None = None, *, lasting: Seconds | None = None
     ) -> Begin:
         """Lose goals before the server hears of them: it never answers, and does nothing."""
         tap = for_first("ignore_goals", goals, lost)
@@ -64,7 +65,7 @@ class GoalFaults(Maker):
 
     @makes_fault
     def drop_answers(
-        self, action: str, goals: int | None = None, *, lasting: float | None = None
+        self, action: ActionText, goals: int | None = None, *, lasting: Seconds | None = None
     ) -> Begin:
         """Lose the answers to goals: the server carries them out, and nobody knows of it."""
         tap = for_first("drop_answers", goals, lost)
@@ -72,7 +73,12 @@ class GoalFaults(Maker):
 
     @makes_fault
     def delay_answers(
-        self, action: str, by: float, goals: int | None = None, *, lasting: float | None = None
+        self,
+        action: ActionText,
+        by: Seconds,
+        goals: int | None = None,
+        *,
+        lasting: Seconds | None = None,
     ) -> Begin:
         """Deliver the answers to goals late; meanwhile the server carries them out."""
         tap = for_first("delay_answers", goals, later("delay_answers", by))
@@ -81,11 +87,11 @@ class GoalFaults(Maker):
     @makes_fault
     def answer_after_halt(
         self,
-        action: str,
+        action: ActionText,
         *,
-        after: float = 0.0,
-        at_most: float | None = None,
-        lasting: float | None = None,
+        after: Seconds = 0.0,
+        at_most: Seconds | None = None,
+        lasting: Seconds | None = None,
     ) -> Begin:
         """Hold the answer to a goal back until the client no longer wants the goal.
 
@@ -126,12 +132,12 @@ class GoalFaults(Maker):
     @makes_fault
     def repeat_answers(
         self,
-        action: str,
-        part: str = "goal",
+        action: ActionText,
+        part: Literal["goal", "cancel", "result"] = "goal",
         *,
         times: int = 2,
-        after: float = 0.0,
-        lasting: float | None = None,
+        after: Seconds = 0.0,
+        lasting: Seconds | None = None,
     ) -> Begin:
         """Answer more than once.
 
@@ -148,7 +154,12 @@ class GoalFaults(Maker):
 
     @makes_fault
     def delay_results(
-        self, action: str, by: float, goals: int | None = None, *, lasting: float | None = None
+        self,
+        action: ActionText,
+        by: Seconds,
+        goals: int | None = None,
+        *,
+        lasting: Seconds | None = None,
     ) -> Begin:
         """Deliver results late: the server has ended the goal, the client waits."""
         tap = for_first("delay_results", goals, later("delay_results", by))
@@ -156,7 +167,7 @@ class GoalFaults(Maker):
 
     @makes_fault
     def drop_results(
-        self, action: str, goals: int | None = None, *, lasting: float | None = None
+        self, action: ActionText, goals: int | None = None, *, lasting: Seconds | None = None
     ) -> Begin:
         """Lose results for ever."""
         tap = for_first("drop_results", goals, lost)
@@ -164,7 +175,7 @@ class GoalFaults(Maker):
 
     @makes_fault
     def refuse_cancels(
-        self, action: str, times: int | None = None, *, lasting: float | None = None
+        self, action: ActionText, times: int | None = None, *, lasting: Seconds | None = None
     ) -> Begin:
         """Refuse requests to cancel; the server does not hear of them.
 
@@ -177,7 +188,7 @@ class GoalFaults(Maker):
 
     @makes_fault
     def ignore_cancels(
-        self, action: str, times: int | None = None, *, lasting: float | None = None
+        self, action: ActionText, times: int | None = None, *, lasting: Seconds | None = None
     ) -> Begin:
         """Lose requests to cancel: the server goes on, and does not answer.
 
@@ -188,7 +199,9 @@ class GoalFaults(Maker):
         return tap_parts(action, tap, ("cancel", Side.REQUEST))
 
     @makes_fault
-    def slow_server(self, action: str, by: float, *, lasting: float | None = None) -> Begin:
+    def slow_server(
+        self, action: ActionText, by: Seconds, *, lasting: Seconds | None = None
+    ) -> Begin:
         """Have everything take so many seconds that an action server gets or sends.
 
         Args:
@@ -200,17 +213,19 @@ class GoalFaults(Maker):
     # ---- feedback ------------------------------------------------------------------------
 
     @makes_fault
-    def silence_feedback(self, action: str, *, lasting: float | None = None) -> Begin:
+    def silence_feedback(self, action: ActionText, *, lasting: Seconds | None = None) -> Begin:
         """Lose all feedback."""
         return _feedback(action, lost)
 
     @makes_fault
-    def delay_feedback(self, action: str, by: float, *, lasting: float | None = None) -> Begin:
+    def delay_feedback(
+        self, action: ActionText, by: Seconds, *, lasting: Seconds | None = None
+    ) -> Begin:
         """Deliver feedback late, after the end of its goal, too."""
         return _feedback(action, later("delay_feedback", by))
 
     @makes_fault
-    def freeze_feedback(self, action: str, *, lasting: float | None = None) -> Begin:
+    def freeze_feedback(self, action: ActionText, *, lasting: Seconds | None = None) -> Begin:
         """Send stale feedback: each goal's first again and again, instead of what comes after."""
 
         def freeze(fault: FaultInstance, passing: Passing) -> Fates:
@@ -221,7 +236,7 @@ class GoalFaults(Maker):
 
     @makes_fault
     def forge_feedback(
-        self, action: str, *, instead: bool = False, lasting: float | None = None
+        self, action: ActionText, *, instead: bool = False, lasting: Seconds | None = None
     ) -> Begin:
         """Send feedback of another goal, with numbers that are none.
 
@@ -247,11 +262,11 @@ class GoalFaults(Maker):
     @makes_fault
     def corrupt_feedback(
         self,
-        action: str,
-        how: str | Callable[[Any], Any] = "nan",
+        action: ActionText,
+        how: ReadyMadeName | Callable[[Any], Any] = "nan",
         *,
         field: str | None = None,
-        lasting: float | None = None,
+        lasting: Seconds | None = None,
     ) -> Begin:
         """Send feedback that is wrong.
 

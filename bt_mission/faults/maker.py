@@ -12,16 +12,37 @@ from typing import Any, Concatenate, ParamSpec, Protocol, TypeVar
 from rclpy.node import Node
 
 from bt_mission.core.errors import BtMissionError
-from bt_mission.testing.errors import ScenarioError
-from bt_mission.testing.faults.fault import Begin, Fates, Fault, FaultInstance, Tap
-from bt_mission.testing.scripted_server import ScriptedServer
+from bt_mission.faults.errors import ScenarioError
+from bt_mission.faults.fault import Begin, Fates, Fault, FaultInstance, Tap
 from bt_mission.virtual_time import Delivery, Passing
+
+
+class PlayedServer(Protocol):
+    """An action server that a test plays."""
+
+    goals: list[Any]
+
+    @property
+    def goal(self) -> Any:
+        """Its newest goal."""
+
+    @property
+    def node(self) -> Node:
+        """Owns its services and topics."""
+
+    def forget(self) -> None:
+        """Know nothing of its goals any more."""
+
+    def offer(self, node: Node, /) -> None:
+        """Offer the action by another node."""
 
 
 class FaultStages(Protocol):
     """The stages for which faults are made."""
 
-    scripted: dict[str, ScriptedServer]
+    @property
+    def scripted(self) -> Mapping[str, PlayedServer]:
+        """The servers that a test plays, by the full names of their actions."""
 
     def node(self, name: str) -> Node:
         """Return a node of the test's own."""
@@ -57,7 +78,7 @@ def makes_fault(method: Callable[Concatenate[M, P], Begin]) -> Callable[Concaten
             raise ScenarioError(f"{what}: expected lasting above 0 s, got {lasting!r}")
         return Fault(what, _told(signature, given), begin, lasting)
 
-    make.__annotations__["return"] = Fault.__name__
+    make.__annotations__ = {**method.__annotations__, "return": Fault.__name__}
     return make
 
 

@@ -6,12 +6,22 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from bt_mission.testing.errors import ScenarioError, no_such
-from bt_mission.testing.faults.fault import Begin, FaultInstance
-from bt_mission.testing.faults.maker import Maker, makes_fault, mistakes_of_test
+from bt_mission.faults.errors import ScenarioError, no_such
+from bt_mission.faults.fault import Begin, FaultInstance
+from bt_mission.faults.maker import Maker, makes_fault, mistakes_of_test
+from bt_mission.faults.parameters import (
+    Degrees,
+    DegreesPerSecond,
+    Metres,
+    MetresPerSecond,
+    NewtonMetres,
+    Newtons,
+    RadiansPerSecond,
+    Seconds,
+)
 
 Side = Literal["left", "right", "both"]
-Pair = tuple[float, float]
+Sector = tuple[Degrees, Degrees]
 
 
 class RobotFaults(Maker):
@@ -25,18 +35,18 @@ class RobotFaults(Maker):
     # ---- sensors -------------------------------------------------------------------------
 
     @makes_fault
-    def lidar_noise(self, sigma: float, *, lasting: float | None = None) -> Begin:
+    def lidar_noise(self, sigma: Metres, *, lasting: Seconds | None = None) -> Begin:
         """Add normal noise of so many metres (1 sigma) to every distance, on top of its own."""
         return _broken("lidar", noise=sigma)
 
     @makes_fault
-    def lidar_bias(self, metres: float, *, lasting: float | None = None) -> Begin:
+    def lidar_bias(self, metres: Metres, *, lasting: Seconds | None = None) -> Begin:
         """Add the same to every distance."""
         return _broken("lidar", bias=metres)
 
     @makes_fault
     def lidar_blind(
-        self, *sectors: Pair, share: float = 0.0, lasting: float | None = None
+        self, *sectors: Sector, share: float = 0.0, lasting: Seconds | None = None
     ) -> Begin:
         """Lose rays, as where there is nothing.
 
@@ -55,12 +65,12 @@ class RobotFaults(Maker):
         return _broken("lidar", **changes)
 
     @makes_fault
-    def lidar_frozen(self, *, lasting: float | None = None) -> Begin:
+    def lidar_frozen(self, *, lasting: Seconds | None = None) -> Begin:
         """Repeat the last scan with fresh stamps."""
         return _broken("lidar", frozen=True)
 
     @makes_fault
-    def lidar_dead(self, *, lasting: float | None = None) -> Begin:
+    def lidar_dead(self, *, lasting: Seconds | None = None) -> Begin:
         """Publish no scans."""
         return _broken("lidar", dead=True)
 
@@ -71,7 +81,7 @@ class RobotFaults(Maker):
         left_radius: float = 0.0,
         right_radius: float = 0.0,
         separation: float = 0.0,
-        lasting: float | None = None,
+        lasting: Seconds | None = None,
     ) -> Begin:
         """Reckon with wrong figures, each by its relative error: 0.1 is a tenth too large."""
         given = {"left_radius": left_radius, "right_radius": right_radius, "separation": separation}
@@ -82,50 +92,56 @@ class RobotFaults(Maker):
 
     @makes_fault
     def odometry_drift(
-        self, ahead: float = 0.0, *, turn: float = 0.0, lasting: float | None = None
+        self,
+        ahead: MetresPerSecond = 0.0,
+        *,
+        turn: DegreesPerSecond = 0.0,
+        lasting: Seconds | None = None,
     ) -> Begin:
         """Reckon with a motion that is none: m/s ahead, deg/s to the left."""
         return _broken("odometry", drift=ahead, turn_drift=turn)
 
     @makes_fault
-    def odometry_dead(self, *, lasting: float | None = None) -> Begin:
+    def odometry_dead(self, *, lasting: Seconds | None = None) -> Begin:
         """Publish no odometry, nor the transforms that come from it."""
         return _broken("odometry", dead=True)
 
     @makes_fault
-    def imu_dead(self, *, lasting: float | None = None) -> Begin:
+    def imu_dead(self, *, lasting: Seconds | None = None) -> Begin:
         """Publish nothing of the IMU."""
         return _broken("imu", dead=True)
 
     @makes_fault
-    def joints_dead(self, *, lasting: float | None = None) -> Begin:
+    def joints_dead(self, *, lasting: Seconds | None = None) -> Begin:
         """Publish no joint states; odometry goes on."""
         return _broken("joints", dead=True)
 
     @makes_fault
-    def camera_noise(self, sigma: float, *, lasting: float | None = None) -> Begin:
+    def camera_noise(self, sigma: float, *, lasting: Seconds | None = None) -> Begin:
         """Add normal noise to each channel of each pixel, 1 sigma as a share of full scale."""
         return _broken("camera", noise=sigma)
 
     @makes_fault
-    def camera_black(self, *, lasting: float | None = None) -> Begin:
+    def camera_black(self, *, lasting: Seconds | None = None) -> Begin:
         """Show nothing but black."""
         return _broken("camera", black=True)
 
     @makes_fault
-    def camera_frozen(self, *, lasting: float | None = None) -> Begin:
+    def camera_frozen(self, *, lasting: Seconds | None = None) -> Begin:
         """Repeat the last picture with fresh stamps."""
         return _broken("camera", frozen=True)
 
     @makes_fault
-    def camera_dead(self, *, lasting: float | None = None) -> Begin:
+    def camera_dead(self, *, lasting: Seconds | None = None) -> Begin:
         """Publish no pictures."""
         return _broken("camera", dead=True)
 
     # ---- wheels and motors ---------------------------------------------------------------
 
     @makes_fault
-    def slip_wheel(self, wheel: Side, grip: float = 0.05, *, lasting: float | None = None) -> Begin:
+    def slip_wheel(
+        self, wheel: Side, grip: float = 0.05, *, lasting: Seconds | None = None
+    ) -> Begin:
         """Let a wheel slip.
 
         Args:
@@ -135,13 +151,13 @@ class RobotFaults(Maker):
         return _broken("wheels", **{f"{side}_grip": grip for side in _sides("slip_wheel", wheel)})
 
     @makes_fault
-    def block_wheel(self, wheel: Side, *, lasting: float | None = None) -> Begin:
+    def block_wheel(self, wheel: Side, *, lasting: Seconds | None = None) -> Begin:
         """Block a wheel: left, right or both."""
         sides = _sides("block_wheel", wheel)
         return _broken("wheels", **{f"{side}_blocked": True for side in sides})
 
     @makes_fault
-    def motors_off(self, *, lasting: float | None = None) -> Begin:
+    def motors_off(self, *, lasting: Seconds | None = None) -> Begin:
         """Take the motors' power; the base rolls to rest."""
 
         def begin(fault: FaultInstance) -> None:
@@ -160,7 +176,12 @@ class RobotFaults(Maker):
 
     @makes_fault
     def push(
-        self, ahead: float = 0.0, left: float = 0.0, *, seconds: float = 0.2, torque: float = 0.0
+        self,
+        ahead: Newtons = 0.0,
+        left: Newtons = 0.0,
+        *,
+        seconds: Seconds = 0.2,
+        torque: NewtonMetres = 0.0,
     ) -> Begin:
         """Push the base at its centre of mass; it stands against 6 N.
 
@@ -172,7 +193,13 @@ class RobotFaults(Maker):
         return _at_once(lambda robot: robot.push((ahead, left), seconds, torque=torque))
 
     @makes_fault
-    def shove(self, ahead: float = 0.0, left: float = 0.0, *, turn: float = 0.0) -> Begin:
+    def shove(
+        self,
+        ahead: MetresPerSecond = 0.0,
+        left: MetresPerSecond = 0.0,
+        *,
+        turn: RadiansPerSecond = 0.0,
+    ) -> Begin:
         """Give the base a velocity at once, m/s, and a turn rate, rad/s to the left."""
         return _at_once(lambda robot: robot.shove((ahead, left), turn=turn))
 

@@ -1,4 +1,4 @@
-"""What a fault is: an action of a test that goes on for a while, and can be ended."""
+"""What a fault is: an action on a run that goes on for a while, and can be ended."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from py_trees.behaviour import Behaviour
 from rclpy.action import get_action_server_names_and_types_by_node
 from rclpy.node import Node
 
+from bt_mission.core.stamps import NS
+from bt_mission.faults.errors import ScenarioError, no_such
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.mission import Mission
 from bt_mission.ros.interface_types import action_type
 from bt_mission.sessions.stage import Stage
-from bt_mission.testing.errors import ScenarioError, no_such
-from bt_mission.testing.history import History
 from bt_mission.virtual_time import Answer, Delivery, Passing, Side
 
 Fates = Iterable[Delivery | Answer]
@@ -35,7 +35,6 @@ class FaultTarget(Protocol):
 
     mission: Mission
     stage: Stage
-    history: History
     faults: list[FaultInstance]
 
     def find(self, name: str) -> Behaviour:
@@ -121,6 +120,16 @@ class FaultInstance:
         self._calls = 0
         self._passed: dict[str, tuple[int, int]] = {}
 
+    @property
+    def began_s(self) -> float:
+        """When it began, s of virtual time since the start."""
+        return (self.began_ns - self.run.stage.start_ns) / NS
+
+    @property
+    def ended_s(self) -> float | None:
+        """When it ended; None while it goes on."""
+        return None if self.ended_ns is None else (self.ended_ns - self.run.stage.start_ns) / NS
+
     # ---- its life ------------------------------------------------------------------------
 
     def goes_on_in(self, run: FaultTarget) -> bool:
@@ -151,12 +160,12 @@ class FaultInstance:
             self._record("ends")
 
     def __str__(self) -> str:
-        begin = f"{self.run.history.seconds(self.began_ns):.2f} s"
+        begin = f"{self.began_s:.2f} s"
         if not self._is_lasting:
             return f"{self.fault!r} at {begin}"
         if self.ended_ns is None:
             return f"{self.fault!r} from {begin} on"
-        return f"{self.fault!r} from {begin} to {self.run.history.seconds(self.ended_ns):.2f} s"
+        return f"{self.fault!r} from {begin} to {self.ended_s:.2f} s"
 
     def _record(self, state: str) -> None:
         stage = self.run.stage

@@ -6,11 +6,12 @@ import math
 from itertools import count
 from typing import Any
 
-from bt_mission.testing.errors import ScenarioError, no_such
-from bt_mission.testing.faults.fault import Begin, Fault, FaultInstance
-from bt_mission.testing.faults.maker import Maker, makes_fault, mistakes_of_test
+from bt_mission.faults.errors import ScenarioError, no_such
+from bt_mission.faults.fault import Begin, Fault, FaultInstance
+from bt_mission.faults.maker import Maker, makes_fault, mistakes_of_test
+from bt_mission.faults.parameters import Degrees, Metres, MetresPerSecond, Place, Seconds
 
-Place = tuple[float | None, float, tuple[float, float] | None]
+Whereabouts = tuple[float | None, float, tuple[float, float] | None]
 """Ahead and left of the robot, or at a place of the map, m."""
 
 BOX = (0.2, 0.2, 0.3)
@@ -27,15 +28,15 @@ class WorldFaults(Maker):
     @makes_fault
     def spawn_box(
         self,
-        ahead: float | None = None,
-        left: float = 0.0,
+        ahead: Metres | None = None,
+        left: Metres = 0.0,
         *,
-        at: tuple[float, float] | None = None,
+        at: Place | None = None,
         name: str = "box",
-        yaw: float = 0.0,
-        size: tuple[float, float, float] = BOX,
+        yaw: Degrees = 0.0,
+        size: tuple[Metres, Metres, Metres] = BOX,
         even_into_the_robot: bool = False,
-        lasting: float | None = None,
+        lasting: Seconds | None = None,
     ) -> Begin:
         """Have a box appear; it vanishes when the fault ends.
 
@@ -50,15 +51,15 @@ class WorldFaults(Maker):
     @makes_fault
     def spawn_cylinder(
         self,
-        ahead: float | None = None,
-        left: float = 0.0,
+        ahead: Metres | None = None,
+        left: Metres = 0.0,
         *,
-        at: tuple[float, float] | None = None,
+        at: Place | None = None,
         name: str = "cylinder",
-        radius: float = 0.1,
-        height: float = 0.5,
+        radius: Metres = 0.1,
+        height: Metres = 0.5,
         even_into_the_robot: bool = False,
-        lasting: float | None = None,
+        lasting: Seconds | None = None,
     ) -> Begin:
         """Have a cylinder appear; it vanishes when the fault ends."""
         shape = {"radius": radius, "height": height, "even_into_the_robot": even_into_the_robot}
@@ -68,11 +69,11 @@ class WorldFaults(Maker):
     def move_box(
         self,
         box: Fault | str = "box",
-        ahead: float | None = None,
-        left: float = 0.0,
+        ahead: Metres | None = None,
+        left: Metres = 0.0,
         *,
-        at: tuple[float, float] | None = None,
-        speed: float = 0.5,
+        at: Place | None = None,
+        speed: MetresPerSecond = 0.5,
     ) -> Begin:
         """Have an obstacle go somewhere, straight, whatever stands in its way.
 
@@ -101,7 +102,7 @@ class WorldFaults(Maker):
         return begin
 
 
-def _spawn(what: str, place: Place, shape: dict[str, Any], name: str) -> Begin:
+def _spawn(what: str, place: Whereabouts, shape: dict[str, Any], name: str) -> Begin:
     """Give what has an obstacle appear, which vanishes at the end."""
     ahead, _, at = place
     if (ahead is None) == (at is None):
@@ -118,7 +119,7 @@ def _spawn(what: str, place: Place, shape: dict[str, Any], name: str) -> Begin:
     return begin
 
 
-def _place(fault: FaultInstance, place: Place) -> tuple[float, float, float]:
+def _place(fault: FaultInstance, place: Whereabouts) -> tuple[float, float, float]:
     """Return a place in the map, m, and the direction that it counts yaw from, rad."""
     ahead, left, at = place
     if at is not None:

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from bt_mission.testing.errors import ScenarioError
+from bt_mission.faults.errors import ScenarioError
 
 SERVICE = """
 mission: m

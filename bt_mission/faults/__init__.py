@@ -1,7 +1,8 @@
-"""What can be broken on purpose: the faults of a stage, ``stage.faults``.
+"""What can be broken on purpose: faults of the robot, its servers, its topics and its world.
 
-- ``fault``: :class:`Fault`, an action of a test that goes on for a while
-- ``maker``: how a fault is declared, and what it makes of what passes
+- ``fault``: :class:`Fault`, an action on a run that goes on for a while
+- ``maker``, ``parameters``: how a fault is declared, and what it makes of what passes
+- ``table``: every fault with what it takes, for files, texts and documentation
 - ``topics``, ``corruptions``: messages on their way between nodes
 - ``goals``: what passes between an action server and its clients
 - ``servers``: servers that abort, die or fail
@@ -12,16 +13,17 @@
 
 from __future__ import annotations
 
-from bt_mission.testing.faults.clock import ClockFaults
-from bt_mission.testing.faults.fault import Fault, FaultInstance, FaultTarget
-from bt_mission.testing.faults.goals import GoalFaults
-from bt_mission.testing.faults.raising import CodeFaults
-from bt_mission.testing.faults.robot import RobotFaults
-from bt_mission.testing.faults.servers import ServerFaults
-from bt_mission.testing.faults.topics import TopicFaults
-from bt_mission.testing.faults.world import WorldFaults
+from bt_mission.faults.clock import ClockFaults
+from bt_mission.faults.fault import Fault, FaultInstance, FaultTarget
+from bt_mission.faults.goals import GoalFaults
+from bt_mission.faults.raising import CodeFaults
+from bt_mission.faults.robot import RobotFaults
+from bt_mission.faults.servers import ServerFaults
+from bt_mission.faults.table import fault_kinds
+from bt_mission.faults.topics import TopicFaults
+from bt_mission.faults.world import WorldFaults
 
-__all__ = ["Fault", "FaultInstance", "Faults"]
+__all__ = ["FAULTS", "Fault", "FaultInstance", "Faults"]
 
 
 class Faults(
@@ -47,3 +49,7 @@ class Faults(
         """End every fault that goes on; an action, too."""
         for fault in run.faults:
             fault.end()
+
+
+FAULTS = fault_kinds(Faults)
+"""Every fault that can be written down, by its name."""

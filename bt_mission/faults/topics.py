@@ -6,10 +6,10 @@ from collections.abc import Callable
 from copy import deepcopy
 from typing import Any
 
-from bt_mission.testing.errors import ScenarioError
-from bt_mission.testing.faults.corruptions import changed_by, restamp
-from bt_mission.testing.faults.fault import Begin, Fates, FaultInstance, Tap
-from bt_mission.testing.faults.maker import (
+from bt_mission.faults.corruptions import ReadyMadeName, changed_by, restamp
+from bt_mission.faults.errors import ScenarioError
+from bt_mission.faults.fault import Begin, Fates, FaultInstance, Tap
+from bt_mission.faults.maker import (
     Maker,
     check_share,
     for_share,
@@ -19,6 +19,7 @@ from bt_mission.testing.faults.maker import (
     passed,
     repeated,
 )
+from bt_mission.faults.parameters import NodeName, Seconds, TopicName
 from bt_mission.virtual_time import Delivery, Passing, Side
 
 
@@ -36,12 +37,12 @@ class TopicFaults(Maker):
     @makes_fault
     def drop(
         self,
-        topic: str,
+        topic: TopicName,
         *,
         share: float = 1.0,
         every: int | None = None,
-        receiver: str | None = None,
-        lasting: float | None = None,
+        receiver: NodeName | None = None,
+        lasting: Seconds | None = None,
     ) -> Begin:
         """Lose messages.
 
@@ -64,13 +65,13 @@ class TopicFaults(Maker):
     @makes_fault
     def delay(
         self,
-        topic: str,
-        by: float,
+        topic: TopicName,
+        by: Seconds,
         *,
-        jitter: float = 0.0,
+        jitter: Seconds = 0.0,
         in_order: bool = True,
-        receiver: str | None = None,
-        lasting: float | None = None,
+        receiver: NodeName | None = None,
+        lasting: Seconds | None = None,
     ) -> Begin:
         """Deliver messages late.
 
@@ -110,13 +111,13 @@ class TopicFaults(Maker):
     @makes_fault
     def duplicate(
         self,
-        topic: str,
+        topic: TopicName,
         *,
         times: int = 2,
-        after: float = 0.0,
+        after: Seconds = 0.0,
         share: float = 1.0,
-        receiver: str | None = None,
-        lasting: float | None = None,
+        receiver: NodeName | None = None,
+        lasting: Seconds | None = None,
     ) -> Begin:
         """Deliver messages more than once.
 
@@ -131,11 +132,11 @@ class TopicFaults(Maker):
     @makes_fault
     def freeze(
         self,
-        topic: str,
+        topic: TopicName,
         *,
         fresh_stamps: bool = False,
-        receiver: str | None = None,
-        lasting: float | None = None,
+        receiver: NodeName | None = None,
+        lasting: Seconds | None = None,
     ) -> Begin:
         """Deliver one message again and again: the first that comes, instead of all after it.
 
@@ -155,13 +156,13 @@ class TopicFaults(Maker):
     @makes_fault
     def corrupt(
         self,
-        topic: str,
-        how: str | Callable[[Any], Any],
+        topic: TopicName,
+        how: ReadyMadeName | Callable[[Any], Any],
         *,
         field: str | None = None,
         share: float = 1.0,
-        receiver: str | None = None,
-        lasting: float | None = None,
+        receiver: NodeName | None = None,
+        lasting: Seconds | None = None,
     ) -> Begin:
         """Deliver wrong messages.
 

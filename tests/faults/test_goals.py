@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from bt_mission.testing.errors import ScenarioError
+from bt_mission.faults.errors import ScenarioError
 from bt_mission.virtual_time import Delivery, Side
 
 TURN = "mission: m\nworld: empty_arena\ntree: {turn: {angle: 90}, timeout: 5}\n"

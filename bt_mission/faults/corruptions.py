@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 from array import array
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from builtin_interfaces.msg import Duration, Time
 from std_msgs.msg import Header
 
 from bt_mission.core.errors import described
-from bt_mission.testing.errors import ScenarioError, no_such
+from bt_mission.faults.errors import ScenarioError, no_such
+from bt_mission.faults.parameters import OneOf
 
 STAMP_S = 10
 """By so many seconds a wrong stamp is wrong."""
@@ -185,3 +186,6 @@ READY_MADE: dict[str, ReadyMade] = {
     "old stamp": _stamp(-STAMP_S),
     "future stamp": _stamp(STAMP_S),
 }
+
+ReadyMadeName = Annotated[str, OneOf(tuple(READY_MADE))]
+"""The name of a ready-made corruption."""

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from bt_mission.testing.errors import ScenarioError
-from bt_mission.testing.faults.fault import Begin, FaultInstance
-from bt_mission.testing.faults.maker import Maker, makes_fault
+from bt_mission.faults.errors import ScenarioError
+from bt_mission.faults.fault import Begin, FaultInstance
+from bt_mission.faults.maker import Maker, makes_fault
+from bt_mission.faults.parameters import NodeName, Seconds
 
 EXECUTIVE = "bt_mission"
 
@@ -14,7 +15,7 @@ class ClockFaults(Maker):
 
     @makes_fault
     def jump_clock(
-        self, by: float, *, node: str = EXECUTIVE, lasting: float | None = None
+        self, by: Seconds, *, node: NodeName = EXECUTIVE, lasting: Seconds | None = None
     ) -> Begin:
         """Have a node's clock jump, as when a simulator is reset or skips time.
 
@@ -38,7 +39,7 @@ class ClockFaults(Maker):
         return begin
 
     @makes_fault
-    def stop_clock(self, *, node: str = EXECUTIVE, lasting: float | None = None) -> Begin:
+    def stop_clock(self, *, node: NodeName = EXECUTIVE, lasting: Seconds | None = None) -> Begin:
         """Have a node's clock stand still, as when a simulator is paused; then it goes on.
 
         Args:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from bt_mission.behaviours.hooks import Hooked
-from bt_mission.testing.errors import ScenarioError, no_such
-from bt_mission.testing.faults.fault import Begin, Fates, FaultInstance
-from bt_mission.testing.faults.maker import Maker, makes_fault, passed
+from bt_mission.faults.errors import ScenarioError, no_such
+from bt_mission.faults.fault import Begin, Fates, FaultInstance
+from bt_mission.faults.maker import Maker, makes_fault, passed
+from bt_mission.faults.parameters import LeafName, NodeName, Seconds
 from bt_mission.virtual_time import Passing, Side
 
 if TYPE_CHECKING:
@@ -22,12 +23,12 @@ class CodeFaults(Maker):
     @makes_fault
     def raise_in_leaf(
         self,
-        leaf: str,
+        leaf: LeafName,
         error: Exception | None = None,
         *,
-        method: str = "update",
+        method: Literal["initialise", "update", "terminate"] = "update",
         on: int = 1,
-        lasting: float | None = None,
+        lasting: Seconds | None = None,
     ) -> Begin:
         """Raise an exception in a leaf of the tree.
 
@@ -46,7 +47,7 @@ class CodeFaults(Maker):
         def begin(fault: FaultInstance) -> None:
             node = fault.run.find(leaf)
             if node.children:
-                leaves = [one.name for one in fault.run.history.nodes if not one.children]
+                leaves = [one.name for one in fault.run.stage.executive.nodes if not one.children]
                 raise no_such("leaf", leaf, leaves)
             if not isinstance(node, Hooked):
                 raise ScenarioError(
@@ -65,12 +66,12 @@ class CodeFaults(Maker):
     @makes_fault
     def raise_in_callback(
         self,
-        node: str,
+        node: NodeName,
         name: str,
         error: Exception | None = None,
         *,
         on: int = 1,
-        lasting: float | None = None,
+        lasting: Seconds | None = None,
     ) -> Begin:
         """Raise an exception in a callback of a node, which ends the mission on the stage.
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bt_mission.testing.errors import ScenarioError
+from bt_mission.faults.errors import ScenarioError
 
 WAITS = "mission: waits\nworld: empty_arena\ntree: {wait: 1.2}\n"
 DRIVE = """

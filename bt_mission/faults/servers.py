@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, Literal
 
 from bt_mission.core.errors import described
+from bt_mission.faults.errors import ScenarioError, no_such
+from bt_mission.faults.fault import Begin, FaultInstance, Tap
+from bt_mission.faults.maker import Maker, later, lost, makes_fault, mistakes_of_test
+from bt_mission.faults.parameters import ActionText, Seconds, ServiceName
 from bt_mission.ros.interface_types import fill
-from bt_mission.testing.errors import ScenarioError, no_such
-from bt_mission.testing.faults.fault import Begin, FaultInstance, Tap
-from bt_mission.testing.faults.maker import Maker, later, lost, makes_fault, mistakes_of_test
 from bt_mission.virtual_time import Answer, Side
 
 
@@ -20,12 +21,12 @@ class ServerFaults(Maker):
     @makes_fault
     def abort_goal(
         self,
-        action: str,
+        action: ActionText,
         code: int = 0,
         message: str = "",
         *,
         when: Callable[[Any], Any] | None = None,
-        lasting: float | None = None,
+        lasting: Seconds | None = None,
     ) -> Begin:
         """Abort a goal: the one that runs, or else the next.
 
@@ -61,7 +62,7 @@ class ServerFaults(Maker):
         return begin
 
     @makes_fault
-    def kill_server(self, action: str, *, lasting: float | None = None) -> Begin:
+    def kill_server(self, action: ActionText, *, lasting: Seconds | None = None) -> Begin:
         """Have the node that offers an action leave the graph without a word, with all it offers.
 
         At the end of the fault it is back, and knows nothing of the goals before.
@@ -91,12 +92,12 @@ class ServerFaults(Maker):
     @makes_fault
     def raise_in_maneuver(
         self,
-        action: str,
+        action: ActionText,
         error: Exception | None = None,
         *,
-        method: str = "step",
+        method: Literal["step", "feedback", "result"] = "step",
         on: int = 1,
-        lasting: float | None = None,
+        lasting: Seconds | None = None,
     ) -> Begin:
         """Raise an exception in a server of ours, where it carries a goal out.
 
@@ -125,18 +126,20 @@ class ServerFaults(Maker):
     # ---- services --------------------------------------------------------------------------
 
     @makes_fault
-    def delay_service(self, service: str, by: float, *, lasting: float | None = None) -> Begin:
+    def delay_service(
+        self, service: ServiceName, by: Seconds, *, lasting: Seconds | None = None
+    ) -> Begin:
         """Deliver the answers of a service late; it has done its work then."""
         return _service(service, Side.RESPONSE, later("delay_service", by))
 
     @makes_fault
-    def ignore_service(self, service: str, *, lasting: float | None = None) -> Begin:
+    def ignore_service(self, service: ServiceName, *, lasting: Seconds | None = None) -> Begin:
         """Lose requests to a service: it does nothing, and never answers."""
         return _service(service, Side.REQUEST, lost)
 
     @makes_fault
     def fail_service(
-        self, /, service: str, *, lasting: float | None = None, **fields: Any
+        self, /, service: ServiceName, *, lasting: Seconds | None = None, **fields: Any
     ) -> Begin:
         """Answer in a service's place; it does nothing.
 

@@ -1,0 +1,17 @@
+"""What goes wrong by a mistake of a test or a scenario."""
+
+from __future__ import annotations
+
+from bt_mission.core.diagnostics import did_you_mean, listed
+from bt_mission.core.errors import BtMissionError
+
+
+class ScenarioError(BtMissionError):
+    """A test or a scenario asks for something that is not there."""
+
+
+def no_such(what: str, name: str, valid: list[str]) -> ScenarioError:
+    """The error for a name that is none, with those that are."""
+    near = did_you_mean(name, valid)
+    hint = f"; {near}" if near else ""
+    return ScenarioError(f"there is no {what} '{name}', but: {listed(valid)}{hint}")
