@@ -45,6 +45,27 @@ class FaultParameter:
     is_required: bool = False
     by_position: bool = False
     repeats: bool = False
+    is_on: bool = False
+    """Of a flag: whether it is on where it is left out."""
+
+    @property
+    def usage(self) -> str:
+        """How it is written: ``<by s>`` by position, ``[jitter s]`` by its name."""
+        if self.form == "flag":
+            return f"[{self.name} false]" if self.is_on else f"[{self.name}]"
+        value = self.unit or ("N" if self.form in ("number", "integer") else self.name.upper())
+        if self.choices:
+            value = "|".join(f'"{name}"' if " " in name else name for name in self.choices)
+        if self.form == "numbers":
+            value = f"({', '.join([self.unit] * self.count)})"
+        if self.by_position and (self.choices or self.form not in ("number", "integer")):
+            written = value
+        elif self.by_position:
+            written = f"<{self.name} {self.unit}>" if self.unit else f"<{self.name}>"
+        else:
+            written = f"{self.name} {value}"
+        written = written if self.is_required else f"[{written}]"
+        return f"{written}..." if self.repeats else written
 
     @property
     def expected(self) -> str:
@@ -82,19 +103,8 @@ class FaultKind:
 
     @property
     def usage(self) -> str:
-        """How it is written: ``drop TOPIC [share N] [every N]``."""
-        parts = [self.name]
-        for one in self.parameters.values():
-            value = one.name.upper() if one.form == "text" else one.unit or "N"
-            if one.choices:
-                value = "|".join(f'"{name}"' if " " in name else name for name in one.choices)
-            if one.form == "numbers":
-                value = f"({', '.join([value] * one.count)})"
-            if one.by_position:
-                written = value if one.is_required else f"[{value}]"
-                parts.append(f"{written}..." if one.repeats else written)
-            else:
-                parts.append(f"[{one.name}]" if one.form == "flag" else f"[{one.name} {value}]")
+        """How it is written: ``drop TOPIC [share N] [every N] [lasting s]``."""
+        parts = [self.name, *(one.usage for one in self.parameters.values())]
         parts += ["[FIELD=VALUE]..."] if self.takes_fields else []
         parts += ["[lasting s]"] if self.lasts else []
         return " ".join(parts)
@@ -128,6 +138,7 @@ def _kind(method: Callable[..., Any]) -> FaultKind:
                 one.name,
                 text=texts.get(one.name, ""),
                 is_required=one.default is one.empty and one.kind is not one.VAR_POSITIONAL,
+                is_on=one.default is True,
                 by_position=one.kind is not one.KEYWORD_ONLY,
                 repeats=one.kind is one.VAR_POSITIONAL,
                 **form,

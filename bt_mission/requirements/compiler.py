@@ -76,6 +76,10 @@ class Compiler:
                 return Up(first, second, *_ns(window), dual=not positive)
         raise AssertionError("a formula was checked to speak of more than the start")
 
+    def condition(self, node: SyntaxNode) -> Past:
+        """Return a condition on the present and what was before."""
+        return self._past(node, positive=True)
+
     def _throughout(
         self, operand: SyntaxNode, window: WrittenWindow, *, all_of: bool, positive: bool
     ) -> Root:

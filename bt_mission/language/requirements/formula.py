@@ -45,6 +45,24 @@ class Clause:
 
 
 @dataclass(frozen=True)
+class Condition:
+    """A condition at one instant, over the present and what was before.
+
+    Raises:
+        ExpressionError: Where its text is none, speaks of what comes, or compares what does not
+            fit.
+    """
+
+    text: str
+    root: SyntaxNode = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        root = parse_requirement(self.text)
+        check_condition(root)
+        object.__setattr__(self, "root", root)
+
+
+@dataclass(frozen=True)
 class Requirement:
     """A requirement with its name: what must hold, and what is done when it does not."""
 
@@ -77,6 +95,35 @@ def check_formula(root: SyntaxNode) -> None:
         raise ExpressionError(f"this {what}" + (f": {reach}" if reach else ""), root.column)
 
 
+def check_condition(root: SyntaxNode) -> None:
+    """Refuse what is no condition on the present and what was before.
+
+    Raises:
+        ExpressionError: For types and units that do not fit, for windows that are too short, for
+            words that look ahead, and for what is always or never true.
+    """
+    root.expect(lambda _: None, "bool")
+    for node in walk(root):
+        match node:
+            case Temporal(word=word) | Chain(symbol=word) if word in FUTURE:
+                message = f"'{word}' looks ahead; a condition is about now and before"
+                raise ExpressionError(message, node.column, _BACK.get(word))
+            case Temporal() | Chain():
+                pass
+            case _:
+                unit_of(node)
+    _check_times(root, outer="when")
+    verdicts = _outcomes(root)
+    if len(verdicts) == 1:
+        what = "is always true" if True in verdicts else "is never true"
+        raise ExpressionError(f"this {what}", root.column)
+
+
+_BACK = {
+    "always": "write 'historically ...', or the condition alone",
+    "eventually": "write 'previously ...', or the condition alone",
+    "until": "write '... since ...'",
+}
 _ANY = (float("-inf"), float("inf"))
 
 

@@ -1,0 +1,140 @@
+"""A fault as data: which it is, with what arguments, and when it begins."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias
+
+from bt_mission.faults.fault import Fault
+from bt_mission.faults.faults import FAULTS, Faults
+from bt_mission.faults.table import FaultKind
+from bt_mission.language.requirements.formula import Condition
+
+Value: TypeAlias = "bool | int | float | str | tuple[Value, ...]"
+"""What an argument can be."""
+
+WORD = re.compile(r"[A-Za-z_/~][\w/.~]*")
+"""A text that needs no quotes."""
+
+
+@dataclass(frozen=True)
+class AtTime:
+    """At a time, s since the start: after the measurements of that instant, before all else."""
+
+    time_s: float
+
+    def __str__(self) -> str:
+        return f"at {self.time_s!r}"
+
+
+@dataclass(frozen=True)
+class AfterStep:
+    """Once the first control step at a time or later is over, s since the start."""
+
+    time_s: float
+
+    def __str__(self) -> str:
+        return f"after {self.time_s!r}"
+
+
+@dataclass(frozen=True)
+class WhenTrue:
+    """Once the first control step is over at which a condition has been true for so long, s."""
+
+    condition: Condition
+    held_s: float = 0.0
+
+    def __str__(self) -> str:
+        held = f" for {self.held_s!r} s" if self.held_s else ""
+        return f"when {self.condition.text}{held}"
+
+
+Beginning: TypeAlias = AtTime | AfterStep | WhenTrue
+
+
+@dataclass(frozen=True)
+class PlannedFault:
+    """A fault that is to begin in a run.
+
+    Attributes:
+        begins: When.
+        name: Of the fault.
+        arguments: By the names of the parameters; those that repeat have a tuple of values.
+        lasting: S of virtual time; None is to the end of the run.
+    """
+
+    begins: Beginning
+    name: str
+    arguments: Mapping[str, Value] = field(default_factory=dict)
+    lasting: float | None = None
+
+    @property
+    def kind(self) -> FaultKind:
+        """What the fault takes."""
+        return FAULTS[self.name]
+
+    def make(self, faults: Faults) -> Fault:
+        """Make the fault.
+
+        Args:
+            faults: Those of a stage.
+
+        Raises:
+            ScenarioError: When the arguments are not what the fault takes.
+        """
+        repeated = [one.name for one in self.kind.parameters.values() if one.repeats]
+        several = [value for name in repeated for value in self._several(name)]
+        named: dict[str, Any] = {
+            name: value for name, value in self.arguments.items() if name not in repeated
+        }
+        if self.lasting is not None:
+            named["lasting"] = self.lasting
+        made: Fault = getattr(faults, self.name)(*several, **named)
+        return made
+
+    @property
+    def text(self) -> str:
+        """How it is written: ``at 5.0: drop scan lasting 2``."""
+        return f"{self.begins}: {self.call}"
+
+    @property
+    def call(self) -> str:
+        """The same without the time."""
+        parts = [self.name]
+        in_order = True
+        for one in self.kind.parameters.values():
+            if one.name not in self.arguments:
+                in_order = False
+            elif one.repeats:
+                parts += [self._shown(value) for value in self._several(one.name)]
+            else:
+                in_order = in_order and one.is_required
+                shown = self._shown(self.arguments[one.name])
+                parts.append(shown if in_order else f"{one.name} {shown}")
+        others = self.arguments.keys() - self.kind.parameters.keys()
+        parts += [f"{name}={self._shown(self.arguments[name])}" for name in sorted(others)]
+        parts += [] if self.lasting is None else [f"lasting {self.lasting!r}"]
+        return " ".join(parts)
+
+    def _several(self, name: str) -> tuple[Value, ...]:
+        values = self.arguments.get(name, ())
+        assert isinstance(values, tuple)
+        return values
+
+    def _shown(self, value: Value) -> str:
+        match value:
+            case bool():
+                return "true" if value else "false"
+            case tuple():
+                return f"({', '.join(map(self._shown, value))})"
+            case str():
+                is_word = WORD.fullmatch(value) and value not in self._reserved
+                return value if is_word else json.dumps(value)
+        return repr(value)
+
+    @property
+    def _reserved(self) -> frozenset[str]:
+        return frozenset((*self.kind.parameters, "lasting", "true", "false"))

@@ -1,0 +1,278 @@
+"""From what is written for a fault's arguments to their values; units are turned into its own."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from bt_mission.core.diagnostics import describe, did_you_mean, listed, quoted
+from bt_mission.faults.errors import ScenarioError
+from bt_mission.faults.faults import FAULTS, Faults
+from bt_mission.faults.planned import Beginning, PlannedFault, Value
+from bt_mission.faults.table import LASTING, FaultParameter
+from bt_mission.language.expressions.values import ExpressionError
+from bt_mission.language.requirements.formula import CONTROL_STEP_S
+
+_DEG = math.pi / 180
+UNITS: Mapping[str, tuple[float, str]] = {
+    "s": (1.0, "s"),
+    "ms": (1e-3, "s"),
+    "min": (60.0, "s"),
+    "m": (1.0, "m"),
+    "cm": (1e-2, "m"),
+    "mm": (1e-3, "m"),
+    "m/s": (1.0, "m/s"),
+    "cm/s": (1e-2, "m/s"),
+    "deg": (_DEG, "rad"),
+    "rad": (1.0, "rad"),
+    "deg/s": (_DEG, "rad/s"),
+    "rad/s": (1.0, "rad/s"),
+    "N": (1.0, "N"),
+    "Nm": (1.0, "Nm"),
+}
+"""Units behind numbers, each by how much of which basic one it is."""
+
+
+_TIME = FaultParameter("time", "number", unit="s")
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number with the unit behind it, and the unit's column."""
+
+    number: int | float
+    unit: str
+    column: int = 1
+
+
+@dataclass(frozen=True)
+class Given:
+    """What is written for an argument, and its column."""
+
+    value: Any
+    column: int = 1
+
+
+def read_time(written: Any, column: int = 1, within: str | None = None) -> float:
+    """Return a time, s.
+
+    Args:
+        written: A number, or a text with or without a unit.
+        column: Of the text; of what stands around it where that is `within`.
+
+    Raises:
+        ExpressionError: When it is none, or below 0.
+    """
+    if within is not None:
+        column += len(within) - len(within.lstrip())
+    if isinstance(written, str):
+        number = re.fullmatch(r"([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*([A-Za-z/]*)", written)
+        try:
+            value: Any = float(number[1]) if number else None
+        except ValueError:
+            value = None
+        if number is None or value is None:
+            got = quoted(written) if written else "nothing"
+            raise ExpressionError(f"expected a time such as '5.0', in seconds, got {got}", column)
+        written = Quantity(value, number[2], column + number.start(2)) if number[2] else value
+    found = _in_unit(_TIME, written, column)
+    if not 0 <= found < math.inf:
+        raise ExpressionError(f"expected a time from 0 s up, got {found:g} s", column)
+    return found
+
+
+class ArgumentReader:
+    """Takes the arguments of one fault, each by its position or its name.
+
+    Raises:
+        ExpressionError: For a name that is no fault's, with the column.
+    """
+
+    def __init__(self, name: str, column: int = 1) -> None:
+        if name not in FAULTS:
+            near = did_you_mean(name, FAULTS)
+            known = "" if near else f" (known: {listed(FAULTS, len(FAULTS))})"
+            raise ExpressionError(f"there is no fault {quoted(name)}{known}", column, near)
+        self._kind = FAULTS[name]
+        self._column = column
+        self._found: dict[str, Value] = {}
+        self._lasting: float | None = None
+        self._free = [one for one in self._kind.parameters.values() if one.by_position]
+
+    def knows(self, name: str) -> bool:
+        """Tell whether an argument has this name."""
+        return name == "lasting" or name in self._kind.parameters
+
+    def is_flag(self, name: str) -> bool:
+        """Tell whether this is an argument that is on where its name stands alone."""
+        return name in self._kind.parameters and self._kind.parameters[name].form == "flag"
+
+    def is_next(self, name: str) -> bool:
+        """Tell whether the next value by position is one of this argument."""
+        return any(one.name == name for one in self._unset()[:1])
+
+    def has_unit(self, name: str | None) -> bool:
+        """Tell whether the argument of this name, or else the next one by position, has a unit."""
+        if name == "lasting":
+            return True
+        one = self._kind.parameters.get(name) if name else next(iter(self._unset()), None)
+        return bool(one and one.unit)
+
+    def by_position(self, given: Given) -> None:
+        """Take the value of the next argument."""
+        one = next(iter(self._unset()), None)
+        if one is None:
+            message = f"unexpected {_described(given.value)}"
+            near = did_you_mean(str(given.value), (*self._kind.parameters, "lasting"))
+            raise ExpressionError(message, given.column, near or f"write '{self._kind.usage}'")
+        value = _value(one, given.value, given.column)
+        if one.repeats:
+            before = self._found.get(one.name, ())
+            assert isinstance(before, tuple)
+            self._found[one.name] = (*before, value)
+        else:
+            self._found[one.name] = value
+
+    def by_name(self, name: str, given: Given, column: int) -> None:
+        """Take the value of the argument of a name, which stands at a column."""
+        kind = self._kind
+        if name in self._found or (name == "lasting" and self._lasting is not None):
+            raise ExpressionError(f"'{name}' is given twice", column)
+        if name == "lasting":
+            self._lasting = self._read_lasting(given, column)
+        elif name in kind.parameters:
+            self._found[name] = _argument(kind.parameters[name], given)
+        elif kind.takes_fields:
+            self._found[name] = _anything(given)
+        else:
+            known = [*kind.parameters, *(["lasting"] if kind.lasts else [])]
+            message = f"{kind.name} has no argument {quoted(name)} (known: {listed(known)})"
+            raise ExpressionError(message, column, did_you_mean(name, known))
+
+    def planned(self, begins: Beginning) -> PlannedFault:
+        """Return the fault with the arguments that were taken.
+
+        Raises:
+            ExpressionError: When one is missing, or the fault refuses one.
+        """
+        missing = [
+            one.name
+            for one in self._kind.parameters.values()
+            if one.is_required and one.name not in self._found
+        ]
+        if missing:
+            message = f"{self._kind.name} needs {' and '.join(missing)}"
+            raise ExpressionError(message, self._column, f"write '{self._kind.usage}'")
+        planned = PlannedFault(begins, self._kind.name, self._found, self._lasting)
+        try:
+            planned.make(Faults.alone())
+        except ScenarioError as error:
+            raise ExpressionError(str(error), self._column) from None
+        return planned
+
+    def _unset(self) -> list[FaultParameter]:
+        return [one for one in self._free if one.repeats or one.name not in self._found]
+
+    def _read_lasting(self, given: Given, column: int) -> float:
+        if not self._kind.lasts:
+            raise ExpressionError(f"{self._kind.name} is over at once: it has no 'lasting'", column)
+        value = _value(LASTING, given.value, given.column)
+        assert isinstance(value, int | float)
+        if value < CONTROL_STEP_S:
+            message = f"{value:g} s is shorter than a control step of {CONTROL_STEP_S:g} s"
+            raise ExpressionError(message, given.column)
+        return value
+
+
+def _argument(one: FaultParameter, given: Given) -> Value:
+    """Return what is written for an argument by its name."""
+    if not one.repeats:
+        return _value(one, given.value, given.column)
+    values = given.value
+    if not isinstance(values, list | tuple) or not values:
+        raise ExpressionError(f"expected a list, each of {one.expected}", given.column)
+    if not isinstance(values[0], list | tuple):
+        values = (values,)
+    return tuple(_value(one, value, given.column) for value in values)
+
+
+def _value(one: FaultParameter, value: Any, column: int) -> Value:
+    """Return what an argument comes to."""
+    match one.form, value:
+        case "number", str() if re.match(r"\s*[-+.0-9]", value):
+            return _text_number(one, value, column)
+        case "number", bool():
+            pass
+        case "number", int() | float() | Quantity():
+            return _in_unit(one, value, column)
+        case "integer", int() if not isinstance(value, bool):
+            return value
+        case "flag", bool():
+            return value
+        case "text", str() if not one.choices or value in one.choices:
+            return value
+        case "text", str():
+            message = f"expected {one.expected} for '{one.name}', got {quoted(value)}"
+            raise ExpressionError(message, column, did_you_mean(value, one.choices))
+        case "numbers", list() | tuple() if len(value) == one.count:
+            return tuple(_value(_single(one), part, column) for part in value)
+        case "anything", _:
+            return _anything(Given(value, column))
+    message = f"expected {one.expected} for '{one.name}', got {_described(value)}"
+    raise ExpressionError(message, column)
+
+
+def _single(one: FaultParameter) -> FaultParameter:
+    return FaultParameter(one.name, "number", unit=one.unit)
+
+
+def _text_number(one: FaultParameter, text: str, column: int) -> Value:
+    """Return a number that is written as text with its unit, such as ``2 s``."""
+    found = re.fullmatch(r"\s*([-+0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(\S+)\s*", text)
+    try:
+        return _in_unit(one, Quantity(float(found[1]), found[2], column), column) if found else 0.0
+    except ValueError:
+        message = f"expected {one.expected} for '{one.name}', got {quoted(text)}"
+        raise ExpressionError(message, column) from None
+
+
+def _in_unit(one: FaultParameter, value: Any, column: int) -> float:
+    """Return a number in the unit of its argument."""
+    if not isinstance(value, Quantity):
+        if not isinstance(value, int | float) or not math.isfinite(value):
+            message = f"expected {one.expected} for '{one.name}', got {_described(value)}"
+            raise ExpressionError(message, column)
+        return value
+    fitting = [name for name, (_, base) in UNITS.items() if base == _base(one.unit)]
+    if value.unit not in fitting:
+        what = f"{one.unit and 'a unit of'} {one.unit}".strip()
+        message = (
+            f"'{one.name}' is in {one.unit} ({', '.join(fitting)}), got {quoted(value.unit)}"
+            if what
+            else f"'{one.name}' has no unit, got {quoted(value.unit)}"
+        )
+        raise ExpressionError(message, value.column, did_you_mean(value.unit, fitting))
+    if value.unit == one.unit:
+        return value.number
+    return value.number * UNITS[value.unit][0] / UNITS[one.unit][0]
+
+
+def _base(unit: str) -> str:
+    return UNITS[unit][1] if unit else ""
+
+
+def _anything(given: Given) -> Value:
+    match given.value:
+        case bool() | int() | float() | str():
+            return given.value
+        case list() | tuple():
+            return tuple(_anything(Given(part, given.column)) for part in given.value)
+    message = f"expected a number, a text or a list, got {_described(given.value)}"
+    raise ExpressionError(message, given.column)
+
+
+def _described(value: Any) -> str:
+    return f"{value.number:g} {value.unit}" if isinstance(value, Quantity) else describe(value)
