@@ -48,8 +48,9 @@ format: $(installed) ## put the sources in order
 	@$(bin)/ruff check --fix
 	@$(bin)/ruff format
 
-docs: $(installed) ## write what docs/ takes from the code: the API reference, the picture of the packages
+docs: $(installed) ## write what docs/ takes from the code: the API reference, the table of faults, the picture of the packages
 	@$(bin)/python tools/make_api_reference.py
+	@$(bin)/python tools/make_fault_table.py
 	@$(bin)/python tools/draw_layers.py
 
 doctor: $(installed) ## say what this machine lacks

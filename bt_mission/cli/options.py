@@ -52,6 +52,18 @@ def add_require_option(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_fault_option(parser: argparse.ArgumentParser) -> None:
+    """Add faults as text to a parser."""
+    parser.add_argument(
+        "--fault",
+        action="append",
+        default=[],
+        metavar="FAULT",
+        help="something that goes wrong in the simulation, such as 'at 5.0: drop scan lasting 2' "
+        "(docs/reference/scenarios.md); may be repeated",
+    )
+
+
 def add_plain_option(parser: Any) -> None:
     """Add the choice of plain lines to a parser, or to a group of options."""
     parser.add_argument(

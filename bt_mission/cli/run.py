@@ -8,8 +8,8 @@ import os
 import shutil
 import signal
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +18,7 @@ from bt_mission.cli.argument_types import speed
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
 from bt_mission.cli.network import add_duplicates_option, add_network_option, prepare_graph
 from bt_mission.cli.options import (
+    add_fault_option,
     add_mission_file,
     add_overrides,
     add_plain_option,
@@ -30,8 +31,12 @@ from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
     from bt_mission.executive.report import Report
+    from bt_mission.faults.located import WrittenFault
     from bt_mission.sessions.attached import AttachedSession
     from bt_mission.sessions.stage import Stage
+
+    Faults = Sequence[WrittenFault]
+    AddOutcomes = AbstractContextManager[Callable[[Report], Report]]
 
 
 def add_parser(commands: Any) -> None:
@@ -48,6 +53,7 @@ def add_parser(commands: Any) -> None:
     )
     add_mission_file(parser)
     add_require_option(parser)
+    add_fault_option(parser)
     add_overrides(parser)
     add_python_option(parser)
     parser.add_argument(
@@ -133,9 +139,10 @@ def _run(options: argparse.Namespace) -> int:
         prepare_graph(options)
     else:
         prepare_middleware()
+    faults = _written_faults(options)
     mission = load_checked(options)
     run_shown = _run_on_screen if options.tui and is_drawable() else _run_in_lines
-    report, kept = run_shown(options, mission)
+    report, kept = run_shown(options, mission, faults)
     if options.json:
         print(json.dumps({**report.as_dict(), **kept}))
     else:
@@ -149,6 +156,26 @@ def _run(options: argparse.Namespace) -> int:
     return MISSION_FAILED if code == SUCCESS and report.is_violated else code
 
 
+def _written_faults(options: argparse.Namespace) -> Faults:
+    """Return the faults that the options name. Raises InputError."""
+    if not options.fault:
+        return ()
+    if options.attach:
+        raise BtMissionError("--fault: faults are made in a simulation, not in a running graph")
+    from bt_mission.faults.located import faults_in_texts
+
+    return faults_in_texts(options.fault)
+
+
+def _faults_in(session: Any, faults: Faults) -> AddOutcomes:
+    """Have faults begin in a run on the stage; gives what adds their outcomes to its report."""
+    if not faults:
+        return nullcontext(lambda report: report)
+    from bt_mission.faults.located import planned_on
+
+    return planned_on(session, faults)
+
+
 def _leaves(report: Report) -> list[str]:
     """What each leaf came to, for people; programs that read a pipe ask for ``--json``."""
     if not sys.stdout.isatty():
@@ -160,23 +187,30 @@ def _leaves(report: Report) -> list[str]:
     return leaf_table(report.leaves, width, marks_for(sys.stdout.encoding))
 
 
-def _run_in_lines(options: argparse.Namespace, mission: Any) -> tuple[Report, recording.Kept]:
+def _run_in_lines(
+    options: argparse.Namespace, mission: Any, faults: Faults
+) -> tuple[Report, recording.Kept]:
     """Carry the mission out, shown in lines."""
     from bt_mission.sessions.session import drive
     from bt_mission.views.terminal.views import view_for
 
     view = view_for(sys.stdout, plain=options.plain, quiet=options.json)
     with (
-        _open_session(options, mission, view.say) as session,
+        _open_session(options, mission, view.say, faults) as session,
+        _faults_in(session, faults) as with_outcomes,
         window_on(session, wanted=options.view),
         recording.recorder_for(options, session) as keeping,
     ):
-        report = drive(session, view, speed=_speed(options), trace_file=options.trace)
+        report = with_outcomes(
+            drive(session, view, speed=_speed(options), trace_file=options.trace)
+        )
         _tell_resumable(options, session)
         return report, keeping.finish(report)
 
 
-def _run_on_screen(options: argparse.Namespace, mission: Any) -> tuple[Report, recording.Kept]:
+def _run_on_screen(
+    options: argparse.Namespace, mission: Any, faults: Faults
+) -> tuple[Report, recording.Kept]:
     """Carry the mission out on a full screen, in real time unless another speed is asked for."""
     from contextlib import closing
 
@@ -189,7 +223,8 @@ def _run_on_screen(options: argparse.Namespace, mission: Any) -> tuple[Report, r
     from bt_mission.views.tui.view_app import settle_memory
 
     with (
-        _open_session(options, mission, lambda _: None) as session,
+        _open_session(options, mission, lambda _: None, faults) as session,
+        _faults_in(session, faults) as with_outcomes,
         closing(LocalExecutive(session)) as graph,
         window_on(session, wanted=options.view),
         recording.recorder_for(options, session) as keeping,
@@ -200,7 +235,7 @@ def _run_on_screen(options: argparse.Namespace, mission: Any) -> tuple[Report, r
         )
         marks = marks_for(sys.stdout.encoding)
         settle_memory()
-        report = RunApp(graph, marks, graph.name, steps, interrupts).run_to_the_end()
+        report = with_outcomes(RunApp(graph, marks, graph.name, steps, interrupts).run_to_the_end())
         _tell_resumable(options, session)
         return report, keeping.finish(report)
 
@@ -258,7 +293,9 @@ def refuse_contradictions(options: argparse.Namespace) -> None:
         raise BtMissionError("--wall-clock goes with --attach; a simulation has a clock of its own")
 
 
-def _open_session(options: argparse.Namespace, mission: Any, say: Any) -> AttachedSession | Stage:
+def _open_session(
+    options: argparse.Namespace, mission: Any, say: Any, faults: Faults
+) -> AttachedSession | Stage:
     if options.attach:
         from bt_mission.sessions.attached import AttachedOptions, AttachedSession
 
@@ -275,9 +312,17 @@ def _open_session(options: argparse.Namespace, mission: Any, say: Any) -> Attach
     from bt_mission.sessions.stage import Stage
     from bt_mission.sessions.stage_robot import StageOptions
 
+    props = 0
+    if faults:
+        from bt_mission.faults.world import MOST_OBSTACLES as props  # noqa: N811
     return Stage(
         mission,
         image_folder=options.images,
         say=say,
-        options=StageOptions(visible=options.visible, network=options.network, watched=options.tui),
+        options=StageOptions(
+            visible=options.visible,
+            network=options.network,
+            watched=options.tui,
+            props=props,
+        ),
     )

@@ -35,6 +35,32 @@ class FailurePath:
 
 
 @dataclass(frozen=True)
+class FaultOutcome:
+    """What became of a fault that was planned.
+
+    Attributes:
+        fault: How it was written, such as ``at 5.0: drop scan lasting 2``.
+        began: When it began, s since the start; None where it never happened.
+        ended: When it ended; None where it went on to the end of the run.
+        why: Why it never happened.
+    """
+
+    fault: str
+    began: float | None = None
+    ended: float | None = None
+    why: str = ""
+
+    def __str__(self) -> str:
+        if self.began is None:
+            return f"{self.fault}: never happened, {self.why}"
+        if self.ended is None:
+            return f"{self.fault}: from {self.began:.2f} s on"
+        if self.ended == self.began:
+            return f"{self.fault}: at {self.began:.2f} s"
+        return f"{self.fault}: from {self.began:.2f} s to {self.ended:.2f} s"
+
+
+@dataclass(frozen=True)
 class Report:
     """What a run came to; `str()` of it is a summary for people.
 
@@ -50,6 +76,7 @@ class Report:
         leaves: What each leaf came to, where they were counted.
         failure: What made the tree fail; None where that did not.
         requirements: What each requirement came to.
+        faults: What became of each fault that was planned.
     """
 
     mission: str
@@ -70,6 +97,7 @@ class Report:
     leaves: tuple[LeafSummary, ...] = ()
     failure: FailurePath | None = None
     requirements: tuple[RequirementResult, ...] = ()
+    faults: tuple[FaultOutcome, ...] = ()
 
     @property
     def is_violated(self) -> bool:
@@ -101,6 +129,7 @@ class Report:
             facts.append(_counted(self.collisions, "collision"))
         lines.append("  " + ", ".join(facts))
         lines += [f"  requirement {one}" for one in self.requirements]
+        lines += [f"  fault {one}" for one in self.faults]
         return "\n".join(map(escape_control, lines))
 
 

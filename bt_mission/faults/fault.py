@@ -36,6 +36,8 @@ class FaultTarget(Protocol):
     mission: Mission
     stage: Stage
     faults: list[FaultInstance]
+    fault_listeners: list[Callable[[FaultInstance, str], None]]
+    """Told of each fault that begins or ends: ``begins``, ``ends`` or ``happens``."""
 
     def find(self, name: str) -> Behaviour:
         """Return the node of this name, or at this path. Raises ScenarioError."""
@@ -87,6 +89,12 @@ class Fault:
         """End, if it goes on; an action, too."""
         if self._instance is not None and self._instance.goes_on_in(run):
             self._instance.end()
+
+    @property
+    def words(self) -> str:
+        """What it does to what, without its end: ``drop scan``."""
+        given = [f"{name} {value}" for name, value in plain(self.parameters).items()]
+        return " ".join([self.what, *given])
 
     def __repr__(self) -> str:
         given = [f"{name}={value!r}" for name, value in plain(self.parameters).items()]
@@ -177,6 +185,8 @@ class FaultInstance:
             state=state,
             **({} if state == "ends" else {"with": plain(self.fault.parameters)}),
         )
+        for listener in self.run.fault_listeners:
+            listener(self, state)
 
     # ---- for those who write faults --------------------------------------------------------
 

@@ -14,6 +14,9 @@ from bt_mission.faults.parameters import Degrees, Metres, MetresPerSecond, Place
 Whereabouts = tuple[float | None, float, tuple[float, float] | None]
 """Ahead and left of the robot, or at a place of the map, m."""
 
+MOST_OBSTACLES = 4
+"""Obstacles that can appear in a run, unless it is told otherwise; they cost a few per cent."""
+
 BOX = (0.2, 0.2, 0.3)
 """Length, width and height, m."""
 

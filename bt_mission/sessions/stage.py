@@ -125,6 +125,8 @@ class Stage:
             "robot_hull": json.dumps([hull.front, hull.rear, hull.half_width]),
         }
         self._observers: list[SessionObserver] = []
+        self.step_listeners: list[Callable[[], None]] = []
+        """Called after each step, once the observers have looked."""
         self._cycles = 0
         if self._is_single:
             self.trace.record(
@@ -277,6 +279,8 @@ class Stage:
             self._record_pose(self.runs[0].robot)
         for observer in self._observers:
             observer.look()
+        for listener in self.step_listeners:
+            listener()
 
     def inside(self) -> Iterator[ProcessNode]:
         """The nodes of the stage."""

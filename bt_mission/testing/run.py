@@ -14,6 +14,7 @@ from bt_mission.core.text import escape_control
 from bt_mission.executive.report import Report, report_on
 from bt_mission.faults import FaultInstance
 from bt_mission.faults.errors import ScenarioError, no_such
+from bt_mission.faults.targets import find_node
 from bt_mission.language.mission import Mission
 from bt_mission.ros.subscriber import LatestMessageSubscriber
 from bt_mission.sessions.stage import Stage
@@ -60,6 +61,7 @@ class Run(Assertions):
         self.history = History(self.stage)
         self._topics: dict[str, Recorded] = {}
         self.faults: list[FaultInstance] = []
+        self.fault_listeners: list[Callable[[FaultInstance, str], None]] = []
         self.recording: FailureRecording | None = None
         """Where the run is recorded."""
         self.replay_command: Callable[[], str] = str
@@ -227,14 +229,7 @@ class Run(Assertions):
         Raises:
             ScenarioError: When there is none, or several.
         """
-        history = self.history
-        found = [n for n in history.nodes if name in (n.name, history.paths[n])]
-        if not found:
-            raise no_such("node", name, list(dict.fromkeys(n.name for n in history.nodes)))
-        if len(found) > 1:
-            paths = ", ".join(f"'{history.paths[node]}'" for node in found)
-            raise ScenarioError(f"several nodes are named '{name}': say which by its path, {paths}")
-        return found[0]
+        return find_node(self.stage.executive, name)
 
     def record(self, *topics: str) -> None:
         """Write down the messages of topics from now on; names and types are those of the graph.

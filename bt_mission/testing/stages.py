@@ -18,6 +18,7 @@ from bt_mission.core.diagnostics import InputError
 from bt_mission.core.files import find
 from bt_mission.faults import Faults
 from bt_mission.faults.errors import ScenarioError, no_such
+from bt_mission.faults.world import MOST_OBSTACLES
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.mission import Mission
@@ -26,9 +27,6 @@ from bt_mission.testing.failure_recording import FailureRecording
 from bt_mission.testing.options import MOST_RUNS
 from bt_mission.testing.run import Run
 from bt_mission.testing.scripted_server import ScriptedServer
-
-PROPS = 4
-"""Obstacles that can appear in a run, unless it is told otherwise; they cost a few per cent."""
 
 
 class Stages:
@@ -107,7 +105,7 @@ class Stages:
             self.folder,
             context=self.context,
             without=tuple(name.strip("/") for name in self.scripted),
-            **({"props": PROPS} | options),
+            **({"props": MOST_OBSTACLES} | options),
         )
         for server in self.scripted.values():
             made.stage.add_node(server.node)

@@ -54,30 +54,42 @@ def requirement_faults(mission: Mission, document: Document | None = None) -> It
     """Yield the nodes and variables that are named in requirements and are not in the mission."""
     document = document or mission.document
     assert document is not None, "a mission to check comes from a file or a string"
-    nodes = [node for tree in mission.all_trees for node in tree.body.walk()]
-    names = {node.label for node in nodes}
-    acting = {node.label for node in nodes if isinstance(node, GoalNode)}
-    variables = {
-        *mission.inputs,
-        *(one.variable for one in mission.follow),
-        *(name for node in mission.tree.walk() for name in written_by(node)),
-    }
+    names = MissionNames(mission)
     for path, root in _formulas(document):
+        for error in names.unknown_in(root):
+            offset = error.column - 1
+            yield document.fault(path, error.message, error.hint, offset=offset)
+
+
+class MissionNames:
+    """The nodes and variables of a mission, which formulas and conditions may name."""
+
+    def __init__(self, mission: Mission) -> None:
+        nodes = [node for tree in mission.all_trees for node in tree.body.walk()]
+        self._nodes = {node.label for node in nodes}
+        self._acting = {node.label for node in nodes if isinstance(node, GoalNode)}
+        self._variables = {
+            *mission.inputs,
+            *(one.variable for one in mission.follow),
+            *(name for node in mission.tree.walk() for name in written_by(node)),
+        }
+
+    def unknown_in(self, root: SyntaxNode) -> Iterator[ExpressionError]:
+        """Yield an error for each node or variable that is not in the mission."""
         for signal in signals_in(root):
-            offset = signal.column - 1
-            if signal.name == "$" and signal.arguments[0] not in variables:
-                name = signal.arguments[0]
-                message = f"'${name}' is an undefined variable (defined: {listed(variables)})"
-                yield document.fault(path, message, did_you_mean(name, variables), offset=offset)
+            if signal.name == "$" and signal.arguments[0] not in self._variables:
+                name, defined = signal.arguments[0], self._variables
+                message = f"'${name}' is an undefined variable (defined: {listed(defined)})"
+                yield ExpressionError(message, signal.column, did_you_mean(name, defined))
             if signal.name not in SIGNALS or "node" not in SIGNALS[signal.name].arguments:
                 continue
             node = signal.arguments[0]
-            wanted = acting if signal.name == "feedback" else names
+            wanted = self._acting if signal.name == "feedback" else self._nodes
             if node in wanted or _PLACE.fullmatch(node):
                 continue
-            what = "node has a goal and is" if node in names else "node is"
+            what = "node has a goal and is" if node in self._nodes else "node is"
             message = f"no {what} named {quoted(node)} (named: {listed(sorted(wanted), 12)})"
-            yield document.fault(path, message, did_you_mean(node, wanted), offset=offset)
+            yield ExpressionError(message, signal.column, did_you_mean(node, wanted))
 
 
 def _formulas(document: Document) -> Iterator[tuple[tuple[Key, ...], SyntaxNode]]:

@@ -1,0 +1,190 @@
+"""Planned faults in a run on the stage: each begins at its time or on its condition."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from bt_mission.core.stamps import NS
+from bt_mission.executive.report import FaultOutcome
+from bt_mission.faults.errors import ScenarioError, no_such
+from bt_mission.faults.fault import Fault, FaultInstance, FaultTarget
+from bt_mission.faults.faults import Faults
+from bt_mission.faults.planned import AfterStep, AtTime, PlannedFault, WhenTrue
+from bt_mission.language.action_names import ACTION_NAMES
+from bt_mission.language.checks.requirements import MissionNames
+from bt_mission.language.requirements.formula import Condition
+from bt_mission.requirements.condition import ConditionMonitor
+from bt_mission.sessions.stage_signals import StageSignals
+
+
+@dataclass(frozen=True)
+class FaultProblem:
+    """Why a planned fault cannot be made.
+
+    Attributes:
+        number: Of the fault among those that are planned, from 0.
+        part: The part of its text that is wrong; empty is the whole.
+        offset: Where in that part, from 0.
+    """
+
+    number: int
+    message: str
+    part: str = ""
+    offset: int = 0
+    hint: str | None = None
+
+
+class _Watched:
+    """A fault that begins once a control step is over."""
+
+    def __init__(self, number: int, is_due: Callable[[int], bool]) -> None:
+        self.number = number
+        self.is_due = is_due
+
+
+class FaultPlan:
+    """Has faults begin in a run that has not started yet.
+
+    Args:
+        target: The run.
+        planned: The faults, in the order in which those of one instant begin.
+        faults: Makes them; where a test plays servers, those of its stage.
+    """
+
+    def __init__(
+        self, target: FaultTarget, planned: Sequence[PlannedFault], faults: Faults | None = None
+    ) -> None:
+        self.planned = tuple(planned)
+        self.errors: dict[int, Exception] = {}
+        """Why faults could not begin, by their numbers."""
+        makes = faults or Faults.alone()
+        self._target = target
+        self._stage = stage = target.stage
+        self._faults: list[Fault] = [one.make(makes) for one in planned]
+        self._signals: StageSignals | None = None
+        self._conditions: dict[int, ConditionMonitor] = {}
+        self._true: set[int] = set()
+        self._watched: list[_Watched] = []
+        self._cycles = stage.executive.cycles
+        for number, one in enumerate(planned):
+            self._plan(number, one)
+        if self._conditions:
+            stage.executive.after_tick.append(self._look)
+        if self._watched:
+            stage.step_listeners.append(self._after_step)
+
+    def problems(self) -> Iterator[FaultProblem]:
+        """Yield what planned faults name, and what is not there as the run begins."""
+        for number, one in enumerate(self.planned):
+            finders = self._finders(self._faults[number])
+            for parameter in one.kind.parameters.values():
+                name = one.arguments.get(parameter.name)
+                if not parameter.names or not isinstance(name, str):
+                    continue
+                try:
+                    finders[parameter.names](name)
+                except ScenarioError as error:
+                    yield FaultProblem(number, str(error), name)
+            if isinstance(one.begins, WhenTrue):
+                yield from self._unknown(number, one.begins.condition)
+
+    def _unknown(self, number: int, condition: Condition) -> Iterator[FaultProblem]:
+        """Yield the names in a condition that nobody knows, and signals that no value comes of."""
+        for error in MissionNames(self._target.mission).unknown_in(condition.root):
+            offset = error.column - 1
+            yield FaultProblem(number, error.message, condition.text, offset, error.hint)
+        why = self._conditions[number].why_unknown
+        if why:
+            yield FaultProblem(number, why, condition.text)
+
+    def outcomes(self) -> tuple[FaultOutcome, ...]:
+        """What became of each, in the order of the plan."""
+        instances = {id(one.fault): one for one in self._target.faults}
+        found = []
+        for number, one in enumerate(self.planned):
+            instance = instances.get(id(self._faults[number]))
+            found.append(
+                FaultOutcome(
+                    fault=one.text,
+                    began=None if instance is None else instance.began_s,
+                    ended=None if instance is None else instance.ended_s,
+                    why=self._why_not(number, one) if instance is None else "",
+                )
+            )
+        return tuple(found)
+
+    # ---- beginning -----------------------------------------------------------------------
+
+    def _plan(self, number: int, one: PlannedFault) -> None:
+        match one.begins:
+            case AtTime(time_s=time_s):
+                at_ns = self._stage.start_ns + round(time_s * NS)
+                self._stage.clock.call_at(at_ns, lambda: self._begin(number))
+            case AfterStep(time_s=time_s):
+                after_ns = self._stage.start_ns + round(time_s * NS)
+                self._watched.append(_Watched(number, lambda now_ns: now_ns >= after_ns))
+            case WhenTrue(condition=condition, held_s=held_s):
+                if self._signals is None:
+                    self._signals = StageSignals(self._stage.runner, self._stage.runs[0].robot)
+                self._conditions[number] = ConditionMonitor(
+                    condition, self._signals, round(held_s * NS)
+                )
+                self._watched.append(_Watched(number, lambda _: number in self._true))
+
+    def _look(self) -> None:
+        """Evaluate the conditions at a control step."""
+        assert self._signals is not None, "it is called only where there are conditions"
+        self._signals.step()
+        since_ns = self._stage.runner.now_ns - self._stage.start_ns
+        self._true |= {number for number, one in self._conditions.items() if one.step(since_ns)}
+        self._signals.forget()
+
+    def _after_step(self) -> None:
+        """Have faults begin once a control step is over."""
+        if self._stage.executive.cycles == self._cycles:
+            return
+        self._cycles = self._stage.executive.cycles
+        for one in tuple(self._watched):
+            if one.is_due(self._stage.now_ns):
+                self._watched.remove(one)
+                self._begin(one.number)
+
+    def _begin(self, number: int) -> None:
+        if self._stage.is_done:
+            return
+        try:
+            self._faults[number](self._target)
+        except Exception as error:  # noqa: BLE001 - a fault must not break into the mission
+            self.errors[number] = error
+            self._target.blame_test(error)
+
+    # ---- asking --------------------------------------------------------------------------
+
+    def _finders(self, fault: Fault) -> Mapping[str, Callable[[str], Any]]:
+        probe = FaultInstance(self._target, fault)
+        return {
+            "topic": probe.topic,
+            "service": probe.service,
+            "node": probe.node,
+            "leaf": self._target.find,
+            "action": self._find_action,
+        }
+
+    def _find_action(self, name: str) -> None:
+        """Look for an action without having it offered before its time."""
+        node = self._stage.node
+        full = node.resolve_topic_name(ACTION_NAMES[name].action if name in ACTION_NAMES else name)
+        known = {node.resolve_topic_name(one.action) for one in ACTION_NAMES.values()}
+        known |= set(self._stage.servers.actions)
+        if full not in known:
+            raise no_such("action", full, sorted(known))
+
+    def _why_not(self, number: int, one: PlannedFault) -> str:
+        if number in self.errors:
+            return f"it could not be made: {self.errors[number]}"
+        end_s = ((self._stage.executive.ended_ns or self._stage.now_ns) - self._stage.start_ns) / NS
+        if isinstance(one.begins, WhenTrue):
+            return f"its condition was not true by the end at {end_s:.2f} s"
+        return f"the mission ended at {end_s:.2f} s"

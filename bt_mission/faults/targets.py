@@ -1,0 +1,54 @@
+"""A run on the stage in which faults are made, where no test moves it on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from py_trees.behaviour import Behaviour
+
+from bt_mission.executive.executive import Executive
+from bt_mission.faults.errors import ScenarioError, no_such
+from bt_mission.faults.fault import FaultInstance
+from bt_mission.sessions.stage import Stage
+
+
+class StageTarget:
+    """A stage as the place of faults.
+
+    What goes wrong with a fault ends the mission in good order, and is kept in `errors`.
+    """
+
+    def __init__(self, stage: Stage) -> None:
+        self.stage = stage
+        self.mission = stage.mission
+        self.faults: list[FaultInstance] = []
+        self.fault_listeners: list[Callable[[FaultInstance, str], None]] = [self._tell]
+        self.errors: list[Exception] = []
+
+    def find(self, name: str) -> Behaviour:
+        """Return the node of this name, or at this path. Raises ScenarioError."""
+        return find_node(self.stage.executive, name)
+
+    def blame_test(self, error: Exception) -> None:
+        """Keep an error of a fault, and end the mission."""
+        self.errors.append(error)
+        self.stage.executive.interrupt(f"a fault could not be made: {error}")
+
+    def _tell(self, fault: FaultInstance, state: str) -> None:
+        self.stage.runner.tell(f"fault {state}: {fault.fault.words}")
+
+
+def find_node(executive: Executive, name: str) -> Behaviour:
+    """Return the node of this name, or at this path.
+
+    Raises:
+        ScenarioError: When there is none, or several.
+    """
+    paths = {node: executive.path_of(node) for node in executive.nodes}
+    found = [node for node, path in paths.items() if name in (node.name, path)]
+    if not found:
+        raise no_such("node", name, list(dict.fromkeys(node.name for node in paths)))
+    if len(found) > 1:
+        named = ", ".join(f"'{paths[node]}'" for node in found)
+        raise ScenarioError(f"several nodes are named '{name}': say which by its path, {named}")
+    return found[0]

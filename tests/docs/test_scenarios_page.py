@@ -1,0 +1,31 @@
+"""What the page about scenarios says is so."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from bt_mission.faults import parse_fault
+from tools.make_fault_table import PAGE, with_table
+
+TEXT = PAGE.read_text(encoding="utf-8")
+FAULTS = "".join(re.findall(r"^```faults\n(.*?)^```", TEXT, re.MULTILINE | re.DOTALL)).splitlines()
+
+
+def test_the_table_is_that_of_the_faults() -> None:
+    """Who changes a fault writes the page again: `make docs`."""
+    assert with_table(TEXT) == TEXT
+
+
+@pytest.mark.parametrize("text", FAULTS)
+def test_the_examples_are_read(text: str) -> None:
+    """Each line."""
+    assert parse_fault(text).text
+
+
+def test_faults_of_the_command_line_are_read() -> None:
+    """Those behind `--fault`."""
+    found = re.findall(r"--fault '([^']*)'", TEXT)
+    assert len(found) >= 2
+    assert all(parse_fault(text) for text in found)
