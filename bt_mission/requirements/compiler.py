@@ -34,12 +34,13 @@ from bt_mission.requirements.looking_back import (
     Atom,
     Combinator,
     Combined,
+    Ever,
     Historically,
     Joint,
     Past,
     Since,
 )
-from bt_mission.requirements.roots import Root, RootJoint, Steady, Throughout, Up
+from bt_mission.requirements.roots import Answered, Root, RootJoint, Steady, Throughout, Up
 
 Reader: TypeAlias = Callable[[], Plain | None]
 """Gives the present value of a signal; None while it has none. A number is never `nan`."""
@@ -96,29 +97,37 @@ class Compiler:
                     for part, sign in parts
                 ]
                 return RootJoint(roots, all_of=True)
-            turned = self._turned(operand, positive=positive)
-            if turned is not None:
-                return Throughout(Present(turned), *_ns(window), all_of=True)
-        future = self._future(operand, positive=positive)
-        if window.is_everything and isinstance(future, Present) and isinstance(future.past, Atom):
-            return Steady(future.past, all_of=all_of)
-        return Throughout(future, *_ns(window), all_of=all_of)
+            answered = self._answered(operand, positive=positive)
+            if answered is not None:
+                return answered
+        if not _looks_ahead(operand):
+            return Steady(self._past(operand, positive=positive), *_ns(window), all_of=all_of)
+        return Throughout(self._future(operand, positive=positive), *_ns(window), all_of=all_of)
 
-    def _turned(self, operand: SyntaxNode, *, positive: bool) -> Past | None:
-        """Return `historically[0,b] x or y` for `x or always[0,b] y`; None for another formula."""
+    def _answered(self, operand: SyntaxNode, *, positive: bool) -> Root | None:
+        """Return `always` of `x or eventually[a,b] y`, and of `x or always[0,b] y`.
+
+        The latter is `historically[0,b] x or y`. None for another formula.
+        """
         parts = _parts(operand, "or", positive=positive)
         ahead = [part for part in parts if _looks_ahead(part[0])]
         if len(ahead) != 1 or len(parts) == 1:
             return None
         node, sign = ahead[0]
-        if not isinstance(node, Temporal) or (node.word == "always") is not sign:
+        if not isinstance(node, Temporal) or _looks_ahead(node.operand):
             return None
-        if node.window.start > 0 or _looks_ahead(node.operand):
+        start, end = _ns(node.window)
+        assert end is not None, "a window inside another formula was checked to end"
+        is_always = (node.word == "always") is sign
+        if node.word not in FUTURE or (is_always and start > 0):
             return None
         rest = [self._past(part, positive=sign) for part, sign in parts if (part, sign) != ahead[0]]
+        answer = self._past(node.operand, positive=sign)
+        if not is_always:
+            return Answered(rest, answer, (start, end))
         either = Combined(rest, Joint(all_of=False))
-        before = Combined([either], Historically(_ns(node.window), all_of=True))
-        return Combined([before, self._past(node.operand, positive=sign)], Joint(all_of=False))
+        before = Combined([either], Historically((start, end), all_of=True))
+        return Steady(Combined([before, answer], Joint(all_of=False)), 0, None, all_of=True)
 
     def _future(self, node: SyntaxNode, *, positive: bool) -> Future:
         if not _looks_ahead(node):
@@ -150,6 +159,9 @@ class Compiler:
         match node:
             case Not(operand=operand):
                 return self._past(operand, positive=not positive)
+            case Temporal(word=word, operand=operand, window=window) if window.is_everything:
+                inner = self._past(operand, positive=positive)
+                return Ever(inner, all_of=(word == "historically") is positive)
             case Logic() | Temporal() | Chain():
                 parts = [self._past(part, positive=positive) for part in node.parts]
                 return Combined(parts, _combinator(node, positive=positive))

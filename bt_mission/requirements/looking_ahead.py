@@ -136,19 +136,12 @@ class Ahead(Future):
         final = self._take(self._operand.finish(hope))
         for then_ns in self._pending:
             found = self._extreme.pick(then_ns + self._start)
-            final.append(self._cut_off(found, then_ns, hope))
+            if not self._all_of:
+                is_settled = self.is_settled_by_end
+                found = cut_off(found, then_ns, hope, is_settled_by_end=is_settled)
+            final.append(found)
         self._pending.clear()
         return final
-
-    def _cut_off(self, found: Sample, then_ns: int, hope: Hope) -> Sample:
-        """Return the value over what is left of a window."""
-        if self._all_of:
-            return found
-        if found is not None and found[1]:
-            return found
-        if hope.reaches(is_settled_by_end=self.is_settled_by_end):
-            return holds(then_ns)
-        return fails(then_ns) if found is None else found
 
 
 class Until(Future):
@@ -222,3 +215,12 @@ def until(
     if not found:
         return holds(then_ns) if dual else fails(then_ns)
     return extreme(found, all_of=dual)
+
+
+def cut_off(found: Sample, then_ns: int, hope: Hope, *, is_settled_by_end: bool) -> Sample:
+    """Return the value of `eventually` over what the end of the run leaves of its window."""
+    if found is not None and found[1]:
+        return found
+    if hope.reaches(is_settled_by_end=is_settled_by_end):
+        return holds(then_ns)
+    return fails(then_ns) if found is None else found

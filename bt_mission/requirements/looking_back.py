@@ -7,6 +7,7 @@ pushed down to the comparisons beforehand, so there is none here.
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Sequence
@@ -34,10 +35,17 @@ class Past(ABC):
 
     is_settled_by_end = False
     """Does nothing in it change once the mission has ended?"""
+    remembers = False
+    """Must it see every instant?"""
 
     @abstractmethod
     def at(self, now_ns: int) -> Sample:
         """Return the value at the next instant."""
+
+    @property
+    def alternatives(self) -> tuple[Past, ...]:
+        """Parts that it is the `or` of; itself where it is none."""
+        return (self,)
 
 
 class Atom(Past):
@@ -46,8 +54,10 @@ class Atom(Past):
     Args:
         margin: Gives the margin, and None while a signal has no value; infinite where truth has no
             measure.
-        is_strict: Does a margin of 0 fail?
         number: Its number in the formula.
+        is_strict: Does a margin of 0 fail?
+        is_settled_by_end: Does it not change once the mission has ended?
+        at_least: Gives what the margin is at least, where that costs less than the margin.
     """
 
     def __init__(
@@ -57,8 +67,10 @@ class Atom(Past):
         *,
         is_strict: bool,
         is_settled_by_end: bool,
+        at_least: Callable[[], float | None] | None = None,
     ) -> None:
         self.margin = margin
+        self.at_least = at_least or margin
         self._number = number
         self._is_strict = is_strict
         self.is_settled_by_end = is_settled_by_end
@@ -83,6 +95,10 @@ class Combinator(Protocol):
     def take(self) -> Callable[..., Sample]:
         """Gives the value at the next instant (ns), from the samples of the parts then."""
 
+    @property
+    def remembers(self) -> bool:
+        """Must it see every instant?"""
+
 
 class Combined(Past):
     """A formula over parts that all look back."""
@@ -91,21 +107,53 @@ class Combined(Past):
         self._parts = parts
         self._combinator = combinator
         self.is_settled_by_end = all(part.is_settled_by_end for part in parts)
+        self.remembers = combinator.remembers or any(part.remembers for part in parts)
 
     @override
     def at(self, now_ns: int) -> Sample:
         return self._combinator.take(now_ns, *[part.at(now_ns) for part in self._parts])
 
+    @property
+    @override
+    def alternatives(self) -> tuple[Past, ...]:
+        if isinstance(self._combinator, Joint) and not self._combinator.all_of:
+            return tuple(one for part in self._parts for one in part.alternatives)
+        return (self,)
+
 
 class Joint:
     """`and` or `or`."""
 
+    remembers = False
+
     def __init__(self, *, all_of: bool) -> None:
-        self._all_of = all_of
+        self.all_of = all_of
 
     def take(self, _now_ns: int, /, *samples: Sample) -> Sample:
         """Return the value at an instant, at which the parts have these."""
-        return joined(samples, all_of=self._all_of)
+        return joined(samples, all_of=self.all_of)
+
+
+class Ever(Past):
+    """At every instant up to now (`all_of`), or at some."""
+
+    remembers = True
+
+    def __init__(self, operand: Past, *, all_of: bool) -> None:
+        self._operand = operand
+        self._pick = least if all_of else most
+        self._limit = -math.inf if all_of else math.inf
+        self._value: Sample = None
+        self.is_settled_by_end = operand.is_settled_by_end
+
+    @override
+    def at(self, now_ns: int) -> Sample:
+        value = self._value
+        if value is None or value[0] != self._limit or self._operand.remembers:
+            sample = self._operand.at(now_ns)
+            if sample is not None:
+                self._value = value = sample if value is None else self._pick(value, sample)
+        return value
 
 
 class Extreme:
@@ -135,6 +183,8 @@ class Extreme:
 class Historically:
     """At every instant of a window before now (`all_of`), or at some: `previously`."""
 
+    remembers = True
+
     def __init__(self, window: Window, *, all_of: bool) -> None:
         self._from, self._to = window
         self._all_of = all_of
@@ -163,6 +213,8 @@ class Historically:
 
 class Since:
     """`left since right`, or, with `dual`, what holds where `not left since not right` fails."""
+
+    remembers = True
 
     def __init__(self, window: Window, *, dual: bool) -> None:
         self._from, self._to = window

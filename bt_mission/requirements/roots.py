@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
-import copy
 import math
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Iterable, Sequence
-from typing import Any, Self
 
 from typing_extensions import override
 
-from bt_mission.requirements.looking_ahead import Aligned, Future
-from bt_mission.requirements.looking_back import Atom
-from bt_mission.requirements.samples import Hope, Sample, fails, holds, joined, least, most
+from bt_mission.requirements.looking_ahead import Aligned, Future, Present, cut_off
+from bt_mission.requirements.looking_back import Atom, Extreme, Past
+from bt_mission.requirements.samples import (
+    Hope,
+    Sample,
+    fails,
+    holds,
+    joined,
+    least,
+    most,
+)
 
 
 class Root(ABC):
@@ -101,34 +107,109 @@ class Throughout(Root):
         return self.value
 
 
-class Steady(Root):
-    """One comparison at every instant (`all_of`), or at some: the most frequent formula."""
+class Sparing(Throughout):
+    """A window over what looks back, where an instant counts only if it is worse than all before.
 
-    def __init__(self, atom: Atom, *, all_of: bool) -> None:
-        self._atom = atom
-        self._margin = atom.margin
-        self._all_of = all_of
-        self._extreme = math.inf if all_of else -math.inf
+    Of parts of which one must hold, a comparison that is better than the worst so far spares the
+    others, unless they remember.
+    """
+
+    def __init__(
+        self, parts: Sequence[Past], start_ns: int, end_ns: int | None, *, all_of: bool
+    ) -> None:
+        super().__init__(Present(parts[0]), start_ns, end_ns, all_of=all_of)
+        self._parts = parts
+        self._guards = [part for part in parts if isinstance(part, Atom)]
+        self._remembering = [part for part in parts if part.remembers]
+        self._sign = 1 if all_of else -1
+        self._worst = math.nan
+
+    def _is_spared(self, now_ns: int) -> bool:
+        """Tell that an instant is not worse; the parts that remember have seen it then."""
+        sign, worst = self._sign, self._worst
+        for guard in self._guards:
+            margin = guard.at_least() if sign == 1 else guard.margin()
+            if margin is not None and margin * sign >= worst:
+                for part in self._remembering:
+                    part.at(now_ns)
+                return True
+        return False
+
+    def _value_at(self, now_ns: int) -> Sample:
+        if len(self._parts) == 1:
+            return self._parts[0].at(now_ns)
+        return joined([part.at(now_ns) for part in self._parts], all_of=False)
+
+    @override
+    def _take(self, samples: Iterable[Sample]) -> None:
+        super()._take(samples)
+        if self.value is not None:
+            # A margin of 0 may hold, or not.
+            self._worst = self.value[0] * self._sign or math.ulp(0.0)
+
+
+class Steady(Sparing):
+    """What looks back, at every instant of a window (`all_of`), or at some: the most frequent."""
+
+    def __init__(self, operand: Past, start_ns: int, end_ns: int | None, *, all_of: bool) -> None:
+        parts = operand.alternatives if all_of else (operand,)
+        super().__init__(parts, start_ns, end_ns, all_of=all_of)
+        self._last = math.inf if end_ns is None else end_ns
 
     @override
     def step(self, now_ns: int) -> None:
-        margin = self._margin()
-        if margin is None:
+        if self._is_over or (now_ns < self._last and self._is_spared(now_ns)):
             return
-        is_new = margin < self._extreme if self._all_of else margin > self._extreme
-        if is_new or self.value is None:
-            self._extreme = margin
-            self.value = value = self._atom.valued(margin, now_ns)
-            if value[1] is not self._all_of:
-                self.decided = value[1]
+        sample = self._value_at(now_ns)
+        self._is_over = now_ns >= self._last
+        self._take((sample,) if self._start <= now_ns <= self._last else ())
+
+    @override
+    def _inside(self, samples: Iterable[Sample]) -> list[Sample]:
+        return []
+
+
+class Answered(Sparing):
+    """At every instant from the start on: one of some parts, or an answer within a window.
+
+    Only those instants are waited for that might be worse than all before them.
+    """
+
+    def __init__(self, parts: Sequence[Past], answer: Past, window: tuple[int, int]) -> None:
+        super().__init__(parts, 0, None, all_of=True)
+        self._answer = answer
+        self._from, self._to = window
+        self._best = Extreme(all_of=False)
+        self._waiting: deque[tuple[int, Sample]] = deque()
+
+    @override
+    def step(self, now_ns: int) -> None:
+        waiting = self._waiting
+        if not self._is_spared(now_ns):
+            waiting.append((now_ns, self._value_at(now_ns)))
+        if waiting:
+            self._settle(now_ns - 1)
+            self._best.add(now_ns, self._answer.at(now_ns))
+            self._settle(now_ns)
+        elif self._answer.remembers:
+            self._answer.at(now_ns)
+
+    def _settle(self, now_ns: int) -> None:
+        """Settle the instants whose windows have ended by now."""
+        waiting = self._waiting
+        while waiting and waiting[0][0] + self._to <= now_ns:
+            then_ns, sample = waiting.popleft()
+            answer = self._best.pick(then_ns + self._from)
+            self._take((joined((sample, answer), all_of=False),))
 
     @override
     def finish(self, hope: Hope) -> Sample:
-        is_open = not self._all_of and self.decided is None
-        return holds(0) if is_open and hope is Hope.ANYTHING else self.value
-
-    def __deepcopy__(self, memo: Any) -> Self:
-        return copy.copy(self)  # its closures read the same signals
+        for then_ns, sample in self._waiting:
+            found = self._best.pick(then_ns + self._from)
+            is_settled = self._answer.is_settled_by_end
+            answer = cut_off(found, then_ns, hope, is_settled_by_end=is_settled)
+            self._take((joined((sample, answer), all_of=False),))
+        return self.value
 
 
 class Up(Root):
