@@ -40,7 +40,7 @@ from bt_mission.requirements.looking_back import (
     Past,
     Since,
 )
-from bt_mission.requirements.roots import Answered, Root, RootJoint, Steady, Throughout, Up
+from bt_mission.requirements.roots import Answered, Kept, Root, RootJoint, Steady, Throughout, Up
 
 Reader: TypeAlias = Callable[[], Plain | None]
 """Gives the present value of a signal; None while it has none. A number is never `nan`."""
@@ -54,9 +54,11 @@ class Compiler:
 
     Args:
         readers: Of every signal in the formula, by the text of the signal.
+        bounds: What gives a lower bound of a signal, and costs less than its value.
     """
 
     readers: Mapping[str, Reader]
+    bounds: Mapping[str, Number] = field(default_factory=dict)
     units: list[Unit | None] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
     """Why a condition could not be evaluated: the first reason."""
@@ -100,9 +102,13 @@ class Compiler:
             answered = self._answered(operand, positive=positive)
             if answered is not None:
                 return answered
-        if not _looks_ahead(operand):
-            return Steady(self._past(operand, positive=positive), *_ns(window), all_of=all_of)
-        return Throughout(self._future(operand, positive=positive), *_ns(window), all_of=all_of)
+        future = self._future(operand, positive=positive)
+        if isinstance(future, Present):
+            if window.is_everything and isinstance(future.past, Atom):
+                return Steady(future.past, all_of=all_of)
+            if all_of:
+                return Kept(future.past, *_ns(window))
+        return Throughout(future, *_ns(window), all_of=all_of)
 
     def _answered(self, operand: SyntaxNode, *, positive: bool) -> Root | None:
         """Return `always` of `x or eventually[a,b] y`, and of `x or always[0,b] y`.
@@ -127,7 +133,7 @@ class Compiler:
             return Answered(rest, answer, (start, end))
         either = Combined(rest, Joint(all_of=False))
         before = Combined([either], Historically((start, end), all_of=True))
-        return Steady(Combined([before, answer], Joint(all_of=False)), 0, None, all_of=True)
+        return Kept(Combined([before, answer], Joint(all_of=False)), 0, None)
 
     def _future(self, node: SyntaxNode, *, positive: bool) -> Future:
         if not _looks_ahead(node):
@@ -170,24 +176,40 @@ class Compiler:
     # ---- comparisons ---------------------------------------------------------------------
 
     def _atom(self, node: SyntaxNode, *, positive: bool) -> Atom:
-        margin, is_strict = self._margin(node)
-        if not positive:
-            margin, is_strict = _negative(margin), not is_strict
+        margin, is_strict = self._margin(node, positive=positive)
+        at_least = self._at_least(node, positive=positive)
         self.units.append(unit_of(node) if isinstance(node, Comparison) else None)
         ends = all(one.name in (*ENDS_WITH_MISSION, "$") for one in signals_in(node))
-        return Atom(margin, len(self.units) - 1, is_strict=is_strict, is_settled_by_end=ends)
+        return Atom(
+            margin,
+            len(self.units) - 1,
+            is_strict=is_strict,
+            is_settled_by_end=ends,
+            at_least=at_least,
+        )
 
-    def _margin(self, node: SyntaxNode) -> tuple[Number, bool]:
+    def _at_least(self, node: SyntaxNode, *, positive: bool) -> Number | None:
+        """Return what gives a lower bound of the margin of `signal > number`, where one is cheap."""
+        match node:
+            case Comparison(first=SignalValue(key=key), rest=((symbol, _, right),)):
+                bound, limit = self.bounds.get(key), self._number(right)
+                is_floor = (symbol in (">", ">=")) if positive else (symbol in ("<", "<="))
+                if bound is not None and isinstance(limit, float) and is_floor:
+                    return _less(bound, limit)
+        return None
+
+    def _margin(self, node: SyntaxNode, *, positive: bool) -> tuple[Number, bool]:
         """Return what gives the margin of a condition, and whether a margin of 0 fails."""
         if isinstance(node, Comparison) and len(node.rest) == 1:
             symbol, _, right = node.rest[0]
             first, second = self._number(node.first), self._number(right)
-            if symbol in ("<", "<="):
-                symbol, first, second = symbol.replace("<", ">"), second, first
+            if (symbol in ("<", "<=")) is positive:
+                first, second = second, first
             margin = _difference(first, second)
-            if symbol in (">", ">=") and margin is not None:
-                return margin, symbol == ">"
-        return self._measured(node), True
+            if symbol in ("<", "<=", ">", ">=") and margin is not None:
+                return margin, (symbol in ("<", ">")) is positive
+        margin = self._measured(node)
+        return (margin, True) if positive else (_negative(margin), False)
 
     def _number(self, node: SyntaxNode) -> Number | float | None:
         """Return what gives a number, or the number; None where that takes a whole evaluation."""
@@ -206,6 +228,8 @@ class Compiler:
 
     def _measured(self, node: SyntaxNode) -> Number:
         """Return what evaluates a condition of any form; truth without a measure is infinite."""
+        if isinstance(node, SignalValue):
+            return _truth(self.readers[node.key])
         readers = [(one.key, self.readers[one.key]) for one in signals_in(node)]
         problems = self.problems
         draw = random.Random(0)  # never drawn from: the parser refuses what would
@@ -275,7 +299,7 @@ def _difference(first: Number | float | None, second: Number | float | None) -> 
     if isinstance(second, float):
         return None if isinstance(first, float) else _less(first, second)
     if isinstance(first, float):
-        return _negative(_less(second, first))
+        return _beyond(first, second)
     one, other = first, second
 
     def between() -> float | None:
@@ -291,6 +315,22 @@ def _less(read: Number, limit: float) -> Number:
         return None if value is None else value - limit
 
     return less
+
+
+def _beyond(limit: float, read: Number) -> Number:
+    def beyond() -> float | None:
+        value = read()
+        return None if value is None else limit - value
+
+    return beyond
+
+
+def _truth(read: Reader) -> Number:
+    def truth() -> float | None:
+        value = read()
+        return None if value is None else (math.inf if value else -math.inf)
+
+    return truth
 
 
 def _negative(margin: Number) -> Number:

@@ -72,7 +72,7 @@ class Atom(Past):
         self.margin = margin
         self.at_least = at_least or margin
         self._number = number
-        self._is_strict = is_strict
+        self.is_strict = is_strict
         self.is_settled_by_end = is_settled_by_end
 
     @override
@@ -82,7 +82,7 @@ class Atom(Past):
 
     def valued(self, margin: float, now_ns: int) -> Value:
         """Return the value of a margin."""
-        return margin, margin > 0 or (margin == 0 and not self._is_strict), now_ns, self._number
+        return margin, margin > 0 or (margin == 0 and not self.is_strict), now_ns, self._number
 
     def __deepcopy__(self, memo: Any) -> Self:
         return self  # a copy of a formula reads the same signals

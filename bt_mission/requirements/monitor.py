@@ -25,6 +25,9 @@ class SignalSource(Protocol):
     def reader(self, signal: SignalValue, /) -> Reader | str:
         """Return what gives a signal's present value, or why it is not known here."""
 
+    def at_least(self, signal: SignalValue, /) -> Callable[[], float | None] | None:
+        """Return what gives a lower bound of a signal, if that costs less than its value."""
+
 
 @dataclass(frozen=True)
 class RequirementResult:
@@ -75,6 +78,7 @@ class Monitor:
         """Was it said that it is violated?"""
         self._end: tuple[Verdict, Sample] | None = None
         readers: dict[str, Reader] = {}
+        bounds: dict[str, Callable[[], float | None]] = {}
         missing: dict[str, str] = {}
         for signal in signals_in(requirement.root):
             found = source.reader(signal)
@@ -82,20 +86,25 @@ class Monitor:
                 missing[signal.key] = found
             else:
                 readers[signal.key] = found
+            bound = source.at_least(signal)
+            if bound is not None:
+                bounds[signal.key] = bound
         self._missing = "; ".join(f"{key}: {why}" for key, why in missing.items())
-        self._compiler = Compiler(readers)
+        self._compiler = Compiler(readers, bounds)
         self._root: Root | None = None if missing else self._compiler.root(requirement.root)
 
-    def step(self, since_start_ns: int) -> bool:
-        """Take the next instant; tell whether the requirement is violated from now on."""
-        root = self._root
-        if root is None or self._end is not None:
-            return False
-        root.step(since_start_ns)
-        if root.decided is False and self.violated_ns is None:
-            self.violated_ns = since_start_ns
-            return True
-        return False
+    @property
+    def root(self) -> Root | None:
+        """The formula, while it is evaluated."""
+        return None if self._end is not None else self._root
+
+    def step(self, since_start_ns: int) -> None:
+        """Take the next instant."""
+        root = self.root
+        if root is not None:
+            root.step(since_start_ns)
+            if root.decided is False and self.violated_ns is None:
+                self.violated_ns = since_start_ns
 
     @property
     def now(self) -> Sample:
@@ -185,15 +194,19 @@ class Monitors:
     ) -> None:
         self.monitors = [Monitor(one, source) for one in requirements]
         self._on_violation = on_violation
+        self._running = [(one, one.root) for one in self.monitors if one.root is not None]
 
     def step(self, since_start_ns: int) -> None:
         """Take the next instant."""
-        for monitor in self.monitors:
-            if monitor.step(since_start_ns):
+        for monitor, root in self._running:
+            root.step(since_start_ns)
+            if root.decided is False and monitor.violated_ns is None:
+                monitor.violated_ns = since_start_ns
                 self._tell(monitor)
 
     def finish(self, *, is_complete: bool = True) -> None:
         """End the run; what is violated only by its end is told now."""
+        self._running.clear()
         for monitor in self.monitors:
             monitor.finish(is_complete=is_complete)
             if monitor.result.verdict == "violated":

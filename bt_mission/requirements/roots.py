@@ -108,28 +108,25 @@ class Throughout(Root):
 
 
 class Sparing(Throughout):
-    """A window over what looks back, where an instant counts only if it is worse than all before.
+    """One of some parts at every instant of a window; those that are not worse are spared.
 
-    Of parts of which one must hold, a comparison that is better than the worst so far spares the
-    others, unless they remember.
+    A comparison that is not worse than the worst so far spares the others, unless they remember.
     """
 
-    def __init__(
-        self, parts: Sequence[Past], start_ns: int, end_ns: int | None, *, all_of: bool
-    ) -> None:
-        super().__init__(Present(parts[0]), start_ns, end_ns, all_of=all_of)
+    def __init__(self, parts: Sequence[Past], start_ns: int, end_ns: int | None) -> None:
+        super().__init__(Present(parts[0]), start_ns, end_ns, all_of=True)
         self._parts = parts
         self._guards = [part for part in parts if isinstance(part, Atom)]
         self._remembering = [part for part in parts if part.remembers]
-        self._sign = 1 if all_of else -1
+        self._is_any_strict = any(guard.is_strict for guard in self._guards)
         self._worst = math.nan
 
     def _is_spared(self, now_ns: int) -> bool:
         """Tell that an instant is not worse; the parts that remember have seen it then."""
-        sign, worst = self._sign, self._worst
+        worst = self._worst
         for guard in self._guards:
-            margin = guard.at_least() if sign == 1 else guard.margin()
-            if margin is not None and margin * sign >= worst:
+            margin = guard.at_least()
+            if margin is not None and margin >= worst:
                 for part in self._remembering:
                     part.at(now_ns)
                 return True
@@ -144,16 +141,16 @@ class Sparing(Throughout):
     def _take(self, samples: Iterable[Sample]) -> None:
         super()._take(samples)
         if self.value is not None:
-            # A margin of 0 may hold, or not.
-            self._worst = self.value[0] * self._sign or math.ulp(0.0)
+            margin, holds_by_it = self.value[:2]
+            is_telling = margin != 0 or not (holds_by_it and self._is_any_strict)
+            self._worst = margin if is_telling else math.ulp(0.0)
 
 
-class Steady(Sparing):
-    """What looks back, at every instant of a window (`all_of`), or at some: the most frequent."""
+class Kept(Sparing):
+    """What looks back, at every instant of a window from the start on."""
 
-    def __init__(self, operand: Past, start_ns: int, end_ns: int | None, *, all_of: bool) -> None:
-        parts = operand.alternatives if all_of else (operand,)
-        super().__init__(parts, start_ns, end_ns, all_of=all_of)
+    def __init__(self, operand: Past, start_ns: int, end_ns: int | None) -> None:
+        super().__init__(operand.alternatives, start_ns, end_ns)
         self._last = math.inf if end_ns is None else end_ns
 
     @override
@@ -169,6 +166,36 @@ class Steady(Sparing):
         return []
 
 
+class Steady(Root):
+    """One comparison at every instant (`all_of`), or at some: the most frequent formula."""
+
+    def __init__(self, atom: Atom, *, all_of: bool) -> None:
+        self._atom = atom
+        self._all_of = all_of
+        self._extreme = math.nan
+
+    @override
+    def step(self, now_ns: int) -> None:
+        if self._all_of:
+            margin = self._atom.at_least()
+            if margin is not None and margin >= self._extreme:
+                return
+        margin = self._atom.margin()
+        if margin is None:
+            return
+        extreme = self._extreme
+        if self.value is None or (margin < extreme if self._all_of else margin > extreme):
+            self._extreme = margin
+            self.value = value = self._atom.valued(margin, now_ns)
+            if value[1] is not self._all_of:
+                self.decided = value[1]
+
+    @override
+    def finish(self, hope: Hope) -> Sample:
+        is_open = not self._all_of and self.decided is None
+        return holds(0) if is_open and hope is Hope.ANYTHING else self.value
+
+
 class Answered(Sparing):
     """At every instant from the start on: one of some parts, or an answer within a window.
 
@@ -176,7 +203,7 @@ class Answered(Sparing):
     """
 
     def __init__(self, parts: Sequence[Past], answer: Past, window: tuple[int, int]) -> None:
-        super().__init__(parts, 0, None, all_of=True)
+        super().__init__(parts, 0, None)
         self._answer = answer
         self._from, self._to = window
         self._best = Extreme(all_of=False)

@@ -108,6 +108,7 @@ class LiveSignals:
         self._executive = runner.executive
         self._topics: dict[str, TopicSignal] = {}
         self._seen: defaultdict[Behaviour, set[Status]] = defaultdict(set)
+        self._changes = 0
         self._named: defaultdict[str, list[Behaviour]] = defaultdict(list)
         for node in self._executive.nodes:
             self._named[node.name].append(node)
@@ -136,6 +137,10 @@ class LiveSignals:
             return "only a simulation knows it"
         return makers[name](*arguments)
 
+    def at_least(self, _signal: SignalValue, /) -> Callable[[], float | None] | None:
+        """Return what gives a lower bound of a signal at little cost; none of these has one."""
+        return None
+
     def step(self) -> None:
         """Look for topics that are not there yet; called before each control step."""
         for topic in self._topics.values():
@@ -143,22 +148,30 @@ class LiveSignals:
 
     def forget(self) -> None:
         """Forget what nodes went through; called after each control step."""
-        self._seen.clear()
+        if self._seen:
+            self._seen.clear()
+            self._changes += 1
 
     # ---- the mission ---------------------------------------------------------------------
 
     def _on_change(self, change: Change) -> None:
         self._seen[change.node].add(change.status)
+        self._changes += 1
 
     def _time(self) -> float:
         return (self._runner.now_ns - self._executive.started_ns) / NS
 
     def _node_status(self, status: Status, node: str) -> Reader:
         nodes, seen = self._named[node], self._seen
+        of, value = -1, False
 
         def has_status() -> bool:
-            # A node that starts and ends in one tick has run, too.
-            return any(one.status is status or status in seen.get(one, ()) for one in nodes)
+            nonlocal of, value
+            if of != self._changes:
+                of = self._changes
+                # A node that starts and ends in one tick has run, too.
+                value = any(one.status is status or status in seen.get(one, ()) for one in nodes)
+            return value
 
         return has_status
 

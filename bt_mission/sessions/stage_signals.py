@@ -25,15 +25,18 @@ class StageSignals(LiveSignals):
         super().__init__(runner)
         self._instant = 0
         self._measured = self._once(robot.clearance)
+        self._room = self._once(robot.clearance_at_least)
+        self._velocity = self._once(lambda: robot.velocity)
+        self._pose = self._once(lambda: robot.pose)
         self._truth: dict[str, Reader] = {
-            "x": lambda: robot.pose[0],
-            "y": lambda: robot.pose[1],
-            "yaw": lambda: robot.pose[2],
+            "x": lambda: self._pose()[0],
+            "y": lambda: self._pose()[1],
+            "yaw": lambda: self._pose()[2],
             "clearance": lambda: float(self._measured().distance),
             "nearest": lambda: self._measured().obstacle or "",
             "collisions": lambda: robot.collisions,
-            "speed": lambda: robot.velocity[0],
-            "turn_rate": lambda: robot.velocity[1],
+            "speed": lambda: self._velocity()[0],
+            "turn_rate": lambda: self._velocity()[1],
             "distance": lambda: robot.distance_travelled,
         }
         self._truth = {name: self._once(read) for name, read in self._truth.items()}
@@ -47,6 +50,10 @@ class StageSignals(LiveSignals):
     def reader(self, signal: SignalValue, /) -> Reader | str:
         known = self._truth.get(signal.name)
         return super().reader(signal) if known is None else known
+
+    @override
+    def at_least(self, signal: SignalValue, /) -> Callable[[], float | None] | None:
+        return self._room if signal.name == "clearance" else None
 
     def _once(self, read: Callable[[], Any]) -> Callable[[], Any]:
         """Return what reads a value once at each instant, however often it is asked."""

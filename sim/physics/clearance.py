@@ -33,6 +33,43 @@ class Clearance:
     there: Point | None = None
 
 
+class _Placed:
+    """A geom, and how it was when a clearance was measured."""
+
+    def __init__(self, data: mujoco.MjData, model: mujoco.MjModel, geom: int) -> None:
+        self._place, self._turn = data.geom_xpos[geom], data.geom_xmat[geom]
+        self._form = model.geom_size[geom], model.geom_group[geom : geom + 1]
+        self._was_at, self._was_turned = self._place.tolist(), self._turn.tolist()
+        self._was_formed = [one.tolist() for one in self._form]
+        self._is_spare = model.geom_group[geom] == NOWHERE
+
+    def way(self, reach: float) -> float:
+        """Return the farthest that a point of it can have moved, m; infinite where it is new.
+
+        A rigid motion moves no point by more than its translation and the chord of its turn.
+
+        Args:
+            reach: The greatest distance of a point from the middle, m.
+        """
+        if [one.tolist() for one in self._form] != self._was_formed:
+            return math.inf
+        if self._is_spare:
+            return 0.0
+        moved = math.dist(self._place.tolist(), self._was_at)
+        # The Frobenius norm of the difference of two rotations by t is 2 sqrt(2) sin(t / 2).
+        return moved + math.dist(self._turn.tolist(), self._was_turned) * math.sqrt(0.5) * reach
+
+
+@dataclass(frozen=True)
+class _Known:
+    """A clearance (m) that was measured, and where the two sides stood then."""
+
+    least: float
+    data: mujoco.MjData
+    own: _Placed
+    others: tuple[tuple[_Placed, float], ...]
+
+
 class Gauge:
     """Measures from the geoms `own` of one rigid thing to those of `others`, by their numbers.
 
@@ -48,6 +85,11 @@ class Gauge:
         self._others = np.array(others, dtype=np.intp)
         self._fromto = np.empty(6)
         self._ball = _ball(model, self._own)
+        self._known: _Known | None = None
+        is_moving = model.body_weldid[model.geom_bodyid[self._others]] != 0
+        self._moving = [
+            (int(one), float(model.geom_rbound[one])) for one in self._others[is_moving]
+        ]
 
     def measure(self, data: mujoco.MjData, within: float = math.inf) -> Clearance:
         """Return the clearance; the places of geoms in `data` must be current.
@@ -55,6 +97,7 @@ class Gauge:
         What is `within` m away or farther is not looked at.
         """
         best, least, fromto = Clearance(within), min(within, _FAR), self._fromto
+        self._known = None
         model, distance = self._model, mujoco.mj_geomDistance
         others = self._others[model.geom_group[self._others] != NOWHERE]
         bounds = self._bounds(data, others)
@@ -70,7 +113,24 @@ class Gauge:
                     best = Clearance(
                         found, self._names[other], (x, y, z), (there[0], there[1], there[2])
                     )
+        if math.isinf(within):
+            moving = ((_Placed(data, model, one), reach) for one, reach in self._moving)
+            self._known = _Known(least, data, _Placed(data, model, self._own[0]), tuple(moving))
         return best
+
+    def at_least(self, data: mujoco.MjData) -> float:
+        """Return a lower bound of the clearance (m); the places of geoms must be current.
+
+        It is the last clearance that was measured, without the farthest that any point of the two
+        sides can have moved since. Without such a clearance it is measured.
+        """
+        known = self._known
+        if known is None or known.data is not data:
+            return self.measure(data).distance
+        farthest = max((other.way(reach) for other, reach in known.others), default=0.0)
+        if math.isinf(farthest):
+            return self.measure(data).distance
+        return known.least - known.own.way(self._ball) - farthest
 
     def _bounds(self, data: mujoco.MjData, others: npt.NDArray[np.intp]) -> npt.NDArray[np.float64]:
         """Return a lower bound (m) of the distance to each: between a ball and a box."""

@@ -31,6 +31,9 @@ class Rows:
             return "only a simulation knows it"
         return lambda: self.columns[signal.key][self.now]
 
+    def at_least(self, _signal: SignalValue) -> None:
+        """None of them has a bound that costs less."""
+
 
 def watched(
     text: str, *, is_complete: bool = True, **columns: Sequence[Value]

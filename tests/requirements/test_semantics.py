@@ -29,6 +29,9 @@ class Played:
         """Return what reads a signal."""
         return lambda: self.values[signal.key]
 
+    def at_least(self, _signal: SignalValue) -> None:
+        """None of them has a bound that costs less."""
+
 
 def _time(draw: random.Random) -> str:
     return f"{draw.choice((0.05, 0.1, 0.15, 0.3, 0.5))} s"
