@@ -189,7 +189,7 @@ class Compiler:
         )
 
     def _at_least(self, node: SyntaxNode, *, positive: bool) -> Number | None:
-        """Return what gives a lower bound of the margin of `signal > number`, where one is cheap."""
+        """Return what gives a lower bound of the margin of `signal > number`, if cheap."""
         match node:
             case Comparison(first=SignalValue(key=key), rest=((symbol, _, right),)):
                 bound, limit = self.bounds.get(key), self._number(right)

@@ -47,7 +47,7 @@ from bt_mission.ros.server_logs import ServerLogs
 from bt_mission.ros.signals import LiveSignals
 from bt_mission.ros.snapshot_streams import SnapshotStreams
 from bt_mission.ros.status_publisher import StatusPublisher
-from bt_mission.ros.subscriber import LatestMessageSubscriber
+from bt_mission.ros.subscriber import LatestMessageSubscriber, SubscriberKind
 from bt_mission.ros.waypoint_markers import WaypointMarkers
 
 TICK_RATE_HZ = 20.0
@@ -266,10 +266,12 @@ class MissionRunner:
         full = self.node.resolve_service_name(service)
         return self._client(RosServiceClient, full, service, type_name)
 
-    def subscriber(self, topic: str, type_name: str) -> LatestMessageSubscriber:
-        """The messages of a topic; one for each name and type."""
+    def subscriber(
+        self, topic: str, type_name: str, kind: SubscriberKind = LatestMessageSubscriber
+    ) -> LatestMessageSubscriber:
+        """The messages of a topic; one for each kind, name and type."""
         full = self.node.resolve_topic_name(topic)
-        return self._client(LatestMessageSubscriber, full, topic, type_name)
+        return self._client(kind, full, topic, type_name)
 
     def publisher(self, topic: str, type_name: str) -> TopicPublisher:
         """The publisher of a topic; one for each name and type."""

@@ -18,6 +18,11 @@ from bt_mission.executive.status import Change
 from bt_mission.language.expressions.values import NoValue
 from bt_mission.language.requirements.syntax import SignalValue
 from bt_mission.requirements.compiler import Reader
+from bt_mission.ros.subscriber import (
+    LatestMessageSubscriber,
+    SerializedSubscriber,
+    SubscriberKind,
+)
 
 if TYPE_CHECKING:
     from rclpy.node import Node
@@ -25,7 +30,6 @@ if TYPE_CHECKING:
     from bt_mission.behaviours.runtime import Scope
     from bt_mission.executive.executive import Executive
     from bt_mission.goals.ledger import Ledger
-    from bt_mission.ros.subscriber import LatestMessageSubscriber
 
 
 class SignalsRun(Protocol):
@@ -40,7 +44,9 @@ class SignalsRun(Protocol):
     def now_ns(self) -> int:
         """ROS time, ns."""
 
-    def subscriber(self, topic: str, type_name: str) -> LatestMessageSubscriber:
+    def subscriber(
+        self, topic: str, type_name: str, kind: SubscriberKind = ...
+    ) -> LatestMessageSubscriber:
         """Return the messages of a topic."""
 
 
@@ -62,7 +68,13 @@ LOOK_EVERY = 20
 
 
 class TopicSignal:
-    """The newest message of a topic, whose type is that of its publishers once there are any."""
+    """The newest message of a topic, whose type is that of its publishers once there are any.
+
+    Attributes:
+        is_read: Does anybody want more of it than its arrival? Set before the first look.
+    """
+
+    is_read = False
 
     def __init__(self, runner: SignalsRun, topic: str) -> None:
         self.message: Any = None
@@ -88,7 +100,8 @@ class TopicSignal:
             return
         self._is_heard = True
         try:
-            self._runner.subscriber(self._topic, min(types)).listen(self._take)
+            kind = LatestMessageSubscriber if self.is_read else SerializedSubscriber
+            self._runner.subscriber(self._topic, min(types), kind).listen(self._take)
         except BtMissionError as error:
             self.problem = str(error)
 
@@ -216,6 +229,7 @@ class LiveSignals:
     def _of_topic(self, topic: str, read: Callable[[Any], Any]) -> Reader:
         """Return what reads the newest message, each only once."""
         heard = self.topic(topic)
+        heard.is_read = True
         value: Any = None
         of: Any = None
 

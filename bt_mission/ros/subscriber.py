@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, TypeAlias
 
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
@@ -54,6 +54,8 @@ class LatestMessageSubscriber:
         BtMissionError: When the type is not installed, or the topic has another one.
     """
 
+    _is_raw = False
+
     def __init__(self, node: Node, topic: str, type_name: str) -> None:
         self._node = node
         self._type_name = type_name
@@ -66,7 +68,9 @@ class LatestMessageSubscriber:
         check_type(self.name, type_name, self._published_types(), "is published as")
         self.look_around()
         self._subscriptions.append(
-            node.create_subscription(self._type, topic, self._hand_on, ANY_PUBLISHER)
+            node.create_subscription(
+                self._type, topic, self._hand_on, ANY_PUBLISHER, raw=self._is_raw
+            )
         )
 
     def close(self) -> None:
@@ -104,6 +108,7 @@ class LatestMessageSubscriber:
                 LATCHED_PUBLISHER,
                 # Another publisher of the topic may not be latched, and need not.
                 event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False),
+                raw=self._is_raw,
             )
             self._subscriptions.append(latched)
 
@@ -127,3 +132,12 @@ class LatestMessageSubscriber:
     def _hand_on(self, message: Any) -> None:
         for listener in tuple(self._listeners):
             listener(message)
+
+
+class SerializedSubscriber(LatestMessageSubscriber):
+    """Hands on the bytes of messages, for listeners that only want to know that they come."""
+
+    _is_raw = True
+
+
+SubscriberKind: TypeAlias = type[LatestMessageSubscriber]

@@ -100,7 +100,7 @@ def drawn_run(draw: random.Random) -> Definition:
     )
 
 
-def _formula(text: str) -> Formula | None:
+def checked_formula(text: str) -> Formula | None:
     """Return a formula; None for one that can only come to one verdict."""
     try:
         return Formula(text)
@@ -117,7 +117,7 @@ def test_ten_thousand_formulas_come_to_what_their_definition_says(batch: int) ->
     told = set()
     for _ in range(FORMULAS):
         text, run, is_complete = drawn_formula(draw), drawn_run(draw), draw.random() < 0.5
-        formula = _formula(text)
+        formula = checked_formula(text)
         if formula is None:
             continue
         played = Played()

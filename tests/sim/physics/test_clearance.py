@@ -1,6 +1,7 @@
 """Clearance: the true room between the robot and all that it could touch, and what is so near."""
 
 import math
+import random
 
 import mujoco
 import pytest
@@ -116,3 +117,36 @@ def test_what_it_leaves_out_is_never_the_nearest(waffle, drive, world):
         assert simulation.clearance().distance == pytest.approx(
             nearest_of_all(simulation), abs=1e-9
         )
+
+
+def test_the_lower_bound_never_exceeds_the_clearance(simulate):
+    """Whatever moves: the robot, obstacles, boxes that come, grow and go. It is often above 0."""
+    coming = {
+        "name": "coming",
+        "x": 1.0,
+        "y": 0.4,
+        "radius": 0.15,
+        "motion": {"around": [0.5, 0.0], "period": 8},
+    }
+    wall = {"name": "wall", "from": [1.8, -2], "to": [1.8, 2], "thickness": 0.1}
+    simulation = simulate(cylinders=[coming], walls=[wall], props=2)
+    draw = random.Random(5)
+    box, tight = None, 0
+    for step in range(400):
+        if step % 40 == 0:
+            command = draw.uniform(-0.2, 0.26), draw.uniform(-1.8, 1.8)
+            simulation.clearance()
+        if step % 70 == 69:
+            if box is not None:
+                box.remove()
+            size = (draw.uniform(0.1, 0.5), 0.1, 0.3)
+            box = simulation.props.place("box", draw.uniform(-2, 1), 1.0, size=size)
+        simulation.command(*command)
+        simulation.advance_to(simulation.time_ns + 50_000_000)
+        bound = simulation.clearance_at_least()
+        known = simulation._gauge._known  # measuring would start it anew
+        clearance = simulation.clearance().distance
+        simulation._gauge._known = known
+        assert bound <= clearance + 1e-9
+        tight += bound > 0.5 * clearance
+    assert tight > 50
