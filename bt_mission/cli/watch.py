@@ -27,6 +27,9 @@ at once."""
 STATUSES_S = 2.0
 """Wall time to wait for statuses; without them the tree is shown as it is known."""
 
+REQUIREMENTS_S = 0.3
+"""Wall time to wait for requirements once all else is known: a mission may have none."""
+
 EPILOG = """\
 examples:
   bt-mission run explore --visible --speed 1  in one terminal
@@ -160,10 +163,15 @@ def _print_once(observer: ExecutiveDirectory, link: ExecutiveSource) -> int:
 
     mission = MissionState()
     since = Stopwatch()
-    while since.elapsed_s < STATUSES_S and not _is_complete(mission):
+    since_complete: Stopwatch | None = None
+    while since.elapsed_s < STATUSES_S:
         observer.serve(WAIT_S)
         for message in link.take(needs_statuses=mission.needs_statuses).messages:
             mission.take(message)
+        if _is_complete(mission):
+            since_complete = since_complete or Stopwatch()
+            if mission.requirements or since_complete.elapsed_s > REQUIREMENTS_S:
+                break
     print_tree(mission)
     return SUCCESS
 
@@ -189,13 +197,13 @@ def _is_complete(mission: MissionState) -> bool:
 
 def _follow(observer: ExecutiveDirectory, link: ExecutiveSource, *, as_json: bool) -> int:
     """Print what happens, until whoever reads has left."""
-    from bt_mission.events.events import MissionStarted
+    from bt_mission.events.events import MissionStarted, RequirementChanged
     from bt_mission.events.log import entry_of, json_line
     from bt_mission.events.mission_state import MissionState
-    from bt_mission.views.terminal.lines import log_line, whole_tree
+    from bt_mission.views.terminal.lines import RequirementLines, log_line, whole_tree
     from bt_mission.views.terminal.marks import marks_for
 
-    mission = MissionState()
+    mission, requirements = MissionState(), RequirementLines()
     marks = marks_for(sys.stdout.encoding)
     was_there = True
     while not _reader_has_left():
@@ -206,6 +214,10 @@ def _follow(observer: ExecutiveDirectory, link: ExecutiveSource, *, as_json: boo
                     print(json_line(one), flush=True)
                 elif isinstance(one, MissionStarted):
                     print("\n".join(whole_tree(mission, marks, None)), flush=True)
+                    requirements = RequirementLines(mission.requirements)
+                elif isinstance(one, RequirementChanged):
+                    for line in requirements.take(one, mission.tree):
+                        print(line, flush=True)
                 elif (entry := entry_of(one)) is not None and mission.tree is not None:
                     print(log_line(entry, mission.tree.time_ns, marks), flush=True)
         if link.is_there != was_there:

@@ -116,6 +116,33 @@ class LogLine:
     text: str
 
 
+@dataclass(frozen=True)
+class RequirementChanged:
+    """A requirement has come to something else.
+
+    Attributes:
+        verdict: ``holds``, ``violated``, ``open`` or ``unknown``.
+        margin: By how much it holds so far, below 0 by how much it is violated; None where it has
+            no measure.
+        at: The instant that decides the margin, s since the start.
+        outcome: All of it in words.
+    """
+
+    time_ns: int
+    run: str
+    name: str
+    requirement: str
+    verdict: str
+    margin: float | None
+    unit: str
+    at: float | None
+    violated_at: float | None
+    on_violation: str
+    sources: str
+    why: str
+    outcome: str
+
+
 MissionEvent = (
     MissionStarted
     | NodeStatusChanged
@@ -124,4 +151,5 @@ MissionEvent = (
     | GoalChanged
     | VariableChanged
     | LogLine
+    | RequirementChanged
 )

@@ -19,6 +19,7 @@ from bt_mission.events.events import (
     MissionStateChanged,
     NodeProgressed,
     NodeStatusChanged,
+    RequirementChanged,
     VariableChanged,
 )
 from bt_mission.goals.goal import GoalStatus
@@ -235,6 +236,9 @@ def _parts(happening: MissionEvent) -> tuple[str, int | None, dict[str, Any]]:
             return "variable", time_ns, {"name": name, "value": _read(value)}
         case LogLine(time_ns, text=text):
             return "log", time_ns, {"text": text}
+        case RequirementChanged(time_ns):
+            names = ("name", "requirement", "verdict", "margin", "unit", "at", "violated_at")
+            return "requirement", time_ns, _some(fields, *names, "on_violation", "sources", "why")
 
 
 def _some(fields: dict[str, Any], *names: str) -> dict[str, Any]:

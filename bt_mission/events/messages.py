@@ -19,6 +19,7 @@ from bt_mission.events.events import (
     MissionStarted,
     MissionStateChanged,
     NodeProgress,
+    RequirementChanged,
 )
 
 
@@ -73,9 +74,19 @@ class NodeDetails:
     nodes: Mapping[str, tuple[str, ...]]
 
 
+@dataclass(frozen=True)
+class Requirements:
+    """What all requirements of a run have come to."""
+
+    time_ns: int
+    run: str
+    requirements: tuple[RequirementChanged, ...]
+
+
 Told = (
     MissionStarted
     | NodeDetails
+    | Requirements
     | Changes
     | Statuses
     | MissionStateChanged

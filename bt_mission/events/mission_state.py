@@ -9,7 +9,7 @@ from __future__ import annotations
 import copy
 from collections import deque
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 from py_trees.common import Status
@@ -25,6 +25,7 @@ from bt_mission.events.events import (
     NodeProgress,
     NodeProgressed,
     NodeStatusChanged,
+    RequirementChanged,
     VariableChanged,
 )
 from bt_mission.events.log import LOG_ENTRIES, LogEntry, entry_of
@@ -85,6 +86,7 @@ class MissionState:
         self.variables: dict[str, str] = {}
         self.breakpoints: tuple[str, ...] = ()
         self._node_details = messages.NodeDetails("", {})
+        self._requirements = messages.Requirements(0, "", ())
         self._running_children: list[int] = []
         self._waiting: deque[messages.Changes] = deque(maxlen=WAITING_CHANGES)
         self._early: deque[messages.Changes] = deque(maxlen=WAITING_CHANGES)
@@ -124,6 +126,17 @@ class MissionState:
         return known.nodes.get(tree.nodes[index].path, ())
 
     @property
+    def requirements(self) -> tuple[RequirementChanged, ...]:
+        """What each requirement of the mission has come to; empty where none is known."""
+        known = self._requirements
+        return known.requirements if self.tree and known.run == self.tree.run else ()
+
+    @property
+    def violated(self) -> tuple[RequirementChanged, ...]:
+        """Those that are violated."""
+        return tuple(one for one in self.requirements if one.verdict == "violated")
+
+    @property
     def tip(self) -> int | None:
         """Of the nodes that run without running children, the one that started last."""
         for index in reversed(self.running):
@@ -139,6 +152,8 @@ class MissionState:
             case messages.NodeDetails():
                 self._node_details = message
                 return []
+            case messages.Requirements():
+                happening = self._take_requirements(message)
             case messages.Changes():
                 happening = self._take_changes(message)
             case messages.Statuses():
@@ -175,7 +190,15 @@ class MissionState:
         self._early.clear()
         self.robot.trail.clear()
         yield tree
+        yield from self.requirements  # they may come before the tree
         yield from self._catch_up()
+
+    def _take_requirements(self, told: messages.Requirements) -> Iterator[MissionEvent]:
+        before = {replace(one, time_ns=0) for one in self.requirements}
+        self._requirements = told
+        for one in self.requirements:
+            if replace(one, time_ns=0) not in before:
+                yield one
 
     def _take_changes(self, changes: messages.Changes) -> Iterator[MissionEvent]:
         if self.tree is None or changes.run != self.tree.run:

@@ -6,6 +6,7 @@ Messages that were decoded from a recording do as well as rclpy's own.
 from __future__ import annotations
 
 import json
+import math
 from typing import Any
 
 from py_trees.common import Status
@@ -36,6 +37,40 @@ def node_details(message: Any) -> told.NodeDetails:
         return told.NodeDetails(str(found["run"]), nodes)
     except (ValueError, TypeError, KeyError, AttributeError):
         return told.NodeDetails("", {})
+
+
+def requirements(message: Any) -> told.Requirements:
+    """Return the ``DiagnosticArray`` of ``~/requirements``; empty where it is none of ours."""
+    stamp_ns = time_ns(message.header.stamp)
+    found = tuple(_requirement(one, stamp_ns) for one in message.status)
+    return told.Requirements(stamp_ns, found[0].run if found else "", found)
+
+
+def _requirement(status: Any, stamp_ns: int) -> events.RequirementChanged:
+    text = {one.key: one.value for one in status.values}.get
+    return events.RequirementChanged(
+        time_ns=stamp_ns,
+        run=text("run", ""),
+        name=status.name,
+        requirement=text("requirement", ""),
+        verdict=text("verdict", ""),
+        margin=_number(text("margin", "")),
+        unit=text("unit", ""),
+        at=_number(text("at", "")),
+        violated_at=_number(text("violated_at", "")),
+        on_violation=text("on_violation", ""),
+        sources=text("sources", ""),
+        why=text("why", ""),
+        outcome=status.message,
+    )
+
+
+def _number(text: str) -> float | None:
+    try:
+        number = float(text)
+    except ValueError:
+        return None
+    return number if math.isfinite(number) else None
 
 
 def changes(message: Any) -> told.Changes:

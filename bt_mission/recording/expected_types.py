@@ -17,6 +17,7 @@ from bt_mission.core.cdr.definitions import (
 )
 
 TEXT = "std_msgs/msg/String"
+DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
 ROBOT: Mapping[str, str] = {
     "odom": "nav_msgs/msg/Odometry",
     "ground_truth/odom": "nav_msgs/msg/Odometry",

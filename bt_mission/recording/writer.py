@@ -53,6 +53,7 @@ NEVER = ("/clock", "/parameter_events")
 STATUS_TYPES = {
     "tree": "bt_mission_interfaces/msg/Tree",
     "node_details": "std_msgs/msg/String",
+    "requirements": "diagnostic_msgs/msg/DiagnosticArray",
     "state": "bt_mission_interfaces/msg/MissionState",
     "changes": "bt_mission_interfaces/msg/StatusChanges",
 }

@@ -6,7 +6,7 @@ import copy
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Literal, Protocol, TypeAlias
+from typing import Literal, Protocol, TypeAlias, runtime_checkable
 
 from bt_mission.core.stamps import NS
 from bt_mission.language.requirements.formula import OnViolation, Requirement, signals_in
@@ -29,6 +29,14 @@ class SignalSource(Protocol):
         """Return what gives a lower bound of a signal, if that costs less than its value."""
 
 
+@runtime_checkable
+class NamedSources(Protocol):
+    """A source that has some signals from elsewhere than their names say."""
+
+    def measured_by(self, signal: SignalValue, /) -> str:
+        """Return what measures a signal in the place of the truth; empty for the truth."""
+
+
 @dataclass(frozen=True)
 class RequirementResult:
     """What a requirement came to.
@@ -42,6 +50,8 @@ class RequirementResult:
         at: The instant that decides the margin, s since the start.
         violated_at: When the violation was noticed, s since the start.
         why: Why it is open or unknown.
+        sources: Signals that are measured where a simulation would know the truth, such as
+            ``speed by odometry``.
     """
 
     name: str
@@ -53,15 +63,22 @@ class RequirementResult:
     violated_at: float | None = None
     on_violation: OnViolation = "report"
     why: str = ""
+    sources: tuple[str, ...] = ()
 
     def __str__(self) -> str:
+        return f"{self.name}: {self.outcome}"
+
+    @property
+    def outcome(self) -> str:
+        """Verdict, margin, instant and reason in words."""
         has_measure = self.margin is not None and self.verdict in ("holds", "violated")
         measure = (
             "" if not has_measure else f" by {abs(self.margin or 0.0):.4g} {self.unit}".rstrip()
         )
         when = "" if self.at is None else f" at {self.at:.2f} s"
         why = f": {self.why}" if self.why else ""
-        return f"{self.name}: {self.verdict}{measure}{when}{why}"
+        sources = f" ({', '.join(self.sources)})" if self.sources else ""
+        return f"{self.verdict}{measure}{when}{sources}{why}"
 
 
 class Monitor:
@@ -80,6 +97,7 @@ class Monitor:
         readers: dict[str, Reader] = {}
         bounds: dict[str, Callable[[], float | None]] = {}
         missing: dict[str, str] = {}
+        measured: dict[str, str] = {}
         for signal in signals_in(requirement.root):
             found = source.reader(signal)
             if isinstance(found, str):
@@ -89,6 +107,9 @@ class Monitor:
             bound = source.at_least(signal)
             if bound is not None:
                 bounds[signal.key] = bound
+            if isinstance(source, NamedSources) and (by := source.measured_by(signal)):
+                measured[signal.key] = f"{signal.key} by {by}"
+        self._sources = tuple(measured.values())
         self._missing = "; ".join(f"{key}: {why}" for key, why in missing.items())
         self._compiler = Compiler(readers, bounds)
         self._root: Root | None = None if missing else self._compiler.root(requirement.root)
@@ -154,6 +175,7 @@ class Monitor:
             violated_at=None if self.violated_ns is None else self.violated_ns / NS,
             on_violation=self.requirement.on_violation,
             why=why,
+            sources=self._sources,
         )
 
     @property

@@ -19,6 +19,7 @@ from bt_mission_interfaces.msg import (
     Tree,
 )
 from bt_mission_interfaces.srv import GetStatuses, PauseMission, SetBreakpoint
+from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import OccupancyGrid
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -41,6 +42,7 @@ STATIC_FRAMES = QoSProfile(depth=20, durability=DurabilityPolicy.TRANSIENT_LOCAL
 TELLS: dict[str, tuple[Any, QoSProfile, Callable[[Any], messages.Told]]] = {
     "tree": (Tree, LATCHED, reader.tree),
     "node_details": (String, LATCHED, reader.node_details),
+    "requirements": (DiagnosticArray, LATCHED, reader.requirements),
     "changes": (StatusChanges, ALL, reader.changes),
     "state": (MissionState, LATCHED, reader.state),
     "details": (MissionDetails, ALL, reader.details),

@@ -24,6 +24,7 @@ from bt_mission.executive.status import Change
 from bt_mission.goals.goal import Goal, GoalStatus, Phase
 from bt_mission.goals.ledger import Ledger
 from bt_mission.language.mission import Mission
+from bt_mission.ros.requirement_watch import RequirementWatch
 
 MOST_RUNNING = 50
 """Running nodes in one message; where more run, they take turns."""
@@ -53,6 +54,7 @@ class MissionRun:
         log_listeners: Called with each line of the log and its ROS time, ns.
         clock_ns: Returns the mission's time, ns.
         mission: What is carried out.
+        requirements: What its requirements have come to.
     """
 
     executive: Executive
@@ -61,6 +63,7 @@ class MissionRun:
     log_listeners: list[Callable[[int, str], None]]
     clock_ns: Callable[[], int]
     mission: Mission
+    requirements: RequirementWatch
 
     @property
     def now_ns(self) -> int:

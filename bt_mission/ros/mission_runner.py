@@ -230,6 +230,7 @@ class MissionRunner:
             self.log_listeners,
             lambda: self.now_ns,
             self.mission,
+            self.requirements,
         )
 
     def show_waypoints(self) -> None:

@@ -45,6 +45,7 @@ class RequirementWatch:
     ) -> None:
         self._runner = runner
         self._monitors: Monitors | None = None
+        self._violated = 0
         if runner.mission.requirements:
             self._signals = make_signals(runner)
             self._monitors = Monitors(
@@ -61,9 +62,16 @@ class RequirementWatch:
             monitors.finish(is_complete=executive.status is not MissionStatus.INTERRUPTED)
         return monitors.results
 
+    @property
+    def count_violated(self) -> int:
+        """How many are known to be violated."""
+        return self._violated
+
     def _step(self) -> None:
         monitors, executive = self._monitors, self._runner.executive
         assert monitors is not None, "it is called only where there are requirements"
+        if not executive.started_ns:
+            return  # goals of an earlier process are seen to first
         self._signals.step()
         monitors.step(self._runner.now_ns - executive.started_ns)
         self._signals.forget()
@@ -72,6 +80,7 @@ class RequirementWatch:
 
     def _on_violation(self, result: RequirementResult) -> None:
         runner = self._runner
+        self._violated += 1
         runner.trace.record(
             runner.now_ns,
             "requirement",

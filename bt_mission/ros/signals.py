@@ -16,6 +16,7 @@ from bt_mission.core.geometry import yaw_of
 from bt_mission.core.stamps import NS
 from bt_mission.executive.status import Change
 from bt_mission.language.expressions.values import NoValue
+from bt_mission.language.requirements.signals import SIGNALS
 from bt_mission.language.requirements.syntax import SignalValue
 from bt_mission.requirements.compiler import Reader
 from bt_mission.ros.subscriber import (
@@ -153,6 +154,11 @@ class LiveSignals:
     def at_least(self, _signal: SignalValue, /) -> Callable[[], float | None] | None:
         """Return what gives a lower bound of a signal at little cost; none of these has one."""
         return None
+
+    def measured_by(self, signal: SignalValue, /) -> str:
+        """Return what measures a signal that only a simulation knows better."""
+        known = SIGNALS.get(signal.name)
+        return "odometry" if known is not None and known.known_by == "odometry" else ""
 
     def step(self) -> None:
         """Look for topics that are not there yet; called before each control step."""

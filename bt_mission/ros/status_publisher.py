@@ -1,10 +1,10 @@
 """What tools see of a running mission: its tree once, and after that what changes.
 
-``~/tree``, ``~/node_details`` and ``~/state`` are latched; ``~/changes`` carries the changes of
-one tick, and nothing is sent for a tick that changes nothing. Who comes late asks ``~/statuses``
-for all statuses at once, and goes on from its sequence number. ``~/details`` and ``~/log`` are made
-only while somebody subscribes, and paced by wall time, since the mission's clock may run a hundred
-times as fast.
+``~/tree``, ``~/node_details``, ``~/requirements`` and ``~/state`` are latched; ``~/changes``
+carries the changes of one tick, and nothing is sent for a tick that changes nothing. Who comes late
+asks ``~/statuses`` for all statuses at once, and goes on from its sequence number. ``~/details``
+and ``~/log`` are made only while somebody subscribes, and paced by wall time, since the mission's
+clock may run a hundred times as fast.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from bt_mission_interfaces.msg import (
 )
 from bt_mission_interfaces.srv import GetStatuses
 from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 from rclpy.node import Node
@@ -38,6 +39,7 @@ from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.executive.status import Change
 from bt_mission.ros.graph import LATCHED, REQUESTS
 from bt_mission.ros.mission_details import MissionDetailsBuilder, MissionRun
+from bt_mission.ros.requirement_status import RequirementStatus
 
 CHANGES = QoSProfile(depth=100)
 DETAILS = QoSProfile(depth=10)
@@ -57,7 +59,8 @@ CODES = {
 }
 
 StatusListener = Callable[[str, Any], None]
-"""Takes a message with what it is: ``tree``, ``node_details``, ``state`` or ``changes``."""
+"""Takes a message with what it is: ``tree``, ``node_details``, ``requirements``, ``state`` or
+``changes``."""
 
 
 class StatusPublisher:
@@ -91,12 +94,14 @@ class StatusPublisher:
         self._shown: tuple[str, str] | None = None
         self._topics: dict[str, Any] = {}
         self._details: MissionDetailsBuilder | None = None
+        self._requirements: RequirementStatus | None = None
         self._since_details = Stopwatch()
         self._details_count = 0
         if has_topics:
             self._topics = {
                 "tree": node.create_publisher(Tree, "~/tree", LATCHED),
                 "node_details": node.create_publisher(String, "~/node_details", LATCHED),
+                "requirements": node.create_publisher(DiagnosticArray, "~/requirements", LATCHED),
                 "state": node.create_publisher(MissionState, "~/state", LATCHED),
                 "changes": node.create_publisher(StatusChanges, "~/changes", CHANGES),
                 "details": node.create_publisher(MissionDetails, "~/details", DETAILS),
@@ -123,6 +128,8 @@ class StatusPublisher:
         if self._has_tree and self._run is not None:
             listener("tree", self._tree(self._run))
             listener("node_details", self._node_details(self._run))
+        if self._requirements is not None and self._requirements.message is not None:
+            listener("requirements", self._requirements.message)
         if self._shown is not None:
             listener("state", self._state(*self._shown))
 
@@ -142,11 +149,22 @@ class StatusPublisher:
         self._pending, self._ended, self._reset = [], {}, {}
         self._has_tree = False
         self.indices = {node: index for index, node in enumerate(run.executive.nodes)}
+        self._follow_requirements(run)
         run.executive.listeners.append(self._on_change)
         if self._topics:
             self._details = MissionDetailsBuilder(self.run, run, self.indices)
             self._details_count = 0
             run.log_listeners.append(self._on_log)
+
+    def _follow_requirements(self, run: MissionRun) -> None:
+        if self._requirements is not None:
+            self._tell("requirements", DiagnosticArray())  # those of the last mission are over
+        self._requirements = None
+        if run.mission.requirements:
+            watch = run.requirements
+            self._requirements = RequirementStatus(
+                self.run, watch.results, lambda: watch.count_violated
+            )
 
     def publish_idle(self) -> None:
         """Tell that there is no mission yet."""
@@ -186,6 +204,10 @@ class StatusPublisher:
             self._pending = []
             self._tell("changes", changes)
         executive = self._run.executive
+        if self._requirements is not None:
+            told = self._requirements.describe(self._run.now_ns, is_done=executive.is_done)
+            if told is not None:
+                self._tell("requirements", told)
         seen = (executive.status, executive.explanation, executive.paused is not None)
         if seen == self._seen:
             return False

@@ -55,6 +55,10 @@ class StageSignals(LiveSignals):
     def at_least(self, signal: SignalValue, /) -> Callable[[], float | None] | None:
         return self._room if signal.name == "clearance" else None
 
+    @override
+    def measured_by(self, signal: SignalValue, /) -> str:
+        return "" if signal.name in self._truth else super().measured_by(signal)
+
     def _once(self, read: Callable[[], Any]) -> Callable[[], Any]:
         """Return what reads a value once at each instant, however often it is asked."""
         of, value = -1, None

@@ -12,8 +12,9 @@ its own size, counted from behind the head; a text is its length with its final 
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -64,6 +65,12 @@ class DecodedMessage(dict[str, Any]):
 
     else:
         __getattr__ = dict.__getitem__
+
+
+def _message_class(names: Iterable[str]) -> type[DecodedMessage]:
+    """Return the class of messages with these fields; one called as a method of dict hides it."""
+    hiding = {name: property(itemgetter(name)) for name in names if hasattr(dict, name)}
+    return type("DecodedMessage", (DecodedMessage,), hiding) if hiding else DecodedMessage
 
 
 class Decoder:
@@ -175,8 +182,10 @@ class _Compiler:
             return self._known[name]
         fields = [(field.name, self._field(field)) for field in self._specs[name]]
 
+        message_class = _message_class(key for key, _ in fields)
+
         def read(data: bytes, at: int) -> tuple[Any, int]:
-            values = DecodedMessage()
+            values = message_class()
             for key, step in fields:
                 values[key], at = step(data, at)
             return values, at
@@ -193,10 +202,11 @@ class _Compiler:
         """Read numbers of one size, such as a quaternion's, in one go."""
         row = struct.Struct(self._order + "".join(_FORMATS[field.type] for field in fields))
         names, length, unpack = [field.name for field in fields], row.size, row.unpack_from
+        message_class = _message_class(names)
 
         def read(data: bytes, at: int) -> tuple[Any, int]:
             at += -(at - HEAD) % size
-            return DecodedMessage(zip(names, unpack(data, at), strict=True)), at + length
+            return message_class(zip(names, unpack(data, at), strict=True)), at + length
 
         return read
 

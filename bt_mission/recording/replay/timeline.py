@@ -16,8 +16,9 @@ from typing import Any
 from py_trees.common import Status
 
 from bt_mission.events import events, messages, reader
+from bt_mission.events.log import line_of
+from bt_mission.recording.expected_types import DIAGNOSTICS, TEXT, expect
 from bt_mission.recording.expected_types import ROBOT as TYPES
-from bt_mission.recording.expected_types import TEXT, expect
 from bt_mission.recording.facts import LARGEST_NS
 from bt_mission.recording.reading import UNREADABLE, Channel, RecordedFile, RecordingError
 
@@ -29,6 +30,12 @@ TOLD: dict[str, Callable[[Any], messages.Told]] = {
     "bt_mission_interfaces/msg/MissionLog": reader.said,
 }
 """What an executive tells, by its type."""
+
+OWN: dict[str, tuple[str, Callable[[Any], messages.Told]]] = {
+    "node_details": (TEXT, reader.node_details),
+    "requirements": (DIAGNOSTICS, reader.requirements),
+}
+"""What it tells by messages of others, with their types."""
 
 ROBOT: dict[str, Callable[[Any], messages.Robot]] = {
     "tf": reader.transforms,
@@ -43,7 +50,7 @@ TREE = "bt_mission_interfaces/msg/Tree"
 LATER = ("scan", "map")
 """Topics whose messages are decoded when they are looked at."""
 
-LOG_EVENT = '"event": "log"'
+LOG_EVENT, REQUIREMENT_EVENT = '"event": "log"', '"event": "requirement"'
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,9 +143,10 @@ class _TimelineReader:
                 if channel.type_name == TREE:
                     self._node = place
                 self._take_told(message, time_ns)
-        elif name == "node_details" and place == self._node:
-            expect(channel, TEXT)
-            self._kept.append((time_ns, reader.node_details(channel.decode(data))))
+        elif name in OWN and place == self._node:
+            type_name, read = OWN[name]
+            expect(channel, type_name)
+            self._take_told(read(channel.decode(data)), time_ns)
         elif name == "trace":
             expect(channel, TEXT)
             self._take_line(channel.decode(data).data)
@@ -174,10 +182,11 @@ class _TimelineReader:
 
     def _take_line(self, line: str) -> None:
         self._trace.append(line)
-        if LOG_EVENT in line:
+        if LOG_EVENT in line or REQUIREMENT_EVENT in line:
             event = json.loads(line)
             if abs(event["t"]) <= LARGEST_NS:
-                self._said.append((int(event["t"]), str(event["text"])))
+                text = str(event["text"]) if event["event"] == "log" else line_of(event).strip()
+                self._said.append((int(event["t"]), text))
 
     # ---- the end ---------------------------------------------------------------------------
 

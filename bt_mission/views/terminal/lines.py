@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import TextIO
 
 from py_trees.common import Status
@@ -12,13 +12,14 @@ from rich.cells import cell_len, set_cell_size
 from bt_mission.behaviours.leaves import Log
 from bt_mission.core.stamps import NS
 from bt_mission.core.text import escape_control
+from bt_mission.events.events import MissionStarted, RequirementChanged
 from bt_mission.events.log import LogEntry, glyphs_for, mission_state, verdict
 from bt_mission.events.mission_state import MissionState
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.leaf_statistics import LeafSummary
 from bt_mission.executive.status import Change, MissionStatus
 from bt_mission.views.terminal.marks import Marks, clean, exact_seconds, fit, text_of
-from bt_mission.views.terminal.panels import log_words
+from bt_mission.views.terminal.panels import log_words, requirement_rows
 from bt_mission.views.terminal.tree_rows import Outline, tree_row
 
 LONGEST_NAME = 28
@@ -138,6 +139,30 @@ def whole_tree(mission: MissionState, marks: Marks, width: int | None) -> Iterat
     for index in outline.rows:
         row = tree_row(mission, outline, index, width or 10_000, marks)
         yield text_of(fit(row, width, marks)).rstrip()
+    if mission.requirements:
+        yield "requirements"
+    for row in requirement_rows(mission, marks):
+        yield "  " + text_of(fit(row, None if width is None else width - 2, marks)).rstrip()
+
+
+class RequirementLines:
+    """Tells when a requirement comes to another verdict.
+
+    Args:
+        known: Those that were told already.
+    """
+
+    def __init__(self, known: Iterable[RequirementChanged] = ()) -> None:
+        self._verdicts = {one.name: one.verdict for one in known}
+
+    def take(self, one: RequirementChanged, tree: MissionStarted | None) -> Iterator[str]:
+        """Give a line, if there is something new; a violation is said by the mission itself."""
+        before = self._verdicts.get(one.name)
+        self._verdicts[one.name] = one.verdict
+        is_said = before is not None and one.verdict == "violated"
+        if tree is not None and one.verdict != before and not is_said:
+            text = escape_control(f"  requirement {one.name}: {one.outcome}")
+            yield timed(one.time_ns - tree.time_ns, text)
 
 
 def log_line(entry: LogEntry, start_ns: int, marks: Marks) -> str:

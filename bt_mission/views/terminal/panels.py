@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from textwrap import wrap
 
 from py_trees.common import Status
+from rich.cells import cell_len, set_cell_size
 
-from bt_mission.events.events import FINAL, OPEN
+from bt_mission.events.events import FINAL, OPEN, RequirementChanged
 from bt_mission.events.log import LogEntry
 from bt_mission.events.mission_state import MissionState
 from bt_mission.events.robot_state import RobotState
@@ -28,6 +30,17 @@ GOAL_STATUSES = {
     "canceled": Status.INVALID,
 }
 """The sign of a goal's state; that of the others is running."""
+
+VERDICTS = {
+    "violated": Status.FAILURE,
+    "unknown": Status.INVALID,
+    "open": Status.RUNNING,
+    "holds": Status.SUCCESS,
+}
+"""The sign of a requirement's verdict; the first stand on top."""
+
+LONGEST_NAME = 32
+"""Characters of a requirement's name before what it has come to."""
 
 STATE_STATUSES = {
     "running": Status.RUNNING,
@@ -51,6 +64,9 @@ def header(
         style = "paused" if state.status == "paused" else STATUS_STYLES[status]
         sign = "" if status is Status.INVALID else f"{marks.status[status]} "
         spans += [("  ", ""), (f"{sign}{state.status}", style)]
+    if mission.violated:
+        sign, count = marks.status[Status.FAILURE], len(mission.violated)
+        spans.append((f"  {sign} {count} of {len(mission.requirements)} violated", "failure"))
     if tree is not None:
         spans.append((f"  {exact_seconds(mission.elapsed_ns)}", ""))
     if factor is not None and mission.status not in FINAL:
@@ -139,6 +155,49 @@ def _short(value: str) -> str:
         return value if len(value) <= SHORT else f"{float(value):.6g}"
     except ValueError:
         return value
+
+
+def requirement_rows(mission: MissionState, marks: Marks) -> Rows:
+    """Verdict, name and margin of each requirement: the violated ones first, then in their order.
+
+    The margin is the present one: what was left so far at its worst.
+    """
+    order = list(VERDICTS)
+    known = sorted(
+        mission.requirements,
+        key=lambda one: order.index(one.verdict) if one.verdict in order else len(order),
+    )
+    width = min(max((cell_len(clean(one.name, marks)) for one in known), default=0), LONGEST_NAME)
+    margins = [_margin(one) for one in known]
+    room = max(map(len, margins), default=0)
+    rows: Rows = []
+    for one, margin in zip(known, margins, strict=True):
+        status = VERDICTS.get(one.verdict, Status.INVALID)
+        name = clean(one.name, marks)
+        if cell_len(name) > width:
+            name = set_cell_size(name, width - 1) + marks.cut
+        rows.append(
+            [
+                (f"{marks.status[status]} {one.verdict:<8} ", STATUS_STYLES[status]),
+                (set_cell_size(name, width), "title"),
+                (f" {margin:>{room}}", STATUS_STYLES[status] if one.verdict != "open" else ""),
+                ("" if one.at is None else f"  at {one.at:.2f} s", "time"),
+                (f"  {'; '.join(filter(None, (one.why, one.sources)))}".rstrip(), "words"),
+                (f"  {one.requirement}", "words"),
+            ]
+        )
+    return rows
+
+
+def _margin(one: RequirementChanged) -> str:
+    return "" if one.margin is None else f"{one.margin:+.4g} {one.unit}".rstrip()
+
+
+def requirements_title(mission: MissionState) -> str:
+    """How many there are of each verdict."""
+    counts = Counter(one.verdict for one in mission.requirements)
+    told = [f"{counts[verdict]} {verdict}" for verdict in VERDICTS if counts[verdict]]
+    return f"requirements: {', '.join(told)}" if told else "requirements"
 
 
 def node_rows(mission: MissionState, index: int, width: int, marks: Marks) -> Rows:

@@ -69,7 +69,12 @@ LOOKING = (
     Key("n", "again(1)", "n N", "the next one found, the one before"),
     Key("N", "again(-1)", "", ""),
     Key("f", "tree('follow')", "f", "select what runs, and go with it"),
-    Key("tab", "next_panel(1)", "Tab", "the next panel: log, goals, variables, map, node"),
+    Key(
+        "tab",
+        "next_panel(1)",
+        "Tab",
+        "the next panel: log, requirements, goals, variables, map, node",
+    ),
     Key("shift+tab", "next_panel(-1)", "", ""),
     Key("z", "enlarge", "z", "give the panel the whole screen, and back"),
 )

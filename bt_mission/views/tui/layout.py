@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from textwrap import wrap
 
 from textual.app import ComposeResult
@@ -21,6 +21,8 @@ from bt_mission.views.terminal.panels import (
     map_title,
     node_rows,
     path,
+    requirement_rows,
+    requirements_title,
     targets,
     variable_rows,
 )
@@ -28,7 +30,8 @@ from bt_mission.views.terminal.tree_rows import tree_row
 from bt_mission.views.tui.pane import Pane
 from bt_mission.views.tui.watch_model import WatchModel
 
-PANELS = ("log", "goals", "variables", "map", "node")
+REQUIREMENTS = "requirements"
+PANELS = ("log", REQUIREMENTS, "goals", "variables", "map", "node")
 """What may stand beside the tree, in the order in which one key goes through them."""
 
 WIDE_COLUMNS, WIDE_ROWS = 110, 26
@@ -58,15 +61,27 @@ class PanePlace:
     height: int
 
 
+@dataclass(frozen=True)
+class Content:
+    """What there is to be shown, as far as it takes room.
+
+    Attributes:
+        has_time: Is there a line of time above the last one?
+        requirements: How many the mission has.
+    """
+
+    has_time: bool = False
+    requirements: int = 0
+
+
 def arranged(
-    width: int, height: int, panel: str, *, is_large: bool, has_time: bool = False
+    width: int, height: int, panel: str, content: Content, *, is_large: bool
 ) -> dict[str, PanePlace]:
     """The place of each pane that is shown.
 
     Args:
         panel: Which one is shown where there is room for one.
         is_large: Does it take the place of the tree, and of all others?
-        has_time: Is there a line of time above the last one?
     """
     places = {"head": PanePlace(0, 0, width, 1)}
     top = 1
@@ -75,14 +90,14 @@ def arranged(
         top = 2
     bottom = max(height - 1, top)
     places["foot"] = PanePlace(0, bottom, width, 1)
-    if has_time and height >= TIME_ROWS:
+    if content.has_time and height >= TIME_ROWS:
         bottom -= 1
         places["time"] = PanePlace(0, bottom, width, 1)
     rows = bottom - top
     if is_large:
         places[panel] = PanePlace(0, top, width, rows)
     elif width >= WIDE_COLUMNS and height >= WIDE_ROWS:
-        places |= _wide(width, top, rows)
+        places |= _wide(width, top, rows, content.requirements)
     elif height >= PANEL_ROWS:
         below = min(max(rows // 3, 5), 12)
         places["tree"] = PanePlace(0, top, width, rows - below)
@@ -92,8 +107,8 @@ def arranged(
     return places
 
 
-def _wide(width: int, top: int, rows: int) -> dict[str, PanePlace]:
-    """Tree and log on the left, the others on the right."""
+def _wide(width: int, top: int, rows: int, requirements: int) -> dict[str, PanePlace]:
+    """Tree, requirements and log on the left, the others on the right."""
     side = min(width * 2 // 5, SIDE_COLUMNS)
     left, x = width - side - 1, width - side
     log = max(rows // 4, 6)
@@ -101,10 +116,13 @@ def _wide(width: int, top: int, rows: int) -> dict[str, PanePlace]:
     variables = max(rows // 7, 4)
     chart = rows - node - goals - variables
     heights = (("map", chart), ("goals", goals), ("variables", variables), ("node", node))
+    judged = min(requirements + 1, max(rows // 4, 4)) if requirements else 0
     places = {
-        "tree": PanePlace(0, top, left, rows - log),
+        "tree": PanePlace(0, top, left, rows - log - judged),
         "log": PanePlace(0, top + rows - log, left, log),
     }
+    if judged:
+        places[REQUIREMENTS] = PanePlace(0, top + rows - log - judged, left, judged)
     y = top
     for name, height in heights:
         places[name] = PanePlace(x, y, side, height)
@@ -144,7 +162,7 @@ class MainScreen(Screen[None]):
 
     def __init__(self, marks: Marks, *, has_time: bool = False) -> None:
         super().__init__()
-        self._has_time = has_time
+        self._content = Content(has_time=has_time)
         self._marks = marks
         self._chart = MapChart(marks)
         self.panes = {
@@ -167,9 +185,7 @@ class MainScreen(Screen[None]):
     def place_panes(self) -> None:
         """Give each pane its place on a screen of the present size."""
         width, height = self.size
-        places = arranged(
-            width, height, self.panel, is_large=self.is_large, has_time=self._has_time
-        )
+        places = arranged(width, height, self.panel, self._content, is_large=self.is_large)
         for name, pane in self.panes.items():
             place = places.get(name)
             pane.display = place is not None and place.height > 0 and place.width > 0
@@ -191,6 +207,10 @@ class MainScreen(Screen[None]):
             before: What stands before the mission's name.
         """
         mission, marks = outlook.mission, self._marks
+        content = replace(self._content, requirements=len(mission.requirements))
+        if content != self._content:
+            self._content = content
+            self.place_panes()
         width = self.size.width
         head = header(mission, mission.robot, outlook.pace.factor, marks)
         self.panes["head"].show([[*before, *head]])
@@ -237,6 +257,8 @@ class MainScreen(Screen[None]):
             case "goals":
                 rows = goal_rows(mission, marks) or _wrapped(outlook.limits, pane.size.width)
                 return rows, goals_title(mission)
+            case "requirements":
+                return requirement_rows(mission, marks), requirements_title(mission)
             case "variables":
                 return variable_rows(mission, marks), "variables"
             case "map":

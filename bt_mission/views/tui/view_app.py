@@ -15,7 +15,7 @@ from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.views.terminal.marks import Marks, Span
 from bt_mission.views.tui.dialogs import Help
 from bt_mission.views.tui.keys import Key
-from bt_mission.views.tui.layout import PANELS, MainScreen
+from bt_mission.views.tui.layout import PANELS, REQUIREMENTS, MainScreen
 from bt_mission.views.tui.watch_model import WatchModel
 
 FRAME_S = 0.1
@@ -116,7 +116,13 @@ class ViewApp(EscapingApp[None]):
     @property
     def next_panel(self) -> str:
         """The name of the panel that is shown next."""
-        return PANELS[(PANELS.index(self._main.panel) + 1) % len(PANELS)]
+        return self._panel_beside(1)
+
+    def _panel_beside(self, step: int) -> str:
+        shown = self._main.panel
+        has_requirements = bool(self.outlook.mission.requirements)
+        panels = [one for one in PANELS if one != REQUIREMENTS or has_requirements or one == shown]
+        return panels[(panels.index(shown) + step) % len(panels)]
 
     def _rearrange(self) -> None:
         self._main.place_panes()
@@ -224,7 +230,7 @@ class ViewApp(EscapingApp[None]):
     def action_next_panel(self, step: int) -> None:
         """Show another panel."""
         main = self._main
-        main.panel = PANELS[(PANELS.index(main.panel) + step) % len(PANELS)]
+        main.panel = self._panel_beside(step)
         main.scroll = 0
         self._rearrange()
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from hypothesis import given
 from hypothesis import strategies as st
 from nav_msgs.msg import Odometry
@@ -50,6 +51,16 @@ def test_bytes_may_come_in_the_other_order() -> None:
     """The head says which."""
     data = b"\0\0\0\0" + struct.pack(">I", 5) + struct.pack(">I", 2) + b"a\0"
     assert Decoder("a/msg/B", "uint32 n\nstring s\n").decode(data) == {"n": 5, "s": "a"}
+
+
+def test_a_field_may_be_called_as_a_method_of_dict() -> None:
+    """Such as the values of a DiagnosticStatus: the attribute is the field."""
+    status = DiagnosticStatus(name="motor", values=[KeyValue(key="load", value="3")])
+    value: Any = decoder("diagnostic_msgs/msg/DiagnosticStatus").decode(serialize_message(status))
+    assert [(one.key, one.value) for one in value.values] == [("load", "3")]
+    data = b"\0\1\0\0" + struct.pack("<ff", 1.5, 2.5)
+    row: Any = Decoder("a/msg/Row", "float32 items\nfloat32 keys\n").decode(data)
+    assert (row.items, row.keys) == (1.5, 2.5)
 
 
 def test_messages_that_ros_has_written() -> None:

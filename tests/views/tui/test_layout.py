@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bt_mission.views.tui.layout import PANELS, PanePlace, arranged
+from bt_mission.views.tui.layout import PANELS, REQUIREMENTS, Content, PanePlace, arranged
 
 
 @given(
@@ -15,12 +15,14 @@ from bt_mission.views.tui.layout import PANELS, PanePlace, arranged
     panel=st.sampled_from(PANELS),
     large=st.booleans(),
     timed=st.booleans(),
+    requirements=st.integers(0, 30),
 )
 def test_panes_neither_overlap_nor_leave_the_terminal(
-    width: int, height: int, panel: str, *, large: bool, timed: bool
+    width: int, height: int, panel: str, *, large: bool, timed: bool, requirements: int
 ):
     """Whatever its size; from three rows on what is shown fills it from top to bottom."""
-    places = arranged(width, height, panel, is_large=large, has_time=timed)
+    content = Content(has_time=timed, requirements=requirements)
+    places = arranged(width, height, panel, content, is_large=large)
     cells: set[tuple[int, int]] = set()
     for name, place in places.items():
         if name == "foot" and height == 1:
@@ -33,19 +35,29 @@ def test_panes_neither_overlap_nor_leave_the_terminal(
 
 
 @pytest.mark.parametrize(
-    ("size", "shown"),
+    ("size", "requirements", "shown"),
     [
-        ((80, 24), {"head", "path", "foot", "tree", "log"}),
-        ((140, 45), {"head", "path", "foot", "tree", *PANELS}),
-        ((80, 10), {"head", "path", "foot", "tree"}),
-        ((20, 6), {"head", "foot", "tree"}),
+        ((80, 24), 20, {"head", "path", "foot", "tree", "log"}),
+        ((140, 45), 1, {"head", "path", "foot", "tree", *PANELS}),
+        ((140, 45), 0, {"head", "path", "foot", "tree", *PANELS} - {REQUIREMENTS}),
+        ((80, 10), 20, {"head", "path", "foot", "tree"}),
+        ((20, 6), 20, {"head", "foot", "tree"}),
     ],
 )
-def test_what_there_is_room_for_is_shown(size: tuple[int, int], shown: set[str]):
-    """The tree always."""
-    assert set(arranged(*size, "log", is_large=False)) == shown
+def test_what_there_is_room_for_is_shown(size: tuple[int, int], requirements: int, shown: set[str]):
+    """The tree always; requirements where the mission has any."""
+    content = Content(requirements=requirements)
+    assert set(arranged(*size, "log", content, is_large=False)) == shown
+
+
+def test_twenty_requirements_leave_room_for_the_tree():
+    """They are scrolled in the enlarged panel; a few stand there in full."""
+    for count, rows in ((3, 4), (20, 9)):
+        places = arranged(120, 40, "log", Content(requirements=count), is_large=False)
+        assert places[REQUIREMENTS].height == rows
+        assert places["tree"].height > 15
 
 
 def test_an_enlarged_panel_takes_the_place_of_all_others():
     """Also on a terminal that is too low for one beside the tree."""
-    assert arranged(80, 10, "map", is_large=True)["map"] == PanePlace(0, 2, 80, 7)
+    assert arranged(80, 10, "map", Content(), is_large=True)["map"] == PanePlace(0, 2, 80, 7)
