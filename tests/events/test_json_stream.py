@@ -118,3 +118,24 @@ def test_goals_and_progress(lines: Any):
     }
     assert (moved["event"], moved["state"], moved["t"], moved["sent"]) == ("goal", "active", 2, 1)
     assert "value" not in odd
+
+
+def test_requirements_say_what_they_have_come_to(lines: Any):
+    """With the names of `run --json`."""
+    executive = ScriptedExecutive("patrol\n  go")
+    executive.begin()
+    executive.judge(is_slow="violated -0.1")
+    assert lines(executive)[-1] == {
+        "event": "requirement",
+        "t": 1.0,
+        "name": "is slow",
+        "requirement": "always speed < 0.3",
+        "verdict": "violated",
+        "margin": -0.1,
+        "unit": "m/s",
+        "at": 0.5,
+        "violated_at": 0.5,
+        "on_violation": "report",
+        "sources": "speed by odometry",
+        "why": "",
+    }

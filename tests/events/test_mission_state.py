@@ -10,6 +10,7 @@ from bt_mission.events.events import (
     MissionStarted,
     MissionStateChanged,
     NodeStatusChanged,
+    RequirementChanged,
     VariableChanged,
 )
 from bt_mission.events.messages import NodeStatus, Statuses
@@ -185,3 +186,26 @@ def test_an_index_beyond_the_tree_is_ignored():
     executive.begin()
     take_all(mission, executive)
     assert mission.take(Statuses("run", 1, (NodeStatus(99, Status.RUNNING, ""),))) == []
+
+
+def test_requirements_may_come_before_the_tree():
+    """Those of another run are not the mission's; only what is new happens."""
+    executive, mission = ScriptedExecutive(), MissionState()
+    executive.begin("first")
+    executive.judge(is_slow="violated -0.1")
+    take_all(mission, executive)
+    executive.run = "second"
+    executive.judge(is_slow="open 0.1", keeps_away="open")
+    take_all(mission, executive)
+    assert mission.requirements == ()
+    executive.begin("second")
+    happened = take_all(mission, executive)
+    assert [one.name for one in happened if isinstance(one, RequirementChanged)] == [
+        "is slow",
+        "keeps away",
+    ]
+    executive.judge(1, is_slow="violated -0.1", keeps_away="open")
+    (changed,) = take_all(mission, executive)
+    assert isinstance(changed, RequirementChanged)
+    assert (changed.name, changed.verdict, changed.margin) == ("is slow", "violated", -0.1)
+    assert [one.name for one in mission.violated] == ["is slow"]

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import pytest
+
+from bt_mission.core.stamps import to_ns
 from bt_mission.events import reader
 from bt_mission.events.mission_state import MissionState
 from bt_mission.ros.status_publisher import StatusPublisher
@@ -12,6 +15,7 @@ from bt_mission.ros.status_publisher import StatusPublisher
 READERS: dict[str, Callable[[Any], Any]] = {
     "tree": reader.tree,
     "node_details": reader.node_details,
+    "requirements": reader.requirements,
     "changes": reader.changes,
     "state": reader.state,
 }
@@ -129,3 +133,62 @@ def test_nodes_are_told_with_what_they_are_asked_to_do(ros: Any) -> None:
     )
     assert told["turn"][-4:] == turn
     assert told["m"] == ()
+
+
+JUDGED = """\
+mission: m
+requirements:
+  has time: always time < 5
+  is quick: always time < 1.22
+  ends: eventually succeeded("later")
+  sees: always x > 0
+tree:
+  wait: 3
+  name: later
+"""
+
+
+def test_a_violation_is_told_in_the_step_in_which_it_is_seen(ros: Any) -> None:
+    """Margins once a second, verdicts at the end; each message has all requirements."""
+    node = ros.mission(JUDGED)
+    told: list[Any] = []
+    mission = MissionState()
+
+    def take(what: str, message: Any) -> None:
+        mission.take(READERS[what](message))
+        if what == "requirements":
+            told.append(message)
+
+    node.status_publisher.add(take)
+    ros.until(lambda: node.executive.is_done)
+    start_ns = node.executive.started_ns
+    times = [(to_ns(one.header.stamp) - start_ns) / 1e9 for one in told]
+    assert times == pytest.approx([0.0, 1.0, 1.25, 2.25, 3.0], abs=1e-9)
+    assert all([one.name for one in array.status] == NAMES for array in told)
+    assert [mission.requirements[at].verdict for at in range(4)] == [
+        "holds",
+        "violated",
+        "holds",
+        "unknown",
+    ]
+    (quick,) = mission.violated
+    assert (quick.name, quick.requirement) == ("is quick", "always time < 1.22")
+    assert (quick.violated_at, quick.unit, quick.on_violation) == (1.25, "s", "report")
+    assert quick.at is not None
+    assert quick.margin == pytest.approx(1.22 - quick.at)
+    levels = [one.level for one in told[-1].status]
+    assert levels == [b"\0", b"\2", b"\0", b"\1"]  # as tools for diagnostics show them
+    assert told[-1].status[3].message == "unknown: x: only a simulation knows it"
+
+
+NAMES = ["has time", "is quick", "ends", "sees"]
+
+
+def test_who_comes_late_is_told_of_requirements(ros: Any) -> None:
+    """All of them; where a mission has none, nothing is told."""
+    node = ros.mission(JUDGED)
+    node.status_publisher.add(lambda *_: None)
+    ros.run(2)
+    told: dict[str, Any] = {}
+    node.status_publisher.add(told.__setitem__)
+    assert [one.name for one in told["requirements"].status] == NAMES

@@ -46,6 +46,27 @@ def tree(outline: str = EXPLORE, *, run: str = "run", time_ns: int = S) -> event
     return events.MissionStarted(time_ns, run, nodes[0].name, tuple(nodes))
 
 
+def requirement(
+    name: str, verdict: str, margin: str = "", *, run: str = "run", time_ns: int = S
+) -> events.RequirementChanged:
+    """What a requirement of speed has come to, half a second after the start."""
+    return events.RequirementChanged(
+        time_ns=time_ns,
+        run=run,
+        name=name,
+        requirement="always speed < 0.3",
+        verdict=verdict,
+        margin=float(margin) if margin else None,
+        unit="m/s",
+        at=0.5,
+        violated_at=0.5 if verdict == "violated" else None,
+        on_violation="report",
+        sources="speed by odometry",
+        why="",
+        outcome=f"{verdict} at 0.50 s",
+    )
+
+
 class ScriptedExecutive:
     """Tells of a mission, and takes wishes; what the view has not yet taken waits."""
 
@@ -102,6 +123,22 @@ class ScriptedExecutive:
     def say(self, text: str) -> None:
         """The mission says something."""
         self._told.append(events.LogLine(self.now_ns, self.run, text))
+
+    def judge(self, after_s: float = 0.0, /, **verdicts: str) -> messages.Requirements:
+        """Requirements have come to this: ``judge(is_slow="violated -0.1")``."""
+        self.now_ns += round(after_s * S)
+        found = messages.Requirements(
+            self.now_ns,
+            self.run,
+            tuple(
+                requirement(
+                    name.replace("_", " "), *words.split(), run=self.run, time_ns=self.now_ns
+                )
+                for name, words in verdicts.items()
+            ),
+        )
+        self._told.append(found)
+        return found
 
     def detail(self, after_s: float = 0.0, **fields: Any) -> messages.DetailsUpdate:
         """Details, with nothing in them but what is given."""

@@ -157,9 +157,9 @@ class RequirementLines:
 
     def take(self, one: RequirementChanged, tree: MissionStarted | None) -> Iterator[str]:
         """Give a line, if there is something new; a violation is said by the mission itself."""
-        before = self._verdicts.get(one.name)
+        before = self._verdicts.get(one.name, "open")
+        is_said = one.name in self._verdicts and one.verdict == "violated"
         self._verdicts[one.name] = one.verdict
-        is_said = before is not None and one.verdict == "violated"
         if tree is not None and one.verdict != before and not is_said:
             text = escape_control(f"  requirement {one.name}: {one.outcome}")
             yield timed(one.time_ns - tree.time_ns, text)

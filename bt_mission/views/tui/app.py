@@ -109,16 +109,14 @@ class WatchApp(ViewApp):
         """Those that its state allows."""
         if self.source is None:
             return ["c choose", "? help", "q leave"]
-        others = ["b break", "/ search", "f follow", f"Tab {self.next_panel}", "? help", "q leave"]
-        if self.source.limits:
-            return others[1:]
+        others = ["/ search", "f follow", f"Tab {self.next_panel}", "? help", "q leave"]
         status = self.outlook.mission.status
-        if status == "paused":
-            keys = ["r resume", "s step", "x stop"]
-        elif status in FINAL or not status:
+        if self.source.limits or not self.source.is_there or status in FINAL or not status:
             keys = []
+        elif status == "paused":
+            keys = ["r resume", "s step", "x stop", "b break"]
         else:
-            keys = ["p pause", "x stop"]
+            keys = ["p pause", "x stop", "b break"]
         return [*keys, *others]
 
     # ---- wishes --------------------------------------------------------------------------

@@ -6,10 +6,13 @@ from pathlib import Path
 
 import pytest
 
+from bt_mission.language.loader import load_text
 from bt_mission.recording.file import McapFile
 from bt_mission.recording.reading import Channel, RecordingError
 from bt_mission.recording.replay.player import TimelineSeeker
 from bt_mission.recording.replay.timeline import beside, read_timeline
+from bt_mission.recording.writer import RunRecorder
+from bt_mission.sessions.stage import Stage
 from tests.support.recordings import edited, recording
 
 S = 1_000_000_000
@@ -142,3 +145,28 @@ def test_a_recording_without_a_robot(tmp_path: Path) -> None:
     timeline = read_timeline(path)
     shown = TimelineSeeker(timeline).seek(timeline.end_ns)
     assert (shown.robot.map, shown.status) == (None, "success")
+
+
+def test_requirements_are_shown_as_they_were_then(tmp_path: Path) -> None:
+    """The violation is in the log at its instant; margins come before it and after it."""
+    path = tmp_path / "judged.mcap"
+    text = "mission: m\nworld: empty_arena\nrequirements:\n  is quick: always time < 1.22\n"
+    mission = load_text(text + "tree:\n  wait: 2\n")
+    with (
+        Stage(mission, image_folder=tmp_path, say=lambda _: None) as stage,
+        RunRecorder(stage, path) as recorder,
+    ):
+        while not stage.is_done:
+            stage.step()
+        recorder.finish({})
+    timeline = read_timeline(path)
+    assert timeline.missing == ""
+    seeker = TimelineSeeker(timeline)
+
+    def verdict(after_s: float) -> str:
+        (one,) = seeker.seek(timeline.start_ns + round(after_s * S)).requirements
+        return one.verdict
+
+    assert [verdict(1.2), verdict(1.25), verdict(1.2)] == ["open", "violated", "open"]
+    said = [entry.text for entry in seeker.seek(timeline.end_ns).log]
+    assert "requirement is quick: violated by 0.03 s" in said

@@ -5,9 +5,17 @@ from __future__ import annotations
 import io
 from typing import Any
 
+from bt_mission.events.mission_state import MissionState
 from bt_mission.executive.leaf_statistics import LeafSummary
-from bt_mission.views.terminal.lines import MOST_ROWS, PlainLines, leaf_table
+from bt_mission.views.terminal.lines import (
+    MOST_ROWS,
+    PlainLines,
+    RequirementLines,
+    leaf_table,
+    whole_tree,
+)
 from bt_mission.views.terminal.marks import ASCII_SIGNS, SIGNS
+from tests.support.watched import S, ScriptedExecutive, requirement, tree
 
 DRIVE = LeafSummary("drive", "0.0", 12, {"canceled by condition": 2, "succeeded": 10}, 85.5, 16.1)
 LOG = LeafSummary("log", "0.1", 3, {"success": 3}, 0.0, 0.0)
@@ -93,4 +101,34 @@ def test_what_others_do_to_a_mission_is_in_the_plain_lines(play: Any) -> None:
         "mission running",
         "mission paused on request",
         "- wait  8.9 s left",
+    ]
+
+
+def test_requirements_are_told_when_their_verdict_is_another_one() -> None:
+    """What is open is no news; a violation is said by the mission, unless that was missed."""
+    lines = RequirementLines()
+    begun = tree()
+
+    def told(name: str, verdict: str, margin: str = "") -> list[str]:
+        return list(lines.take(requirement(name, verdict, margin, time_ns=3 * S), begun))
+
+    assert told("slow", "open", "0.2") == []
+    assert told("slow", "violated", "-0.1") == []
+    assert told("late", "violated") == ["     2.00 s    requirement late: violated at 0.50 s"]
+    assert told("late", "violated", "-0.3") == []
+    assert told("ends", "holds") == ["     2.00 s    requirement ends: holds at 0.50 s"]
+
+
+def test_a_tree_is_followed_by_its_requirements() -> None:
+    """As `watch --once` prints it."""
+    executive = ScriptedExecutive("patrol\n  go")
+    executive.begin()
+    executive.judge(is_slow="violated -0.1")
+    mission = MissionState()
+    for message in executive.take(needs_statuses=False).messages:
+        mission.take(message)
+    lines = list(whole_tree(mission, SIGNS, 60))
+    assert lines[-2:] == [
+        "requirements",
+        "  ✗ violated is slow -0.1 m/s  at 0.50 s  speed by odometry…",
     ]

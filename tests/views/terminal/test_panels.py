@@ -15,6 +15,8 @@ from bt_mission.views.terminal.panels import (
     map_title,
     node_rows,
     path,
+    requirement_rows,
+    requirements_title,
     targets,
     variable_rows,
 )
@@ -148,3 +150,33 @@ def test_a_robot_that_is_not_localised_is_told_with_its_frame():
     robot = RobotState()
     robot.take((FrameTransform("odom", "base_link", 1.0, -2.0, 0.0),))
     assert map_title(robot) == "map: x 1.00  y -2.00 m in odom"
+
+
+def test_the_header_says_what_is_violated(executive: ScriptedExecutive):
+    """Before all that may be cut off in a narrow terminal."""
+    executive.judge(is_slow="violated -0.1", keeps_away="open 0.2")
+    shown = text_of(header(known(executive), RobotState(), None, SIGNS))
+    assert shown == "explore  ▶ running  ✗ 1 of 2 violated  0.00 s"
+
+
+def test_requirements_stand_in_columns_the_violated_ones_first(executive: ScriptedExecutive):
+    """With the present margin, and what it is measured by."""
+    executive.judge(keeps_away="open 0.25", is_slow="violated -0.1", ends="holds", sees="unknown")
+    mission = known(executive)
+    words = "  at 0.50 s  speed by odometry  always speed < 0.3"
+    assert [text_of(row) for row in requirement_rows(mission, SIGNS)] == [
+        f"✗ violated is slow     -0.1 m/s{words}",
+        f"· unknown  sees                {words}",
+        f"▶ open     keeps away +0.25 m/s{words}",
+        f"✓ holds    ends                {words}",
+    ]
+    expected = "requirements: 1 violated, 1 unknown, 1 open, 1 holds"
+    assert requirements_title(mission) == expected
+
+
+def test_long_names_of_requirements_leave_room_for_margins(executive: ScriptedExecutive):
+    """As everything, they are escaped."""
+    executive.judge(**{"x" * 80: "open 0.25", "\x1b[31m": "open"})
+    for row in requirement_rows(known(executive), ASCII_SIGNS):
+        assert len(text_of(row[:3])) == len("> open     ") + 32 + len(" +0.25 m/s")
+        assert "\x1b" not in text_of(row)
