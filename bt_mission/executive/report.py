@@ -102,7 +102,13 @@ class Report:
     @property
     def is_violated(self) -> bool:
         """Is a requirement violated?"""
-        return any(one.verdict == "violated" for one in self.requirements)
+        return bool(self.violations)
+
+    @property
+    def violations(self) -> str:
+        """The requirements that are violated, in words."""
+        found = [one for one in self.requirements if one.verdict == "violated"]
+        return "; ".join(f"requirement {one}" for one in found)
 
     def __str__(self) -> str:
         return self.as_text()

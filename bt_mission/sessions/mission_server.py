@@ -47,6 +47,8 @@ FEEDBACK_NS = NS
 
 ON_NEW_GOAL = ("replace", "refuse")
 REPLACED = "replaced by a newer mission"
+VIOLATED = 912
+"""``VIOLATED`` of the result: as a number, since interfaces of before it serve just as well."""
 Result = ExecuteMission.Result
 
 
@@ -319,10 +321,13 @@ class MissionServer(ValidClock, Node):
             MissionStatus.FAILURE: Result.FAILED,
             MissionStatus.INTERRUPTED: Result.STOPPED,
         }
+        code, reason = codes[executive.status], executive.reason
+        if code == Result.NONE and report.is_violated:
+            code, reason = VIOLATED, report.violations
         self._end(
             run.handle,
-            codes[executive.status],
-            executive.reason,
+            code,
+            reason,
             status=report.status,
             summary=report.as_text(),
             duration=report.virtual_s,

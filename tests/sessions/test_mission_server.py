@@ -9,13 +9,18 @@ from action_msgs.msg import GoalStatus
 from bt_mission_interfaces.action import ExecuteMission
 from bt_mission_interfaces.msg import MissionState
 from bt_mission_interfaces.srv import SetBreakpoint
+from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Odometry
 from rclpy.action import ActionClient
 from std_srvs.srv import Trigger
 
+from action_servers.core.maneuver import ErrorCode
+from bt_mission.core.dds.liveliness import EXECUTIVE_LOST
 from bt_mission.core.goal_rate import MOST_LINES
 from bt_mission.ros.graph import LATCHED
+from bt_mission.sessions.mission_server import VIOLATED
 from bt_mission.sessions.served_missions import ServedMissions
+from tests.support.project import ROOT
 
 TURN = "mission: m\ninputs: {angle: 90}\ntree:\n  turn: {angle: $angle}\n  timeout: 60\n"
 STATUS = {
@@ -86,6 +91,62 @@ def test_a_mission_runs_and_its_result_tells(ros: Any, send: Any) -> None:
     assert [one.doing[0] for one in mission.feedback if one.doing][-1].startswith(
         "current_angle 10.00"
     )
+
+
+JUDGED = """\
+mission: m
+requirements:
+  is quick: always time < 1.22
+  ends: eventually succeeded("later")
+tree:
+  wait: {}
+  name: later
+"""
+
+
+def test_a_violated_requirement_aborts_the_goal(ros: Any, send: Any) -> None:
+    """As it gives `run` the exit code 1; the summary has every verdict."""
+    ros.serve()
+    status, result = send(text=JUDGED.format(2)).end()
+    assert (status, result.status, result.error_code) == ("aborted", "success", VIOLATED)
+    # what decides is the last instant
+    assert result.error_msg.startswith("requirement is quick: violated by 0.78 s at 2.00 s")
+    *_, quick, ends = result.summary.splitlines()
+    assert quick == f"  {result.error_msg}"
+    assert ends.startswith("  requirement ends: holds")
+
+
+def test_requirements_that_hold_are_in_the_summary(ros: Any, send: Any) -> None:
+    """Its goal succeeds."""
+    ros.serve()
+    status, result = send(text=JUDGED.format(1)).end()
+    assert (status, result.error_code, result.error_msg) == ("succeeded", 0, "")
+    assert "requirement is quick: holds by 0.22 s" in result.summary
+
+
+def test_the_requirements_of_the_next_mission_replace_those_of_the_last(
+    ros: Any, send: Any
+) -> None:
+    """On the topic for tools, also where it has none."""
+    told: list[list[str]] = []
+    ros.serve()
+    ros.client.create_subscription(
+        DiagnosticArray,
+        "/bt_mission/requirements",
+        lambda message: told.append([one.name for one in message.status]),
+        LATCHED,
+    )
+    send(text=JUDGED.format(1)).end()
+    send(text="mission: m\ntree: {wait: 1}\n").end()
+    assert told[0] == ["is quick", "ends"]
+    assert told[-1] == []
+
+
+def test_the_code_of_a_violation_is_that_of_the_definition() -> None:
+    """Constants are no part of a type, so interfaces without it have the same hash."""
+    text = (ROOT / "interfaces/bt_mission_interfaces/action/ExecuteMission.action").read_text()
+    assert f"uint16 VIOLATED={VIOLATED} " in text
+    assert VIOLATED not in (EXECUTIVE_LOST, *ErrorCode)
 
 
 def test_a_paused_mission_keeps_the_limits_of_its_goals(ros: Any, send: Any) -> None:
