@@ -212,7 +212,7 @@ class Monitors:
         self,
         requirements: Sequence[Requirement],
         source: SignalSource,
-        on_violation: Callable[[RequirementResult], None] = lambda _: None,
+        on_violation: Callable[[Requirement, RequirementResult], None] = lambda *_: None,
     ) -> None:
         self.monitors = [Monitor(one, source) for one in requirements]
         self._on_violation = on_violation
@@ -237,7 +237,7 @@ class Monitors:
     def _tell(self, monitor: Monitor) -> None:
         if not monitor.is_told:
             monitor.is_told = True
-            self._on_violation(monitor.result)
+            self._on_violation(monitor.requirement, monitor.result)
 
     @property
     def results(self) -> tuple[RequirementResult, ...]:

@@ -37,12 +37,13 @@ def open_journal(
         if resume:
             story = told(file.read(), head, path)
             runner.executive.resume_from(Recovery(story, runner, unpack))
-            JournalRecorder(file, story, runner.executive, runner, pack)
+            runner.requirements.resume(story.requirements)
         else:
             _refuse_what_matters(file)
             story = JournalState(head)
             file.rewrite([head])
-            JournalRecorder(file, story, runner.executive, runner, pack)
+        results = runner.requirements.results
+        JournalRecorder(file, story, runner.executive, runner, pack, results)
     except BaseException:
         file.close()
         raise

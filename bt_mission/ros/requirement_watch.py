@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Protocol
+from collections.abc import Callable, Mapping
+from typing import Any, Protocol
 
 from bt_mission.executive.status import MissionStatus
 from bt_mission.executive.trace import Trace
 from bt_mission.language.mission import Mission
+from bt_mission.language.requirements.formula import Requirement
+from bt_mission.requirements import resumption
 from bt_mission.requirements.monitor import Monitors, RequirementResult
 from bt_mission.ros.clients import RosServiceClient
 from bt_mission.ros.signals import LiveSignals, SignalsRun
@@ -46,6 +48,7 @@ class RequirementWatch:
         self._runner = runner
         self._monitors: Monitors | None = None
         self._violated = 0
+        self._before: Mapping[str, RequirementResult] | None = None
         if runner.mission.requirements:
             self._signals = make_signals(runner)
             self._monitors = Monitors(
@@ -60,7 +63,18 @@ class RequirementWatch:
             return ()
         if executive.is_done:
             monitors.finish(is_complete=executive.status is not MissionStatus.INTERRUPTED)
-        return monitors.results
+        return tuple(map(self._joined, self._runner.mission.requirements, monitors.results))
+
+    def resume(self, before: Mapping[str, Mapping[str, Any]]) -> None:
+        """Go on with what requirements had come to when an earlier process of the mission died."""
+        self._before = resumption.read(before, self._runner.mission.requirements)
+        verdicts = [one.verdict for one in self._before.values()]
+        self._violated = verdicts.count("violated")
+
+    def _joined(self, requirement: Requirement, result: RequirementResult) -> RequirementResult:
+        if self._before is None:
+            return result
+        return resumption.joined(requirement, self._before.get(requirement.name), result)
 
     @property
     def count_violated(self) -> int:
@@ -78,8 +92,11 @@ class RequirementWatch:
         if executive.is_done:
             self.results()
 
-    def _on_violation(self, result: RequirementResult) -> None:
-        runner = self._runner
+    def _on_violation(self, requirement: Requirement, seen: RequirementResult) -> None:
+        runner, result = self._runner, self._joined(requirement, seen)
+        before = (self._before or {}).get(requirement.name)
+        if result.verdict != "violated" or (before is not None and before.verdict == "violated"):
+            return  # it cannot be told since the mission was resumed, or was told before that
         self._violated += 1
         runner.trace.record(
             runner.now_ns,

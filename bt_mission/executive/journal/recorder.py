@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from py_trees.behaviour import Behaviour
@@ -19,6 +20,8 @@ from bt_mission.executive.journal.state import JournalState, Record
 from bt_mission.executive.journal.values import Pack, encode, pack_generator
 from bt_mission.executive.status import Change
 from bt_mission.goals.goal import Goal
+from bt_mission.requirements.monitor import RequirementResult
+from bt_mission.requirements.resumption import written
 
 HEARTBEAT_NS = NS
 """The journal shows at least this often that the mission's time goes on."""
@@ -33,6 +36,7 @@ class JournalRecorder:
         executive: Whom to follow; a journal that cannot be written ends its mission.
         runtime: Its clock and variables.
         pack: A message as JSON, None for what is no message.
+        requirements: Returns what the mission's requirements have come to.
     """
 
     def __init__(
@@ -42,12 +46,14 @@ class JournalRecorder:
         executive: Executive,
         runtime: Runtime,
         pack: Pack,
+        requirements: Callable[[], Iterable[RequirementResult]] = tuple,
     ) -> None:
         self._file = file
         self._story = story
         self._executive = executive
         self._runtime = runtime
         self._pack = pack
+        self._requirements = requirements
         self._dirty: dict[Behaviour, None] = {}
         self._scopes = _scopes(executive, runtime.scope)
         self._known: dict[str, dict[str, Any]] = {path: {} for path in self._scopes}
@@ -81,10 +87,25 @@ class JournalRecorder:
         if self._executive.is_done:
             end = {"status": str(self._executive.status), "reason": self._executive.reason}
             self._write({"t": now_ns, "end": end})
-        elif self._dirty or self._ended_goals():
-            self._write(self._changes(now_ns))
-        elif now_ns - self._story.time_ns >= HEARTBEAT_NS:
-            self._write({"t": now_ns})
+            return
+        judged, has_news = self._judged()
+        if self._dirty or self._ended_goals():
+            self._write(self._changes(now_ns) | judged)
+        elif has_news or now_ns - self._story.time_ns >= HEARTBEAT_NS:
+            self._write({"t": now_ns} | judged)
+
+    def _judged(self) -> tuple[Record, bool]:
+        """Return the requirements that have changed, and whether one has another verdict."""
+        known = self._story.requirements
+        new = {
+            name: one
+            for name, one in written(self._requirements()).items()
+            if known.get(name) != one
+        }
+        has_news = any(
+            one["verdict"] != known.get(name, one)["verdict"] for name, one in new.items()
+        )
+        return {"requirements": new} if new else {}, has_news
 
     # ---- records ---------------------------------------------------------------------------
 

@@ -25,6 +25,7 @@ class JournalState:
         nodes: Path to status, what the node remembers, and the ROS time of that, ns.
         values: Path of the tree with variables of its own (the root's is ``0``), to its variables.
         generators: Name to state.
+        requirements: What each had come to, by its name.
         goals: UUID to the record of a goal whose end is not confirmed.
         time_ns: ROS time of the newest record.
         end: How the mission ended, where it has.
@@ -35,6 +36,7 @@ class JournalState:
     values: dict[str, dict[str, Any]] = field(default_factory=dict)
     generators: dict[str, Any] = field(default_factory=dict)
     goals: dict[str, Record] = field(default_factory=dict)
+    requirements: dict[str, Record] = field(default_factory=dict)
     time_ns: int = 0
     end: Record | None = None
 
@@ -43,6 +45,7 @@ class JournalState:
         self.time_ns = record.get("t", self.time_ns)
         self.nodes.update(record.get("nodes", {}))
         self.generators.update(record.get("random", {}))
+        self.requirements.update(record.get("requirements", {}))
         for path, values in record.get("values", {}).items():
             self.values.setdefault(path, {}).update(values)
         for path, names in record.get("gone", {}).items():
@@ -64,6 +67,7 @@ class JournalState:
                 "values": self.values,
                 "random": self.generators,
                 "sent": list(self.goals.values()),
+                "requirements": self.requirements,
             },
         ]
 

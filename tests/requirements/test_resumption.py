@@ -1,0 +1,92 @@
+"""Requirements of a mission that was resumed: what both parts of the run tell."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from bt_mission.language.requirements.formula import Formula, Requirement
+from bt_mission.requirements.monitor import RequirementResult, Verdict
+from bt_mission.requirements.resumption import joined, read, written
+
+
+def requirement(text: str) -> Requirement:
+    """One with this formula."""
+    return Requirement("it", text, Formula(text).root)
+
+
+def result(text: str, verdict: Verdict, margin: float | None = None) -> RequirementResult:
+    """What it has come to, after two seconds."""
+    violated_at = 2.0 if verdict == "violated" else None
+    return RequirementResult("it", text, verdict, margin, "m/s", 2.0, violated_at)
+
+
+ALWAYS = "always speed < 0.3"
+SOME = "eventually speed > 0.3"
+AHEAD = "whenever speed > 0.3: speed < 0.1 within 2 s"
+BACK = "whenever speed > 0.3: previously succeeded('look')"
+FIRST = "eventually within 60 s: speed > 0.3"
+
+
+@pytest.mark.parametrize("text", [ALWAYS, SOME, AHEAD, BACK, FIRST])
+@pytest.mark.parametrize("after", ["holds", "violated", "open", "unknown"])
+def test_what_was_decided_before_stays(text: str, after: Verdict) -> None:
+    """Whatever comes: a violation is not forgotten, nor is what was reached."""
+    for verdict, margin in (("violated", -0.1), ("holds", 0.1)):
+        before = result(text, verdict, margin)  # type: ignore[arg-type]  # both are verdicts
+        found = joined(requirement(text), before, result(text, after, 0.5))
+        assert (found.verdict, found.margin) == (verdict, margin)
+        assert str(found).endswith("at 2.00 s: before the mission was resumed")
+
+
+@pytest.mark.parametrize(
+    ("text", "after", "verdict"),
+    [
+        (ALWAYS, "holds", "holds"),
+        (ALWAYS, "violated", "violated"),
+        ("never speed > 0.3", "violated", "violated"),
+        (SOME, "holds", "holds"),
+        (SOME, "violated", "violated"),
+        (AHEAD, "holds", "open"),  # one of its windows may have been cut off
+        (AHEAD, "violated", "violated"),
+        (BACK, "holds", "open"),
+        (BACK, "violated", "open"),  # it may have looked before
+        (FIRST, "holds", "open"),
+        (FIRST, "violated", "open"),
+        ("(always speed < 1) and (eventually speed > 0.3)", "violated", "open"),
+        (ALWAYS, "unknown", "unknown"),
+    ],
+)
+def test_what_spans_the_gap_is_open(text: str, after: Verdict, verdict: Verdict) -> None:
+    """What speaks of each instant alone is judged by both parts."""
+    found = joined(requirement(text), result(text, "open"), result(text, after))
+    assert found.verdict == verdict
+    assert (found.violated_at is not None) == (verdict == "violated")
+    assert bool(found.why) == (verdict == "open")
+
+
+def test_the_margin_is_the_worst_of_both_parts() -> None:
+    """Of `eventually` the best."""
+    for text, before, after, expected in (
+        (ALWAYS, 0.1, 0.2, 0.1),
+        (ALWAYS, 0.3, 0.2, 0.2),
+        (SOME, -0.1, -0.2, -0.1),
+        (SOME, -0.1, 0.2, 0.2),
+    ):
+        verdict: Verdict = "holds" if after > 0 else "violated"
+        found = joined(
+            requirement(text), result(text, "open", before), result(text, verdict, after)
+        )
+        assert found.margin == expected
+        assert ("its margin is from before" in str(found)) == (expected == before)
+
+
+def test_what_is_written_is_read_again() -> None:
+    """What a requirement of another text had come to is not known of this one."""
+    before = result(ALWAYS, "violated", -0.1)
+    kept = json.loads(json.dumps(written([before])))
+    assert read(kept, [requirement(ALWAYS)]) == {"it": before}
+    assert read(kept, [requirement(SOME)]) == {}
+    kept["it"]["new_field"] = 1  # of a later version
+    assert read(kept, [requirement(ALWAYS)]) == {"it": before}

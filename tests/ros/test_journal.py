@@ -1,0 +1,69 @@
+"""Requirements of a mission whose process dies, and that is resumed from its journal."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from bt_mission.ros.journal import open_journal
+from bt_mission.ros.mission_runner import MissionRunner
+
+MISSION = """\
+mission: m
+requirements:
+  is quick: {formula: always time < 1.22, on_violation: REPORT}
+  ends: eventually succeeded("second")
+  in time: eventually within 60 s: succeeded("second")
+  in order: "whenever running(\\"second\\"): previously within 4 s running(\\"first\\")"
+tree:
+  sequence:
+    - {wait: 2, name: first}
+    - {wait: 2, name: second}
+"""
+
+
+def verdicts(runner: MissionRunner) -> dict[str, str]:
+    """Of all requirements."""
+    return {one.name: one.verdict for one in runner.requirements.results()}
+
+
+def resumed_after(ros: Any, path: Path, seconds: float) -> MissionRunner:
+    """A mission whose process dies after so many seconds; it has ended in a second one."""
+    text = MISSION.replace("REPORT", "report")
+    first = ros.mission(text)
+    journal = open_journal(path, first.mission, first, resume=False)
+    ros.run(seconds)
+    journal.close()  # nothing is written any more
+    first.close()
+    ros.said.clear()
+    second: MissionRunner = ros.mission(text)
+    journal = open_journal(path, second.mission, second, resume=True)
+    ros.until(lambda: second.executive.is_done)
+    journal.close()
+    assert second.executive.status == "success", second.executive.reason
+    return second
+
+
+def test_what_was_violated_stays_so(ros: Any, tmp_path: Path) -> None:
+    """It is not said again; what looks across the gap is open, and says why."""
+    second = resumed_after(ros, tmp_path / "journal", 2.5)
+    assert verdicts(second) == {
+        "is quick": "violated",
+        "ends": "holds",
+        "in time": "open",
+        "in order": "open",
+    }
+    assert not [line for line in ros.said if "is quick" in line]
+    quick, *_, order = second.report().requirements
+    assert quick.violated_at == 1.25
+    assert str(quick).endswith(": before the mission was resumed")
+    assert order.why == "it speaks of times across the instant at which the mission was resumed"
+    assert second.report().is_violated
+
+
+def test_what_was_open_is_judged_from_the_resumption_on(ros: Any, tmp_path: Path) -> None:
+    """The signal `time` begins anew, as the report does."""
+    second = resumed_after(ros, tmp_path / "journal", 1.0)
+    assert verdicts(second)["is quick"] == "violated"
+    (said,) = [line for line in ros.said if "is quick" in line]
+    assert said.startswith("requirement is quick: violated by 0.03 s at 1.25 s")
