@@ -168,7 +168,8 @@ class ProgressWatch:
         if time_s - self._since_s < self.patience_s:
             return None
         reason = (
-            f"blocked: commanded {speed:.2f} {self.unit}, no progress for {self.patience_s:g} s"
+            f"blocked: commanded {speed:.2f} {self.unit}, no progress for {self.patience_s:g} s; "
+            "the base is held, or refuses commands as late"
         )
         return Finished("aborted", ErrorCode.BLOCKED, reason)
 

@@ -71,9 +71,18 @@ def refuse_recording(options: argparse.Namespace) -> None:
             "--record-raw-actions: name the file to record to with --record FILE.mcap"
         )
     _refuse_video(options)
+    if options.record is not None and not is_recording_name(options.record):
+        raise BtMissionError(
+            f"--record: recordings are MCAP files, call it {options.record.stem}.mcap"
+        )
     for path in filter(None, (options.report, options.video)):
         _refuse_folder(path)
-    refuse_existing(options, options.record, options.report, options.video)
+    refuse_existing(options, options.record, options.report, options.video, options.trace)
+
+
+def is_recording_name(path: Path) -> bool:
+    """Is this what a recording may be called? A device is no file, and may have any name."""
+    return path.suffix.lower() == ".mcap" or (path.exists() and not path.is_file())
 
 
 def _refuse_folder(path: Path) -> None:

@@ -24,6 +24,7 @@ def mission(tmp_path: Path) -> str:
     [
         (["run", "MISSION", "--json", "--record"], "run.mcap"),
         (["run", "MISSION", "--json", "--report"], "run.html"),
+        (["run", "MISSION", "--json", "--trace"], "run.trace"),
         (["tree", "MISSION", "-o"], "tree.dot"),
         (["convert", "MISSION", "-o"], "m.xml"),
         (["convert", "--palette", "-o"], "palette.xml"),
@@ -81,3 +82,19 @@ def test_a_video_is_refused_before_anything_moves(
 def test_a_device_is_no_file_to_keep(mission: str) -> None:
     """``/dev/null`` exists, and takes everything."""
     assert main(["tree", mission, "--format", "dot", "-o", "/dev/null"]) == 0
+
+
+@pytest.mark.parametrize("name", ["x.txt", "x", "x.html"])
+def test_a_recording_is_called_mcap(
+    name: str, mission: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """No tool would take it for what it is; nothing is run."""
+    path = tmp_path / name
+    assert main(["run", mission, "--record", str(path)]) == 2
+    assert capsys.readouterr().err == "--record: recordings are MCAP files, call it x.mcap\n"
+    assert not path.exists()
+
+
+def test_a_recording_may_go_to_a_device(mission: str) -> None:
+    """Which is no file, and has a name of its own."""
+    assert main(["run", mission, "--json", "--record", "/dev/null"]) == 0

@@ -110,6 +110,7 @@ def test_sim_servers_and_executive_as_three_processes(drive: str, tmp_path: Path
         report: dict[str, Any] = json.loads(out.splitlines()[-1])
         assert (report["status"], report["goals_left_behind"]) == ("success", 0), out
         assert report["collisions"] is None, "only a simulation of its own knows them"
+        assert report["world"] is None, "that of the file need not be where the robot is"
         events = [json.loads(line) for line in trace.read_text().splitlines()]
         last_ns = max(event["t"] for event in events if "t" in event)
         assert last_ns < 3600 * 10**9, "it follows the clock of the simulation"

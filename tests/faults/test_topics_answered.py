@@ -60,7 +60,10 @@ tree:
             TURN,
             lambda f: f.freeze("odom", fresh_stamps=True),
             2.9,
-            "blocked: commanded 1.00 rad/s, no progress for 2 s (code 906)",
+            (
+                "blocked: commanded 1.00 rad/s, no progress for 2 s; the base is held, "
+                "or refuses commands as late (code 906)"
+            ),
         ),
         (
             DRIVE,

@@ -7,6 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from bt_mission.language.checks.requirements import with_requirements
+from bt_mission.requirements.monitor import Monitors
+from bt_mission.ros.signals import LiveSignals
 from bt_mission.testing.stages import Stages
 
 MISSION = """\
@@ -117,3 +120,61 @@ def test_violations_fail_a_test_that_does_not_expect_them(pytester: pytest.Pytes
     result = pytester.runpytest_inprocess("-p", "no:cacheprovider", "-p", "no:xdist")
     result.assert_outcomes(passed=1, errors=1)
     result.stdout.fnmatch_lines(["*requirements violated: slow: violated by * m/s at * s*"])
+
+
+SHIPPED = """\
+requirements:
+  keeps its distance: always clearance > 0.10
+  sees its distance: always scan_clearance > 0.14
+  is never hit: never collisions > 0
+  gets on: eventually within 200 s: succeeded("{first}")
+  is in order: whenever running("{later}"): previously succeeded("{first}")
+  stops when blind: {{whenever: age("scan") > 0.5, then: speed < 0.01, within: 0.6}}
+  is slow: always speed < 0.3
+  is too slow: always speed < 0.15
+  comes far: eventually distance > 1
+"""
+
+
+@pytest.mark.parametrize(
+    ("mission", "first", "later"),
+    [("explore", "look around", "drive"), ("patrol", "visit the zones", "log")],
+)
+def test_topics_tell_what_the_stage_tells_as_far_as_they_can(
+    stage: Stages, tmp_path: Path, mission: str, first: str, later: str
+) -> None:
+    """The same run, judged by the truth and, as when attached, by topics alone."""
+    require = tmp_path / "require.yaml"
+    require.write_text(SHIPPED.format(first=first, later=later), encoding="utf-8")
+    judged = with_requirements(stage.mission(mission), [require])
+    run = stage.run(judged)
+    run.expect_violation("is too slow")
+    runner = run.stage.runner
+    signals = LiveSignals(runner)
+    monitors = Monitors(judged.requirements, signals)
+
+    def look() -> None:
+        signals.step()
+        monitors.step(runner.now_ns - runner.executive.started_ns)
+        signals.forget()
+
+    runner.executive.after_tick.append(look)
+    run.until_done()
+    monitors.finish()
+    by_topics = {one.name: one for one in monitors.results}
+    for name, true in run.requirements.items():
+        found = by_topics[name]
+        if name in ("keeps its distance", "is never hit"):
+            assert (found.verdict, true.verdict) == ("unknown", "holds")
+            assert found.why.endswith("only a simulation knows it")
+            continue
+        assert found.verdict == true.verdict, name
+        if true.margin is not None and found.margin is not None:
+            assert found.margin == pytest.approx(true.margin, abs=TOLERANCES.get(name, 1e-6)), name
+    assert by_topics["is slow"].sources == ("speed by odometry",)
+    assert "(speed by odometry)" in str(by_topics["is too slow"])
+    assert run.requirements["is slow"].sources == ()
+
+
+TOLERANCES = {"is slow": 0.02, "is too slow": 0.02, "stops when blind": 0.02, "comes far": 0.2}
+"""By odometry, m/s and m; what both know from the same source is equal."""

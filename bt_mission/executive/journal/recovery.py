@@ -21,6 +21,10 @@ from bt_mission.goals.goal import Goal, GoalClient, GoalStatus
 SERVER_WAIT_NS = 10 * NS
 """How long the servers of goals in flight may take to be found."""
 
+MOST_OF_A_LOOK_NS = NS // 10
+"""What passes between two looks counts up to this: a clock that leaps, on a machine that is too
+busy to serve its graph, is no wait in which servers could have been found."""
+
 
 class Recovery:
     """Sees to the goals that were in flight, and puts the tree where the journal left it.
@@ -40,7 +44,8 @@ class Recovery:
         self._unpack = unpack
         self._couriers: dict[str, GoalClient] = {}
         self._goals: dict[str, Goal] = {}
-        self._since_ns: int | None = None
+        self._looked_ns: int | None = None
+        self._waited_ns = 0
 
     def is_done(self) -> bool:
         """Is it known what became of every goal? Called at each tick until it is.
@@ -49,10 +54,12 @@ class Recovery:
             BtMissionError: When that cannot be found out.
         """
         now_ns = self._runtime.now_ns
-        if self._since_ns is None:
-            self._since_ns = now_ns
+        if self._looked_ns is None:
+            self._looked_ns = now_ns
             for goal_id, sent in self._story.goals.items():
                 self._couriers[goal_id] = self._runtime.goal_client(sent["action"], sent["type"])
+        self._waited_ns += min(now_ns - self._looked_ns, MOST_OF_A_LOOK_NS)
+        self._looked_ns = now_ns
         for goal_id, courier in self._couriers.items():
             if goal_id in self._goals:
                 continue
@@ -61,7 +68,7 @@ class Recovery:
                 self._goals[goal_id] = self._runtime.ledger.recover_goal(
                     bytes.fromhex(goal_id), courier, owner, now_ns
                 )
-            elif now_ns - self._since_ns >= SERVER_WAIT_NS:
+            elif self._waited_ns >= SERVER_WAIT_NS:
                 raise BtMissionError(
                     f"'{owner}' had a goal at {courier.name} when its process died, and no server "
                     "is there now; start it, then resume again"

@@ -31,7 +31,10 @@ def test_each_axis_is_watched(fake, waffle):
         if isinstance(answer, Finished):
             break
         base.move(Twist2D(0.1, 0.0))
-    assert answer.reason == "blocked: commanded 0.50 rad/s, no progress for 2 s"
+    assert answer.reason == (
+        "blocked: commanded 0.50 rad/s, no progress for 2 s; "
+        "the base is held, or refuses commands as late"
+    )
 
 
 def test_a_base_that_rests_is_not_blocked():

@@ -144,7 +144,8 @@ def test_blocked_robot_gives_up_after_two_seconds(fake, waffle):
     assert finished == Finished(
         "aborted",
         ErrorCode.BLOCKED,
-        "blocked: commanded 0.20 m/s, no progress for 2 s",
+        "blocked: commanded 0.20 m/s, no progress for 2 s; "
+        "the base is held, or refuses commands as late",
     )
     assert base.time_s == pytest.approx(12.0)
 

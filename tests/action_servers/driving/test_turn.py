@@ -85,7 +85,10 @@ def test_blocked_robot_gives_up(fake, waffle):
     base.stuck = True
     finished = base.run(Turn(1.0, 1.0, waffle))
     assert finished.error_code == ErrorCode.BLOCKED
-    assert finished.reason == "blocked: commanded 1.00 rad/s, no progress for 2 s"
+    assert finished.reason == (
+        "blocked: commanded 1.00 rad/s, no progress for 2 s; "
+        "the base is held, or refuses commands as late"
+    )
     assert base.time_s == pytest.approx(12.0)
 
 

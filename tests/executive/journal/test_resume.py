@@ -273,6 +273,22 @@ def test_without_the_server_of_a_goal_in_flight_nothing_goes_on(begun: Any) -> N
     assert path.read_bytes() == before
 
 
+def test_a_clock_that_leaps_is_no_wait_for_servers(begun: Any) -> None:
+    """On a busy machine the graph is not served meanwhile: servers that live are found later."""
+    life, path = begun("turn: {angle: 9}", ticks=2)
+    again = Life("mission: m\ntree:\n  turn: {angle: 9}\n", path, life.world)
+    server = again.play.goal_client("turn", "")
+    server.ready = False
+    for _ in range(20):
+        life.world.now_ns += S
+        again.tick()
+    server.ready = True
+    for _ in range(20):
+        again.tick()
+    again.die()
+    assert again.play.status == "success", again.play.executive.reason
+
+
 def test_a_value_that_no_journal_keeps(begun: Any, tmp_path: Path) -> None:
     """The variable is named; the mission does not go on with a wrong value."""
     text = "mission: m\ntree:\n  wait: 10\n"
