@@ -5,57 +5,19 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from action_msgs.msg import GoalStatus
 from bt_mission_interfaces.action import ExecuteMission
 from bt_mission_interfaces.msg import MissionState
 from bt_mission_interfaces.srv import SetBreakpoint
-from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Odometry
 from rclpy.action import ActionClient
 from std_srvs.srv import Trigger
 
-from action_servers.core.maneuver import ErrorCode
-from bt_mission.core.dds.liveliness import EXECUTIVE_LOST
 from bt_mission.core.goal_rate import MOST_LINES
 from bt_mission.ros.graph import LATCHED
-from bt_mission.sessions.mission_server import VIOLATED
 from bt_mission.sessions.served_missions import ServedMissions
-from tests.support.project import ROOT
+from tests.support.mission_goals import Sent
 
 TURN = "mission: m\ninputs: {angle: 90}\ntree:\n  turn: {angle: $angle}\n  timeout: 60\n"
-STATUS = {
-    GoalStatus.STATUS_SUCCEEDED: "succeeded",
-    GoalStatus.STATUS_CANCELED: "canceled",
-    GoalStatus.STATUS_ABORTED: "aborted",
-}
-
-
-class Sent:
-    """A goal of a client."""
-
-    def __init__(self, ros: Any, client: ActionClient, **fields: Any) -> None:
-        self._ros = ros
-        self.feedback: list[Any] = []
-        self._answer = client.send_goal_async(
-            ExecuteMission.Goal(**fields),
-            feedback_callback=lambda message: self.feedback.append(message.feedback),
-        )
-        ros.until(self._answer.done)
-        self.handle = self._answer.result()
-        self.accepted = self.handle.accepted
-        self._end = self.handle.get_result_async() if self.accepted else None
-
-    def cancel(self) -> None:
-        self._ros.until(self.handle.cancel_goal_async().done)
-
-    @property
-    def is_done(self) -> bool:
-        return self._end is not None and self._end.done()
-
-    def end(self) -> tuple[str, Any]:
-        assert self._end is not None
-        self._ros.until(self._end.done)
-        return STATUS[self._end.result().status], self._end.result().result
 
 
 @pytest.fixture
@@ -91,62 +53,6 @@ def test_a_mission_runs_and_its_result_tells(ros: Any, send: Any) -> None:
     assert [one.doing[0] for one in mission.feedback if one.doing][-1].startswith(
         "current_angle 10.00"
     )
-
-
-JUDGED = """\
-mission: m
-requirements:
-  is quick: always time < 1.22
-  ends: eventually succeeded("later")
-tree:
-  wait: {}
-  name: later
-"""
-
-
-def test_a_violated_requirement_aborts_the_goal(ros: Any, send: Any) -> None:
-    """As it gives `run` the exit code 1; the summary has every verdict."""
-    ros.serve()
-    status, result = send(text=JUDGED.format(2)).end()
-    assert (status, result.status, result.error_code) == ("aborted", "success", VIOLATED)
-    # what decides is the last instant
-    assert result.error_msg.startswith("requirement is quick: violated by 0.78 s at 2.00 s")
-    *_, quick, ends = result.summary.splitlines()
-    assert quick == f"  {result.error_msg}"
-    assert ends.startswith("  requirement ends: holds")
-
-
-def test_requirements_that_hold_are_in_the_summary(ros: Any, send: Any) -> None:
-    """Its goal succeeds."""
-    ros.serve()
-    status, result = send(text=JUDGED.format(1)).end()
-    assert (status, result.error_code, result.error_msg) == ("succeeded", 0, "")
-    assert "requirement is quick: holds by 0.22 s" in result.summary
-
-
-def test_the_requirements_of_the_next_mission_replace_those_of_the_last(
-    ros: Any, send: Any
-) -> None:
-    """On the topic for tools, also where it has none."""
-    told: list[list[str]] = []
-    ros.serve()
-    ros.client.create_subscription(
-        DiagnosticArray,
-        "/bt_mission/requirements",
-        lambda message: told.append([one.name for one in message.status]),
-        LATCHED,
-    )
-    send(text=JUDGED.format(1)).end()
-    send(text="mission: m\ntree: {wait: 1}\n").end()
-    assert told[0] == ["is quick", "ends"]
-    assert told[-1] == []
-
-
-def test_the_code_of_a_violation_is_that_of_the_definition() -> None:
-    """Constants are no part of a type, so interfaces without it have the same hash."""
-    text = (ROOT / "interfaces/bt_mission_interfaces/action/ExecuteMission.action").read_text()
-    assert f"uint16 VIOLATED={VIOLATED} " in text
-    assert VIOLATED not in (EXECUTIVE_LOST, *ErrorCode)
 
 
 def test_a_paused_mission_keeps_the_limits_of_its_goals(ros: Any, send: Any) -> None:

@@ -1,0 +1,80 @@
+"""Requirements of missions that come as goals of ``execute_mission``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from bt_mission_interfaces.action import ExecuteMission
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.action import ActionClient
+
+from action_servers.core.maneuver import ErrorCode
+from bt_mission.core.dds.liveliness import EXECUTIVE_LOST
+from bt_mission.ros.graph import LATCHED
+from bt_mission.sessions.mission_server import VIOLATED
+from tests.support.mission_goals import Sent
+from tests.support.project import ROOT
+
+
+@pytest.fixture
+def send(ros: Any) -> Any:
+    """Send a mission to the executive."""
+    client = ActionClient(ros.client, ExecuteMission, "execute_mission")
+    return lambda **fields: Sent(ros, client, **fields)
+
+
+JUDGED = """\
+mission: m
+requirements:
+  is quick: always time < 1.22
+  ends: eventually succeeded("later")
+tree:
+  wait: {}
+  name: later
+"""
+
+
+def test_a_violated_requirement_aborts_the_goal(ros: Any, send: Any) -> None:
+    """As it gives `run` the exit code 1; the summary has every verdict."""
+    ros.serve()
+    status, result = send(text=JUDGED.format(2)).end()
+    assert (status, result.status, result.error_code) == ("aborted", "success", VIOLATED)
+    # what decides is the last instant
+    assert result.error_msg.startswith("requirement is quick: violated by 0.78 s at 2.00 s")
+    *_, quick, ends = result.summary.splitlines()
+    assert quick == f"  {result.error_msg}"
+    assert ends.startswith("  requirement ends: holds")
+
+
+def test_requirements_that_hold_are_in_the_summary(ros: Any, send: Any) -> None:
+    """Its goal succeeds."""
+    ros.serve()
+    status, result = send(text=JUDGED.format(1)).end()
+    assert (status, result.error_code, result.error_msg) == ("succeeded", 0, "")
+    assert "requirement is quick: holds by 0.22 s" in result.summary
+
+
+def test_the_requirements_of_the_next_mission_replace_those_of_the_last(
+    ros: Any, send: Any
+) -> None:
+    """On the topic for tools, also where it has none."""
+    told: list[list[str]] = []
+    ros.serve()
+    ros.client.create_subscription(
+        DiagnosticArray,
+        "/bt_mission/requirements",
+        lambda message: told.append([one.name for one in message.status]),
+        LATCHED,
+    )
+    send(text=JUDGED.format(1)).end()
+    send(text="mission: m\ntree: {wait: 1}\n").end()
+    assert told[0] == ["is quick", "ends"]
+    assert told[-1] == []
+
+
+def test_the_code_of_a_violation_is_that_of_the_definition() -> None:
+    """Constants are no part of a type, so interfaces without it have the same hash."""
+    text = (ROOT / "interfaces/bt_mission_interfaces/action/ExecuteMission.action").read_text()
+    assert f"uint16 VIOLATED={VIOLATED} " in text
+    assert VIOLATED not in (EXECUTIVE_LOST, *ErrorCode)
