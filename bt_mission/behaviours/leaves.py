@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -100,8 +101,9 @@ class ClientLeaf(Leaf):
         with placed(self._values.place):
             self._client = self._connected(self._node.ros_name, self._node.type)
 
+    @abstractmethod
     def _connected(self, name: str, type_name: str) -> Any:
-        raise NotImplementedError
+        """Return the client of a name and type."""
 
 
 class Wait(Leaf):

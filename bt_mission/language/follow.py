@@ -8,7 +8,7 @@ from typing import Annotated
 from pydantic import Field, PlainValidator
 
 from bt_mission.language.nodes import fields
-from bt_mission.language.nodes.base import NodePlace, Written
+from bt_mission.language.nodes.base import NodePlace, Placed, Written
 
 
 class FollowSettings(Written):
@@ -24,7 +24,7 @@ class FollowSettings(Written):
 
 
 @dataclass(frozen=True)
-class Follow:
+class Follow(Placed):
     """A variable that follows a topic, as a mission or a named tree has it at its head.
 
     Args:
@@ -46,13 +46,3 @@ class Follow:
     def type(self) -> str:
         """The full name of the type of the topic."""
         return self.settings.type
-
-    @property
-    def line(self) -> int:
-        """The line of its first key, from 1."""
-        return self.place.line
-
-    @property
-    def column(self) -> int:
-        """The column of its first key, from 1."""
-        return self.place.column

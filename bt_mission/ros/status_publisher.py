@@ -186,8 +186,8 @@ class StatusPublisher:
 
     def _tell_changes(self) -> bool:
         """Tell of tree, changes and state; return whether the state is another one."""
-        if self._run is None or not self._listeners:
-            return False
+        if self._run is None or not self._listeners or not self._run.now_ns:
+            return False  # a node that has just joined a graph has no time yet
         if not self._has_tree:
             self._has_tree = True
             self._tell("tree", self._tree(self._run))

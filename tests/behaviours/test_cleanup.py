@@ -28,6 +28,16 @@ def accept(story: Any, *names: str) -> None:
         story.servers[f"/{name}"].accept()
 
 
+def clean_up_after_a_timeout(story: Any) -> None:
+    """Goal a is cancelled after half a second; that of the clean-up, c, is accepted."""
+    story.tick()
+    accept(story, "a")
+    story.tick(10)
+    end(story, "a", 5)
+    story.tick()
+    accept(story, "c")
+
+
 @pytest.mark.parametrize(("result", "letter", "status"), [(4, "S", "success"), (6, "F", "failure")])
 def test_the_status_is_that_of_the_node(play: Any, result: int, letter: str, status: str) -> None:
     """The clean-up begins in the tick in which the node ends."""
@@ -184,12 +194,7 @@ def test_waiting_for_a_clean_up_is_no_waiting_for_a_server(play: Any) -> None:
     """The limit of that begins behind it."""
     tree = f"{{timeout: 0.5, do: {tidy(timeout='20')}}}"
     story = play(f"  fallback:\n    - {tree}\n    - {B[:-1]}, server_timeout: 0.2}}")
-    story.tick()
-    accept(story, "a")
-    story.tick(10)
-    end(story, "a", 5)
-    story.tick()
-    accept(story, "c")
+    clean_up_after_a_timeout(story)
     story.tick(100)
     assert story.root.children[1].attempt.stage == "waiting for a clean-up"
     end(story, "c")
@@ -266,12 +271,7 @@ def test_a_clean_up_keeps_its_time_and_no_other_while_paused(play: Any) -> None:
     """The timeout that has halted its node does not halt it as well."""
     tree = f"{{force: success, do: {{timeout: 0.5, do: {tidy(timeout='2')}}}}}"
     story = play(f"  sequence: [{tree}, {{wait: 4}}]")
-    story.tick()
-    accept(story, "a")
-    story.tick(10)
-    end(story, "a", 5)
-    story.tick()
-    accept(story, "c")
+    clean_up_after_a_timeout(story)
     story.tick()
     story.executive.pause("a look around", keep_goals=True)
     story.tick(37)

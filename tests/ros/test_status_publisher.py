@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -62,6 +63,22 @@ def test_times_are_the_mission_s(ros: Any) -> None:
     first, last = times["tree"], times["state"]
     assert first.sec * 10**9 + first.nanosec == node.executive.started_ns
     assert last.sec * 10**9 + last.nanosec == node.executive.ended_ns
+
+
+def test_nothing_is_told_before_there_is_a_time(ros: Any) -> None:
+    """A node that joins a graph with a clock has it with its first message; times begin there."""
+    runner = ros.mission(ONE)
+    now_ns = 0
+    publisher = StatusPublisher(runner.node, has_topics=False)
+    publisher.begin("m", replace(runner.run, clock_ns=lambda: now_ns))
+    told: list[tuple[str, Any]] = []
+    publisher.add(lambda what, message: told.append((what, message)))
+    publisher.publish_if_changed()
+    assert not told
+    now_ns = 33 * 10**9
+    publisher.publish_if_changed()
+    assert told[0][0] == "tree"
+    assert told[0][1].stamp.sec == 33
 
 
 LOOP = """\

@@ -70,6 +70,26 @@ class NodePlace:
     path: Path = ()
 
 
+class Placed:
+    """What stands somewhere in a file, and knows where."""
+
+    if TYPE_CHECKING:
+
+        @property
+        def place(self) -> NodePlace:
+            """Where it stands."""
+
+    @property
+    def line(self) -> int:
+        """The line of its first key, from 1."""
+        return self.place.line
+
+    @property
+    def column(self) -> int:
+        """The column of its first key, from 1."""
+        return self.place.column
+
+
 class Read(NamedTuple):
     """A value of a node, which may read variables, and where it stands below the node.
 
@@ -130,7 +150,7 @@ HIDDEN = "@"
 """Begins the keys of such fields."""
 
 
-class NodeModel(Written):
+class NodeModel(Placed, Written):
     """A node's modifiers that every kind takes."""
 
     kind: ClassVar[str]
@@ -174,16 +194,6 @@ class NodeModel(Written):
         return self
 
     # ---- where it stands -----------------------------------------------------------------
-
-    @property
-    def line(self) -> int:
-        """The line of its first key, from 1."""
-        return self.place.line
-
-    @property
-    def column(self) -> int:
-        """The column of its first key, from 1."""
-        return self.place.column
 
     @property
     def path(self) -> Path:

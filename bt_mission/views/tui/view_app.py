@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
@@ -85,17 +86,17 @@ class ViewApp(EscapingApp[None]):
         """Put the panes in their new places."""
         self.call_after_refresh(self._rearrange)
 
+    @abstractmethod
     def look(self) -> None:
         """Take what is new, and show it."""
-        raise NotImplementedError
 
+    @abstractmethod
     def draw(self) -> None:
         """Show what is known."""
-        raise NotImplementedError
 
+    @abstractmethod
     def keys_now(self) -> list[str]:
         """The keys that make sense now: each a key, a blank, and what it does."""
-        raise NotImplementedError
 
     def tell(self, text: str) -> None:
         """Show a line in the place of the keys, for a while."""
