@@ -138,7 +138,7 @@ class RequirementChanged:
     at: float | None
     violated_at: float | None
     on_violation: str
-    sources: str
+    sources: tuple[str, ...]
     why: str
     outcome: str
 

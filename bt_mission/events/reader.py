@@ -59,7 +59,7 @@ def _requirement(status: Any, stamp_ns: int) -> events.RequirementChanged:
         at=_number(text("at", "")),
         violated_at=_number(text("violated_at", "")),
         on_violation=text("on_violation", ""),
-        sources=text("sources", ""),
+        sources=tuple(filter(None, text("sources", "").split("; "))),
         why=text("why", ""),
         outcome=status.message,
     )

@@ -78,7 +78,7 @@ def _status(result: RequirementResult, run: str) -> DiagnosticStatus:
         "at": result.at,
         "violated_at": result.violated_at,
         "on_violation": result.on_violation,
-        "sources": ", ".join(result.sources),
+        "sources": "; ".join(result.sources),
         "why": result.why,
     }
     return DiagnosticStatus(

@@ -136,6 +136,6 @@ def test_requirements_say_what_they_have_come_to(lines: Any):
         "at": 0.5,
         "violated_at": 0.5,
         "on_violation": "report",
-        "sources": "speed by odometry",
+        "sources": ["speed by odometry"],
         "why": "",
     }

@@ -11,6 +11,8 @@ import pytest
 from bt_mission.core.stamps import to_ns
 from bt_mission.events import reader
 from bt_mission.events.mission_state import MissionState
+from bt_mission.requirements.monitor import RequirementResult
+from bt_mission.ros.requirement_status import RequirementStatus
 from bt_mission.ros.status_publisher import StatusPublisher
 
 READERS: dict[str, Callable[[Any], Any]] = {
@@ -209,3 +211,13 @@ def test_who_comes_late_is_told_of_requirements(ros: Any) -> None:
     told: dict[str, Any] = {}
     node.status_publisher.add(told.__setitem__)
     assert [one.name for one in told["requirements"].status] == NAMES
+
+
+def test_sources_are_a_list_as_in_the_report() -> None:
+    """However many signals a requirement speaks of."""
+    sources = ("speed by odometry", "distance by odometry")
+    one = RequirementResult("slow", "always speed < distance", "open", sources=sources)
+    status = RequirementStatus("run", lambda: (one,), lambda: 0)
+    (read,) = reader.requirements(status.describe(1, is_done=False)).requirements
+    assert read.sources == sources
+    assert (read.margin, read.at, read.unit, read.why) == (None, None, "", "")

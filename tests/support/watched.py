@@ -61,7 +61,7 @@ def requirement(
         at=0.5,
         violated_at=0.5 if verdict == "violated" else None,
         on_violation="report",
-        sources="speed by odometry",
+        sources=("speed by odometry",),
         why="",
         outcome=f"{verdict} at 0.50 s",
     )

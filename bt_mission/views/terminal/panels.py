@@ -182,7 +182,7 @@ def requirement_rows(mission: MissionState, marks: Marks) -> Rows:
                 (set_cell_size(name, width), "title"),
                 (f" {margin:>{room}}", STATUS_STYLES[status] if one.verdict != "open" else ""),
                 ("" if one.at is None else f"  at {one.at:.2f} s", "time"),
-                (f"  {'; '.join(filter(None, (one.why, one.sources)))}".rstrip(), "words"),
+                (f"  {'; '.join(filter(None, (one.why, *one.sources)))}".rstrip(), "words"),
                 (f"  {one.requirement}", "words"),
             ]
         )
