@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from bt_mission.language.requirements.formula import Condition, signals_in
-from bt_mission.requirements.compiler import Compiler, Reader
+from bt_mission.requirements.comparisons import Reader
+from bt_mission.requirements.compiler import Compiler
 from bt_mission.requirements.monitor import SignalSource
 
 

@@ -12,7 +12,8 @@ from bt_mission.core.stamps import NS
 from bt_mission.language.requirements.formula import OnViolation, Requirement, signals_in
 from bt_mission.language.requirements.syntax import SignalValue
 from bt_mission.language.requirements.units import shown_unit
-from bt_mission.requirements.compiler import Compiler, Reader
+from bt_mission.requirements.comparisons import Reader
+from bt_mission.requirements.compiler import Compiler
 from bt_mission.requirements.roots import Root
 from bt_mission.requirements.samples import Hope, Sample
 
@@ -195,7 +196,9 @@ class Monitor:
 
 
 def _rounded(margin: float) -> float:
-    """Return a margin without the noise of the last digits."""
+    """Return a margin without the noise of the last digits, and 0 where it holds by no more."""
+    if abs(margin) <= math.ulp(0.0):
+        return 0.0
     return float(f"{margin:.9g}") + 0.0
 
 

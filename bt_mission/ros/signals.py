@@ -18,7 +18,7 @@ from bt_mission.executive.status import Change
 from bt_mission.language.expressions.values import NoValue
 from bt_mission.language.requirements.signals import SIGNALS
 from bt_mission.language.requirements.syntax import SignalValue
-from bt_mission.requirements.compiler import Reader
+from bt_mission.requirements.comparisons import Reader
 from bt_mission.ros.subscriber import (
     LatestMessageSubscriber,
     SerializedSubscriber,

@@ -8,7 +8,7 @@ from typing import Any
 from typing_extensions import override
 
 from bt_mission.language.requirements.syntax import SignalValue
-from bt_mission.requirements.compiler import Reader
+from bt_mission.requirements.comparisons import Reader
 from bt_mission.ros.signals import LiveSignals, SignalsRun
 from sim.robot.robot import SimulatedRobot
 

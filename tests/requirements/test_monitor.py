@@ -8,7 +8,7 @@ import pytest
 
 from bt_mission.language.requirements.formula import Formula, Requirement
 from bt_mission.language.requirements.syntax import SignalValue
-from bt_mission.requirements.compiler import Reader
+from bt_mission.requirements.comparisons import Reader
 from bt_mission.requirements.monitor import Monitor, RequirementResult
 
 STEP_NS = 50_000_000
@@ -162,3 +162,10 @@ def _samples_in(part: object) -> int:
             elif type(one).__module__.startswith("bt_mission.requirements"):
                 found += _samples_in(one)
     return found
+
+
+@pytest.mark.parametrize("text", ["eventually x >= 2", "eventually 2 <= x * 1"])
+def test_what_is_met_exactly_holds_by_nothing(text: str) -> None:
+    """However the comparison is written."""
+    result = watched(text, x=[0, 1, 2])
+    assert (result.verdict, result.margin) == ("holds", 0.0)

@@ -10,7 +10,7 @@ import pytest
 from bt_mission.language.expressions.values import ExpressionError
 from bt_mission.language.requirements.formula import Formula, Requirement
 from bt_mission.language.requirements.syntax import SignalValue
-from bt_mission.requirements.compiler import Reader
+from bt_mission.requirements.comparisons import Reader
 from bt_mission.requirements.monitor import Monitor
 from tests.support.temporal_logic import Definition, verdict
 
