@@ -17,6 +17,7 @@ from bt_mission.cli import (
     convert,
     diff,
     doctor,
+    fork,
     node_command,
     replay,
     report,
@@ -37,7 +38,7 @@ PARSERS: tuple[Callable[[Any], None], ...] = (
     *(one.add_parser for one in (run, watch, check, convert, tree)),
     check.add_schema_parser,
     *(one.add_parser for one in (serve, actions, topics, services, node_command)),
-    *(one.add_parser for one in (replay, report, diff, doctor)),
+    *(one.add_parser for one in (replay, fork, report, diff, doctor)),
 )
 
 TRACEBACK = "BT_MISSION_TRACEBACK"

@@ -53,15 +53,19 @@ def draft(
     world: str | None = None,
     robot: str | None = None,
     permissions: Permissions = ANYTHING,
+    texts: Mapping[str, str] | None = None,
 ) -> Draft:
-    """Return what can be read of a mission, with its faults instead of an exception."""
+    """Return what can be read of a mission, with its faults instead of an exception.
+
+    `texts` are those of the files that it includes, by name; None reads them from the disk.
+    """
     rename_limits(document)
     reader = NodeReader(document)
     written = reader.written(MissionFile, (), document.data)
     if written is None and isinstance(document.data, dict):
         # Without a name or a tree the rest can still be looked at.
         written = _stand_in(document.data)
-    shelf = TreeLibrary(permissions)
+    shelf = TreeLibrary(permissions, texts)
     if written is not None:
         shelf.gather(document, written)
         reader.limits = GoalLimitsTable.written(written)
@@ -90,6 +94,7 @@ def draft(
         lost=frozenset(reader.lost),
         file=document.file,
         document=document,
+        included=tuple(shelf.included),
     )
     faults += [*wrong, *size_faults(document, mission)]
     goals = (step.ros_name for step in all_steps(mission) if isinstance(step, GoalNode))

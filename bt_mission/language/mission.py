@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Literal
 
 from bt_mission.core.diagnostics import Diagnostic
@@ -64,6 +66,19 @@ class Mission:
     file: str = "<text>"
     warnings: tuple[Diagnostic, ...] = ()
     document: Document | None = field(default=None, repr=False, compare=False)
+    included: tuple[Document, ...] = field(default=(), repr=False, compare=False)
+
+    @property
+    def documents(self) -> tuple[Document, ...]:
+        """Its file, and those that it includes, directly or not."""
+        assert self.document is not None, "a mission comes from a file or a string"
+        return (self.document, *self.included)
+
+    def portable_name(self, file: str) -> str:
+        """Name one of its files without the folders of this machine: from the mission's folder."""
+        if not Path(file).is_absolute():
+            return file
+        return os.path.relpath(file, Path(self.file).parent)
 
     @property
     def main(self) -> Tree:

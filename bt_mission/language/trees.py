@@ -6,15 +6,16 @@ mission. Links are followed before that is judged.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from graphlib import CycleError, TopologicalSorter
 from itertools import chain
-from pathlib import Path
+from pathlib import Path, PurePath
 
 from bt_mission.core import files
 from bt_mission.core.diagnostics import Diagnostic, InputError, quoted
-from bt_mission.core.yaml.document import Document, read
+from bt_mission.core.yaml.document import Document, read, read_text
 from bt_mission.language.expressions.values import Type, type_of
 from bt_mission.language.file import Library, MissionFile, TreeDefinition
 from bt_mission.language.goal_limits import GoalLimitsTable
@@ -43,13 +44,16 @@ class TreeLibrary:
     """The named trees of a mission as they are gathered."""
 
     permissions: Permissions = ANYTHING
+    texts: Mapping[str, str] | None = None
+    """Those of the files that may be included, by name; None is the disk."""
+    included: list[Document] = field(default_factory=list)
     signatures: dict[str, Signature] = field(default_factory=dict)
     faults: list[Diagnostic] = field(default_factory=list)
     _read: set[Path] = field(default_factory=set)
 
     def gather(self, document: Document, written: MissionFile | Library) -> None:
         """Take in the trees of a mission file, and of all that it includes."""
-        path = _real(Path(document.file))
+        path = _real(Path(document.file)) if self.texts is None else Path(document.file)
         self._gather(document, written, () if path is None else (path,))
 
     def _gather(
@@ -90,7 +94,7 @@ class TreeLibrary:
         self, document: Document, place: tuple[Key, ...], entry: str, within: tuple[Path, ...]
     ) -> None:
         try:
-            shown, path = _located(document, entry, self.permissions)
+            shown, path = self._located(document, entry)
         except InputError as error:
             self.faults += [document.fault(place, one.message, one.hint) for one in error.faults]
             return
@@ -104,15 +108,30 @@ class TreeLibrary:
                 self.faults.append(document.fault(place, message))
                 return
             try:
-                included = read(shown)
+                included = self._read_file(shown)
             except InputError as error:
                 self.faults += error.faults
                 return
+            self.included.append(included)
             reader = NodeReader(included)
             library = reader.written(Library, (), included.data)
             self.faults += reader.faults
             if library is not None:
                 self._gather(included, library, (*within, path))
+
+    def _located(self, document: Document, entry: str) -> tuple[Path, Path]:
+        """Return an included file as it is shown, and what it is told from others by."""
+        if self.texts is None:
+            return _located(document, entry, self.permissions)
+        beside = os.path.normpath(Path(document.file).parent / entry)
+        like = [name for name in self.texts if PurePath(name).match(entry)]
+        for name in [beside, *like]:
+            if name in self.texts:
+                return Path(name), Path(name)
+        raise InputError([Diagnostic(f"no such file {quoted(entry)}", entry)])
+
+    def _read_file(self, path: Path) -> Document:
+        return read(path) if self.texts is None else read_text(self.texts[str(path)], str(path))
 
 
 def read_trees(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import platform
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -67,20 +66,8 @@ def versions() -> dict[str, str]:
 
 def files_of(mission: Mission) -> Iterator[tuple[str, str]]:
     """The mission's file and those that it includes, each with its name and text."""
-    seen = set()
-    for tree in mission.all_trees:
-        document = tree.document
-        if document.file not in seen:
-            seen.add(document.file)
-            yield (
-                portable_name(mission, document.file),
-                "\n".join(document.lines).rstrip("\n") + "\n",
-            )
-
-
-def portable_name(mission: Mission, file: str) -> str:
-    """Name a file of a mission without the folders of this machine: from the mission's folder."""
-    return os.path.relpath(file, Path(mission.file).parent) if Path(file).is_absolute() else file
+    for document in mission.documents:
+        yield mission.portable_name(document.file), document.text
 
 
 class DetailsRecorder:

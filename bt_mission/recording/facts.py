@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 FACTS, SUMMARY = "bt_mission", "bt_mission_summary"
@@ -36,6 +36,32 @@ def _is_hull(value: Any) -> bool:
     return isinstance(value, list) and len(value) == 3 and all(map(_is_number, value))
 
 
+def _is_list(value: Any) -> bool:
+    return isinstance(value, list)
+
+
+def _is_requirements(value: Any) -> bool:
+    return _is_list(value) and all(
+        isinstance(one, list) and len(one) == 3 and all(map(_is_text, one)) for one in value
+    )
+
+
+_STAGE: Mapping[str, IsValid] = {
+    "sensor_seed": _is_count,
+    "props": _is_count,
+    "without": _is_list,
+    "has_tools": lambda value: isinstance(value, bool),
+    "is_visible": lambda value: isinstance(value, bool),
+    "robots": _is_list,
+}
+
+
+def _is_stage(value: Any) -> bool:
+    return isinstance(value, dict) and all(
+        name in value and is_valid(value[name]) for name, is_valid in _STAGE.items()
+    )
+
+
 def _or_none(is_valid: IsValid) -> IsValid:
     return lambda value: value is None or is_valid(value)
 
@@ -45,12 +71,16 @@ _KNOWN: Mapping[tuple[str, str], IsValid] = {
     (FACTS, "robot_hull"): _or_none(_is_hull),
     (FACTS, "versions"): _is_mapping,
     (FACTS, "inputs"): _is_mapping,
+    (FACTS, "stage"): _is_stage,
+    (FACTS, "requirements"): _is_requirements,
+    (FACTS, "changes"): _is_list,
     (SUMMARY, "virtual_s"): _is_number,
     (SUMMARY, "wall_s"): _is_number,
     (SUMMARY, "distance_travelled_m"): _or_none(_is_number),
     (SUMMARY, "goals_left_behind"): _is_count,
     (SUMMARY, "collisions"): _or_none(_is_count),
     (SUMMARY, "trace_sha256"): _is_text,
+    (SUMMARY, "requirements"): _is_list,
     (SUMMARY, "missing"): _is_text,
 }
 """What is read of the values that are JSON, and what each has to be."""
@@ -99,6 +129,23 @@ class RunFacts:
     def inputs(self) -> Mapping[str, Any]:
         """Of the mission."""
         return self._mapping("inputs")
+
+    @property
+    def stage(self) -> Mapping[str, Any] | None:
+        """Of the simulation, what a run depends on; None of a live run, and in old recordings."""
+        return self._facts.get("stage")
+
+    @property
+    def requirements(self) -> Sequence[Sequence[str]]:
+        """Name, formula and what is done on a violation."""
+        found: Sequence[Sequence[str]] = self._facts.get("requirements", ())
+        return found
+
+    @property
+    def changes(self) -> Sequence[Any]:
+        """What was changed in the run while it was under way, where it is a fork of another."""
+        found: Sequence[Any] = self._facts.get("changes", ())
+        return found
 
     @property
     def missing(self) -> str:

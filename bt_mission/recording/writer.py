@@ -34,7 +34,6 @@ from bt_mission.recording.contents import (
     RecordingOptions,
     compressed,
     files_of,
-    portable_name,
     versions,
 )
 from bt_mission.recording.file import McapFile
@@ -213,19 +212,24 @@ class RunRecorder:
         self._start_ns = session.now_ns
         facts = {
             "mission": session.mission.name,
-            "file": portable_name(session.mission, session.mission.file),
+            "file": session.mission.portable_name(session.mission.file),
             "seed": str(session.mission.seed),
             "robot": session.mission.robot,
             "node": node.get_fully_qualified_name(),
             "namespace": node.get_namespace(),
             "start_ns": str(self._start_ns),
             "inputs": json.dumps(dict(session.mission.inputs)),
+            "requirements": json.dumps(
+                [[one.name, one.text, one.on_violation] for one in session.mission.requirements]
+            ),
             "versions": json.dumps(versions()),
             **session.facts,
         }
         self.file.note("bt_mission", facts)
         for name, text in files_of(session.mission):
             self.file.attach(name, "text/plain", text.encode(), self._start_ns)
+        for name, text in session.files.items():
+            self.file.attach(name, "application/yaml", text.encode(), self._start_ns)
         runner.show_waypoints()
         self._topics.look_around()
         runner.status_publisher.add(self._on_status)

@@ -64,6 +64,7 @@ class AttachedSession:
         chosen = options or AttachedOptions()
         self.mission = mission
         self.facts: dict[str, str] = {}
+        self.files: dict[str, str] = {}
         self._observers: list[SessionObserver] = []
         with ExitStack() as made:
             self._graph = GraphConnection(wall_clock=chosen.wall_clock)

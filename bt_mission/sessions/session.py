@@ -90,6 +90,10 @@ class ObservableSession(Session, Protocol):
     def facts(self) -> Mapping[str, str]:
         """What is known of the place of the run: the world, the hull of the robot."""
 
+    @property
+    def files(self) -> Mapping[str, str]:
+        """The texts of the world and the robot, by name; empty where they are not simulated."""
+
     def inside(self) -> Iterable[ProcessNode]:
         """The nodes of the process that take part."""
 

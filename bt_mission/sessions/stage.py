@@ -28,6 +28,7 @@ from bt_mission.language.mission import Mission
 from bt_mission.ros.graph import ProcessNode
 from bt_mission.ros.observable_publisher import ObservableNode
 from bt_mission.sessions.session import SessionObserver
+from bt_mission.sessions.stage_files import StageFiles, stage_facts
 from bt_mission.sessions.stage_nodes import StageSimNode
 from bt_mission.sessions.stage_robot import FleetRobot, FleetRun, StageOptions
 from bt_mission.virtual_time import VirtualTimeExecutor, self_test
@@ -38,7 +39,6 @@ from sim.world.loader import load_world
 from sim.world.world import Spawn, World
 
 START_NS = 1_000_000_000
-DEFAULT_WORLD = "empty_arena"
 
 
 class StageError(BtMissionError):
@@ -89,10 +89,9 @@ class Stage:
         self._options = options or StageOptions()
         self.mission = members[0].mission
         isolate(visible=self._options.visible, network=self._options.network)
-        world = load_world(
-            self._options.world or self.mission.world or DEFAULT_WORLD, near=self.mission.file
-        )
-        models = [load_robot(one.mission.robot, near=one.mission.file) for one in members]
+        files = StageFiles.find(members, self._options)
+        world = load_world(files.world)
+        models = [load_robot(one) for one in files.robots]
         self_test()
         self.image_folder = free_folder(image_folder)
         with ExitStack() as made:
@@ -123,7 +122,9 @@ class Stage:
         self.facts = {
             "world": world.name,
             "robot_hull": json.dumps([hull.front, hull.rear, hull.half_width]),
+            **stage_facts(members, self._options),
         }
+        self.files = files.texts
         self._observers: list[SessionObserver] = []
         self.step_listeners: list[Callable[[], None]] = []
         """Called after each step, once the observers have looked."""

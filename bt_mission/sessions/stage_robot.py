@@ -12,6 +12,7 @@ from rclpy.node import Node
 
 from action_servers.mapping.node import MapperNode, MapperOptions
 from action_servers.server.node import ServerOptions, ServersNode
+from bt_mission.core.yaml.document import Document
 from bt_mission.executive.trace import Trace
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.action import GoalNode
@@ -31,7 +32,8 @@ class StageOptions:
     """How a stage is set up.
 
     Attributes:
-        world: Name or path of the world; None is that of the first mission.
+        world: Name, path or text of the world; None is that of the first mission.
+        robot: Text of the robot's model, for all robots; None is that of each mission.
         seed: Of all sensor noise; None is that of the first mission. Each mission's own seed
             decides the rest.
         visible: May other processes of this machine look on, and take part?
@@ -42,7 +44,8 @@ class StageOptions:
         props: How many obstacles can appear while it runs.
     """
 
-    world: str | Path | None = None
+    world: str | Path | Document | None = None
+    robot: Document | None = None
     seed: int | None = None
     visible: bool = False
     network: bool = False
@@ -55,6 +58,12 @@ class StageOptions:
     def has_tools(self) -> bool:
         """Are there topics and services for tools?"""
         return self.visible or self.watched
+
+
+def _portable_names(mission: Mission) -> dict[str, str]:
+    """Name the files of a mission in its trace as on every machine; failures name their place."""
+    names = {one.file: mission.portable_name(one.file) for one in mission.documents}
+    return {file: name for file, name in names.items() if file != name}
 
 
 @dataclass(frozen=True)
@@ -130,7 +139,7 @@ class FleetRun:
         name, mission = self.member.name, self.member.mission
         options = RunnerOptions(
             say=(lambda text: say(f"{name}: {text}")) if say and name else say,
-            trace=Trace(hide={str(self._images): "<images>"}),
+            trace=Trace(hide={str(self._images): "<images>", **_portable_names(mission)}),
             goal_seed=str(mission.seed),
             has_controls=self._options.has_tools,
             has_presence=False,

@@ -12,18 +12,20 @@ from pathlib import Path
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.files import find
 from bt_mission.core.robot.model import RobotModel
-from bt_mission.core.yaml.document import read
+from bt_mission.core.yaml.document import Document, read
 from bt_mission.core.yaml.models import validate
 from sim.world.shapes import Obstacle
 from sim.world.world import World
 
 
-def load_world(name_or_path: str | Path, near: str | Path | None = None) -> World:
-    """Return a world. Raises InputError with every fault and its place.
+def load_world(name_or_path: str | Path | Document, near: str | Path | None = None) -> World:
+    """Return a world, by its name or file, or of its text. Raises InputError with every fault.
 
     `near` is a file beside which a world of that name is looked for first, such as a mission.
     """
-    document = read(find("worlds", name_or_path, near))
+    document = name_or_path
+    if not isinstance(document, Document):
+        document = read(find("worlds", document, near))
     world = validate(document, World)
     found = problems(world)
     if found:

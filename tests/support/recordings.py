@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cache
 from pathlib import Path
 from tempfile import mkdtemp
@@ -65,5 +65,24 @@ def edited(path: Path, keep: Callable[[Channel, int], bool]) -> Path:
                     channel.topic, channel.type_name, channel.definition, {}
                 )
             copy.write(time_ns, [(numbers[channel], data)])
+    copy.close()
+    return path
+
+
+def with_facts(path: Path, changes: Mapping[str, str | None]) -> Path:
+    """The recording with other facts of its run; None leaves one out."""
+    source, copy = RecordedFile(recording()), McapFile(path, "bt-mission")
+    messages = list(source.messages())
+    facts = {**source.notes["bt_mission"], **changes}
+    copy.note("bt_mission", {name: text for name, text in facts.items() if text is not None})
+    for one in source.attached:
+        copy.attach(one.name, one.media_type, one.data, one.time_ns)
+    numbers: dict[Channel, int] = {}
+    for channel, time_ns, data in messages:
+        if channel not in numbers:
+            numbers[channel] = copy.channel(
+                channel.topic, channel.type_name, channel.definition, {}
+            )
+        copy.write(time_ns, [(numbers[channel], data)])
     copy.close()
     return path

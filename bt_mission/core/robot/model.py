@@ -14,7 +14,7 @@ from pydantic import Field, model_validator
 
 from bt_mission.core import files
 from bt_mission.core.robot import parts
-from bt_mission.core.yaml import document as located
+from bt_mission.core.yaml.document import Document, read
 from bt_mission.core.yaml.models import validate
 
 _TOLERANCE = 1e-6
@@ -85,11 +85,15 @@ class RobotModel(parts.RobotPart):
         return self
 
 
-def load_robot(name_or_path: str | Path, near: str | Path | None = None) -> RobotModel:
-    """Return the model of a robot. Raises InputError with every fault and its place.
+def load_robot(name_or_path: str | Path | Document, near: str | Path | None = None) -> RobotModel:
+    """Return the model of a robot, by its name or file, or of its text.
+
+    Raises InputError with every fault and its place.
 
     `near` is a file beside which a robot of that name is looked for first, such as a mission.
     """
-    document = located.read(files.find("robots", name_or_path, near))
+    document = name_or_path
+    if not isinstance(document, Document):
+        document = read(files.find("robots", document, near))
     robot = validate(document, RobotModel)
     return robot.with_sensors(robot.sensors)

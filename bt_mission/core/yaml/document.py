@@ -30,6 +30,11 @@ class Document:
     deprecated: list[Diagnostic] = field(default_factory=list, repr=False, compare=False)
     """Warnings about keys that were found under their old names."""
 
+    @property
+    def text(self) -> str:
+        """The file as a text, with a line feed at its end."""
+        return "\n".join(self.lines).rstrip("\n") + "\n"
+
     def rename_keys(
         self, path: Sequence[Key], data: dict[str, Any], names: Mapping[str, str]
     ) -> None:

@@ -126,7 +126,7 @@ def test_a_tree_of_another_version_says_so(tmp_path: Path) -> None:
     ("share", "words"),
     [
         (0.0002, "no message is in it: the file was cut"),
-        (0.002, "it ends before the mission began: the file was cut"),
+        (0.005, "it ends before the mission began: the file was cut"),
     ],
 )
 def test_too_little_of_a_file(tmp_path: Path, share: float, words: str) -> None:

@@ -1,0 +1,93 @@
+"""What is changed in a run when it is forked."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from bt_mission.behaviours.runtime import Scope
+from bt_mission.core.diagnostics import Diagnostic, InputError, did_you_mean, listed, quoted
+from bt_mission.core.yaml.document import read_text
+from bt_mission.language.checks.scope import written_by
+from bt_mission.language.expressions.values import WORDS, Plain, fits, show, type_of
+from bt_mission.language.inputs import SET_OPTION, overridden
+from bt_mission.language.mission import Mission
+
+
+@dataclass(frozen=True)
+class Change:
+    """What takes effect at the control step of a fork, before the tree is ticked there.
+
+    Args:
+        values: Variables of the mission with their new values. A node that runs keeps what it has
+            begun with; it is read when a node starts, and by conditions at every tick.
+    """
+
+    values: Mapping[str, Plain] = field(default_factory=dict)
+
+    def __str__(self) -> str:
+        return ", ".join(f"{name}={show(value)}" for name, value in self.values.items())
+
+    @property
+    def is_none(self) -> bool:
+        """Is nothing changed?"""
+        return not self.values
+
+    def as_dict(self) -> dict[str, Any]:
+        """What programs are told."""
+        return {"set": dict(self.values)}
+
+    def apply(self, scope: Scope) -> None:
+        """Give the variables their values.
+
+        Raises:
+            InputError: Where a variable holds a value of another type.
+        """
+        for name, value in self.values.items():
+            wanted = type_of(scope.values.get(name))
+            wanted = "number" if wanted == "integer" else wanted
+            if wanted is not None and not fits(type_of(value), wanted):
+                message = f"'{name}' is {WORDS[wanted]} at that instant"
+                raise InputError([_fault(name, value, message)])
+        scope.values.update(self.values)
+
+
+def change_of(mission: Mission, given: Iterable[tuple[str, str]]) -> Change:
+    """Return the change that gives variables of a mission these values, read as `--set` reads them.
+
+    Raises:
+        InputError: For a variable that the mission has not, or a value of another type.
+    """
+    followed = {one.variable for one in mission.follow}
+    written = {name for node in mission.tree.walk() for name in written_by(node)} - followed
+    known = [*mission.inputs, *sorted(written - mission.inputs.keys())]
+    values: dict[str, Plain] = {}
+    faults = []
+    for name, text in given:
+        if name in mission.inputs:
+            taken, wrong = overridden(mission.inputs, {name: text})
+            values[name] = taken[name]
+            faults += wrong
+        elif name in written:
+            values[name] = _plain(text)
+        elif name in followed:
+            faults.append(_fault(name, text, f"'{name}' follows a topic, which alone changes it"))
+        else:
+            message = f"no variable {quoted(name)} (the mission's: {listed(known)})"
+            faults.append(_fault(name, text, message, did_you_mean(name, known)))
+    if faults:
+        raise InputError(faults)
+    return Change(values)
+
+
+def _plain(text: str) -> Plain:
+    try:
+        value: Any = read_text(text).data
+    except InputError:
+        return text
+    return text if value is None or isinstance(value, dict) else value
+
+
+def _fault(name: str, value: object, message: str, hint: str | None = None) -> Diagnostic:
+    return Diagnostic(message, SET_OPTION, 1, 1, f"{name}={value}", hint)

@@ -1,0 +1,198 @@
+"""A recorded run under way again, compared with what was recorded."""
+
+from __future__ import annotations
+
+import json
+from bisect import bisect_left
+from collections.abc import Collection, Sequence
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+from bt_mission.core.errors import BtMissionError
+from bt_mission.executive.report import Report
+from bt_mission.executive.stored_trace import trace_of
+from bt_mission.executive.trace_diff import Difference, first_difference
+from bt_mission.recording.forks.change import Change
+from bt_mission.recording.forks.source import ForkError, ForkSource
+
+if TYPE_CHECKING:
+    from bt_mission.sessions.stage import Stage
+
+REQUIREMENT = '"event": "requirement"'
+
+
+@dataclass(frozen=True)
+class ForkResult:
+    """What a fork came to.
+
+    Args:
+        step_ns: The control step of the fork.
+        report: Of the forked run.
+        difference: The first one from the recorded run; None where they are the same.
+        same_events: How many events before the fork were compared, and are the same.
+    """
+
+    source: ForkSource
+    change: Change
+    step_ns: int
+    report: Report
+    difference: Difference | None
+    same_events: int
+
+    @property
+    def is_success(self) -> bool:
+        """Has the mission succeeded, with no requirement violated?"""
+        return self.report.status == "success" and not self.report.is_violated
+
+    @property
+    def at_s(self) -> float:
+        """The control step of the fork, s since the start."""
+        return self.source.seconds(self.step_ns)
+
+    def as_dict(self) -> dict[str, Any]:
+        """What programs are told."""
+        status, reason = self.source.outcome
+        return {
+            "recording": str(self.source.path),
+            "forked_at": self.at_s,
+            "change": self.change.as_dict(),
+            "is_identical": self.difference is None,
+            "same_events": self.same_events,
+            "recorded": {
+                "status": status,
+                "reason": reason,
+                "virtual_s": self.source.summary.get("virtual_s", self.source.end_s),
+                "requirements": self.source.requirements,
+            },
+            "forked": self.report.as_dict(),
+            "first_difference": self.difference and asdict(self.difference),
+            "other_versions": list(self.source.differences),
+        }
+
+
+class ForkedRun:
+    """Compares a run with the recorded one while it goes on, and changes it at its instant.
+
+    Args:
+        source: The recorded run.
+        change: Takes effect at the fork.
+        step_ns: The control step of the fork.
+        added: Names of requirements that were not recorded; what is told of them is not compared.
+    """
+
+    def __init__(
+        self, source: ForkSource, change: Change, step_ns: int, added: Collection[str] = ()
+    ) -> None:
+        self._source = source
+        self._change = change
+        self._step_ns = step_ns
+        self._added = tuple(f'"name": {json.dumps(name)}' for name in added)
+        self._same = bisect_left(source.times_ns, step_ns)
+        """So many lines have to be the same."""
+        self._lines: list[str] = []
+        self._parted: int | None = None
+        self._fault: BtMissionError | None = None
+        self._is_telling = False
+        """Is the change written down? That is no difference of its own."""
+        self._stage: Stage
+
+    @property
+    def facts(self) -> dict[str, str]:
+        """What a recording of the run says of it; nothing where it is the same run again."""
+        if self._change.is_none:
+            return {}
+        change = {"at_s": self._source.seconds(self._step_ns), **self._change.as_dict()}
+        return {"forked_from": self._source.path.name, "changes": json.dumps([change])}
+
+    def follow(self, stage: Stage, limit_s: float | None = None) -> None:
+        """Compare what happens on a stage, before its first step.
+
+        Args:
+            limit_s: Virtual seconds after which the run is interrupted; None is none.
+        """
+        self._stage = stage
+        for line in stage.trace.newest:
+            self._take(line)
+        stage.trace.listeners.append(self._take)
+        if not self._change.is_none:
+            stage.clock.call_at(self._step_ns, self._apply)
+        if limit_s is not None:
+            stage.clock.call_at(stage.start_ns + round(limit_s * 1e9), self._interrupt)
+
+    def result(self, report: Report) -> ForkResult:
+        """What has come out, once the run has ended.
+
+        Raises:
+            ForkError: Where it was not the same up to the fork, with the first difference.
+            InputError: Where the change did not fit the run at its instant.
+        """
+        if self._fault is not None:
+            raise self._fault
+        source, lines = self._source, self._lines
+        if self._parted is None and len(lines) < len(source.trace):
+            self._parted = len(lines)
+        if self._parted is not None and self._parted < self._same:
+            raise ForkError(self._why_not_the_same())
+        same = self._same - 1
+        return ForkResult(
+            source, self._change, self._step_ns, report, self._difference(source.trace), same
+        )
+
+    def _apply(self) -> None:
+        try:
+            self._change.apply(self._stage.runner.scope)
+        except BtMissionError as error:
+            self._fault = error
+            self._leave()
+            return
+        self._is_telling = True
+        self._stage.runner.log(f"forked here: {self._change}")
+        self._is_telling = False
+
+    def _leave(self) -> None:
+        self._stage.executive.abandon("the fork has ended")
+
+    def _interrupt(self) -> None:
+        self._stage.executive.interrupt("it took too long")
+
+    def _take(self, line: str) -> None:
+        if self._is_telling:
+            return
+        if self._added and REQUIREMENT in line and any(name in line for name in self._added):
+            return
+        number = len(self._lines)
+        self._lines.append(line)
+        expected = self._source.trace
+        if self._parted is None and (number >= len(expected) or expected[number] != line):
+            self._parted = number
+            if number < self._same:  # the run is another one: it need not go on
+                self._stage.clock.call_at(self._stage.now_ns, self._leave)
+
+    def _difference(self, recorded: Sequence[str]) -> Difference | None:
+        if self._parted is None:
+            return None
+        path = str(self._source.path)
+        return first_difference(trace_of(path, recorded), trace_of("again", self._lines))
+
+    def _why_not_the_same(self) -> str:
+        source = self._source
+        assert self._parted is not None
+        # The run was left soon after the first difference: what comes later is none.
+        self._lines = self._lines[: self._parted + 1]
+        difference = self._difference(source.trace[: self._parted + 1])
+        at_s = source.seconds(self._step_ns)
+        what = f"run again, it is not the same up to {at_s:.2f} s, so it cannot be forked there"
+        lines = [
+            f"{source.path}: {what} (< recorded, > run again)",
+            str(difference),
+            *source.differences,
+        ]
+        if any('"event": "paused"' in line for line in source.trace):
+            lines.append("it was paused by hand: what people do to a run is not in its recording")
+        elif source.outcome[0] == "interrupted":
+            lines.append("it was interrupted: what people do to a run is not in its recording")
+        else:
+            lines.append(
+                "what a test, people or other processes do to a run is not in its recording"
+            )
+        return "\n".join(lines)

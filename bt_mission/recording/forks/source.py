@@ -1,0 +1,289 @@
+"""A recording as the source of another run: all that its run depended on, and its trace."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from bt_mission.btcpp.document import document_of
+from bt_mission.core.diagnostics import InputError
+from bt_mission.core.errors import BtMissionError
+from bt_mission.core.stamps import NS
+from bt_mission.core.yaml.document import Document, read_text
+from bt_mission.executive.trace import VERSION
+from bt_mission.language.checks.mission import python_leaf_faults
+from bt_mission.language.expressions.values import ExpressionError
+from bt_mission.language.loader import draft, finished
+from bt_mission.language.mission import Mission
+from bt_mission.language.permissions import Permissions
+from bt_mission.language.requirements.formula import Formula, OnViolation, Requirement
+from bt_mission.recording.contents import versions
+from bt_mission.recording.expected_types import TEXT, expect
+from bt_mission.recording.facts import RunFacts
+from bt_mission.recording.reading import RecordedFile
+from bt_mission.sessions.load import XML
+from bt_mission.sessions.stage_robot import StageOptions
+
+ROUNDING_NS = 1_000
+"""Times are told in seconds with decimals; so much is no other instant, ns."""
+
+LAST_LINES = 4
+"""Among so many of a trace is the end of its mission: a pose may follow it."""
+
+NO_PYTHON = Permissions(
+    python="refuse",
+    hint="--import-python runs the code of its author's that lies on this machine",
+)
+
+
+ON_VIOLATION: Mapping[str, OnViolation] = {"report": "report", "fail": "fail", "halt": "halt"}
+
+
+class ForkError(BtMissionError):
+    """A recording that cannot be run again, or not with this change."""
+
+
+@dataclass(frozen=True)
+class ForkSource:
+    """A recorded run, with all that is needed to run it again.
+
+    Args:
+        path: Of the recording.
+        mission: As it was recorded, whatever stands on the disk now.
+        world: The text of the world; likewise of the robot.
+        stage: The options of the simulation, as the recorder wrote them down.
+        trace: The lines of the recorded trace.
+        times_ns: When each line was, ns; 0 for the first, which names the format.
+        steps_ns: When the control steps were, ns.
+        start_ns: When the run began, ns.
+        summary: What the run came to; empty where the recording was cut.
+        why_cut: Why the recording ends before its end; empty where it does not.
+        differences: What is of another version here, a line each.
+    """
+
+    path: Path
+    mission: Mission
+    world: Document
+    robot: Document
+    stage: Mapping[str, Any]
+    trace: Sequence[str]
+    times_ns: Sequence[int]
+    steps_ns: Sequence[int]
+    start_ns: int
+    summary: Mapping[str, Any]
+    why_cut: str
+    differences: tuple[str, ...]
+
+    @property
+    def end_s(self) -> float:
+        """The last control step, s since the start."""
+        return self.seconds(self.steps_ns[-1])
+
+    @property
+    def outcome(self) -> tuple[str, str]:
+        """How the run ended, and why; where the recording was cut, that it was."""
+        for line in reversed(self.trace[-LAST_LINES:]):
+            event = json.loads(line)
+            if event.get("event") == "mission":
+                return str(event.get("status")), str(event.get("reason"))
+        return "unknown", f"the recording ends here{self.why_cut and ': '}{self.why_cut}"
+
+    @property
+    def requirements(self) -> list[dict[str, Any]]:
+        """What the requirements came to, where that was recorded."""
+        found = self.summary.get("requirements", [])
+        return [one for one in found if isinstance(one, dict) and "name" in one]
+
+    def seconds(self, time_ns: int) -> float:
+        """A time of the run, s since its start."""
+        return (time_ns - self.start_ns) / NS
+
+    def step_at(self, at_s: float) -> int:
+        """The control step at a time, or the next one after it, ns.
+
+        Args:
+            at_s: Since the start, s.
+
+        Raises:
+            ForkError: For a time that is not within the run.
+        """
+        if at_s < 0:
+            raise ForkError(f"--at {at_s:g}: the run begins at 0 s")
+        wanted = self.start_ns + round(at_s * NS) - ROUNDING_NS
+        for step_ns in self.steps_ns:
+            if step_ns >= wanted:
+                return step_ns
+        what = "the recording" if self.outcome[0] == "unknown" else "the run"
+        raise ForkError(f"--at {at_s:g}: {what} ends at {self.end_s:.2f} s")
+
+    def options(self) -> StageOptions:
+        """What a stage needs besides the mission."""
+        return StageOptions(
+            world=self.world,
+            robot=self.robot,
+            seed=self.stage["sensor_seed"],
+            props=self.stage["props"],
+            watched=self.stage["has_tools"],
+        )
+
+
+def read_source(path: Path, permissions: Permissions = NO_PYTHON) -> ForkSource:
+    """Read a recording, to run it again.
+
+    Raises:
+        RecordingError: For a file that is none, or that cannot be opened.
+        ForkError: For a run that cannot run again, with what is missing.
+        InputError: For a mission, world or robot in it that this version cannot read.
+    """
+    file = RecordedFile(path)
+    lines = _trace_of(file)
+    facts = RunFacts(file.notes)
+    stage = _stage_of(file, facts)
+    if not lines:
+        raise ForkError(f"{path}: no trace of the run is in it{_cut(file)}")
+    version = _event(lines[0]).get("trace_version")
+    if version is None:
+        raise ForkError(
+            f"{path}: it begins in the middle of the run, which has to be recorded from its start"
+        )
+    if version != VERSION:
+        raise ForkError(
+            f"{path}: its trace has version {version}, and this bt-mission writes {VERSION}"
+        )
+    events = [_event(line) for line in lines]
+    steps = tuple(one["t"] for one in events if one.get("event") == "pose")
+    if not steps:
+        raise ForkError(f"{path}: it ends before the first control step{_cut(file)}")
+    mission = _mission_of(file, facts, permissions)
+    return ForkSource(
+        path=path,
+        mission=mission,
+        world=_text_of(file, "world", "worlds/"),
+        robot=_text_of(file, "robot", "robots/"),
+        stage=stage,
+        trace=lines,
+        times_ns=tuple(one.get("t", 0) for one in events),
+        steps_ns=steps,
+        start_ns=facts.start_ns or 0,
+        summary=facts.summary,
+        why_cut=file.why_cut,
+        differences=tuple(_other_versions(facts.versions)),
+    )
+
+
+def _trace_of(file: RecordedFile) -> list[str]:
+    lines: list[str] = []
+
+    def take(channel: Any, _time_ns: int, data: bytes) -> None:
+        if channel.topic.endswith("/trace"):
+            expect(channel, TEXT)
+            lines.append(str(channel.decode(data)["data"]))
+
+    file.feed(take)
+    return lines
+
+
+def _event(line: str) -> Mapping[str, Any]:
+    try:
+        event = json.loads(line)
+    except (ValueError, RecursionError):
+        event = None
+    if not isinstance(event, dict) or ("event" in event and type(event.get("t")) is not int):
+        raise ForkError(f"a line of the recorded trace is no event: {line[:80]}")
+    return event
+
+
+def _cut(file: RecordedFile) -> str:
+    return f" ({file.why_cut})" if file.why_cut else ""
+
+
+def _stage_of(file: RecordedFile, facts: RunFacts) -> Mapping[str, Any]:
+    path = file.path
+    if not facts.texts:
+        raise ForkError(
+            f"{path}: no run of bt-mission is in it; bt-mission run --record FILE.mcap makes such "
+            f"files{_cut(file)}"
+        )
+    if "world" not in facts.texts:
+        raise ForkError(
+            f"{path}: it has no seed: it was recorded against the servers of a running graph, and "
+            "a live run cannot run again"
+        )
+    stage = facts.stage
+    if stage is None:
+        by = facts.versions.get("bt-mission", "?")
+        raise ForkError(
+            f"{path}: it lacks the files of world and robot, and the options of the simulation: "
+            f"recorded by an older bt-mission ({by}); record the run again"
+        )
+    if stage["robots"] != [""]:
+        raise ForkError(f"{path}: it is of one robot of several, which cannot run again alone")
+    if stage["without"]:
+        names = ", ".join(map(str, stage["without"]))
+        raise ForkError(f"{path}: a test played the servers of {names}, which are not in it")
+    if facts.changes:
+        raise ForkError(
+            f"{path}: it is itself a fork, of the run in {facts.texts.get('forked_from', '?')}: "
+            "fork that one"
+        )
+    return stage
+
+
+def _mission_of(file: RecordedFile, facts: RunFacts, permissions: Permissions) -> Mission:
+    texts = {
+        one.name: one.data.decode(errors="replace")
+        for one in file.attached
+        if one.media_type == "text/plain"
+    }
+    name = facts.texts.get("file", "")
+    if name not in texts:
+        raise ForkError(f"{file.path}: it lacks the mission's file '{name}'")
+    is_xml = Path(name).suffix == XML
+    document = (document_of if is_xml else read_text)(texts[name], name)
+    seed = facts.texts.get("seed", "")
+    if not seed.isdecimal():
+        raise ForkError(f"{file.path}: it has no seed")
+    found = draft(
+        document,
+        facts.inputs,
+        int(seed),
+        facts.texts.get("world"),
+        facts.texts.get("robot"),
+        permissions,
+        texts,
+    )
+    mission = finished(found)
+    faults = [one for one in python_leaf_faults(mission, permissions) if one.severity == "error"]
+    if faults:
+        raise InputError(faults)
+    return replace(mission, requirements=_requirements_of(file.path, facts))
+
+
+def _requirements_of(path: Path, facts: RunFacts) -> tuple[Requirement, ...]:
+    found = []
+    for name, text, action in facts.requirements:
+        if action not in ON_VIOLATION:
+            raise ForkError(f"{path}: requirement '{name}' asks for '{action}', unknown here")
+        try:
+            root = Formula(text).root
+        except ExpressionError as error:
+            raise ForkError(f"{path}: requirement '{name}': {error}") from error
+        found.append(Requirement(name, text, root, ON_VIOLATION[action]))
+    return tuple(found)
+
+
+def _text_of(file: RecordedFile, what: str, prefix: str) -> Document:
+    for one in file.attached:
+        if one.media_type == "application/yaml" and one.name.startswith(prefix):
+            return read_text(one.data.decode(errors="replace"), one.name)
+    raise ForkError(f"{file.path}: it lacks the file of the {what}{_cut(file)}")
+
+
+def _other_versions(recorded: Mapping[str, Any]) -> Iterator[str]:
+    for name, here in versions().items():
+        then = recorded.get(name, here)
+        if then != here:
+            yield f"recorded with {name} {then}, here it is {here}"

@@ -1,0 +1,56 @@
+"""What a fork has come to, in lines."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from bt_mission.core.text import escape_control
+from bt_mission.events.log import verdict
+from bt_mission.recording.forks.fork import ForkResult
+
+SHOWN_S = 0.0005
+"""A time that is rounded by less than this is shown as it was asked for, s."""
+
+
+def told(result: ForkResult, asked_s: float) -> list[str]:
+    """Tell what was recorded, what has become of it, and where the two part."""
+    source, report = result.source, result.report
+    rounded = abs(result.at_s - asked_s) > SHOWN_S
+    step = f" (the control step after {asked_s:g} s)" if rounded else ""
+    what = "without a change" if result.change.is_none else f"with {result.change}"
+    then = _outcome(*source.outcome, source.summary.get("virtual_s", source.end_s))
+    now = _outcome(report.status, report.reason, report.virtual_s)
+    lines = [
+        f"recorded: {then}",
+        f"forked at {result.at_s:.2f} s{step} {what}: {now}",
+        f"  the same until there: {result.same_events} events, byte by byte",
+    ]
+    before = {one["name"]: one for one in source.requirements}
+    lines += [
+        f"  requirement {one} (recorded: {_verdict(before.get(one.name))})"
+        for one in report.requirements
+    ]
+    lines += _difference(result)
+    return [escape_control(line) for line in lines]
+
+
+def _outcome(status: str, reason: str, at_s: float) -> str:
+    return f"{verdict(status, '')} at {at_s:.2f} s" + (f": {reason}" if reason else "")
+
+
+def _verdict(then: Mapping[str, Any] | None) -> str:
+    if then is None:
+        return "not watched"
+    margin, unit = then.get("margin"), then.get("unit", "")
+    by = f" by {abs(margin):.4g} {unit}".rstrip() if isinstance(margin, int | float) else ""
+    return f"{then.get('verdict', '?')}{by}"
+
+
+def _difference(result: ForkResult) -> Iterator[str]:
+    if result.difference is None:
+        events = len(result.source.trace) - 1
+        yield f"  identical: all {events} events of the trace, byte by byte"
+    else:
+        yield "  first difference (< recorded, > forked):"
+        yield from (f"  {line}" for line in str(result.difference).splitlines())

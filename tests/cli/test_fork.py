@@ -1,0 +1,309 @@
+"""Forks of recorded runs from the command line."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bt_mission.cli import main
+from bt_mission.executive.stored_trace import read_trace
+from tests.support.recordings import edited, recording, with_facts
+
+MISSION = """\
+mission: to the wall and back
+world: empty_arena
+seed: 3
+inputs: {speed: 0.2, angle: 90}
+include: [parts/ways.yaml]
+requirements:
+  has power: always battery > 20
+tree:
+  sequence:
+    - set: {way: 0.3}
+    - tree: {name: drive, inputs: {speed: $speed, way: $way}}
+    - turn: {angle: $angle}
+      timeout: 30
+      name: turn away
+    - tree: {name: drive, inputs: {speed: $speed, way: $way}}
+"""
+WAYS = """\
+trees:
+  drive:
+    needs: {speed: number, way: number}
+    do:
+      explore_forward: {fwd_velocity: $speed, stopping_distance: 0.3}
+      name: drive
+      cancel_when: current_distance_travelled >= $way
+      on_cancel: success
+      timeout: 30
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Where a run of the mission is recorded; its files are others by now."""
+    folder = tmp_path_factory.mktemp("fork")
+    (folder / "parts").mkdir()
+    (folder / "mission.yaml").write_text(MISSION, encoding="utf-8")
+    (folder / "parts" / "ways.yaml").write_text(WAYS, encoding="utf-8")
+    files = ("--record", str(folder / "run.mcap"), "--trace", str(folder / "run.jsonl"))
+    assert main(["run", str(folder / "mission.yaml"), "--json", *files]) == 0
+    (folder / "mission.yaml").write_text("mission: another\ntree: {wait: 1}\n", encoding="utf-8")
+    (folder / "parts" / "ways.yaml").unlink()
+    return folder
+
+
+@pytest.fixture
+def run(folder: Path) -> str:
+    """The recorded run."""
+    return str(folder / "run.mcap")
+
+
+def forked(capsys: pytest.CaptureFixture[str], *words: str, code: int = 0) -> Any:
+    """What programs are told of a fork."""
+    capsys.readouterr()
+    assert main(["fork", *words, "--json"]) == code
+    return json.loads(capsys.readouterr().out)
+
+
+def refused(capsys: pytest.CaptureFixture[str], *words: str) -> str:
+    """Why a fork was refused."""
+    capsys.readouterr()
+    assert main(["fork", *words]) == 2
+    return capsys.readouterr().err
+
+
+def test_without_a_change_the_same_happens_again(
+    run: str, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """From the recording alone: the files on the disk are others by now, or gone."""
+    trace = folder / "again.jsonl"
+    told = forked(capsys, run, "--at", "2", "--trace", str(trace))
+    assert (told["is_identical"], told["first_difference"]) == (True, None)
+    assert trace.read_bytes() == (folder / "run.jsonl").read_bytes()
+    assert told["forked"]["requirements"] == told["recorded"]["requirements"]
+    assert told["forked"]["trace_sha256"] == read_trace(folder / "run.jsonl").sha256
+
+
+def test_a_variable_has_another_value_from_the_instant_on(
+    run: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The drive that is under way keeps its speed, the next one is slower."""
+    told = forked(capsys, run, "--at", "1", "--set", "speed=0.1")
+    leaves = {one["path"]: one["running_s"] for one in told["forked"]["leaves"]}
+    recorded = forked(capsys, run, "--at", "1")["forked"]
+    before = {one["path"]: one["running_s"] for one in recorded["leaves"]}
+    assert leaves["0.1.0"] == before["0.1.0"]
+    assert leaves["0.3.0"] > 1.5 * before["0.3.0"]
+    assert told["change"] == {"set": {"speed": 0.1}}
+    assert told["first_difference"]["time_s"] > 1
+
+
+def test_people_are_told_both_outcomes(run: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """And the control step, where the instant lies between two."""
+    assert main(["fork", run, "--at", "1.01", "--set", "angle=-45"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("recorded: success at ")
+    assert lines[1].startswith(
+        "forked at 1.05 s (the control step after 1.01 s) with angle=-45: success at "
+    )
+    assert "requirement has power: holds by 79.4" in lines[3]
+    assert "(recorded: holds by 79.4" in lines[3]
+    assert "first difference (< recorded, > forked):" in lines[4]
+
+
+def test_a_variable_that_is_no_input_is_set_too(
+    run: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As long as it holds a value of that type."""
+    told = forked(capsys, run, "--at", "1", "--set", "way=0.1")
+    assert told["forked"]["distance_travelled_m"] < 0.5
+    assert "'way' is a number at that instant" in refused(
+        capsys, run, "--at", "1", "--set", "way=far"
+    )
+
+
+def test_a_fork_is_recorded_as_one(
+    run: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """With the change in its log; it says itself that it is no run that can be forked."""
+    path = tmp_path / "fork.mcap"
+    forked(capsys, run, "--at", "1", "--set", "speed=0.1", "--record", str(path))
+    assert main(["replay", str(path), "--plain"]) == 0
+    assert "forked here: speed=0.1" in capsys.readouterr().out
+    error = refused(capsys, str(path), "--at", "1")
+    assert "it is itself a fork, of the run in run.mcap: fork that one" in error
+
+
+def test_the_same_run_again_can_be_forked(
+    run: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A recording of a fork without a change is as good as the first."""
+    path = tmp_path / "again.mcap"
+    forked(capsys, run, "--at", "1", "--record", str(path))
+    assert forked(capsys, str(path), "--at", "3")["is_identical"]
+
+
+def test_a_requirement_is_added(
+    run: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What is told of it is no difference; one that is violated decides the exit code."""
+    path = tmp_path / "slow.yaml"
+    path.write_text("requirements:\n  is slow: always speed < 0.15\n", encoding="utf-8")
+    told = forked(capsys, run, "--at", "3", "--require", str(path))
+    verdicts = {one["name"]: one["verdict"] for one in told["forked"]["requirements"]}
+    assert verdicts == {"has power": "holds", "is slow": "violated"}
+    assert told["is_identical"]
+    words = ("--at", "3", "--set", "speed=0.1", "--require", str(path))
+    assert forked(capsys, run, *words, code=1)["forked"]["status"] == "success"
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (["--at", "1", "--set", "sped=1"], "no variable 'sped' (the mission's: speed, angle, way)"),
+        (["--at", "1", "--set", "sped=1"], "did you mean 'speed'?"),
+        (["--at", "1", "--set", "speed=fast"], "input 'speed' expects a number, got string 'fast'"),
+        (["--at", "999"], "--at 999: the run ends at "),
+    ],
+)
+def test_a_change_that_does_not_fit(
+    run: str, words: list[str], expected: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Is refused before anything runs."""
+    assert expected in refused(capsys, run, *words)
+
+
+def test_before_the_start_there_is_nothing(run: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """A time below 0 is none."""
+    with pytest.raises(SystemExit, match="2"):
+        main(["fork", run, "--at", "-1"])
+    assert "--at: expected seconds from 0, such as 12.5, got '-1'" in capsys.readouterr().err
+
+
+def test_a_recording_that_was_cut_is_forked_before_its_end(
+    run: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What became of the run is not known then."""
+    path = tmp_path / "cut.mcap"
+    data = Path(run).read_bytes()
+    path.write_bytes(data[: len(data) // 2])
+    error = refused(capsys, str(path), "--at", "99")
+    end_s = float(error.rpartition("the recording ends at ")[2].split()[0])
+    told = forked(capsys, str(path), "--at", str(end_s), "--set", "speed=0.1")
+    assert told["recorded"]["status"] == "unknown"
+    assert "the file was cut" in told["recorded"]["reason"]
+    assert told["forked"]["status"] == "success"
+
+
+def test_files_that_hold_no_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Empty, of another kind, of another recorder, and none at all."""
+    empty, text, foreign = (tmp_path / name for name in ("empty.mcap", "text", "foreign.mcap"))
+    empty.write_bytes(b"")
+    text.write_text("no recording", encoding="utf-8")
+    edited(foreign, lambda *_: True)
+    for path, expected in (
+        (empty, "the file is empty"),
+        (text, "not an MCAP file"),
+        (foreign, "no run of bt-mission is in it"),
+        (tmp_path / "none.mcap", "cannot read it: No such file"),
+    ):
+        assert expected in refused(capsys, str(path), "--at", "1")
+
+
+@pytest.mark.parametrize(
+    ("changes", "expected"),
+    [
+        ({"world": None, "stage": None}, "it has no seed: it was recorded against the servers"),
+        ({"stage": None}, "it lacks the files of world and robot"),
+        ({"stage": "{}"}, "it lacks the files of world and robot"),
+        ({"file": "gone.yaml"}, "it lacks the mission's file 'gone.yaml'"),
+        ({"seed": "-"}, "it has no seed"),
+        ({"requirements": '[["a", "always", "report"]]'}, "requirement 'a': "),
+        ({"requirements": '[["a", "always battery > 0", "x"]]'}, "requirement 'a' asks for 'x'"),
+    ],
+)
+def test_a_recording_that_lacks_something(
+    changes: dict[str, str | None],
+    expected: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Is named with what it lacks."""
+    path = with_facts(tmp_path / "lacking.mcap", changes)
+    assert expected in refused(capsys, str(path), "--at", "1")
+
+
+def test_another_run_is_told_apart(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """By the first event that is another one, with what is of another version."""
+    changes = {"inputs": '{"reach": 0.3}', "versions": '{"mujoco": "1.0"}'}
+    path = with_facts(tmp_path / "other.mcap", changes)
+    error = refused(capsys, str(path), "--at", "99999")
+    assert "recorded with mujoco 1.0, here it is " in error
+    error = refused(capsys, str(path), "--at", "7")
+    assert "run again, it is not the same up to 7.00 s, so it cannot be forked there" in error
+    assert "they part at " in error
+    assert error.count("recorded with mujoco 1.0, here it is ") == 2
+
+
+def test_the_shipped_files_are_not_used(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A world and a robot of one's own are in the recording."""
+    monkeypatch.chdir(tmp_path)
+    source = Path(__file__).parents[2]
+    for kind, name in (("worlds", "empty_arena"), ("robots", "waffle")):
+        Path(kind).mkdir()
+        shutil.copy(source / kind / f"{name}.yaml", f"{kind}/mine.yaml")
+    Path("m.yaml").write_text("mission: m\nworld: mine\nrobot: mine\ntree: {turn: {angle: 9}}\n")
+    assert main(["run", "m.yaml", "--json", "--record", "run.mcap"]) == 0
+    shutil.rmtree("worlds")
+    shutil.rmtree("robots")
+    assert forked(capsys, "run.mcap", "--at", "0.5")["is_identical"]
+
+
+def test_the_code_of_python_leaves_is_not_run_unasked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A recording may be anybody's."""
+    monkeypatch.chdir(tmp_path)
+    Path("leaf.py").write_text(
+        "import py_trees\n\n\nclass Leaf(py_trees.behaviours.Success):\n    pass\n"
+    )
+    Path("m.yaml").write_text("mission: m\ntree: {python: 'leaf.py:Leaf'}\n")
+    assert main(["run", "m.yaml", "--json", "--record", "run.mcap"]) == 0
+    error = refused(capsys, "run.mcap", "--at", "0")
+    assert "the Python leaf 'leaf.py:Leaf' is refused" in error
+    assert "--import-python" in error
+    assert forked(capsys, "run.mcap", "--at", "0", "--import-python")["is_identical"]
+
+
+def test_a_recording_of_another_place_fails_alike(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Failures name the mission's file as on every machine, so the traces are the same."""
+    path = tmp_path / "m.yaml"
+    path.write_text("mission: m\ntree:\n  sequence: [{set: {a: 0}}, {wait: 1 / a}]\n")
+    run = tmp_path / "run.mcap"
+    assert main(["run", str(path), "--json", "--record", str(run)]) == 1
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    told = forked(capsys, str(run), "--at", "0")
+    assert told["is_identical"]
+    assert told["recorded"]["reason"].startswith("m.yaml:3:")
+
+
+def test_recordings_of_before(capsys: pytest.CaptureFixture[str]) -> None:
+    """Hold less than a fork needs."""
+    old = Path(__file__).parents[1] / "data" / "recordings"
+    for path in sorted(old.glob("*.mcap")):
+        assert "record the run again" in refused(capsys, str(path), "--at", "0")
+
+
+def test_the_recording_of_tests_can_be_forked(capsys: pytest.CaptureFixture[str]) -> None:
+    """It is one like others."""
+    assert forked(capsys, str(recording()), "--at", "2.5")["is_identical"]
