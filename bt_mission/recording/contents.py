@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import platform
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -62,6 +63,19 @@ def versions() -> dict[str, str]:
         except PackageNotFoundError:
             found[name] = "?"
     return found
+
+
+def facts_of(mission: Mission) -> dict[str, str]:
+    """What a mission is, for who reads or runs it again; values that are no texts as JSON."""
+    requirements = [[one.name, one.text, one.on_violation] for one in mission.requirements]
+    return {
+        "mission": mission.name,
+        "file": mission.portable_name(mission.file),
+        "seed": str(mission.seed),
+        "robot": mission.robot,
+        "inputs": json.dumps(dict(mission.inputs)),
+        "requirements": json.dumps(requirements),
+    }
 
 
 def files_of(mission: Mission) -> Iterator[tuple[str, str]]:

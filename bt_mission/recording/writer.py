@@ -33,6 +33,7 @@ from bt_mission.recording.contents import (
     PictureFolder,
     RecordingOptions,
     compressed,
+    facts_of,
     files_of,
     versions,
 )
@@ -211,17 +212,10 @@ class RunRecorder:
         session, node, runner = self._session, self._mission_node, self._runner
         self._start_ns = session.now_ns
         facts = {
-            "mission": session.mission.name,
-            "file": session.mission.portable_name(session.mission.file),
-            "seed": str(session.mission.seed),
-            "robot": session.mission.robot,
+            **facts_of(session.mission),
             "node": node.get_fully_qualified_name(),
             "namespace": node.get_namespace(),
             "start_ns": str(self._start_ns),
-            "inputs": json.dumps(dict(session.mission.inputs)),
-            "requirements": json.dumps(
-                [[one.name, one.text, one.on_violation] for one in session.mission.requirements]
-            ),
             "versions": json.dumps(versions()),
             **session.facts,
         }

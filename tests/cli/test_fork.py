@@ -111,8 +111,8 @@ def test_people_are_told_both_outcomes(run: str, capsys: pytest.CaptureFixture[s
     assert lines[1].startswith(
         "forked at 1.05 s (the control step after 1.01 s) with angle=-45: success at "
     )
-    assert "requirement has power: holds by 79.4" in lines[3]
-    assert "(recorded: holds by 79.4" in lines[3]
+    assert "requirement has power: holds by 79.9" in lines[3]
+    assert "(recorded: holds by 79.9" in lines[3]
     assert "first difference (< recorded, > forked):" in lines[4]
 
 
