@@ -29,7 +29,6 @@ class ActionLeaf(ClientLeaf):
     one.
     """
 
-    _node: GoalNode
     _client: GoalClient
 
     def __init__(self, node: GoalNode, values: Evaluator) -> None:

@@ -39,10 +39,33 @@ def build_tree(mission: Mission, scope: Scope) -> Behaviour:
     build it. Give each node its `setup(runtime=...)` before the first tick.
     """
     scope.followed = mission.follow
+    return _build(Evaluator(_root(mission), "0", BuildContext(mission, mission.file, scope)))
+
+
+def revise_tree(mission: Mission, scope: Scope) -> None:
+    """Have the nodes of a tree that was built go by another version of its mission from now on.
+
+    A node that runs keeps what it has read when it began.
+
+    Args:
+        mission: Each of its nodes has the frame of the one before.
+        scope: With which the tree was built.
+    """
+    waiting: list[tuple[str, NodeModel, str]] = [("0", _root(mission), mission.file)]
+    while waiting:
+        path, node, file = waiting.pop()
+        scope.evaluators[path].revise(node, file)
+        below = [(one, file) for one in node.below]
+        if isinstance(node, TreeNode):
+            tree = mission.trees[node.tree]
+            below = [(tree.body, tree.document.file)]
+        waiting += [(f"{path}.{index}", *one) for index, one in enumerate(below)]
+
+
+def _root(mission: Mission) -> NodeModel:
     root = mission.tree
-    if not root.name and root.below:
-        root = root.model_copy(update={"name": mission.name})
-    return _build(Evaluator(root, "0", BuildContext(mission, mission.file, scope)))
+    is_named = root.name or not root.below
+    return root if is_named else root.model_copy(update={"name": mission.name})
 
 
 def node_details(mission: Mission) -> dict[str, tuple[str, ...]]:
@@ -74,7 +97,7 @@ def _subtree(node: TreeNode, values: Evaluator, _below: list[Behaviour]) -> Subt
     body = _build(Evaluator(tree.body, f"{values.path}.0", context))
 
     def inputs() -> dict[str, Any]:
-        return {**tree.inputs, **values.inputs(node.inputs, node.takes)}
+        return {**tree.inputs, **values.inputs(values.node.inputs, values.node.takes)}
 
     return Subtree(node.label, body, inputs, inner, outer, node.outputs)
 
@@ -94,46 +117,48 @@ BEHAVIOURS: dict[str, Callable[[Any, Evaluator, list[Behaviour]], Behaviour]] = 
         fail_fast=node.fail_when == "any",
         finish=node.rest == "finish",
     ),
-    "choose": lambda node, values, below: control.Pick(
-        node.label, below, values.lot(len(below), node.weights)
-    ),
+    "choose": lambda node, values, below: control.Pick(node.label, below, values.lot(len(below))),
     "when": lambda node, values, below: control.Pick(
-        node.label, below, values.fork(node.condition)
+        node.label, below, values.fork(lambda: values.node.condition)
     ),
-    "repeat": lambda node, values, below: decorators.Repeat(
-        node.label, below[0], values.rounds(node.settings)
-    ),
+    "repeat": lambda node, values, below: decorators.Repeat(node.label, below[0], values.rounds()),
     "retry": lambda node, values, below: decorators.Retry(
         node.label,
         below[0],
-        values.times(node.settings.attempts),
-        values.seconds(node.settings.pause),
+        values.times(lambda: values.node.settings.attempts),
+        values.seconds(lambda: values.node.settings.pause),
     ),
     "timeout": lambda node, values, below: control.Timeout(
-        node.label, below[0], lambda: values.number(node.seconds, LIMIT)
+        node.label, below[0], lambda: values.number(values.node.seconds, LIMIT)
     ),
     "invert": lambda node, _, below: Inverter(node.label, below[0]),
     "force": _force,
     "guard": lambda node, values, below: control.Guard(
-        node.label, below[0], values.question(node.condition)
+        node.label, below[0], values.question(lambda: values.node.condition)
     ),
     "for_each": lambda node, values, below: control.ForEach(
         node.label,
         below[0],
-        lambda: values.elements(node.elements),
+        lambda: values.elements(values.node.elements),
         *values.loop(node.variable),
     ),
     "finally": lambda node, values, below: Finally(
         node.label,
         below,
-        lambda: values.number(node.settings.timeout, LIMIT),
+        lambda: values.number(values.node.settings.timeout, LIMIT),
         values.context.scope,
     ),
-    "check": lambda node, values, _: leaves.Check(node.label, values.question(node.condition)),
-    "set": lambda node, values, _: leaves.Set(node.label, lambda: values.assign(node.values)),
-    "wait": lambda node, values, _: leaves.Wait(node.label, values.seconds(node.seconds)),
+    "check": lambda node, values, _: leaves.Check(
+        node.label, values.question(lambda: values.node.condition)
+    ),
+    "set": lambda node, values, _: leaves.Set(
+        node.label, lambda: values.assign(values.node.values)
+    ),
+    "wait": lambda node, values, _: leaves.Wait(
+        node.label, values.seconds(lambda: values.node.seconds)
+    ),
     "log": lambda node, values, _: leaves.Log(
-        node.label, lambda: str(values.resolve(node.message))
+        node.label, lambda: str(values.resolve(values.node.message))
     ),
     "action": lambda node, values, _: ActionLeaf(node, values),
     "service": lambda node, values, _: ServiceLeaf(node, values),

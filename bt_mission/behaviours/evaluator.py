@@ -51,11 +51,22 @@ class Evaluator:
     """
 
     def __init__(self, node: NodeModel, path: str, context: BuildContext) -> None:
-        self.node = node
+        self.node: Any = node
         self.path = path
         self.context = context
         self.place = f"{context.file}:{node.line}:{node.column}"
         self._scope = context.scope
+        self._scope.evaluators[path] = self
+
+    def revise(self, node: NodeModel, file: str) -> None:
+        """Go by another version of the node from now on; what has begun keeps what it has read.
+
+        Args:
+            node: It has the frame of the first one.
+            file: In which it stands.
+        """
+        self.node = node
+        self.place = f"{file}:{node.line}:{node.column}"
 
     def failure(self, message: str) -> MissionFailure:
         """The end of the mission at this node."""
@@ -94,13 +105,13 @@ class Evaluator:
         """Seconds above 0, or None for no limit."""
         return None if value is None else self.number(value, LIMIT)
 
-    def seconds(self, value: Value) -> Callable[[], float]:
+    def seconds(self, read: Callable[[], Value]) -> Callable[[], float]:
         """What reads seconds at entry."""
-        return lambda: self.number(value, SECONDS)
+        return lambda: self.number(read(), SECONDS)
 
-    def times(self, value: Value) -> Callable[[], int]:
+    def times(self, read: Callable[[], Value]) -> Callable[[], int]:
         """What reads a whole number of times at entry."""
-        return lambda: int(self.number(value, TIMES))
+        return lambda: int(self.number(read(), TIMES))
 
     # ---- variables -----------------------------------------------------------------------
 
@@ -137,20 +148,36 @@ class Evaluator:
 
     # ---- decisions -----------------------------------------------------------------------
 
-    def rounds(self, settings: RepeatSettings) -> Rounds:
+    def rounds(self) -> Rounds:
         """What ends a loop."""
-        count, before, after = settings.count, settings.before, settings.after
+        settings: RepeatSettings = self.node.settings
         return Rounds(
-            None if count is None else self.times(count),
-            None if before is None else self.question(before),
-            None if after is None else self.question(after),
+            None if settings.count is None else self.times(lambda: self.node.settings.count),
+            None if settings.before is None else self.question(lambda: self.node.settings.before),
+            None if settings.after is None else self.question(lambda: self.node.settings.after),
         )
 
-    def question(self, condition: Condition) -> Question:
+    def question(self, read: Callable[[], Condition]) -> Question:
         """A condition on variables. Asking raises MissionFailure where it cannot be answered.
 
         While the variables that it reads hold the same plain values, the answer is the same.
+
+        Args:
+            read: Gives the condition, which is another one once the node was revised.
         """
+        condition = read()
+        answer = self._answers(condition)
+
+        def ask() -> ConditionResult:
+            nonlocal condition, answer
+            present = read()
+            if present is not condition:
+                condition, answer = present, self._answers(present)
+            return answer()
+
+        return ask
+
+    def _answers(self, condition: Condition) -> Question:
         if isinstance(condition, bool):
             constant = ConditionResult(condition, "always holds" if condition else "never holds")
             return lambda: constant
@@ -186,9 +213,9 @@ class Evaluator:
         holds = "holds" if answer else "does not hold"
         return ConditionResult(answer, holds + (f" ({values})" if values else ""))
 
-    def fork(self, condition: Condition) -> Callable[[], tuple[int, str]]:
+    def fork(self, read: Callable[[], Condition]) -> Callable[[], tuple[int, str]]:
         """What picks the first child where a condition holds, else the second."""
-        ask = self.question(condition)
+        ask = self.question(read)
 
         def pick() -> tuple[int, str]:
             verdict = ask()
@@ -196,12 +223,12 @@ class Evaluator:
 
         return pick
 
-    def lot(self, count: int, weights: Sequence[float]) -> Callable[[], tuple[int, str]]:
-        """What draws one of so many children."""
+    def lot(self, count: int) -> Callable[[], tuple[int, str]]:
+        """What draws one of so many children, by the weights of the node."""
 
         def draw() -> tuple[int, str]:
             random = self._scope.random(self.path)
-            (index,) = random.choices(range(count), weights=weights or None)
+            (index,) = random.choices(range(count), weights=self.node.weights or None)
             return index, f"drew {index + 1} of {count}"
 
         return draw

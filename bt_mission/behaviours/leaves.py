@@ -87,13 +87,16 @@ class Leaf(Hooked):
 class ClientLeaf(Leaf):
     """A leaf of a node that names an action, a service or a topic."""
 
-    _node: Any
     _client: Any
 
     def __init__(self, node: InterfaceNode, values: Evaluator) -> None:
         super().__init__(node.label)
-        self._node = node
         self._values = values
+
+    @property
+    def _node(self) -> Any:
+        """As it is written now: it may be revised while the mission runs."""
+        return self._values.node
 
     def setup(self, **kwargs: Any) -> None:
         """Take the runtime, and make the client."""

@@ -36,8 +36,12 @@ class PythonLeaf(Hooked):
         self.children = self.behaviour.children
         for child in self.children:
             child.parent = self
-        self._node = node
         self._values = values
+
+    @property
+    def _node(self) -> Any:
+        """As it is written now: it may be revised while the mission runs."""
+        return self._values.node
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self.__dict__["behaviour"], name)

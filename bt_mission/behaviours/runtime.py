@@ -6,13 +6,16 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from random import Random
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.goals.goal import GoalClient
 from bt_mission.goals.ledger import Ledger
 from bt_mission.language.expressions.expression import draws
 from bt_mission.language.follow import Follow
+
+if TYPE_CHECKING:
+    from bt_mission.behaviours.evaluator import Evaluator
 
 
 class MissionFailure(BtMissionError):  # noqa: N818 - it is the mission that fails, not our code
@@ -61,10 +64,12 @@ class Scope:
     seed: int
     generators: dict[str, Generator] = field(default_factory=dict)
     followed: tuple[Follow, ...] = ()
+    evaluators: dict[str, Evaluator] = field(default_factory=dict, repr=False, compare=False)
+    """What computes the values of each node, by the node's path."""
 
     def inner(self, followed: tuple[Follow, ...] = ()) -> Scope:
         """A scope for a named tree: variables of its own, the same generators."""
-        return Scope({}, self.seed, self.generators, followed)
+        return Scope({}, self.seed, self.generators, followed, self.evaluators)
 
     def written(self) -> dict[str, Any]:
         """The variables with their values, those that follow topics left out."""

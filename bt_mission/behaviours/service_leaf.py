@@ -23,7 +23,6 @@ class ServiceLeaf(ClientLeaf):
     after the leaf has ended, or was halted, changes nothing.
     """
 
-    _node: ServiceNode
     _client: ServiceClient
 
     def __init__(self, node: ServiceNode, values: Evaluator) -> None:

@@ -20,7 +20,6 @@ class PublishLeaf(ClientLeaf):
     It fails when they are not there in time.
     """
 
-    _node: PublishNode
     _client: Publisher
 
     def __init__(self, node: PublishNode, values: Evaluator) -> None:
@@ -63,7 +62,6 @@ class WaitFor(ClientLeaf):
     message at once.
     """
 
-    _node: WaitForNode
     _client: LatestMessage
 
     def __init__(self, node: WaitForNode, values: Evaluator) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -25,7 +26,7 @@ EPILOG = """\
 examples:
   bt-mission run square --record run.mcap
   bt-mission fork run.mcap --at 12.3 --set speed=0.1    slower from then on
-  bt-mission fork run.mcap --at 12.3 --set speed=0.1 --record slow.mcap
+  bt-mission fork run.mcap --at 12.3 --mission edited.yaml --record better.mcap
   bt-mission fork run.mcap --at 12.3                    does the same happen again?
 
 exit codes: 0 the forked mission succeeded and no requirement is violated (without a change: the
@@ -60,6 +61,13 @@ def add_parser(commands: Any) -> None:
         type=assignment,
         help="give a variable of the mission another value there; may be repeated",
     )
+    parser.add_argument(
+        "--mission",
+        type=Path,
+        metavar="FILE",
+        help="go on as this version of the mission's file says: nodes that begin from there on "
+        "begin as it has them",
+    )
     add_require_option(parser)
     parser.add_argument(
         "--import-python",
@@ -87,14 +95,20 @@ def _fork(options: argparse.Namespace) -> int:
 
     prepare_middleware()
     from bt_mission.language.permissions import ANYTHING
-    from bt_mission.recording.forks.change import change_of
+    from bt_mission.recording.forks.change import Change, values_of
+    from bt_mission.recording.forks.edit import edited
     from bt_mission.recording.forks.source import NO_PYTHON, read_source
     from bt_mission.views.terminal.forks import told
 
-    source = read_source(options.file, ANYTHING if options.import_python else NO_PYTHON)
+    permissions = ANYTHING if options.import_python else NO_PYTHON
+    source = read_source(options.file, permissions)
     for line in source.differences:
         print(f"{options.file}: {line}", file=sys.stderr)
-    change = change_of(source.mission, options.set)
+    change = Change()
+    if options.mission is not None:
+        change = edited(source, options.mission, permissions)
+    given = values_of(change.mission_of(source.mission), options.set)
+    change = replace(change, values={**change.values, **given})
     step_ns = source.step_at(options.at)
     result, kept = run_fork(options, source, change, step_ns)
     if options.json:
@@ -121,10 +135,8 @@ def run_fork(
     from bt_mission.sessions.stage import Stage
     from bt_mission.views.terminal.views import Quiet
 
-    mission = with_requirements(source.mission, options.require)
-    known = {one.name for one in source.mission.requirements}
-    added = [one.name for one in mission.requirements if one.name not in known]
-    forked = ForkedRun(source, change, step_ns, added)
+    mission = with_requirements(change.mission_of(source.mission), options.require)
+    forked = ForkedRun(source, change, step_ns, mission)
     with (
         TemporaryDirectory() as folder,
         Stage(

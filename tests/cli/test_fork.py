@@ -99,7 +99,7 @@ def test_a_variable_has_another_value_from_the_instant_on(
     before = {one["path"]: one["running_s"] for one in recorded["leaves"]}
     assert leaves["0.1.0"] == before["0.1.0"]
     assert leaves["0.3.0"] > 1.5 * before["0.3.0"]
-    assert told["change"] == {"set": {"speed": 0.1}}
+    assert told["change"] == {"set": {"speed": 0.1}, "mission": None, "from_start": False}
     assert told["first_difference"]["time_s"] > 1
 
 
@@ -160,6 +160,88 @@ def test_a_requirement_is_added(
     assert told["is_identical"]
     words = ("--at", "3", "--set", "speed=0.1", "--require", str(path))
     assert forked(capsys, run, *words, code=1)["forked"]["status"] == "success"
+
+
+def edit(folder: Path, old: str, new: str, ways: str = WAYS) -> str:
+    """The recorded mission's file with something in it replaced."""
+    assert old in MISSION
+    (folder / "parts").mkdir(exist_ok=True)
+    (folder / "parts" / "ways.yaml").write_text(ways, encoding="utf-8")
+    path = folder / "edited.yaml"
+    path.write_text(MISSION.replace(old, new), encoding="utf-8")
+    return str(path)
+
+
+def running_s(told: Any) -> dict[str, float]:
+    """How long each leaf of a fork ran, by its name and place."""
+    leaves = told["forked"]["leaves"]
+    return {f"{one['name']} {one['path']}": one["running_s"] for one in leaves}
+
+
+def test_an_edited_mission_goes_on_from_the_instant(
+    run: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What runs there ends as it began; what begins later begins as edited, in all trees."""
+    before = running_s(forked(capsys, run, "--at", "1"))
+    slow = WAYS.replace("fwd_velocity: $speed", "fwd_velocity: 0.1")
+    path = edit(tmp_path, "angle: $angle}", "angle: 45}", slow)
+    told = forked(capsys, run, "--at", "1", "--mission", path)
+    assert told["change"] == {"set": {}, "mission": path, "from_start": False}
+    after = running_s(told)
+    assert after["drive 0.1.0"] == before["drive 0.1.0"]
+    assert after["turn away 0.2"] < 0.7 * before["turn away 0.2"]
+    assert after["drive 0.3.0"] > 1.5 * before["drive 0.3.0"]
+
+
+def test_an_edited_input_has_its_value_from_the_instant_on(
+    run: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As with --set."""
+    path = edit(tmp_path, "angle: 90}", "angle: 45}")
+    told = forked(capsys, run, "--at", "1", "--mission", path)
+    assert told["change"]["set"] == {"angle": 45}
+    assert not forked(capsys, run, "--at", "1", "--set", "angle=45")["is_identical"]
+    sha = {
+        forked(capsys, run, "--at", "1", *words)["forked"]["distance_travelled_m"]
+        for words in (["--mission", path], ["--set", "angle=45"])
+    }
+    assert len(sha) == 1
+
+
+def test_a_mission_with_more_nodes_runs_from_the_start(
+    run: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Where it does the same up to the fork; else the first difference is told."""
+    more = "    - wait: 1\n    - turn: {angle: $angle}"
+    path = edit(tmp_path, "    - turn: {angle: $angle}", more)
+    told = forked(capsys, run, "--at", "1", "--mission", path)
+    assert told["change"]["from_start"]
+    assert told["forked"]["virtual_s"] > told["recorded"]["virtual_s"] + 0.9
+    error = refused(capsys, run, "--at", "4", "--mission", path)
+    assert "it is not the same up to 4.00 s" in error
+    assert f"the edited mission has another tree: {path}:13:7: " in error
+
+
+def test_a_mission_that_begins_otherwise_is_refused(
+    run: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """World, robot, seed and map are settled by then; faults are told as in a check."""
+    path = edit(tmp_path, "seed: 3", "seed: 4")
+    error = refused(capsys, run, "--at", "1", "--mission", path)
+    assert f"{path}:3:7: error: 'seed' is settled when a run begins: it was 3, and is 4" in error
+    path = edit(tmp_path, "seed: 3", "sed: 3")
+    assert "sed" in refused(capsys, run, "--at", "1", "--mission", path)
+
+
+def test_an_edited_requirement_is_watched_from_the_start(
+    run: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What was recorded of the first one is not compared."""
+    path = edit(tmp_path, "always battery > 20", "always speed < 0.15")
+    told = forked(capsys, run, "--at", "4", "--mission", path, code=1)
+    assert told["forked"]["requirements"][0]["verdict"] == "violated"
+    assert told["recorded"]["requirements"][0]["verdict"] == "holds"
+    assert told["is_identical"]
 
 
 @pytest.mark.parametrize(

@@ -192,7 +192,10 @@ def test_the_file_holds_the_mission_and_what_it_came_to(record: Callable[..., An
         reader = make_reader(stream, validate_crcs=True)
         attached = {one.name: one.data.decode() for one in reader.iter_attachments()}
         notes = {one.name: one.metadata for one in reader.iter_metadata()}
-    assert attached == {"<text>": TWO_TURNS}
+    assert attached.pop("<text>") == TWO_TURNS
+    source = Path(__file__).parents[2]
+    names = ["worlds/empty_arena.yaml", "robots/waffle.yaml"]
+    assert attached == {name: (source / name).read_text(encoding="utf-8") for name in names}
     assert notes["bt_mission"]["seed"] == "3"
     assert notes["bt_mission"]["world"] == "empty_arena"
     assert "mujoco" in json.loads(notes["bt_mission"]["versions"])

@@ -205,6 +205,11 @@ class NodeModel(Placed, Written):
         """The nodes directly below this one."""
         return ()
 
+    @property
+    def frame(self) -> tuple[object, ...]:
+        """What is fixed once its tree was built; everything else is read when it begins."""
+        return (self.kind, self.name, len(self.below))
+
     def walk(self) -> Iterator[NodeModel]:
         """Yield this node and all below it, in the order of the file."""
         waiting: list[NodeModel] = [self]

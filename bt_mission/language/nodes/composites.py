@@ -47,6 +47,11 @@ class SequenceNode(InTurnNode):
     children: base.Children = Field(alias="sequence")
     memory: bool = True
 
+    @property
+    @override
+    def frame(self) -> tuple[object, ...]:
+        return (*super().frame, self.memory)
+
 
 class FallbackNode(InTurnNode):
     """Children one after another, until one succeeds."""
@@ -56,6 +61,11 @@ class FallbackNode(InTurnNode):
 
     children: base.Children = Field(alias="fallback")
     memory: bool = True
+
+    @property
+    @override
+    def frame(self) -> tuple[object, ...]:
+        return (*super().frame, self.memory)
 
 
 class ParallelNode(base.CompositeNode):
@@ -69,6 +79,11 @@ class ParallelNode(base.CompositeNode):
     succeed_when: Literal["all", "any"] | Annotated[list[fields.Line], Field(min_length=1)] = "all"
     fail_when: Literal["any", "impossible"] = "any"
     rest: Literal["halt", "finish"] = "halt"
+
+    @property
+    @override
+    def frame(self) -> tuple[object, ...]:
+        return (*super().frame, self.needed, self.fail_when, self.rest)
 
     @property
     def needed(self) -> list[int] | None:

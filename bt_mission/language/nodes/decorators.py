@@ -47,6 +47,13 @@ class RepeatNode(base.DecoratorNode):
     settings: RepeatSettings = Field(alias="repeat")
     child: base.Child = Field(alias="do")
 
+    @property
+    @override
+    def frame(self) -> tuple[object, ...]:
+        given = self.settings
+        ends = (given.count, given.before, given.after)
+        return (*super().frame, *(one is None for one in ends))
+
     @override
     def reads(self) -> Iterator[base.Read]:
         for read in super().reads():
@@ -137,6 +144,11 @@ class ForceNode(base.DecoratorNode):
     status: Literal["success", "failure"] = Field(alias="force")
     child: base.Child = Field(alias="do")
 
+    @property
+    @override
+    def frame(self) -> tuple[object, ...]:
+        return (*super().frame, self.status)
+
     @override
     def ends(self, below: list[base.Ends]) -> base.Ends:
         return frozenset({self.status}) if below[0] else below[0]
@@ -183,6 +195,11 @@ class ForEachNode(base.DecoratorNode):
         """The list, or the expression that gives it."""
         elements: Value = self.loop[self.variable]
         return elements
+
+    @property
+    @override
+    def frame(self) -> tuple[object, ...]:
+        return (*super().frame, self.variable)
 
     @override
     def writes(self) -> Iterator[base.Write]:

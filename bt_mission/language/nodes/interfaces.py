@@ -64,6 +64,11 @@ class InterfaceNode(base.NodeModel):
     def default_label(self) -> str:
         return self.ros_name.strip("/")
 
+    @property
+    @override
+    def frame(self) -> tuple[object, ...]:
+        return (*super().frame, self.ros_name, self.type)
+
     def called(self) -> list[str]:
         """Return whom it speaks to as a drawing shows it, unless that is the node's label."""
         name = self.ros_name

@@ -96,6 +96,11 @@ class PythonNode(base.OutputsNode):
     inputs: dict[fields.Variable, fields.Computed] = {}
     outputs: dict[fields.Variable, fields.Variable] = {}
 
+    @property
+    @override
+    def frame(self) -> tuple[object, ...]:
+        return (*super().frame, self.target)
+
     @override
     def default_label(self) -> str:
         return self.target.rpartition(":")[2]

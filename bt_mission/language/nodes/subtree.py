@@ -48,6 +48,11 @@ class TreeNode(base.OutputsNode):
         """The values for its inputs."""
         return self.settings.inputs
 
+    @property
+    @override
+    def frame(self) -> tuple[object, ...]:
+        return (*super().frame, self.tree, self.outputs)
+
     @override
     def completed(self, reading: base.Reading) -> Self:
         """Return the node with the types of what the tree takes and gives."""

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
+from bt_mission.behaviours.builder import revise_tree
 from bt_mission.behaviours.runtime import Scope
 from bt_mission.core.diagnostics import Diagnostic, InputError, did_you_mean, listed, quoted
 from bt_mission.core.yaml.document import read_text
@@ -19,27 +21,54 @@ from bt_mission.language.mission import Mission
 class Change:
     """What takes effect at the control step of a fork, before the tree is ticked there.
 
+    A node that runs keeps what it has read when it began: variables and another version of the
+    mission are read when a node starts, and by conditions at every tick.
+
     Args:
-        values: Variables of the mission with their new values. A node that runs keeps what it has
-            begun with; it is read when a node starts, and by conditions at every tick.
+        values: Variables of the mission with their new values.
+        edit: Another version of the mission.
+        new_tree: Where the tree of that version is another one; it then runs from the start, and
+            has to do the same as the recorded one up to the fork.
     """
 
     values: Mapping[str, Plain] = field(default_factory=dict)
+    edit: Mission | None = None
+    new_tree: Diagnostic | None = None
 
     def __str__(self) -> str:
-        return ", ".join(f"{name}={show(value)}" for name, value in self.values.items())
+        names = [] if self.edit is None else [Path(self.edit.file).name]
+        return ", ".join([*names, *(f"{name}={show(one)}" for name, one in self.values.items())])
 
     @property
     def is_none(self) -> bool:
         """Is nothing changed?"""
-        return not self.values
+        return not self.values and self.edit is None
+
+    @property
+    def is_from_start(self) -> bool:
+        """Does the other version run from the start?"""
+        return self.new_tree is not None
+
+    @property
+    def is_only_from_start(self) -> bool:
+        """Does the other version run from the start, with nothing changed on its way?"""
+        return self.is_from_start and not self.values
 
     def as_dict(self) -> dict[str, Any]:
         """What programs are told."""
-        return {"set": dict(self.values)}
+        edit = None if self.edit is None else self.edit.file
+        return {"set": dict(self.values), "mission": edit, "from_start": self.is_from_start}
+
+    def mission_of(self, recorded: Mission) -> Mission:
+        """Return the mission with which the run begins."""
+        if self.edit is None:
+            return recorded
+        if self.is_from_start:
+            return self.edit
+        return replace(recorded, requirements=self.edit.requirements)
 
     def apply(self, scope: Scope) -> None:
-        """Give the variables their values.
+        """Give the variables their values, and have the nodes go by the other version.
 
         Raises:
             InputError: Where a variable holds a value of another type.
@@ -51,10 +80,12 @@ class Change:
                 message = f"'{name}' is {WORDS[wanted]} at that instant"
                 raise InputError([_fault(name, value, message)])
         scope.values.update(self.values)
+        if self.edit is not None and not self.is_from_start:
+            revise_tree(self.edit, scope)
 
 
-def change_of(mission: Mission, given: Iterable[tuple[str, str]]) -> Change:
-    """Return the change that gives variables of a mission these values, read as `--set` reads them.
+def values_of(mission: Mission, given: Iterable[tuple[str, str]]) -> dict[str, Plain]:
+    """Return new values for variables of a mission, read as `--set` reads them.
 
     Raises:
         InputError: For a variable that the mission has not, or a value of another type.
@@ -78,7 +109,7 @@ def change_of(mission: Mission, given: Iterable[tuple[str, str]]) -> Change:
             faults.append(_fault(name, text, message, did_you_mean(name, known)))
     if faults:
         raise InputError(faults)
-    return Change(values)
+    return values
 
 
 def _plain(text: str) -> Plain:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import json
-from bisect import bisect_left
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +15,7 @@ from bt_mission.recording.forks.change import Change
 from bt_mission.recording.forks.source import ForkError, ForkSource
 
 if TYPE_CHECKING:
+    from bt_mission.language.mission import Mission
     from bt_mission.sessions.stage import Stage
 
 REQUIREMENT = '"event": "requirement"'
@@ -77,17 +77,19 @@ class ForkedRun:
         source: The recorded run.
         change: Takes effect at the fork.
         step_ns: The control step of the fork.
-        added: Names of requirements that were not recorded; what is told of them is not compared.
+        mission: What runs. What is told of requirements that only one of the two has is not
+            compared.
     """
 
-    def __init__(
-        self, source: ForkSource, change: Change, step_ns: int, added: Collection[str] = ()
-    ) -> None:
+    def __init__(self, source: ForkSource, change: Change, step_ns: int, mission: Mission) -> None:
         self._source = source
         self._change = change
         self._step_ns = step_ns
-        self._added = tuple(f'"name": {json.dumps(name)}' for name in added)
-        self._same = bisect_left(source.times_ns, step_ns)
+        others = set(source.mission.requirements) ^ set(mission.requirements)
+        self._others = tuple(f'"name": {json.dumps(one.name)}' for one in others)
+        self._recorded = [line for line in source.trace if self._is_compared(line)]
+        times = zip(source.trace, source.times_ns, strict=True)
+        self._same = sum(ns < step_ns and self._is_compared(line) for line, ns in times)
         """So many lines have to be the same."""
         self._lines: list[str] = []
         self._parted: int | None = None
@@ -99,10 +101,11 @@ class ForkedRun:
     @property
     def facts(self) -> dict[str, str]:
         """What a recording of the run says of it; nothing where it is the same run again."""
-        if self._change.is_none:
-            return {}
-        change = {"at_s": self._source.seconds(self._step_ns), **self._change.as_dict()}
-        return {"forked_from": self._source.path.name, "changes": json.dumps([change])}
+        change = self._change
+        if change.is_none or change.is_only_from_start:
+            return {}  # it runs again by itself
+        known = {"at_s": self._source.seconds(self._step_ns), **change.as_dict()}
+        return {"forked_from": self._source.path.name, "changes": json.dumps([known])}
 
     def follow(self, stage: Stage, limit_s: float | None = None) -> None:
         """Compare what happens on a stage, before its first step.
@@ -114,7 +117,7 @@ class ForkedRun:
         for line in stage.trace.newest:
             self._take(line)
         stage.trace.listeners.append(self._take)
-        if not self._change.is_none:
+        if not (self._change.is_none or self._change.is_only_from_start):
             stage.clock.call_at(self._step_ns, self._apply)
         if limit_s is not None:
             stage.clock.call_at(stage.start_ns + round(limit_s * 1e9), self._interrupt)
@@ -129,14 +132,13 @@ class ForkedRun:
         if self._fault is not None:
             raise self._fault
         source, lines = self._source, self._lines
-        if self._parted is None and len(lines) < len(source.trace):
+        if self._parted is None and len(lines) < len(self._recorded):
             self._parted = len(lines)
         if self._parted is not None and self._parted < self._same:
             raise ForkError(self._why_not_the_same())
         same = self._same - 1
-        return ForkResult(
-            source, self._change, self._step_ns, report, self._difference(source.trace), same
-        )
+        difference = self._difference(self._recorded)
+        return ForkResult(source, self._change, self._step_ns, report, difference, same)
 
     def _apply(self) -> None:
         try:
@@ -158,15 +160,19 @@ class ForkedRun:
     def _take(self, line: str) -> None:
         if self._is_telling:
             return
-        if self._added and REQUIREMENT in line and any(name in line for name in self._added):
+        if not self._is_compared(line):
             return
         number = len(self._lines)
         self._lines.append(line)
-        expected = self._source.trace
+        expected = self._recorded
         if self._parted is None and (number >= len(expected) or expected[number] != line):
             self._parted = number
             if number < self._same:  # the run is another one: it need not go on
                 self._stage.clock.call_at(self._stage.now_ns, self._leave)
+
+    def _is_compared(self, line: str) -> bool:
+        is_one = bool(self._others) and REQUIREMENT in line
+        return not (is_one and any(name in line for name in self._others))
 
     def _difference(self, recorded: Sequence[str]) -> Difference | None:
         if self._parted is None:
@@ -179,7 +185,7 @@ class ForkedRun:
         assert self._parted is not None
         # The run was left soon after the first difference: what comes later is none.
         self._lines = self._lines[: self._parted + 1]
-        difference = self._difference(source.trace[: self._parted + 1])
+        difference = self._difference(self._recorded[: self._parted + 1])
         at_s = source.seconds(self._step_ns)
         what = f"run again, it is not the same up to {at_s:.2f} s, so it cannot be forked there"
         lines = [
@@ -187,7 +193,9 @@ class ForkedRun:
             str(difference),
             *source.differences,
         ]
-        if any('"event": "paused"' in line for line in source.trace):
+        if self._change.new_tree is not None:
+            lines.append(f"the edited mission has another tree: {self._change.new_tree}")
+        elif any('"event": "paused"' in line for line in source.trace):
             lines.append("it was paused by hand: what people do to a run is not in its recording")
         elif source.outcome[0] == "interrupted":
             lines.append("it was interrupted: what people do to a run is not in its recording")

@@ -53,6 +53,7 @@ class ForkSource:
     Args:
         path: Of the recording.
         mission: As it was recorded, whatever stands on the disk now.
+        written: The same as its file has it, without what was overridden for the run.
         world: The text of the world; likewise of the robot.
         stage: The options of the simulation, as the recorder wrote them down.
         trace: The lines of the recorded trace.
@@ -66,6 +67,7 @@ class ForkSource:
 
     path: Path
     mission: Mission
+    written: Mission
     world: Document
     robot: Document
     stage: Mapping[str, Any]
@@ -157,10 +159,11 @@ def read_source(path: Path, permissions: Permissions = NO_PYTHON) -> ForkSource:
     steps = tuple(one["t"] for one in events if one.get("event") == "pose")
     if not steps:
         raise ForkError(f"{path}: it ends before the first control step{_cut(file)}")
-    mission = _mission_of(file, facts, permissions)
+    written, mission = _missions_of(file, facts, permissions)
     return ForkSource(
         path=path,
         mission=mission,
+        written=written,
         world=_text_of(file, "world", "worlds/"),
         robot=_text_of(file, "robot", "robots/"),
         stage=stage,
@@ -232,7 +235,10 @@ def _stage_of(file: RecordedFile, facts: RunFacts) -> Mapping[str, Any]:
     return stage
 
 
-def _mission_of(file: RecordedFile, facts: RunFacts, permissions: Permissions) -> Mission:
+def _missions_of(
+    file: RecordedFile, facts: RunFacts, permissions: Permissions
+) -> tuple[Mission, Mission]:
+    """Return the mission as its file has it, and as it was run."""
     texts = {
         one.name: one.data.decode(errors="replace")
         for one in file.attached
@@ -246,20 +252,22 @@ def _mission_of(file: RecordedFile, facts: RunFacts, permissions: Permissions) -
     seed = facts.texts.get("seed", "")
     if not seed.isdecimal():
         raise ForkError(f"{file.path}: it has no seed")
-    found = draft(
-        document,
-        facts.inputs,
-        int(seed),
-        facts.texts.get("world"),
-        facts.texts.get("robot"),
-        permissions,
-        texts,
+    written = finished(draft(document, permissions=permissions, texts=texts))
+    mission = finished(
+        draft(
+            document,
+            facts.inputs,
+            int(seed),
+            facts.texts.get("world"),
+            facts.texts.get("robot"),
+            permissions,
+            texts,
+        )
     )
-    mission = finished(found)
     faults = [one for one in python_leaf_faults(mission, permissions) if one.severity == "error"]
     if faults:
         raise InputError(faults)
-    return replace(mission, requirements=_requirements_of(file.path, facts))
+    return written, replace(mission, requirements=_requirements_of(file.path, facts))
 
 
 def _requirements_of(path: Path, facts: RunFacts) -> tuple[Requirement, ...]:
