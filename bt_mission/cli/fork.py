@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from bt_mission.cli import recording
 from bt_mission.cli.argument_types import assignment, seconds
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
-from bt_mission.cli.options import add_require_option
+from bt_mission.cli.options import add_fault_option, add_require_option
 from bt_mission.cli.run import announce, leaving_at_once
 
 if TYPE_CHECKING:
@@ -27,6 +27,7 @@ examples:
   bt-mission run square --record run.mcap
   bt-mission fork run.mcap --at 12.3 --set speed=0.1    slower from then on
   bt-mission fork run.mcap --at 12.3 --mission edited.yaml --record better.mcap
+  bt-mission fork run.mcap --at 12.3 --fault 'at 13: drop scan lasting 2'
   bt-mission fork run.mcap --at 12.3                    does the same happen again?
 
 exit codes: 0 the forked mission succeeded and no requirement is violated (without a change: the
@@ -69,6 +70,7 @@ def add_parser(commands: Any) -> None:
         "begin as it has them",
     )
     add_require_option(parser)
+    add_fault_option(parser)
     parser.add_argument(
         "--import-python",
         action="store_true",
@@ -108,7 +110,7 @@ def _fork(options: argparse.Namespace) -> int:
     if options.mission is not None:
         change = edited(source, options.mission, permissions)
     given = values_of(change.mission_of(source.mission), options.set)
-    change = replace(change, values={**change.values, **given})
+    change = replace(change, values={**change.values, **given}, faults=tuple(options.fault))
     step_ns = source.step_at(options.at)
     result, kept = run_fork(options, source, change, step_ns)
     if options.json:
@@ -129,7 +131,10 @@ def run_fork(
     Raises:
         BtMissionError: Where it is not the same up to the fork, or a file cannot be written.
     """
+    from bt_mission.faults.located import faults_in_texts, planned_on
+    from bt_mission.faults.world import MOST_OBSTACLES
     from bt_mission.language.checks.requirements import with_requirements
+    from bt_mission.recording.forks.change import refuse_earlier
     from bt_mission.recording.forks.fork import ForkedRun
     from bt_mission.sessions.session import drive
     from bt_mission.sessions.stage import Stage
@@ -137,15 +142,19 @@ def run_fork(
 
     mission = with_requirements(change.mission_of(source.mission), options.require)
     forked = ForkedRun(source, change, step_ns, mission)
+    faults = faults_in_texts([*source.faults, *change.faults])
+    refuse_earlier(faults[len(source.faults) :], source.seconds(step_ns))
+    props = MOST_OBSTACLES if faults else 0
     with (
         TemporaryDirectory() as folder,
         Stage(
-            mission, image_folder=Path(folder), say=lambda _: None, options=source.options()
+            mission, image_folder=Path(folder), say=lambda _: None, options=source.options(props)
         ) as stage,
+        planned_on(stage, faults) as with_outcomes,
     ):
         forked.follow(stage)
         stage.facts |= forked.facts
         with recording.recorder_for(options, stage) as keeping:
-            report = drive(stage, Quiet(), trace_file=options.trace)
+            report = with_outcomes(drive(stage, Quiet(), trace_file=options.trace))
             result = forked.result(report)
             return result, keeping.finish(report)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -62,6 +63,7 @@ class FaultPlan:
         makes = faults or Faults.alone()
         self._target = target
         self._stage = stage = target.stage
+        stage.facts["faults"] = json.dumps([one.text for one in planned])
         self._faults: list[Fault] = [one.make(makes) for one in planned]
         self._signals: StageSignals | None = None
         self._conditions: dict[int, ConditionMonitor] = {}

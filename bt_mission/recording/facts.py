@@ -40,6 +40,10 @@ def _is_list(value: Any) -> bool:
     return isinstance(value, list)
 
 
+def _is_texts(value: Any) -> bool:
+    return _is_list(value) and all(map(_is_text, value))
+
+
 def _is_requirements(value: Any) -> bool:
     return _is_list(value) and all(
         isinstance(one, list) and len(one) == 3 and all(map(_is_text, one)) for one in value
@@ -74,6 +78,7 @@ _KNOWN: Mapping[tuple[str, str], IsValid] = {
     (FACTS, "stage"): _is_stage,
     (FACTS, "requirements"): _is_requirements,
     (FACTS, "changes"): _is_list,
+    (FACTS, "faults"): _is_texts,
     (SUMMARY, "virtual_s"): _is_number,
     (SUMMARY, "wall_s"): _is_number,
     (SUMMARY, "distance_travelled_m"): _or_none(_is_number),
@@ -145,6 +150,12 @@ class RunFacts:
     def changes(self) -> Sequence[Any]:
         """What was changed in the run while it was under way, where it is a fork of another."""
         found: Sequence[Any] = self._facts.get("changes", ())
+        return found
+
+    @property
+    def faults(self) -> Sequence[str]:
+        """What was made to go wrong in the run, as it is written."""
+        found: Sequence[str] = self._facts.get("faults", ())
         return found
 
     @property

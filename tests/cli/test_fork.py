@@ -99,7 +99,12 @@ def test_a_variable_has_another_value_from_the_instant_on(
     before = {one["path"]: one["running_s"] for one in recorded["leaves"]}
     assert leaves["0.1.0"] == before["0.1.0"]
     assert leaves["0.3.0"] > 1.5 * before["0.3.0"]
-    assert told["change"] == {"set": {"speed": 0.1}, "mission": None, "from_start": False}
+    assert told["change"] == {
+        "set": {"speed": 0.1},
+        "mission": None,
+        "from_start": False,
+        "faults": [],
+    }
     assert told["first_difference"]["time_s"] > 1
 
 
@@ -186,7 +191,7 @@ def test_an_edited_mission_goes_on_from_the_instant(
     slow = WAYS.replace("fwd_velocity: $speed", "fwd_velocity: 0.1")
     path = edit(tmp_path, "angle: $angle}", "angle: 45}", slow)
     told = forked(capsys, run, "--at", "1", "--mission", path)
-    assert told["change"] == {"set": {}, "mission": path, "from_start": False}
+    assert told["change"] == {"set": {}, "mission": path, "from_start": False, "faults": []}
     after = running_s(told)
     assert after["drive 0.1.0"] == before["drive 0.1.0"]
     assert after["turn away 0.2"] < 0.7 * before["turn away 0.2"]
@@ -219,7 +224,30 @@ def test_a_mission_with_more_nodes_runs_from_the_start(
     assert told["forked"]["virtual_s"] > told["recorded"]["virtual_s"] + 0.9
     error = refused(capsys, run, "--at", "4", "--mission", path)
     assert "it is not the same up to 4.00 s" in error
-    assert f"the edited mission has another tree: {path}:13:7: " in error
+    assert f"the edited mission has another tree: {path}:12:7: " in error
+
+
+def test_a_fault_begins_after_the_fork(
+    run: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Its recording holds the fault, so that it runs again by itself."""
+    path = tmp_path / "fault.mcap"
+    words = ("--at", "1", "--fault", "at 1.5: spawn_box ahead 0.45", "--record", str(path))
+    told = forked(capsys, run, *words)
+    assert told["forked"]["faults"][0]["began"] == 1.5
+    assert told["first_difference"]["time_s"] >= 1.5
+    again = forked(capsys, str(path), "--at", "2")
+    assert again["is_identical"]
+    assert again["forked"]["faults"] == told["forked"]["faults"]
+
+
+def test_a_fault_before_the_fork_is_refused(run: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """By its time, or by the difference that it makes; one that cannot be read by its place."""
+    error = refused(capsys, run, "--at", "2", "--fault", "at 1.5: drop scan")
+    assert "--fault:1:4: error: it begins before the fork, whose control step is at 2.00" in error
+    error = refused(capsys, run, "--at", "2", "--fault", "when speed > 0.1: drop scan")
+    assert "it is not the same up to 2.00 s" in error
+    assert "did you mean 'drop'?" in refused(capsys, run, "--at", "2", "--fault", "at 3: drp scan")
 
 
 def test_a_mission_that_begins_otherwise_is_refused(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import zip_longest
 
 from bt_mission.core.diagnostics import Diagnostic
 from bt_mission.language.mission import Mission, Tree
@@ -34,14 +35,22 @@ def _frame_changes(before: Mission, after: Mission) -> Iterator[Diagnostic]:
 
 
 def _node_changes(before: NodeModel, after: NodeModel, tree: Tree) -> Iterator[Diagnostic]:
-    waiting = [(before, after)]
+    waiting: list[tuple[NodeModel | None, NodeModel | None, NodeModel]] = [(before, after, after)]
     while waiting:
-        one, other = waiting.pop()
-        if one.frame != other.frame:
-            message = f"another node than '{one.label}', or one that is built in another way"
-            yield tree.document.fault(other.path, message)
+        one, other, parent = waiting.pop()
+        if one is None or other is None or one.frame != other.frame:
+            yield tree.document.fault((other or parent).path, _difference(one, other))
             return
-        waiting += reversed(list(zip(one.below, other.below, strict=True)))
+        below = zip_longest(one.below, other.below)
+        waiting += reversed([(*pair, other) for pair in below])
+
+
+def _difference(before: NodeModel | None, after: NodeModel | None) -> str:
+    if before is None:
+        return "a node more than before"
+    if after is None:
+        return f"the node '{before.label}' is gone"
+    return f"another node than '{before.label}', or one that is built in another way"
 
 
 def _signature(tree: Tree) -> tuple[object, ...]:

@@ -207,8 +207,11 @@ class NodeModel(Placed, Written):
 
     @property
     def frame(self) -> tuple[object, ...]:
-        """What is fixed once its tree was built; everything else is read when it begins."""
-        return (self.kind, self.name, len(self.below))
+        """What is fixed once its tree was built, besides the nodes below it.
+
+        Everything else is read when it begins.
+        """
+        return (self.kind, self.name)
 
     def walk(self) -> Iterator[NodeModel]:
         """Yield this node and all below it, in the order of the file."""

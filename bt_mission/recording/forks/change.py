@@ -11,10 +11,14 @@ from bt_mission.behaviours.builder import revise_tree
 from bt_mission.behaviours.runtime import Scope
 from bt_mission.core.diagnostics import Diagnostic, InputError, did_you_mean, listed, quoted
 from bt_mission.core.yaml.document import read_text
+from bt_mission.faults.located import WrittenFault
+from bt_mission.faults.planned import WhenTrue
 from bt_mission.language.checks.scope import written_by
 from bt_mission.language.expressions.values import WORDS, Plain, fits, show, type_of
 from bt_mission.language.inputs import SET_OPTION, overridden
 from bt_mission.language.mission import Mission
+
+ROUNDING_S = 1e-6
 
 
 @dataclass(frozen=True)
@@ -29,20 +33,23 @@ class Change:
         edit: Another version of the mission.
         new_tree: Where the tree of that version is another one; it then runs from the start, and
             has to do the same as the recorded one up to the fork.
+        faults: What goes wrong besides what was recorded, as it is written.
     """
 
     values: Mapping[str, Plain] = field(default_factory=dict)
     edit: Mission | None = None
     new_tree: Diagnostic | None = None
+    faults: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         names = [] if self.edit is None else [Path(self.edit.file).name]
-        return ", ".join([*names, *(f"{name}={show(one)}" for name, one in self.values.items())])
+        values = (f"{name}={show(one)}" for name, one in self.values.items())
+        return ", ".join([*names, *values, *(f"'{one}'" for one in self.faults)])
 
     @property
     def is_none(self) -> bool:
         """Is nothing changed?"""
-        return not self.values and self.edit is None
+        return not self.values and self.edit is None and not self.faults
 
     @property
     def is_from_start(self) -> bool:
@@ -50,14 +57,19 @@ class Change:
         return self.new_tree is not None
 
     @property
-    def is_only_from_start(self) -> bool:
-        """Does the other version run from the start, with nothing changed on its way?"""
-        return self.is_from_start and not self.values
+    def is_applied(self) -> bool:
+        """Is something changed in the run while it goes on, other than by faults?"""
+        return bool(self.values) or (self.edit is not None and not self.is_from_start)
 
     def as_dict(self) -> dict[str, Any]:
         """What programs are told."""
         edit = None if self.edit is None else self.edit.file
-        return {"set": dict(self.values), "mission": edit, "from_start": self.is_from_start}
+        return {
+            "set": dict(self.values),
+            "mission": edit,
+            "from_start": self.is_from_start,
+            "faults": list(self.faults),
+        }
 
     def mission_of(self, recorded: Mission) -> Mission:
         """Return the mission with which the run begins."""
@@ -110,6 +122,22 @@ def values_of(mission: Mission, given: Iterable[tuple[str, str]]) -> dict[str, P
     if faults:
         raise InputError(faults)
     return values
+
+
+def refuse_earlier(faults: Iterable[WrittenFault], at_s: float) -> None:
+    """Refuse faults that begin before a fork.
+
+    Raises:
+        InputError: With each of them.
+    """
+    wrong = []
+    for one in faults:
+        begins = one.planned.begins
+        if not isinstance(begins, WhenTrue) and begins.time_s < at_s - ROUNDING_S:
+            message = f"it begins before the fork, whose control step is at {at_s:.2f} s"
+            wrong.append(one.locate(message, None, str(begins.time_s), 0))
+    if wrong:
+        raise InputError(wrong)
 
 
 def _plain(text: str) -> Plain:

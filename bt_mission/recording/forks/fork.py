@@ -102,7 +102,7 @@ class ForkedRun:
     def facts(self) -> dict[str, str]:
         """What a recording of the run says of it; nothing where it is the same run again."""
         change = self._change
-        if change.is_none or change.is_only_from_start:
+        if not change.is_applied:
             return {}  # it runs again by itself
         known = {"at_s": self._source.seconds(self._step_ns), **change.as_dict()}
         return {"forked_from": self._source.path.name, "changes": json.dumps([known])}
@@ -117,7 +117,7 @@ class ForkedRun:
         for line in stage.trace.newest:
             self._take(line)
         stage.trace.listeners.append(self._take)
-        if not (self._change.is_none or self._change.is_only_from_start):
+        if self._change.is_applied:
             stage.clock.call_at(self._step_ns, self._apply)
         if limit_s is not None:
             stage.clock.call_at(stage.start_ns + round(limit_s * 1e9), self._interrupt)

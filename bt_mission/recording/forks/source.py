@@ -56,6 +56,7 @@ class ForkSource:
         written: The same as its file has it, without what was overridden for the run.
         world: The text of the world; likewise of the robot.
         stage: The options of the simulation, as the recorder wrote them down.
+        faults: What was made to go wrong, as it is written.
         trace: The lines of the recorded trace.
         times_ns: When each line was, ns; 0 for the first, which names the format.
         steps_ns: When the control steps were, ns.
@@ -71,6 +72,7 @@ class ForkSource:
     world: Document
     robot: Document
     stage: Mapping[str, Any]
+    faults: Sequence[str]
     trace: Sequence[str]
     times_ns: Sequence[int]
     steps_ns: Sequence[int]
@@ -121,13 +123,17 @@ class ForkSource:
         what = "the recording" if self.outcome[0] == "unknown" else "the run"
         raise ForkError(f"--at {at_s:g}: {what} ends at {self.end_s:.2f} s")
 
-    def options(self) -> StageOptions:
-        """What a stage needs besides the mission."""
+    def options(self, props: int = 0) -> StageOptions:
+        """What a stage needs besides the mission.
+
+        Args:
+            props: So many obstacles can appear, at least.
+        """
         return StageOptions(
             world=self.world,
             robot=self.robot,
             seed=self.stage["sensor_seed"],
-            props=self.stage["props"],
+            props=max(props, self.stage["props"]),
             watched=self.stage["has_tools"],
         )
 
@@ -167,6 +173,7 @@ def read_source(path: Path, permissions: Permissions = NO_PYTHON) -> ForkSource:
         world=_text_of(file, "world", "worlds/"),
         robot=_text_of(file, "robot", "robots/"),
         stage=stage,
+        faults=facts.faults,
         trace=lines,
         times_ns=tuple(one.get("t", 0) for one in events),
         steps_ns=steps,

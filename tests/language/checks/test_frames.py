@@ -95,6 +95,19 @@ def test_what_a_tree_is_built_of_is_fixed(old: str, new: str) -> None:
     assert change.line > 0
 
 
+def test_the_first_place_is_told() -> None:
+    """Of a node more, one less, and another one."""
+    two = "mission: m\ntree:\n  sequence:\n    - wait: 1\n    - log: a\n"
+    for text, place, words in (
+        (f"{two}    - wait: 2\n", 6, "a node more than before"),
+        (two.replace("    - log: a\n", ""), 3, "the node 'log' is gone"),
+        (two.replace("    - wait: 1\n", "    - check: true\n"), 4, "another node than 'wait'"),
+    ):
+        change = frame_change(load_text(two), load_text(text))
+        assert change is not None
+        assert (change.line, words in change.message) == (place, True)
+
+
 def test_a_tree_that_is_gone() -> None:
     """Is told by its name."""
     one = "mission: m\ntrees: {t: {do: {wait: 1}}}\ntree: {tree: t}\n"
