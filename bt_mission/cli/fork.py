@@ -8,7 +8,6 @@ import sys
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli import recording
@@ -131,30 +130,13 @@ def run_fork(
     Raises:
         BtMissionError: Where it is not the same up to the fork, or a file cannot be written.
     """
-    from bt_mission.faults.located import faults_in_texts, planned_on
-    from bt_mission.faults.world import MOST_OBSTACLES
-    from bt_mission.language.checks.requirements import with_requirements
-    from bt_mission.recording.forks.change import refuse_earlier
-    from bt_mission.recording.forks.fork import ForkedRun
+    from bt_mission.recording.forks.stage import forked_stage
     from bt_mission.sessions.session import drive
-    from bt_mission.sessions.stage import Stage
     from bt_mission.views.terminal.views import Quiet
 
-    mission = with_requirements(change.mission_of(source.mission), options.require)
-    forked = ForkedRun(source, change, step_ns, mission)
-    faults = faults_in_texts([*source.faults, *change.faults])
-    refuse_earlier(faults[len(source.faults) :], source.seconds(step_ns))
-    props = MOST_OBSTACLES if faults else 0
     with (
-        TemporaryDirectory() as folder,
-        Stage(
-            mission, image_folder=Path(folder), say=lambda _: None, options=source.options(props)
-        ) as stage,
-        planned_on(stage, faults) as with_outcomes,
+        forked_stage(source, change, step_ns, require=options.require) as (stage, finish),
+        recording.recorder_for(options, stage) as keeping,
     ):
-        forked.follow(stage)
-        stage.facts |= forked.facts
-        with recording.recorder_for(options, stage) as keeping:
-            report = with_outcomes(drive(stage, Quiet(), trace_file=options.trace))
-            result = forked.result(report)
-            return result, keeping.finish(report)
+        result = finish(drive(stage, Quiet(), trace_file=options.trace))
+        return result, keeping.finish(result.report)
