@@ -11,26 +11,33 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli import recording
-from bt_mission.cli.argument_types import assignment, seconds
+from bt_mission.cli.argument_types import assignment, count, seconds
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
 from bt_mission.cli.options import add_fault_option, add_require_option
 from bt_mission.cli.run import announce, leaving_at_once
+from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
     from bt_mission.recording.forks.change import Change
     from bt_mission.recording.forks.fork import ForkResult
     from bt_mission.recording.forks.source import ForkSource
 
+MOST_TRIES = 100
+FILES = ("record", "report", "video", "trace")
+"""Options that keep a run."""
+
 EPILOG = """\
 examples:
   bt-mission run square --record run.mcap
   bt-mission fork run.mcap --at 12.3 --set speed=0.1    slower from then on
   bt-mission fork run.mcap --at 12.3 --mission edited.yaml --record better.mcap
+  bt-mission fork run.mcap --sweep-at --set speed=0.1   how late would slower have been enough?
   bt-mission fork run.mcap --at 12.3 --fault 'at 13: drop scan lasting 2'
   bt-mission fork run.mcap --at 12.3                    does the same happen again?
 
 exit codes: 0 the forked mission succeeded and no requirement is violated (without a change: the
-same happened again), 1 it did not, 2 bad input, or not the same up to the fork, 130 interrupted
+same happened again; with --sweep-at: an instant was found), 1 it did not, 2 bad input, or not the
+same up to the fork, 130 interrupted
 """
 
 
@@ -49,9 +56,21 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--at",
         type=partial(seconds, expected="seconds from 0, such as 12.5"),
-        required=True,
         metavar="S",
         help="fork so many seconds after the mission's start, at the next control step",
+    )
+    parser.add_argument(
+        "--sweep-at",
+        action="store_true",
+        help="instead of --at: fork at one instant after another, and tell the last one at which "
+        "the change would have saved the mission",
+    )
+    parser.add_argument(
+        "--tries",
+        type=count,
+        metavar="N",
+        help="with --sweep-at: try so many of the instants at which a node changed, evenly spread "
+        f"(default: {MOST_TRIES})",
     )
     parser.add_argument(
         "--set",
@@ -90,7 +109,7 @@ def fork(options: argparse.Namespace) -> int:
 
 
 def _fork(options: argparse.Namespace) -> int:
-    recording.refuse_recording(options)
+    refuse_contradictions(options)
     announce(f"running {options.file} again")
     from bt_mission.core.dds.middleware import prepare_middleware
 
@@ -110,8 +129,9 @@ def _fork(options: argparse.Namespace) -> int:
         change = edited(source, options.mission, permissions)
     given = values_of(change.mission_of(source.mission), options.set)
     change = replace(change, values={**change.values, **given}, faults=tuple(options.fault))
-    step_ns = source.step_at(options.at)
-    result, kept = run_fork(options, source, change, step_ns)
+    if options.sweep_at:
+        return _sweep(options, source, change)
+    result, kept = run_fork(options, source, change, source.step_at(options.at))
     if options.json:
         print(json.dumps({**result.as_dict(), "asked_at": options.at, **kept}))
     else:
@@ -122,10 +142,84 @@ def _fork(options: argparse.Namespace) -> int:
     return SUCCESS if is_well else MISSION_FAILED
 
 
+def _sweep(options: argparse.Namespace, source: ForkSource, change: Change) -> int:
+    """Tell the last instant at which a change would have saved the mission."""
+    from bt_mission.core.wall_clock import Stopwatch
+    from bt_mission.recording.forks import sweep
+    from bt_mission.views.terminal.forks import told, told_sweep, try_line
+
+    is_edited = change.edit is not None and change.edit.requirements != source.mission.requirements
+    sweep.check_worth(source, has_more=bool(options.require) or is_edited)
+    bare = argparse.Namespace(**vars(options) | dict.fromkeys(FILES))
+    wall = Stopwatch()
+
+    def attempt(step_ns: int) -> sweep.Try:
+        try:
+            result, _ = run_fork(bare, source, change, step_ns, sweep.limit_of(source))
+        except BtMissionError as error:
+            return sweep.refused(source, step_ns, error)
+        if result.report.reason.startswith("interrupted by"):
+            raise KeyboardInterrupt
+        return sweep.Try.of(result)
+
+    tries = sweep.sweep(source, attempt, options.tries or MOST_TRIES)
+    while True:
+        try:
+            print(try_line(next(tries)), file=sys.stderr, flush=True)
+        except StopIteration as end:
+            found: sweep.SweepResult = end.value
+            break
+    wall_s = wall.elapsed_s
+    kept: recording.Kept = {}
+    lines = told_sweep(source, change, found, wall_s)
+    if found.last is not None and any(getattr(options, name) for name in FILES):
+        result, kept = run_fork(options, source, change, found.last.step_ns)
+        lines += ["", *told(result, found.last.at_s)]
+    if options.json:
+        about = {"recording": str(source.path), "change": change.as_dict(), "wall_s": wall_s}
+        print(json.dumps({**about, **found.as_dict(), **kept}))
+    else:
+        print("\n".join([*lines, *recording.told(kept)]))
+    return MISSION_FAILED if found.last is None else SUCCESS
+
+
+def refuse_contradictions(options: argparse.Namespace) -> None:
+    """Refuse options that would be ignored.
+
+    Raises:
+        BtMissionError: With what to do instead.
+    """
+    recording.refuse_recording(options)
+    if (options.at is None) != options.sweep_at:
+        raise BtMissionError(
+            "say where to fork with --at S, or look for the last instant with --sweep-at: one of "
+            "them"
+        )
+    if options.tries is not None and not options.sweep_at:
+        raise BtMissionError("--tries goes with --sweep-at")
+    if not options.sweep_at:
+        return
+    if options.fault:
+        raise BtMissionError("--fault has an instant of its own: --sweep-at goes with --set")
+    if not (options.set or options.mission):
+        raise BtMissionError("--sweep-at: name the change to try with --set or --mission")
+
+
 def run_fork(
-    options: argparse.Namespace, source: ForkSource, change: Change, step_ns: int
+    options: argparse.Namespace,
+    source: ForkSource,
+    change: Change,
+    step_ns: int,
+    limit_s: float | None = None,
 ) -> tuple[ForkResult, recording.Kept]:
     """Run a recorded run again with a change, and keep it as the options ask for.
+
+    Args:
+        options: Where its recording, page, film and trace go.
+        source: The recorded run.
+        change: Takes effect at the fork.
+        step_ns: The control step of the fork.
+        limit_s: Virtual seconds after which it is interrupted; None is none.
 
     Raises:
         BtMissionError: Where it is not the same up to the fork, or a file cannot be written.
@@ -135,7 +229,10 @@ def run_fork(
     from bt_mission.views.terminal.views import Quiet
 
     with (
-        forked_stage(source, change, step_ns, require=options.require) as (stage, finish),
+        forked_stage(source, change, step_ns, require=options.require, limit_s=limit_s) as (
+            stage,
+            finish,
+        ),
         recording.recorder_for(options, stage) as keeping,
     ):
         result = finish(drive(stage, Quiet(), trace_file=options.trace))

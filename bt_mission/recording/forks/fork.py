@@ -155,7 +155,8 @@ class ForkedRun:
         self._stage.executive.abandon("the fork has ended")
 
     def _interrupt(self) -> None:
-        self._stage.executive.interrupt("it took too long")
+        at_s = self._source.seconds(self._stage.now_ns)
+        self._stage.executive.interrupt(f"it had not ended after {at_s:.0f} s")
 
     def _take(self, line: str) -> None:
         if self._is_telling:

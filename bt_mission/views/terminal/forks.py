@@ -7,7 +7,10 @@ from typing import Any
 
 from bt_mission.core.text import escape_control
 from bt_mission.events.log import verdict
+from bt_mission.recording.forks.change import Change
 from bt_mission.recording.forks.fork import ForkResult
+from bt_mission.recording.forks.source import ForkSource
+from bt_mission.recording.forks.sweep import SweepResult, Try
 
 SHOWN_S = 0.0005
 """A time that is rounded by less than this is shown as it was asked for, s."""
@@ -33,6 +36,42 @@ def told(result: ForkResult, asked_s: float) -> list[str]:
     ]
     lines += _difference(result)
     return [escape_control(line) for line in lines]
+
+
+def try_line(one: Try) -> str:
+    """Tell of one try of a sweep."""
+    return escape_control(f"  forked at {one.at_s:7.2f} s: {_ending(one)}")
+
+
+def told_sweep(source: ForkSource, change: Change, found: SweepResult, wall_s: float) -> list[str]:
+    """Tell the last instant at which a change would have saved a mission, and what was tried."""
+    then = _outcome(*source.outcome, source.summary.get("virtual_s", source.end_s))
+    lines = [f"recorded: {then}"]
+    lines += [
+        f"  requirement {one['name']}: {_verdict(one)}"
+        for one in source.requirements
+        if one.get("verdict") == "violated"
+    ]
+    if found.last is None:
+        lines.append(f"with {change}: saved at none of the instants that were tried")
+    else:
+        at_s = found.last.at_s
+        lines.append(f"with {change} from {at_s:.2f} s on, it is saved: {_ending(found.last)}")
+    if found.last is not None and found.next is not None:
+        at_s = found.next.at_s
+        lines.append(f"  one control step later, at {at_s:.2f} s, it is not: {_ending(found.next)}")
+    left = f"; {found.skipped} such instants were left out (--tries)" if found.skipped else ""
+    lines.append(
+        f"  {len(found.tries)} of {found.control_steps} control steps were tried, in {wall_s:.0f} "
+        f"s: where nodes changed, from the last one back{left}. Nothing is known of the others"
+    )
+    return [escape_control(line) for line in lines]
+
+
+def _ending(one: Try) -> str:
+    if one.status == "refused":
+        return f"not possible: {one.reason}"
+    return _outcome(one.status, one.reason, one.virtual_s)
 
 
 def _outcome(status: str, reason: str, at_s: float) -> str:

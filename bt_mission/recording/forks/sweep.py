@@ -1,0 +1,167 @@
+"""The last instant at which a change would have saved a recorded run."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any, TypeAlias
+
+from bt_mission.recording.forks.fork import ForkResult
+from bt_mission.recording.forks.source import ForkError, ForkSource
+
+LONGEST = 10.0
+"""A try may take so many times as long as the recorded run, and :data:`MORE_S`."""
+
+MORE_S = 60.0
+
+
+@dataclass(frozen=True)
+class Try:
+    """A fork that was tried.
+
+    Args:
+        step_ns: The control step of the fork.
+        at_s: The same, s since the start.
+        status: How the mission ended, or ``refused`` where the change did not fit there.
+        virtual_s: When it ended, s.
+        is_saved: Has it succeeded, with no requirement violated?
+    """
+
+    step_ns: int
+    at_s: float
+    status: str
+    reason: str
+    virtual_s: float
+    is_saved: bool
+
+    @classmethod
+    def of(cls, result: ForkResult) -> Try:
+        """What a fork came to, in short."""
+        report = result.report
+        violated = [str(one) for one in report.requirements if one.verdict == "violated"]
+        reason = "; ".join(filter(None, (report.reason, *violated)))
+        ended = (report.status, reason, report.virtual_s, result.is_success)
+        return cls(result.step_ns, result.at_s, *ended)
+
+
+Attempt: TypeAlias = Callable[[int], Try]
+"""Forks at a control step, ns."""
+
+
+@dataclass(frozen=True)
+class SweepResult:
+    """What a sweep has found.
+
+    Args:
+        tries: In the order in which they were made.
+        last: The last instant at which the change would have saved the mission; None where none
+            of those tried would have.
+        next: The control step after it, at which it would not have; None at the end of the run.
+        skipped: Instants at which nodes changed that were left out.
+        control_steps: Of the recorded run.
+    """
+
+    tries: tuple[Try, ...]
+    last: Try | None
+    next: Try | None
+    skipped: int
+    control_steps: int
+
+    def as_dict(self) -> dict[str, Any]:
+        """What programs are told."""
+        return asdict(self)
+
+
+def sweep(source: ForkSource, attempt: Attempt, most: int) -> Generator[Try, None, SweepResult]:
+    """Fork at one control step after another, and yield what each came to.
+
+    Variables are read when a node starts and by conditions, so first those steps are tried at which
+    a node changed, from the last one back to the first that saves the mission. From there the next
+    step is looked for at which it is not saved. Each answer is that of a run: what comes out need
+    not be better the earlier the change is, so between the steps that were tried nothing is known.
+
+    Args:
+        source: The recorded run.
+        attempt: Forks it.
+        most: Steps at which a node changed that are tried, at most; evenly spread.
+    """
+    tries: list[Try] = []
+    instants = _instants(source)
+    chosen = _spread(instants, most)
+    last: Try | None = None
+    beyond: Try | None = None
+    for step_ns in reversed(chosen):
+        found = attempt(step_ns)
+        tries.append(found)
+        yield found
+        if found.is_saved:
+            last = found
+            break
+        beyond = found
+    if last is not None:
+        steps = source.steps_ns
+        low = steps.index(last.step_ns)
+        high = len(steps) if beyond is None else steps.index(beyond.step_ns)
+        stride = 1
+        while high - low > 1:
+            # Most often the next step already reads what it reads too late.
+            middle = min(low + stride, (low + high) // 2 if stride > 1 else low + 1)
+            found = attempt(steps[middle])
+            tries.append(found)
+            yield found
+            if found.is_saved:
+                last, low, stride = found, middle, stride * 2
+            else:
+                beyond, high = found, middle
+    skipped = len(instants) - len(chosen)
+    return SweepResult(tuple(tries), last, beyond, skipped, len(source.steps_ns))
+
+
+def refused(source: ForkSource, step_ns: int, error: Exception) -> Try:
+    """Return a try at which the change did not fit the run."""
+    reason = str(error).splitlines()[0]
+    return Try(step_ns, source.seconds(step_ns), "refused", reason, 0.0, is_saved=False)
+
+
+def limit_of(source: ForkSource) -> float:
+    """Return after how many virtual seconds a try is taken for one that does not end."""
+    return LONGEST * source.end_s + MORE_S
+
+
+def check_worth(source: ForkSource, *, has_more: bool) -> None:
+    """Refuse to save a run that needs it not.
+
+    Args:
+        has_more: Are there requirements that the recorded run did not have?
+
+    Raises:
+        ForkError: Where it has succeeded, with no requirement violated.
+    """
+    violated = any(one.get("verdict") == "violated" for one in source.requirements)
+    if source.outcome[0] == "success" and not violated and not has_more:
+        raise ForkError(
+            f"{source.path}: it ended in success with no requirement violated, so there is nothing "
+            "to save; --require FILE adds a requirement"
+        )
+
+
+def _instants(source: ForkSource) -> list[int]:
+    """Return the control steps at which a node changed."""
+    steps = set(source.steps_ns)
+    changed = {
+        time_ns
+        for line, time_ns in zip(source.trace, source.times_ns, strict=True)
+        if time_ns in steps and json.loads(line).get("event") == "status"
+    }
+    return sorted(changed) or [source.steps_ns[0]]
+
+
+def _spread(instants: Sequence[int], most: int) -> Sequence[int]:
+    """Return so many of the instants at most, the first and the last among them."""
+    if len(instants) <= most:
+        return instants
+    if most == 1:
+        return instants[:1]
+    last = len(instants) - 1
+    return [instants[round(index * last / (most - 1))] for index in range(most)]
