@@ -4,9 +4,14 @@ from __future__ import annotations
 
 import argparse
 import json
+import shlex
+import subprocess
 import sys
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, suppress
 from dataclasses import replace
 from functools import partial
+from itertools import count as count_up
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +21,7 @@ from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
 from bt_mission.cli.options import add_fault_option, add_require_option
 from bt_mission.cli.run import announce, leaving_at_once
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.interrupts import InterruptSignals
 
 if TYPE_CHECKING:
     from bt_mission.recording.forks.change import Change
@@ -237,3 +243,36 @@ def run_fork(
     ):
         result = finish(drive(stage, Quiet(), trace_file=options.trace))
         return result, keeping.finish(result.report)
+
+
+def fork_shown(
+    path: Path, at_s: float, words: Sequence[str], free: Callable[[], AbstractContextManager[Any]]
+) -> Path | None:
+    """Fork a recording on a terminal that shows something else; give the fork's recording.
+
+    A process of its own does it, since ROS may have to restart the interpreter.
+
+    Args:
+        path: Of the recording.
+        at_s: Where to fork, s since the start.
+        words: ``NAME=VALUE``, and options of the command with their values.
+        free: Gives the terminal back for a while.
+    """
+    output = next(one for n in count_up(1) if not (one := beside(path, n)).exists())
+    change: list[str] = []
+    for number, word in enumerate(words):
+        is_value = number > 0 and words[number - 1].startswith("--")
+        change += [word] if is_value or word.startswith("--") else ["--set", word]
+    options = ["fork", str(path), "--at", f"{at_s:.3f}", *change, "--record", str(output)]
+    with free(), InterruptSignals():
+        print(f"$ {shlex.join(['bt-mission', *options])}", flush=True)
+        command = [sys.executable, "-m", "bt_mission", *options]
+        code = subprocess.run(command, check=False).returncode  # noqa: S603 - ourselves
+        with suppress(EOFError):
+            input("Enter goes back to the replay")
+    return output if code in (SUCCESS, MISSION_FAILED) and output.exists() else None
+
+
+def beside(path: Path, number: int) -> Path:
+    """Name the recording of a fork of a recording."""
+    return path.with_name(f"{path.stem}_fork_{number}.mcap")

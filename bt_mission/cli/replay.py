@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.argument_types import seconds, speed
 from bt_mission.cli.exits import SUCCESS
+from bt_mission.cli.fork import fork_shown
 from bt_mission.cli.options import add_plain_option
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.stamps import NS
@@ -103,7 +104,7 @@ def _draw(options: argparse.Namespace, film: Timeline) -> int:
     player = Player(film, speed=options.speed or 1.0, at_s=options.at)
     player.play()
     settle_memory()
-    ReplayApp(player, marks_for(sys.stdout.encoding)).run()
+    ReplayApp(player, marks_for(sys.stdout.encoding), fork_shown).run()
     return SUCCESS
 
 

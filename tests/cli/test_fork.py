@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 import shutil
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from bt_mission.cli import main
+from bt_mission.cli.fork import fork_shown
 from bt_mission.executive.stored_trace import read_trace
 from tests.support.recordings import edited, recording, with_facts
 
@@ -227,6 +229,30 @@ def test_a_mission_with_more_nodes_runs_from_the_start(
     assert f"the edited mission has another tree: {path}:12:7: " in error
 
 
+def test_a_change_that_nothing_reads(run: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Is said to make no difference."""
+    assert main(["fork", run, "--at", "4", "--set", "angle=10"]) == 0
+    last = capsys.readouterr().out.splitlines()[-1]
+    assert last.startswith("  the change makes no difference: all ")
+
+
+@pytest.mark.process
+def test_a_shown_recording_is_forked_beside_it(
+    run: str, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """By a command that is shown; a file that is there already is left alone."""
+    monkeypatch.setattr("builtins.input", lambda _: "")
+    first = Path(run).with_name("run_fork_1.mcap")
+    first.touch()
+    path = fork_shown(Path(run), 1.0, ["speed=0.1", "--fault", "at 2: drop scan"], nullcontext)
+    assert path == Path(run).with_name("run_fork_2.mcap")
+    said = capfd.readouterr().out
+    assert "--at 1.000 --set speed=0.1 --fault 'at 2: drop scan' --record " in said
+    assert "recorded: success at " in said
+    assert fork_shown(Path(run), 1.0, ["sped=0.1"], nullcontext) is None
+    assert first.stat().st_size == 0
+
+
 def test_a_fault_begins_after_the_fork(
     run: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -422,7 +448,7 @@ def test_the_recording_of_tests_can_be_forked(capsys: pytest.CaptureFixture[str]
 LATE = """\
 mission: up to the wall
 world: wet_arena
-inputs: {speed: 0.26, slow: 0.1}
+inputs: {speed: 0.26}
 requirements:
   keeps its distance: always clearance > 0.31
 tree:
@@ -455,7 +481,7 @@ def test_the_last_instant_that_saves_a_mission(
     """The variable is read when the drive begins: not a control step later."""
     kept = tmp_path / "saved.mcap"
     capsys.readouterr()
-    words = ("fork", late, "--sweep-at", "--set", "pace=0.1", "--json", "--record", str(kept))
+    words = ("fork", late, "--sweep-at", "--set", "speed=0.1", "--json", "--record", str(kept))
     assert main([*words]) == 0
     captured = capsys.readouterr()
     told = json.loads(captured.out)
@@ -463,17 +489,17 @@ def test_the_last_instant_that_saves_a_mission(
     assert told["next"]["at_s"] == pytest.approx(told["last"]["at_s"] + 0.05)
     assert told["next"]["reason"].startswith("keeps its distance: violated by ")
     assert len(told["tries"]) == len(captured.err.splitlines())
-    fork = forked(capsys, late, "--at", str(told["last"]["at_s"]), "--set", "pace=0.1")
+    fork = forked(capsys, late, "--at", str(told["last"]["at_s"]), "--set", "speed=0.1")
     assert fork["forked"]["requirements"][0]["verdict"] == "holds"
     assert kept.exists()
 
 
 def test_a_sweep_is_told_with_what_was_tried(late: str, capsys: pytest.CaptureFixture[str]) -> None:
     """A value that is overwritten before it is read saves nothing."""
-    assert main(["fork", late, "--sweep-at", "--set", "slow=0.2", "--tries", "2"]) == 1
+    assert main(["fork", late, "--sweep-at", "--set", "pace=0.1", "--tries", "2"]) == 1
     lines = capsys.readouterr().out.splitlines()
     assert lines[1].startswith("  requirement keeps its distance: violated by ")
-    assert lines[2] == "with slow=0.2: saved at none of the instants that were tried"
+    assert lines[2] == "with pace=0.1: saved at none of the instants that were tried"
     assert lines[3].startswith("  2 of ")
     assert "such instants were left out (--tries). Nothing is known of the others" in lines[3]
 

@@ -11,7 +11,7 @@ from textual.pilot import Pilot
 from bt_mission.recording.replay.player import Player
 from bt_mission.recording.replay.timeline import read_timeline
 from bt_mission.views.terminal.marks import SIGNS, Marks
-from bt_mission.views.tui.replay_app import ReplayApp
+from bt_mission.views.tui.replay_app import Fork, ReplayApp
 from tests.support.recordings import recording
 
 
@@ -59,13 +59,14 @@ def on_replay(
     size: tuple[int, int] = (80, 24),
     marks: Marks = SIGNS,
     path: Any = None,
+    fork: Fork | None = None,
     **options: Any,
 ) -> None:
     """Play a scene on a view of this size, of the short mission or another file."""
     player = Player(read_timeline(path or recording()), **options)
 
     async def scene() -> None:
-        app = ReplayApp(player, marks)
+        app = ReplayApp(player, marks, fork)
         async with app.run_test(size=size) as pilot:
             await pilot.pause()
             app.draw()

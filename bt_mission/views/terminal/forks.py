@@ -89,7 +89,8 @@ def _verdict(then: Mapping[str, Any] | None) -> str:
 def _difference(result: ForkResult) -> Iterator[str]:
     if result.difference is None:
         events = len(result.source.trace) - 1
-        yield f"  identical: all {events} events of the trace, byte by byte"
+        what = "identical" if result.change.is_none else "the change makes no difference"
+        yield f"  {what}: all {events} events of the trace, byte by byte"
     else:
         yield "  first difference (< recorded, > forked):"
         yield from (f"  {line}" for line in str(result.difference).splitlines())

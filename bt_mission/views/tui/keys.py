@@ -51,6 +51,7 @@ PLAYING = (
     Key("g", "go(0)", "g G", "to the start, to the end"),
     Key("G", "go(1)", "", ""),
     Key("t", "time", "t", "to a time, in seconds"),
+    Key("F", "fork", "F", "fork: run it again up to here, and on with a change"),
 )
 """Where in a recording to be."""
 

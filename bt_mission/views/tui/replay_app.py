@@ -3,18 +3,34 @@
 from __future__ import annotations
 
 import math
-from typing import ClassVar
+import shlex
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import Any, ClassVar, TypeAlias
 
 from textual.binding import Binding, BindingType
 
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.recording.replay.player import Player
+from bt_mission.recording.replay.timeline import read_timeline
 from bt_mission.views.terminal.marks import Marks, Span, bar
 from bt_mission.views.tui.keys import REPLAY_KEYS
 from bt_mission.views.tui.view_app import Prompt, ViewApp
+from bt_mission.views.tui.watch_model import WatchModel
 
 LEAST_BAR = 10
 """A bar of fewer characters says nothing."""
+
+Suspend: TypeAlias = Callable[[], AbstractContextManager[Any]]
+"""Gives the terminal back for a while."""
+
+
+Fork: TypeAlias = Callable[[Path, float, list[str], Suspend], Path | None]
+"""Forks a recording at a time, s, with a change in words, while the screen is free for it.
+
+It gives the recording of the fork; None where there is none.
+"""
 
 
 class ReplayApp(ViewApp):
@@ -22,6 +38,7 @@ class ReplayApp(ViewApp):
 
     Args:
         player: Where in which recording to begin, and how fast.
+        fork: Forks the recording at the instant that is shown; None where that is not offered.
     """
 
     keys = REPLAY_KEYS
@@ -31,9 +48,10 @@ class ReplayApp(ViewApp):
         Binding(key.keys, key.action, show=False) for key in REPLAY_KEYS
     ]
 
-    def __init__(self, player: Player, marks: Marks) -> None:
+    def __init__(self, player: Player, marks: Marks, fork: Fork | None = None) -> None:
         super().__init__(marks)
         self.player = player
+        self._fork = fork
         self._since_last = Stopwatch()
 
     def look(self) -> None:
@@ -119,6 +137,31 @@ class ReplayApp(ViewApp):
             self.player.go(at_s)
         else:
             self.tell(f"'{text}' is no time: expected seconds, such as 12.5")
+
+    def action_fork(self) -> None:
+        """Ask for a change, and fork the recording at the instant that is shown."""
+        if self._fork is None:
+            self.tell("forks are not offered here")
+            return
+        self.player.pause()
+        hint = f"fork at {self.player.at_s:.2f} s: NAME=VALUE, or --mission FILE; Enter, or Esc"
+        self.ask(Prompt(hint, self._fork_with))
+
+    def _fork_with(self, text: str) -> None:
+        assert self._fork is not None, "it was asked for only where it is offered"
+        shown = self.player
+        try:
+            words = shlex.split(text)
+        except ValueError as error:
+            self.tell(f"'{text}' cannot be read: {error}")
+            return
+        path = self._fork(shown.timeline.path, shown.at_s, words, self.suspend)
+        if path is None:
+            self.tell("there is no fork; this is the recording as before")
+            return
+        self.player = Player(read_timeline(path), speed=shown.speed, at_s=shown.at_s)
+        self.outlook = WatchModel()
+        self.tell(f"the fork: {path}")
 
 
 def time_line(player: Player, width: int, marks: Marks) -> list[Span]:

@@ -8,6 +8,7 @@ import pytest
 
 from bt_mission.views.terminal.marks import ASCII_SIGNS
 from bt_mission.views.tui.keys import REPLAY_KEYS
+from bt_mission.views.tui.replay_app import Suspend
 from tests.support.recordings import recording
 from tests.support.replayed import Replayed, on_replay
 
@@ -264,5 +265,48 @@ def test_leaving(key: str) -> None:
     async def play(screen: Replayed) -> None:
         await screen.press(key)
         assert screen.app._exit
+
+    on_replay(play)
+
+
+def test_a_fork_at_the_shown_instant_is_shown_instead(tmp_path: Path) -> None:
+    """With what was typed as its change; the replay stands still meanwhile."""
+    forks: list[tuple[Path, float, list[str]]] = []
+    other = tmp_path / "fork.mcap"
+    other.write_bytes(recording().read_bytes())
+
+    def fork(path: Path, at_s: float, words: list[str], _free: Suspend) -> Path | None:
+        forks.append((path, at_s, words))
+        return other if len(forks) > 1 else None
+
+    async def play(screen: Replayed) -> None:
+        await screen.show(1.0)
+        await screen.press("p", "F")
+        assert "fork at 1.0" in screen.text
+        await screen.press(*"reach=0.2", "enter")
+        assert not screen.player.is_playing
+        assert "there is no fork; this is the recording as before" in screen.text
+        await screen.press("F", *"reach=0.2 --fault 'at 3: drop scan'", "enter")
+        assert screen.app.player.timeline.path == other
+        assert screen.app.player.at_s == forks[1][1]
+        assert "the fork: " in screen.text
+        await screen.press("F", *"reach='", "enter")
+        assert "cannot be read: No closing quotation" in screen.text
+
+    on_replay(play, fork=fork)
+    assert [words for _, _, words in forks] == [
+        ["reach=0.2"],
+        ["reach=0.2", "--fault", "at 3: drop scan"],
+    ]
+    assert {path for path, _, _ in forks} == {recording()}
+    assert 1.0 <= forks[0][1] < 2.0
+
+
+def test_where_forks_are_not_offered_the_key_says_so() -> None:
+    """Such as in a view of other programs."""
+
+    async def play(screen: Replayed) -> None:
+        await screen.press("F")
+        assert "forks are not offered here" in screen.text
 
     on_replay(play)
