@@ -6,16 +6,13 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from random import Random
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.goals.goal import GoalClient
 from bt_mission.goals.ledger import Ledger
 from bt_mission.language.expressions.expression import draws
 from bt_mission.language.follow import Follow
-
-if TYPE_CHECKING:
-    from bt_mission.behaviours.evaluator import Evaluator
 
 
 class MissionFailure(BtMissionError):  # noqa: N818 - it is the mission that fails, not our code
@@ -50,6 +47,13 @@ class Generator(Random):
 _NEVER_DRAWN = Random(0)
 
 
+class Revisable(Protocol):
+    """What computes the values of a node: :class:`bt_mission.behaviours.evaluator.Evaluator`."""
+
+    def revise(self, node: Any, file: str) -> None:
+        """Go by another version of the node, which stands in a file, from now on."""
+
+
 @dataclass
 class Scope:
     """A mission's variables, and its seeded random generators.
@@ -64,7 +68,7 @@ class Scope:
     seed: int
     generators: dict[str, Generator] = field(default_factory=dict)
     followed: tuple[Follow, ...] = ()
-    evaluators: dict[str, Evaluator] = field(default_factory=dict, repr=False, compare=False)
+    evaluators: dict[str, Revisable] = field(default_factory=dict, repr=False, compare=False)
     """What computes the values of each node, by the node's path."""
 
     def inner(self, followed: tuple[Follow, ...] = ()) -> Scope:
