@@ -334,6 +334,10 @@ def test_a_recording_that_was_cut_is_forked_before_its_end(
     assert told["recorded"]["status"] == "unknown"
     assert "the file was cut" in told["recorded"]["reason"]
     assert told["forked"]["status"] == "success"
+    assert main(["fork", str(path), "--at", "1"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[3].endswith("(recorded: not known)")
+    assert lines[4].endswith(" events of the trace that were recorded, byte by byte")
 
 
 def test_files_that_hold_no_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

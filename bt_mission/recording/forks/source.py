@@ -96,6 +96,11 @@ class ForkSource:
         return "unknown", f"the recording ends here{self.why_cut and ': '}{self.why_cut}"
 
     @property
+    def is_whole(self) -> bool:
+        """Does its trace go to the end of the run?"""
+        return self.outcome[0] != "unknown"
+
+    @property
     def requirements(self) -> list[dict[str, Any]]:
         """What the requirements came to, where that was recorded."""
         found = self.summary.get("requirements", [])
@@ -120,7 +125,7 @@ class ForkSource:
         for step_ns in self.steps_ns:
             if step_ns >= wanted:
                 return step_ns
-        what = "the recording" if self.outcome[0] == "unknown" else "the run"
+        what = "the run" if self.is_whole else "the recording"
         raise ForkError(f"--at {at_s:g}: {what} ends at {self.end_s:.2f} s")
 
     def options(self, props: int = 0) -> StageOptions:

@@ -30,8 +30,9 @@ def told(result: ForkResult, asked_s: float) -> list[str]:
         f"  the same until there: {result.same_events} events, byte by byte",
     ]
     before = {one["name"]: one for one in source.requirements}
+    unknown = "not watched" if source.summary else "not known"
     lines += [
-        f"  requirement {one} (recorded: {_verdict(before.get(one.name))})"
+        f"  requirement {one} (recorded: {_verdict(before.get(one.name), unknown)})"
         for one in report.requirements
     ]
     lines += _difference(result)
@@ -78,9 +79,9 @@ def _outcome(status: str, reason: str, at_s: float) -> str:
     return f"{verdict(status, '')} at {at_s:.2f} s" + (f": {reason}" if reason else "")
 
 
-def _verdict(then: Mapping[str, Any] | None) -> str:
+def _verdict(then: Mapping[str, Any] | None, unknown: str = "") -> str:
     if then is None:
-        return "not watched"
+        return unknown
     margin, unit = then.get("margin"), then.get("unit", "")
     by = f" by {abs(margin):.4g} {unit}".rstrip() if isinstance(margin, int | float) else ""
     return f"{then.get('verdict', '?')}{by}"
@@ -90,7 +91,8 @@ def _difference(result: ForkResult) -> Iterator[str]:
     if result.difference is None:
         events = len(result.source.trace) - 1
         what = "identical" if result.change.is_none else "the change makes no difference"
-        yield f"  {what}: all {events} events of the trace, byte by byte"
+        known = "" if result.source.is_whole else " that were recorded"
+        yield f"  {what}: all {events} events of the trace{known}, byte by byte"
     else:
         yield "  first difference (< recorded, > forked):"
         yield from (f"  {line}" for line in str(result.difference).splitlines())
