@@ -12,6 +12,7 @@ from bt_mission.language.action_names import ACTION_NAMES, ActionName
 from bt_mission.language.expressions.expression import Expression, Value
 from bt_mission.language.nodes import base, fields
 from bt_mission.language.nodes.interfaces import InterfaceNode
+from bt_mission.language.nodes.shown import shown_fields, shown_limit
 
 
 class GoalNode(InterfaceNode, base.OutputsNode):
@@ -55,9 +56,9 @@ class GoalNode(InterfaceNode, base.OutputsNode):
         cancel = self.cancel_when
         return [
             *self.called(),
-            *base.shown_fields(self.sent),
+            *shown_fields(self.sent),
             *([] if cancel is None else [f"{self.on_cancel} when {cancel.text}"]),
-            *base.shown_limit(self.timeout),
+            *shown_limit(self.timeout),
             *self.shown_outputs(),
         ]
 

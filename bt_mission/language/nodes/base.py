@@ -346,13 +346,3 @@ class OutputsNode(NodeModel):
     def shown_outputs(self) -> list[str]:
         """Return the outputs as a drawing shows them."""
         return [f"{variable} := {source}" for source, variable in self.outputs.items()]
-
-
-def shown_fields(values: Mapping[str, Any]) -> list[str]:
-    """Return fields of a message or inputs as a drawing shows them."""
-    return [f"{name} {written_text(value)}" for name, value in values.items()]
-
-
-def shown_limit(timeout: Value | None) -> list[str]:
-    """Return a limit in seconds as a drawing shows it."""
-    return [] if timeout is None else [f"within {written_text(timeout)} s"]

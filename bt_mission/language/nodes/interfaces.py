@@ -10,6 +10,7 @@ from typing_extensions import override
 
 from bt_mission.language.expressions.expression import Expression, Value
 from bt_mission.language.nodes import base, fields
+from bt_mission.language.nodes.shown import shown_fields, shown_limit
 
 
 class InterfaceNode(base.NodeModel):
@@ -99,7 +100,7 @@ class ServiceNode(InterfaceNode, base.OutputsNode):
 
     @override
     def details(self) -> list[str]:
-        return [*self.called(), *base.shown_fields(self.sent), *self.shown_outputs()]
+        return [*self.called(), *shown_fields(self.sent), *self.shown_outputs()]
 
 
 class WaitForSettings(base.Written):
@@ -141,7 +142,7 @@ class WaitForNode(InterfaceNode, base.OutputsNode):
     @override
     def details(self) -> list[str]:
         until = f"until {self.condition.text}"
-        return [*self.called(), until, *base.shown_limit(self.timeout), *self.shown_outputs()]
+        return [*self.called(), until, *shown_limit(self.timeout), *self.shown_outputs()]
 
 
 class PublishSettings(base.Written):
@@ -172,4 +173,4 @@ class PublishNode(InterfaceNode):
 
     @override
     def details(self) -> list[str]:
-        return [*self.called(), *base.shown_fields(self.sent)]
+        return [*self.called(), *shown_fields(self.sent)]

@@ -10,6 +10,7 @@ from typing_extensions import override
 
 from bt_mission.language.expressions.expression import written_text
 from bt_mission.language.nodes import base, fields
+from bt_mission.language.nodes.shown import shown_fields
 
 
 class CheckNode(base.ConditionalNode):
@@ -107,4 +108,4 @@ class PythonNode(base.OutputsNode):
 
     @override
     def details(self) -> list[str]:
-        return [self.target, *base.shown_fields(self.inputs), *self.shown_outputs()]
+        return [self.target, *shown_fields(self.inputs), *self.shown_outputs()]

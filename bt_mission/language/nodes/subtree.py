@@ -12,6 +12,7 @@ from bt_mission.core.diagnostics import describe, did_you_mean, listed, quoted
 from bt_mission.language.expressions.expression import Expression
 from bt_mission.language.expressions.values import WORDS, Type, fits, type_of
 from bt_mission.language.nodes import base, fields
+from bt_mission.language.nodes.shown import shown_fields
 
 
 class TreeSettings(base.Written):
@@ -109,4 +110,4 @@ class TreeNode(base.OutputsNode):
 
     @override
     def details(self) -> list[str]:
-        return [*base.shown_fields(self.inputs), *self.shown_outputs()]
+        return [*shown_fields(self.inputs), *self.shown_outputs()]
