@@ -106,6 +106,19 @@ class ArgumentReader:
         """Tell whether an argument has this name."""
         return name == "lasting" or name in self._kind.parameters
 
+    @property
+    def name(self) -> str:
+        """Of the fault."""
+        return self._kind.name
+
+    def takes(self, name: str) -> bool:
+        """Tell whether the fault takes an argument of this name."""
+        return (
+            name in self._kind.parameters
+            or self._kind.takes_fields
+            or (name == "lasting" and self._kind.lasts)
+        )
+
     def is_flag(self, name: str) -> bool:
         """Tell whether this is an argument that is on where its name stands alone."""
         return name in self._kind.parameters and self._kind.parameters[name].form == "flag"

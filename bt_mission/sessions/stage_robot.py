@@ -24,6 +24,7 @@ from bt_mission.ros.robot_relay import RobotRelay, RobotSnapshot
 from bt_mission.sessions.stage_nodes import StageMapperNode, StageMissionNode, StageServersNode
 from bt_mission.sessions.stage_signals import StageSignals
 from sim.robot.robot import SimulatedRobot
+from sim.world.world import World
 
 
 @dataclass(frozen=True)
@@ -31,7 +32,8 @@ class StageOptions:
     """How a stage is set up.
 
     Attributes:
-        world: Name or path of the world; None is that of the first mission.
+        world: The world, its name or its path; None is that of the first mission.
+        start: Where a robot alone starts: x m, y m, yaw degrees; None is where the world says.
         seed: Of all sensor noise; None is that of the first mission. Each mission's own seed
             decides the rest.
         visible: May other processes of this machine look on, and take part?
@@ -42,7 +44,8 @@ class StageOptions:
         props: How many obstacles can appear while it runs.
     """
 
-    world: str | Path | None = None
+    world: str | Path | World | None = None
+    start: tuple[float, float, float] | None = None
     seed: int | None = None
     visible: bool = False
     network: bool = False

@@ -12,7 +12,7 @@ from pathlib import Path
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.files import find
 from bt_mission.core.robot.model import RobotModel
-from bt_mission.core.yaml.document import read
+from bt_mission.core.yaml.document import Document, read
 from bt_mission.core.yaml.models import validate
 from sim.world.shapes import Obstacle
 from sim.world.world import World
@@ -23,12 +23,17 @@ def load_world(name_or_path: str | Path, near: str | Path | None = None) -> Worl
 
     `near` is a file beside which a world of that name is looked for first, such as a mission.
     """
-    document = read(find("worlds", name_or_path, near))
-    world = validate(document, World)
+    return world_in(read(find("worlds", name_or_path, near)))
+
+
+def world_in(document: Document, path: tuple[str | int, ...] = ()) -> World:
+    """Return the world at a path of a document. Raises InputError with every fault."""
+    world = validate(document, World, path)
     found = problems(world)
     if found:
         raise InputError(
-            document.fault(problem.path, problem.message, problem.hint) for problem in found
+            document.fault((*path, *problem.path), problem.message, problem.hint)
+            for problem in found
         )
     return world
 

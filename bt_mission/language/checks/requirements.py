@@ -74,6 +74,14 @@ class MissionNames:
             *(name for node in mission.tree.walk() for name in written_by(node)),
         }
 
+    def lacks(self, node: str) -> bool:
+        """Return whether no node has this name, or stands at this place."""
+        return node not in self._nodes and not _PLACE.fullmatch(node)
+
+    def near(self, node: str) -> str | None:
+        """Return "did you mean 'x'?" for the nearest name of a node."""
+        return did_you_mean(node, self._nodes)
+
     def unknown_in(self, root: SyntaxNode) -> Iterator[ExpressionError]:
         """Yield an error for each node or variable that is not in the mission."""
         for signal in signals_in(root):
