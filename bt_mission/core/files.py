@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
 from typing import Literal
@@ -11,6 +12,7 @@ from bt_mission.core.diagnostics import Diagnostic, InputError, did_you_mean, li
 Kind = Literal["missions", "worlds", "robots", "parameters"]
 
 SUFFIXES = (".yaml", ".yml")
+_IS_SCENARIO = re.compile(r"^scenario[ ]*:", re.MULTILINE)
 _SOURCE = Path(__file__).resolve().parent.parent.parent
 
 
@@ -78,3 +80,12 @@ def is_file(path: Path) -> bool:
         return path.is_file()
     except (OSError, ValueError):  # a name that is too long, or a folder that may not be read
         return False
+
+
+def is_scenario(path: str | Path) -> bool:
+    """Return whether a file is a scenario rather than a mission."""
+    try:
+        text = Path(path).read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return False
+    return Path(path).suffix in SUFFIXES and _IS_SCENARIO.search(text) is not None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -10,7 +9,7 @@ from typing import Any
 
 from bt_mission.core.diagnostics import Diagnostic, InputError, did_you_mean, in_order, quoted
 from bt_mission.core.errors import BtMissionError
-from bt_mission.core.files import look_for
+from bt_mission.core.files import is_scenario, look_for
 from bt_mission.core.yaml.document import Document, read
 from bt_mission.faults.planned import WhenTrue
 from bt_mission.language.checks.requirements import MissionNames, requirement_faults
@@ -28,8 +27,6 @@ from bt_mission.sessions.goal_checks import OUR_SERVERS, ServerSettings
 from sim.world.loader import load_world, world_in
 from sim.world.world import World
 
-_IS_SCENARIO = re.compile(r"^scenario[ ]*:", re.MULTILINE)
-
 
 @dataclass(frozen=True)
 class Changes:
@@ -41,15 +38,6 @@ class Changes:
     robot: str | None = None
     permissions: Permissions = ANYTHING
     servers: ServerSettings | None = OUR_SERVERS
-
-
-def is_scenario(path: str | Path) -> bool:
-    """Return whether a file is a scenario rather than a mission."""
-    try:
-        text = Path(path).read_text(encoding="utf-8", errors="replace")
-    except OSError:
-        return False
-    return Path(path).suffix in (".yaml", ".yml") and _IS_SCENARIO.search(text) is not None
 
 
 def load_scenario(path: str | Path, changes: Changes | None = None) -> Scenario:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -10,12 +11,9 @@ from tempfile import TemporaryDirectory
 from bt_mission.core.stamps import NS
 from bt_mission.faults.located import planned_on
 from bt_mission.scenarios.loader import Changes, load_scenario
-from bt_mission.scenarios.scenario import Scenario, ScenarioResult
+from bt_mission.scenarios.scenario import TIME_IS_UP, Scenario, ScenarioResult
 from bt_mission.sessions.session import summarise
 from bt_mission.sessions.stage import Stage
-
-TIME_IS_UP = "the test is over"
-"""The reason of a mission that runs on when nobody wants to see more of it."""
 
 
 def run_scenario(scenario: str | Path | Scenario, *, seed: int | None = None) -> ScenarioResult:
@@ -36,19 +34,36 @@ def run_scenario(scenario: str | Path | Scenario, *, seed: int | None = None) ->
     elif seed is not None:
         scenario = replace(scenario, mission=replace(scenario.mission, seed=seed))
     with (
-        TemporaryDirectory() as folder,
-        Stage(
-            scenario.mission,
-            image_folder=Path(folder),
-            say=lambda _: None,
-            options=scenario.stage_options,
-        ) as stage,
+        _on_stage(scenario) as stage,
         planned_on(stage, scenario.faults) as with_outcomes,
     ):
         stop_at(stage, scenario.limit)
         while not stage.is_done:
             stage.step()
         return scenario.judge(with_outcomes(summarise(stage, 0.0)))
+
+
+def look_for_names(scenario: Scenario) -> None:
+    """Look for what the faults of a scenario name, on its stage; nothing moves.
+
+    Raises:
+        InputError: With all that is not there.
+        BtMissionError: Where the stage cannot be set up.
+    """
+    with _on_stage(scenario) as stage, planned_on(stage, scenario.faults):
+        pass
+
+
+@contextmanager
+def _on_stage(scenario: Scenario) -> Iterator[Stage]:
+    options = scenario.stage_options
+    with (
+        TemporaryDirectory() as folder,
+        Stage(
+            scenario.mission, image_folder=Path(folder), say=lambda _: None, options=options
+        ) as stage,
+    ):
+        yield stage
 
 
 def stop_at(stage: Stage, time_s: float) -> None:
@@ -59,5 +74,4 @@ def stop_at(stage: Stage, time_s: float) -> None:
         if stage.now_ns >= end_ns:
             stage.executive.interrupt(TIME_IS_UP)
 
-    listener: Callable[[], None] = look
-    stage.step_listeners.append(listener)
+    stage.step_listeners.append(look)

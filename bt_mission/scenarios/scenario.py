@@ -5,9 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
-from bt_mission.core.diagnostics import Diagnostic, listed, quoted
+from bt_mission.core.diagnostics import Diagnostic, quoted
+from bt_mission.core.text import escape_control
 from bt_mission.core.yaml.document import Document, Key
 from bt_mission.executive.report import Report
 from bt_mission.faults.located import WrittenFault
@@ -19,6 +20,9 @@ from sim.world.world import World
 
 LIMIT_S = 600.0
 """Virtual seconds after which a run counts as one that never ends."""
+
+TIME_IS_UP = "the test is over"
+"""The reason of a mission that runs on when nobody wants to see more of it."""
 
 Outcome = Literal["success", "failure", "interrupted"]
 
@@ -154,6 +158,11 @@ class ScenarioResult:
         return not self.differences
 
     @property
+    def is_whole(self) -> bool:
+        """Did the run come to its own end, or to that of its limit?"""
+        return self.report.status != "interrupted" or self.report.reason == TIME_IS_UP
+
+    @property
     def requirements(self) -> dict[str, RequirementResult]:
         """What each requirement came to, by its name."""
         return {one.name: one for one in self.report.requirements}
@@ -163,9 +172,14 @@ class ScenarioResult:
         """Names of the requirements that are violated."""
         return tuple(one.name for one in self.report.requirements if one.verdict == "violated")
 
+    def as_dict(self) -> dict[str, Any]:
+        """What came out, ready for JSON: name, passed, differences."""
+        told = [one.headline for one in self.differences]
+        return {"name": self.scenario.name, "passed": self.passed, "differences": told}
+
     def __str__(self) -> str:
         if self.passed:
-            return f"scenario {self.scenario.name}: came out as it must"
+            return f"scenario {escape_control(self.scenario.name)}: came out as it must"
         lines = "\n".join(map(str, self.differences))
-        count = listed([str(len(self.differences))])
-        return f"{lines}\nscenario {self.scenario.name}: {count} differ from what must come out"
+        name = escape_control(self.scenario.name)
+        return f"{lines}\nscenario {name}: came out otherwise than it must"
