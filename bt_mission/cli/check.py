@@ -269,17 +269,26 @@ def add_schema_parser(commands: Any) -> None:
     """Add ``schema`` to the command line."""
     parser = commands.add_parser(
         "schema",
-        help="print the JSON Schema of mission files, for editors",
-        description="Prints the JSON Schema of mission files. An editor with a YAML language "
-        "server completes and checks missions by it: put it into a file, and say so in the first "
-        "line of a mission: '# yaml-language-server: $schema=mission.schema.json'.",
+        help="print the JSON Schema of mission or scenario files, for editors",
+        description="Prints the JSON Schema of mission or scenario files. An editor with a YAML "
+        "language server completes and checks missions by it: put it into a file, and say so in "
+        "the first line of a mission: '# yaml-language-server: $schema=mission.schema.json'.",
+    )
+    parser.add_argument(
+        "of",
+        nargs="?",
+        choices=("mission", "scenario"),
+        default="mission",
+        help="of which files (default: mission)",
     )
     parser.set_defaults(command=print_schema)
 
 
-def print_schema(_options: argparse.Namespace) -> int:
+def print_schema(options: argparse.Namespace) -> int:
     """Print it."""
-    from bt_mission.language.schema import mission_schema
-
-    print(json.dumps(mission_schema(), indent=2))
+    if options.of == "scenario":
+        from bt_mission.scenarios.schema import scenario_schema as schema
+    else:
+        from bt_mission.language.schema import mission_schema as schema
+    print(json.dumps(schema(), indent=2))
     return SUCCESS

@@ -124,6 +124,7 @@ class FaultInstance:
         likes = sum(str(one.fault) == str(fault) for one in run.faults)
         self.is_within_step = run.stage.is_stepping
         """Did it begin while an instant was served, rather than between two?"""
+        self.is_ended_from_outside = False
         self.is_ended_between = False
         """Was it ended from outside, between two instants?"""
         self._seed = f"{run.mission.seed}/{fault}/{likes}"
@@ -173,7 +174,8 @@ class FaultInstance:
 
     def end_from_outside(self) -> None:
         """End, as an action of a test does."""
-        self.is_ended_between = self.ended_ns is None and not self.run.stage.is_stepping
+        self.is_ended_from_outside = self.ended_ns is None
+        self.is_ended_between = self.is_ended_from_outside and not self.run.stage.is_stepping
         self.end()
 
     def __str__(self) -> str:

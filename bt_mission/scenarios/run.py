@@ -69,9 +69,13 @@ def _on_stage(scenario: Scenario) -> Iterator[Stage]:
 def stop_at(stage: Stage, time_s: float) -> None:
     """Interrupt a mission once its first control step at a time, s since the start, is over."""
     end_ns = stage.start_ns + round(time_s * NS)
+    executive = stage.executive
+    cycles = executive.cycles
 
     def look() -> None:
-        if stage.now_ns >= end_ns:
-            stage.executive.interrupt(TIME_IS_UP)
+        nonlocal cycles
+        if executive.cycles != cycles and stage.now_ns >= end_ns:
+            executive.interrupt(TIME_IS_UP)
+        cycles = executive.cycles
 
     stage.step_listeners.append(look)
