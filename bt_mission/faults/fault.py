@@ -91,6 +91,13 @@ class Fault:
             self._instance.end_from_outside()
 
     @property
+    def obstacle(self) -> str:
+        """Name of what it has brought into the world, or will."""
+        made = self._instance.made if self._instance else None
+        given = self.parameters.get("name", self.what.removeprefix("spawn_"))
+        return str(getattr(made, "name", given))
+
+    @property
     def words(self) -> str:
         """What it does to what, without its end: ``drop scan``."""
         given = [f"{name} {value}" for name, value in plain(self.parameters).items()]
@@ -327,7 +334,7 @@ def plain(parameters: Mapping[str, Any]) -> dict[str, Any]:
         if isinstance(value, BaseException):
             shown[name] = f"{type(value).__name__}: {value}"
         elif isinstance(value, Fault):
-            shown[name] = repr(value)
+            shown[name] = value.obstacle
         elif isinstance(value, str | int | float | bool | list | tuple | dict):
             shown[name] = value
         else:

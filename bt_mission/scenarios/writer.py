@@ -150,9 +150,8 @@ def _arguments(fault: Fault) -> Iterator[tuple[str, Value]]:
     """Yield the arguments of a fault, those of other names included."""
     kind = FAULTS[fault.what]
     for name, value in fault.parameters.items():
-        if isinstance(value, Fault) and value.what in ("spawn_box", "spawn_cylinder"):
-            default = value.what.removeprefix("spawn_")
-            yield name, str(value.parameters.get("name", default))
+        if isinstance(value, Fault):
+            yield name, value.obstacle
         elif not _is_data(value) or (name not in kind.parameters and not kind.takes_fields):
             raise CannotTellError([f"{fault!r}: '{name}' is no data"])
         else:
