@@ -164,7 +164,8 @@ def check_files(options: argparse.Namespace) -> int:
         return _check_for_programs(each)
     codes = [_check_file(one) for one in each]
     if len(codes) > 1:
-        print(f"{codes.count(SUCCESS)} of {len(codes)} missions are sound")
+        what = "files" if any(is_scenario(mission_file(one)) for one in each) else "missions"
+        print(f"{codes.count(SUCCESS)} of {len(codes)} {what} are sound")
     return max(codes)
 
 

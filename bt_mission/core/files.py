@@ -65,6 +65,12 @@ def names(kind: Kind) -> list[str]:
     )
 
 
+def scenarios() -> list[str]:
+    """Return the scenarios that are shipped, as `run` takes them, sorted."""
+    found = (folder.glob("scenarios/*.scenario.yaml") for folder in folders("missions"))
+    return sorted({f"scenarios/{path.name}" for paths in found for path in paths})
+
+
 def folders(kind: Kind) -> list[Path]:
     """Return where files of a kind lie: in the working folder, the sources, the environment."""
     return [Path(kind), _SOURCE / kind, Path(sys.prefix) / "share" / "bt_mission" / kind]

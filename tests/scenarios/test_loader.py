@@ -58,8 +58,8 @@ def test_a_scenario_has_what_its_file_says(scenario: Any) -> None:
     )
     assert (found.name, found.description, found.limit) == ("it", "A turn.", 60)
     assert (found.mission.seed, found.mission.robot) == (5, "burger")
-    assert found.mission.inputs == {"angle": 45}
-    assert found.start == (1, 0, 90)
+    assert found.mission.inputs["angle"] == 45
+    assert found.start == (1.0, 0.0, 90.0)
     assert [one.planned.text for one in found.faults] == [
         "at 0.0: spawn_box at (0.5, 1) size (0.1, 0.2, 0.3)",
         "at 0.0: spawn_cylinder at (2, 2) radius 0.1",
@@ -108,7 +108,7 @@ def test_what_is_said_outside_comes_first(scenario: Any) -> None:
     path = scenario("seed: 5\ninputs: {angle: 45}\n")
     found = load_scenario(path, Changes(seed=6, set={"angle": "30"}, robot="burger"))
     assert (found.mission.seed, found.mission.robot) == (6, "burger")
-    assert found.mission.inputs == {"angle": 30}
+    assert dict(found.mission.inputs) == {"angle": 30}
 
 
 @pytest.mark.parametrize(
