@@ -200,6 +200,20 @@ class ArgumentReader:
         return value
 
 
+def planned_fault(begins: Beginning, name: str, /, *arguments: Any, **options: Any) -> PlannedFault:
+    """Return a fault of arguments as the method of ``stage.faults`` takes them.
+
+    Raises:
+        ExpressionError: For a name or an argument that is none.
+    """
+    reader = ArgumentReader(name)
+    for value in arguments:
+        reader.by_position(Given(value))
+    for key, value in options.items():
+        reader.by_name(key, Given(value), 1)
+    return reader.planned(begins)
+
+
 def _argument(one: FaultParameter, given: Given) -> Value:
     """Return what is written for an argument by its name."""
     if not one.repeats:

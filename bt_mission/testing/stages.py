@@ -16,9 +16,10 @@ from rclpy.node import Node
 from bt_mission.core.dds.discovery import isolate
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.files import find
-from bt_mission.faults import Faults
+from bt_mission.faults import Faults, PlannedFault, parse_fault
 from bt_mission.faults.errors import ScenarioError, no_such
 from bt_mission.faults.located import planned_in
+from bt_mission.faults.plan import FaultPlan
 from bt_mission.faults.world import MOST_OBSTACLES
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.expressions.values import Plain
@@ -106,6 +107,20 @@ class Stages:
             "robot": robot,
         }
         return self._begin(self.mission(mission, **changes), options)
+
+    def plan(self, run: Run, *faults: str | PlannedFault) -> FaultPlan:
+        """Have faults begin in a run at their times or on their conditions.
+
+        ``stage.plan(run, "at 5.0: drop scan lasting 2")``
+
+        Args:
+            faults: As text, or as strategies draw them.
+
+        Raises:
+            ExpressionError: For a text that is no fault.
+        """
+        planned = [parse_fault(one) if isinstance(one, str) else one for one in faults]
+        return FaultPlan(run, planned, self.faults)
 
     def run_scenario(self, scenario: str | Path | Scenario) -> ScenarioResult:
         """Carry a scenario out; gives what it came to, of which :attr:`runs` has the run.
