@@ -12,6 +12,8 @@ from bt_mission.core.diagnostics import Diagnostic, InputError, did_you_mean, li
 Kind = Literal["missions", "worlds", "robots", "parameters"]
 
 SUFFIXES = (".yaml", ".yml")
+MOST_READ = 1_000_000
+"""Characters of a file in which its kind is looked for; larger ones are refused anyway."""
 _IS_SCENARIO = re.compile(r"^scenario[ ]*:", re.MULTILINE)
 _SOURCE = Path(__file__).resolve().parent.parent.parent
 
@@ -60,7 +62,7 @@ def names(kind: Kind) -> list[str]:
             for folder in folders(kind)
             if folder.is_dir()
             for path in folder.iterdir()
-            if path.suffix in SUFFIXES
+            if path.suffix in SUFFIXES and not path.name.endswith(f".scenario{path.suffix}")
         }
     )
 
@@ -90,8 +92,11 @@ def is_file(path: Path) -> bool:
 
 def is_scenario(path: str | Path) -> bool:
     """Return whether a file is a scenario rather than a mission."""
+    file = Path(path)
+    if file.suffix not in SUFFIXES or not is_file(file):
+        return False
     try:
-        text = Path(path).read_text(encoding="utf-8", errors="replace")
+        with file.open(encoding="utf-8", errors="replace") as opened:
+            return _IS_SCENARIO.search(opened.read(MOST_READ)) is not None
     except OSError:
         return False
-    return Path(path).suffix in SUFFIXES and _IS_SCENARIO.search(text) is not None

@@ -9,7 +9,7 @@ from typing import Any
 
 from bt_mission.core.diagnostics import Diagnostic, InputError, did_you_mean, in_order, quoted
 from bt_mission.core.errors import BtMissionError
-from bt_mission.core.files import is_scenario, look_for
+from bt_mission.core.files import is_file, is_scenario, look_for
 from bt_mission.core.yaml.document import Document, read
 from bt_mission.faults.planned import WhenTrue
 from bt_mission.language.checks.requirements import MissionNames, requirement_faults
@@ -129,10 +129,7 @@ class _Loader:
         return mission
 
     def _mission_file(self, name: str) -> Path | None:
-        path = look_for("missions", name, near=self._document.file)
-        if path is None:
-            beside = Path(self._document.file).parent / name
-            path = beside if beside.is_file() else None
+        path = self._beside(name) or look_for("missions", name, near=self._document.file)
         if path is None:
             message = f"no such mission: {quoted(name)}, beside this file or among the shipped ones"
             self._faults.append(self._document.fault(("mission",), message))
@@ -141,6 +138,11 @@ class _Loader:
             self._faults.append(self._document.fault(("mission",), message))
             return None
         return path
+
+    def _beside(self, name: str) -> Path | None:
+        """Return the file at a path from the scenario, whatever folder is the working one."""
+        path = Path(self._document.file).parent / name
+        return path if path.suffix and is_file(path) else None
 
     def _of_inputs(self, fault: Diagnostic) -> Diagnostic:
         """Return an error of `--set` at the input of the scenario that it is about."""
@@ -159,7 +161,7 @@ class _Loader:
         try:
             if isinstance(written, dict):
                 return world_in(self._document, ("world",))
-            return load_world(written, near=self._document.file)
+            return load_world(self._beside(written) or written, near=self._document.file)
         except InputError as error:
             is_missing = not isinstance(written, dict) and not error.faults[0].line
             if is_missing:

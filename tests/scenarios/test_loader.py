@@ -111,6 +111,23 @@ def test_what_is_said_outside_comes_first(scenario: Any) -> None:
     assert dict(found.mission.inputs) == {"angle": 30}
 
 
+def test_paths_are_from_the_scenario(
+    scenario: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever stands in the working folder under the same name."""
+    path = scenario("world: hall.yaml\n")
+    (tmp_path / "hall.yaml").write_text("name: own\nsize: [4, 4]\n", encoding="utf-8")
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    (elsewhere / "turns.yaml").write_text("mission: other\ntree: {wait: 1}\n", encoding="utf-8")
+    (elsewhere / "hall.yaml").write_text("name: other\nsize: [4, 4]\n", encoding="utf-8")
+    monkeypatch.chdir(elsewhere)
+    found = load_scenario(path)
+    assert found.mission.name == "turns"
+    assert found.world is not None
+    assert found.world.name == "own"
+
+
 @pytest.mark.parametrize(
     ("text", "place", "message"),
     [
