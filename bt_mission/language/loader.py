@@ -55,6 +55,10 @@ def draft(
     permissions: Permissions = ANYTHING,
 ) -> Draft:
     """Return what can be read of a mission, with its faults instead of an exception."""
+    if isinstance(document.data, dict) and "scenario" in document.data:
+        hint = "'bt-mission run', 'bt-mission check' and run_scenario() take scenarios"
+        fault = document.fault(("scenario",), "expected a mission, got a scenario", hint, key=True)
+        return Draft(document, None, (fault,))
     rename_limits(document)
     reader = NodeReader(document)
     written = reader.written(MissionFile, (), document.data)

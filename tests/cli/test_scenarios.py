@@ -112,6 +112,17 @@ def test_check_finds_a_fault_on_nothing(tmp_path: Path, capsys: pytest.CaptureFi
     assert (fault["line"], fault["column"]) == (7, 18)
 
 
+@pytest.mark.parametrize("command", ["tree", "convert"])
+def test_commands_for_missions_say_what_takes_a_scenario(
+    scenario: Any, capsys: pytest.CaptureFixture[str], command: str
+) -> None:
+    """In place of what is wrong with it as a mission."""
+    assert main([command, scenario("")]) == 2
+    err = capsys.readouterr().err
+    assert "expected a mission, got a scenario; 'bt-mission run'" in err
+    assert err.count("error:") == 1
+
+
 def test_check_tells_what_is_in_a_scenario(
     scenario: Any, capsys: pytest.CaptureFixture[str]
 ) -> None:
