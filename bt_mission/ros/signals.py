@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
 from py_trees.behaviour import Behaviour
@@ -15,7 +16,7 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.core.geometry import yaw_of
 from bt_mission.core.stamps import NS
 from bt_mission.executive.status import Change
-from bt_mission.language.expressions.values import NoValue
+from bt_mission.language.expressions.values import NoValue, Plain
 from bt_mission.language.requirements.signals import SIGNALS
 from bt_mission.language.requirements.syntax import SignalValue
 from bt_mission.requirements.comparisons import Reader
@@ -66,6 +67,19 @@ STATUSES: Mapping[str, Status] = {
 }
 LOOK_EVERY = 20
 """Control steps between two looks for a topic that nobody publishes yet."""
+
+
+@dataclass(frozen=True)
+class SimulationModel:
+    """A compiled simulation, by which its states can be read.
+
+    Attributes:
+        data: Of MuJoCo, binary.
+        facts: How states are read with it.
+    """
+
+    data: bytes
+    facts: Mapping[str, str | int]
 
 
 class TopicSignal:
@@ -121,6 +135,7 @@ class LiveSignals:
         self._runner = runner
         self._executive = runner.executive
         self._topics: dict[str, TopicSignal] = {}
+        self._status: dict[Behaviour, Status] = {one: one.status for one in self._executive.nodes}
         self._seen: defaultdict[Behaviour, set[Status]] = defaultdict(set)
         self._changes = 0
         self._named: defaultdict[str, list[Behaviour]] = defaultdict(list)
@@ -173,7 +188,20 @@ class LiveSignals:
 
     # ---- the mission ---------------------------------------------------------------------
 
+    def variables(self) -> Iterable[tuple[str, Any]]:
+        """The names and values of the mission's variables."""
+        return self._runner.scope.values.items()
+
+    def simulation(self) -> SimulationModel | None:
+        """Return the model of the simulation that states are of; None where there is none."""
+        return None
+
+    def truth(self) -> tuple[bytes, Mapping[str, Plain | None]]:
+        """Return the simulation's state, and the true values that do not follow from it."""
+        return b"", {}
+
     def _on_change(self, change: Change) -> None:
+        self._status[change.node] = change.status
         self._seen[change.node].add(change.status)
         self._changes += 1
 
@@ -181,15 +209,16 @@ class LiveSignals:
         return (self._runner.now_ns - self._executive.started_ns) / NS
 
     def _node_status(self, status: Status, node: str) -> Reader:
-        nodes, seen = self._named[node], self._seen
+        nodes, known, seen = self._named[node], self._status, self._seen
         of, value = -1, False
 
         def has_status() -> bool:
             nonlocal of, value
             if of != self._changes:
                 of = self._changes
-                # A node that starts and ends in one tick has run, too.
-                value = any(one.status is status or status in seen.get(one, ()) for one in nodes)
+                # A node that starts and ends in one tick has run, too. What a loop has reset for a
+                # new round, and not entered again, is still as it ended: as the trace tells it.
+                value = any(known[one] is status or status in seen.get(one, ()) for one in nodes)
             return value
 
         return has_status
