@@ -23,7 +23,8 @@ from bt_mission.language.requirements.formula import (
 )
 from bt_mission.language.requirements.syntax import Chain, Temporal
 from bt_mission.recording.expected_types import TEXT
-from bt_mission.recording.model import RecordedRequirement
+from bt_mission.recording.model import RecordedRequirement, RecordedRun
+from bt_mission.recording.reader import read_run
 from bt_mission.recording.reading import Channel, RecordedFile, RecordingError
 from bt_mission.recording.recorded_signals import RecordedSignals, Survey
 from bt_mission.recording.signal_samples import TOPIC
@@ -282,3 +283,17 @@ def recorded_requirements(path: Path) -> tuple[RecordedRequirement, ...]:
             found.results, curves.margins, curves.is_of_instants, strict=True
         )
     )
+
+
+def read_verified_run(path: Path) -> RecordedRun:
+    """Read a recording, with what its requirements come to.
+
+    Raises:
+        RecordingError: For a file that is none, or holds no run of a mission.
+    """
+    run = read_run(path)
+    try:
+        return replace(run, requirements=recorded_requirements(path))
+    except RecordingError as error:
+        missing = "; ".join(filter(None, (run.missing, f"its requirements ({error})")))
+        return replace(run, missing=missing)
