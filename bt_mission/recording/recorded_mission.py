@@ -72,6 +72,10 @@ class RecordedMission:
             return lambda: self.collisions
         return self._feedback_of(*arguments)
 
+    def wants(self, topic: str) -> bool:
+        """Are messages of a topic of use?"""
+        return bool(self._nodes) and (topic.endswith(FEEDBACK) or topic.startswith(self._node))
+
     def take(self, channel: Channel, data: bytes) -> None:
         """Take in a message, if it is of use."""
         topic = channel.topic

@@ -16,6 +16,7 @@ from bt_mission.language.expressions.values import Plain
 from bt_mission.language.requirements.formula import Requirement, signals_in
 from bt_mission.language.requirements.syntax import SignalValue
 from bt_mission.recording.expected_types import TEXT
+from bt_mission.recording.facts import LARGEST_NS
 from bt_mission.recording.reading import (
     UNREADABLE,
     Channel,
@@ -66,12 +67,15 @@ class Survey:
         self.tree: MissionStarted | None = None
         self.node = ""
         """Full name of the executive's node; empty where there is none."""
+        self.is_in_order = True
+        """Do the messages come in the order of time?"""
+        self._newest_ns, self._oldest_ns = 0, LARGEST_NS
         self._first_samples: dict[str, Mapping[str, Any]] = {}
         file.feed(self._take)
         if file.first_ns is None:
             why = f": {file.why_cut}" if file.why_cut else ""
             raise RecordingError(f"{file.path}: no message is in it{why}")
-        self.first_ns = file.first_ns
+        self.first_ns = self._oldest_ns
 
     @property
     def first_sample(self) -> Mapping[str, Any] | None:
@@ -96,8 +100,11 @@ class Survey:
                 return SimulationModel(data, self.file.facts.simulation)
         raise ValueError("the model of the simulation is not in the recording")
 
-    def _take(self, channel: Channel, _: int, data: bytes) -> None:
+    def _take(self, channel: Channel, time_ns: int, data: bytes) -> None:
         topic = channel.topic
+        self.is_in_order = self.is_in_order and time_ns >= self._newest_ns
+        self._newest_ns = time_ns
+        self._oldest_ns = min(self._oldest_ns, time_ns)
         is_new = topic not in self.topics
         self.topics[topic] = channel.type_name
         if channel.type_name == TREE and self.tree is None:
@@ -168,6 +175,10 @@ class RecordedSignals:
         self._truth: RecordedTruth | None = None
         self._state = ""
         self._shown: str | None = None
+
+    def wants(self, topic: str) -> bool:
+        """Are messages of a topic of use?"""
+        return topic in self.topics or self.mission.wants(topic)
 
     def take(self, channel: Channel, time_ns: int, data: bytes) -> None:
         """Take in a message."""

@@ -6,6 +6,7 @@ import json
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from operator import itemgetter
 from pathlib import Path
 from typing import TypeAlias
 
@@ -25,7 +26,7 @@ from bt_mission.language.requirements.syntax import Chain, Temporal
 from bt_mission.recording.expected_types import TEXT
 from bt_mission.recording.model import RecordedRequirement, RecordedRun
 from bt_mission.recording.reader import read_run
-from bt_mission.recording.reading import Channel, RecordedFile, RecordingError
+from bt_mission.recording.reading import Channel, Message, RecordedFile, RecordingError
 from bt_mission.recording.recorded_signals import RecordedSignals, Survey
 from bt_mission.recording.signal_samples import TOPIC
 from bt_mission.requirements.monitor import Monitor, Monitors, RequirementResult
@@ -134,7 +135,11 @@ class RecordedRequirements:
         monitors = Monitors(requirements, signals)
         file = RecordedFile(self.survey.file.path)
         clock = _Instants(self.survey, signals, monitors, on_instant)
-        file.feed(clock.take)
+        if self.survey.first_sample is not None or self.survey.is_in_order:
+            file.feed(clock.take)
+        else:
+            for channel, time_ns, data in _sorted(file, signals):
+                clock.take(channel, time_ns, data)
         clock.finish(file.last_ns)
         why_open = self._why_open(file, signals)
         is_interrupted = signals.mission.ending == "interrupted"
@@ -170,6 +175,18 @@ class RecordedRequirements:
             yield f"evaluated every {PERIOD_NS / NS:g} s: the run's own instants were not recorded"
         if signals.by_odometry:
             yield f"{', '.join(sorted(signals.by_odometry))}: by odometry"
+
+
+def _sorted(file: RecordedFile, signals: RecordedSignals) -> list[Message]:
+    """Return the messages that are of use, in the order of time: other tools write as they like."""
+    found: list[Message] = []
+
+    def keep(channel: Channel, time_ns: int, data: bytes) -> None:
+        if signals.wants(channel.topic):
+            found.append((channel, time_ns, data))
+
+    file.feed(keep)
+    return sorted(found, key=itemgetter(1))
 
 
 class _Instants:

@@ -100,14 +100,14 @@ class TopicSignal:
         self._is_heard = False
         self._waits = 0
 
-    def look(self) -> None:
-        """Subscribe as soon as somebody publishes the topic."""
+    def look(self, again_after: int = LOOK_EVERY) -> None:
+        """Subscribe as soon as somebody publishes the topic; else look again after some calls."""
         if self._is_heard:
             return
         self._waits -= 1
         if self._waits > 0:
             return
-        self._waits = LOOK_EVERY
+        self._waits = again_after
         node = self._runner.node
         name = node.resolve_topic_name(self._topic)
         types = {one.topic_type for one in node.get_publishers_info_by_topic(name)}
@@ -247,6 +247,7 @@ class LiveSignals:
         """Return the newest message of a topic; it is subscribed to once."""
         if name not in self._topics:
             self._topics[name] = TopicSignal(self._runner, name)
+            self._topics[name].look(again_after=0)  # so that the first control step has heard it
         return self._topics[name]
 
     def _age(self, topic: str) -> Reader:
