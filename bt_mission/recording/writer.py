@@ -316,8 +316,8 @@ class RunRecorder:
             self._log(serialize_message(entry))
 
     def _sample(self, line: str) -> None:
-        """Take the signals of a control step, behind all that was heard before it."""
-        self._topics.poll(self._goals.busy)
+        """Take the signals of a control step, behind what was heard before it."""
+        self._topics.poll_feedback(self._goals.busy)
         self._signals(string_message(line))
 
     def _stamp(self) -> Time:

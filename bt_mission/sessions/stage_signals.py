@@ -78,11 +78,12 @@ class StageSignals(LiveSignals):
     @override
     def truth(self) -> tuple[bytes, Mapping[str, Plain | None]]:
         robot = self._robot
-        state = robot.record()
+        physics, data = robot.physics, robot.physics.data
         values: dict[str, Plain | None] = {"collisions": robot.collisions}
-        if any(state.props):  # obstacles of which the model at the start does not tell
+        if any(physics.props.shown):  # obstacles of which the model at the start does not tell
             values |= {name: self._truth[name]() for name in ("clearance", "nearest")}
-        return state.qpos + state.qvel + _DISTANCE.pack(robot.distance_travelled), values
+        distance = _DISTANCE.pack(robot.distance_travelled)
+        return data.qpos.tobytes() + data.qvel.tobytes() + distance, values
 
     @override
     def reader(self, signal: SignalValue, /) -> Reader | str:
