@@ -229,6 +229,9 @@ class RecordedSignals:
             return self.mission.reader(signal)
         return self._of_robot(signal)
 
+    def at_least(self, _signal: SignalValue, /) -> None:
+        """Return no lower bound of a signal: they all cost little."""
+
     def _of_robot(self, signal: SignalValue) -> Reader | str:
         """Read what is true in a simulation, as far as topics tell."""
         name = signal.name
@@ -247,8 +250,6 @@ class RecordedSignals:
 
     def _of_state(self, name: str) -> Reader | str:
         """Read what follows from the simulation's state, unless it was sampled itself."""
-        if name in self._sampled:
-            return lambda: self._values.get(name)
         if self._truth is None:
             try:
                 self._truth = RecordedTruth(self._survey.model())

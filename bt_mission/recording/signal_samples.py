@@ -20,6 +20,7 @@ from bt_mission.language.requirements.formula import Requirement, signals_in
 from bt_mission.recording.file import McapFile
 from bt_mission.requirements.compiler import Reader
 from bt_mission.ros.mission_runner import MissionRunner
+from bt_mission.sessions.stage_signals import OF_STATE
 
 TOPIC = "signals"
 COUNTED = ("collisions",)
@@ -55,10 +56,11 @@ class SignalSamples:
         self._last: dict[str, Any] = {}
         self._keys: list[str] = []
         self._readers: dict[str, Reader] = {}
+        follows = {"$", "time", *(OF_STATE if self._simulation is not None else ())}
         for requirement in runner.mission.requirements:
             for signal in signals_in(requirement.root):
                 found = self._signals.reader(signal)
-                if not isinstance(found, str) and signal.name not in ("$", "time"):
+                if not isinstance(found, str) and signal.name not in follows:
                     self._readers[signal.key] = found
         runner.requirements.add_sampler(self._sampler)
 

@@ -54,6 +54,7 @@ class RequirementWatch:
         self._before: Mapping[str, RequirementResult] | None = None
         if runner.mission.requirements:
             self._monitors = Monitors(runner.mission.requirements, self.signals, self._on_violation)
+            self.signals.listen()
 
     @cached_property
     def signals(self) -> LiveSignals:

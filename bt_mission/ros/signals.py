@@ -175,6 +175,11 @@ class LiveSignals:
         known = SIGNALS.get(signal.name)
         return "odometry" if known is not None and known.known_by == "odometry" else ""
 
+    def listen(self) -> None:
+        """Subscribe to the topics that are there, so that the first control step has heard them."""
+        for topic in self._topics.values():
+            topic.look(again_after=0)
+
     def step(self) -> None:
         """Look for topics that are not there yet; called before each control step."""
         for topic in self._topics.values():
@@ -247,7 +252,6 @@ class LiveSignals:
         """Return the newest message of a topic; it is subscribed to once."""
         if name not in self._topics:
             self._topics[name] = TopicSignal(self._runner, name)
-            self._topics[name].look(again_after=0)  # so that the first control step has heard it
         return self._topics[name]
 
     def _age(self, topic: str) -> Reader:
