@@ -139,7 +139,7 @@ class RecordedRequirements:
             file.feed(clock.take)
         else:
             for channel, time_ns, data in _sorted(file, signals):
-                clock.take(channel, time_ns, data)
+                file.hand_on(clock.take, channel, time_ns, data)
         clock.finish(file.last_ns)
         why_open = self._why_open(file, signals)
         is_interrupted = signals.mission.ending == "interrupted"

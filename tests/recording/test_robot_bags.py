@@ -8,8 +8,10 @@ from pathlib import Path
 import pytest
 
 from bt_mission.language.requirements.formula import Formula, Requirement
-from bt_mission.recording.reading import RecordingError
+from bt_mission.recording.file import McapFile
+from bt_mission.recording.reading import Channel, RecordedFile, RecordingError
 from bt_mission.recording.verification import RecordedRequirements
+from tests.support.recordings import recording
 from tests.support.robot_bag import RobotBag, verify
 
 
@@ -88,3 +90,23 @@ def test_a_recording_without_a_message(tmp_path: Path) -> None:
     """There is nothing to evaluate."""
     with pytest.raises(RecordingError, match="no message is in it"):
         RecordedRequirements(RobotBag(tmp_path / "bag.mcap").close())
+
+
+def test_a_message_of_ours_that_cannot_be_read_makes_all_unknown(tmp_path: Path) -> None:
+    """Also where messages are not in the order of time, as of files that were joined."""
+    copy = McapFile(tmp_path / "joined.mcap", "another")
+    numbers: dict[Channel, int] = {}
+    messages = [*RecordedFile(recording()).messages()]
+    for channel, time_ns, data in reversed(messages):
+        if channel.topic.endswith("/signals"):
+            continue
+        if channel not in numbers:
+            numbers[channel] = copy.channel(
+                channel.topic, channel.type_name, channel.definition, {}
+            )
+        is_bad = channel.topic.endswith("/trace") and time_ns > 3_000_000_000
+        copy.write(time_ns, [(numbers[channel], b"\0\1\0\0" if is_bad else data)])
+    copy.close()
+    (found,) = verify(tmp_path / "joined.mcap", "always running('drive')").results
+    assert found.verdict == "unknown"
+    assert found.why.startswith("what the mission tells cannot be read: ")
