@@ -9,7 +9,7 @@ from __future__ import annotations
 import io
 import zlib
 from argparse import Namespace
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import redirect_stdout
 from pathlib import Path
 
@@ -87,7 +87,7 @@ def judge(path: Path) -> Verdict:
 
 
 def _commands(
-    path: Path, contents: bytes, choice: int, replayed: dict[str, object]
+    path: Path, contents: bytes, choice: int, replayed: Mapping[str, object]
 ) -> list[Callable[[], int]]:
     """Choose what reads a file."""
     commands: list[Callable[[], int]] = [lambda: replay.replay(Namespace(**replayed))]
