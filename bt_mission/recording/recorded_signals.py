@@ -26,7 +26,7 @@ from bt_mission.recording.reading import (
 from bt_mission.recording.recorded_mission import RecordedMission, plain_field
 from bt_mission.recording.robot_life import TRUTH
 from bt_mission.recording.signal_samples import MODEL_FILE, TOPIC
-from bt_mission.requirements.compiler import Reader
+from bt_mission.requirements.comparisons import Reader
 from bt_mission.ros.signals import (
     BATTERY,
     ODOMETRY,
@@ -162,8 +162,6 @@ class RecordedSignals:
         self.topics: dict[str, RecordedTopic] = {}
         """Those that signals are read from, by their names."""
         self._read_from: dict[str, RecordedTopic] = {}
-        self.by_odometry: set[str] = set()
-        """Signals that are not true, but measured by the robot."""
         self.mission = RecordedMission(survey.node, survey.tree, survey.topics)
         self._survey = survey
         facts = survey.file.facts
@@ -210,8 +208,6 @@ class RecordedSignals:
     def reader(self, signal: SignalValue, /) -> Reader | str:
         """Return what gives a signal's present value, or why it is not known here."""
         name, arguments, key = signal.name, signal.arguments, signal.key
-        if name in BY_ODOMETRY and not self._is_simulated:
-            self.by_odometry.add(name)
         if name == "time":
             return lambda: (self.now_ns - self._survey.start_ns) / NS
         if self._has_states and name in OF_STATE:
@@ -228,6 +224,10 @@ class RecordedSignals:
         if name in MISSION:
             return self.mission.reader(signal)
         return self._of_robot(signal)
+
+    def measured_by(self, signal: SignalValue, /) -> str:
+        """Return what measures a signal that only a simulation knows better."""
+        return "odometry" if signal.name in BY_ODOMETRY and not self._is_simulated else ""
 
     def at_least(self, _signal: SignalValue, /) -> None:
         """Return no lower bound of a signal: they all cost little."""

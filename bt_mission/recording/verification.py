@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from operator import itemgetter
 from pathlib import Path
@@ -149,7 +149,7 @@ class RecordedRequirements:
             _judged(result, why_unknown or signals.problem_of(one), why_open)
             for one, result in zip(requirements, monitors.results, strict=True)
         )
-        return Verification(results, tuple(self._notes(signals)), why_open, file.missing)
+        return Verification(results, self._notes, why_open, file.missing)
 
     def _why_open(self, file: RecordedFile, signals: RecordedSignals) -> str:
         """Why the end of the run is not in it; empty where it is."""
@@ -170,11 +170,12 @@ class RecordedRequirements:
             return f"the recording begins {late_s:.2f} s after the mission"
         return ""
 
-    def _notes(self, signals: RecordedSignals) -> Iterable[str]:
-        if self.survey.first_sample is None:
-            yield f"evaluated every {PERIOD_NS / NS:g} s: the run's own instants were not recorded"
-        if signals.by_odometry:
-            yield f"{', '.join(sorted(signals.by_odometry))}: by odometry"
+    @property
+    def _notes(self) -> tuple[str, ...]:
+        if self.survey.first_sample is not None:
+            return ()
+        every = f"evaluated every {PERIOD_NS / NS:g} s"
+        return (f"{every}: the run's own instants were not recorded",)
 
 
 def _sorted(file: RecordedFile, signals: RecordedSignals) -> list[Message]:

@@ -56,7 +56,7 @@ def test_a_recording_of_another_robot(bag: RobotBag) -> None:
         "battery: the recording has no topic /battery_state",
         "its signals never had a value",
     ]
-    assert found.notes[1] == "distance, speed: by odometry"
+    assert (speed.sources, distance.sources) == (("speed by odometry",), ("distance by odometry",))
 
 
 def test_a_robot_in_a_namespace(tmp_path: Path) -> None:

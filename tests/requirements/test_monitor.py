@@ -175,7 +175,7 @@ def test_all_requirements_see_the_same_instant() -> None:
     """Whatever is done about a violation of the first."""
     rows = Rows(speed=[0.5], clearance=[1.0])
 
-    def stop(_: RequirementResult) -> None:
+    def stop(*_: object) -> None:
         rows.columns["clearance"] = [0.0]
 
     texts = ("always speed < 0.1", "always clearance > 0.5")
