@@ -25,7 +25,7 @@ now, and in every new shell:
 Names of missions, worlds and robots are looked up when a word is completed.
 """
 
-OF_KIND = {"world": "worlds", "robot": "robots", "params": "parameters"}
+OF_KIND = {"mission": "missions", "world": "worlds", "robot": "robots", "params": "parameters"}
 """What is completed after an option, by its name: these, and files of one's own."""
 
 MISSION_COMMANDS = {"run": "runs", "check": "runs", "tree": "missions", "convert": "missions"}

@@ -41,15 +41,18 @@ def add_set_option(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_require_option(parser: argparse.ArgumentParser) -> None:
-    """Add the files of requirements to a parser."""
+def add_require_option(
+    parser: argparse.ArgumentParser,
+    text: str = "a YAML file with further requirements of the mission; may be repeated",
+) -> None:
+    """Add the files of requirements to a parser; `text` is their help."""
     parser.add_argument(
         "--require",
         action="append",
         default=[],
         type=Path,
         metavar="FILE",
-        help="a YAML file with further requirements of the mission; may be repeated",
+        help=text,
     )
 
 

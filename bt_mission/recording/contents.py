@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import os
 import platform
-from collections.abc import Iterator
+import struct
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
@@ -20,6 +22,7 @@ from bt_mission.core.cdr.decoder import Take
 from bt_mission.language.mission import Mission
 from bt_mission.ros.mission_details import MissionDetailsBuilder
 from bt_mission.ros.mission_runner import MissionRunner
+from bt_mission.sessions.session import ObservableSession
 
 Camera = Literal["none", "compressed", "raw"]
 
@@ -63,6 +66,23 @@ def versions() -> dict[str, str]:
         except PackageNotFoundError:
             found[name] = "?"
     return found
+
+
+def facts_of(session: ObservableSession, start_ns: int) -> dict[str, str]:
+    """What is known of a run at its start."""
+    mission, node = session.mission, session.node
+    return {
+        "mission": mission.name,
+        "file": portable_name(mission, mission.file),
+        "seed": str(mission.seed),
+        "robot": mission.robot,
+        "node": node.get_fully_qualified_name(),
+        "namespace": node.get_namespace(),
+        "start_ns": str(start_ns),
+        "inputs": json.dumps(dict(mission.inputs)),
+        "versions": json.dumps(versions()),
+        **session.facts,
+    }
 
 
 def files_of(mission: Mission) -> Iterator[tuple[str, str]]:
@@ -156,3 +176,12 @@ def compressed(data: bytes) -> bytes:
     message = CompressedImage(header=image.header, format=f"{image.encoding}; jpeg compressed bgr8")
     message.data = encoded.tobytes()
     return bytes(serialize_message(message))
+
+
+_LENGTH: Callable[[int], bytes] = struct.Struct("<I").pack
+
+
+def string_message(text: str) -> bytes:
+    """A ``std_msgs/msg/String``, serialized (little-endian CDR)."""
+    data = text.encode() + b"\0"
+    return b"\0\1\0\0" + _LENGTH(len(data)) + data

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 FACTS, SUMMARY = "bt_mission", "bt_mission_summary"
@@ -36,6 +36,10 @@ def _is_hull(value: Any) -> bool:
     return isinstance(value, list) and len(value) == 3 and all(map(_is_number, value))
 
 
+def _is_requirements(value: Any) -> bool:
+    return isinstance(value, list) and all(map(_is_mapping, value))
+
+
 def _or_none(is_valid: IsValid) -> IsValid:
     return lambda value: value is None or is_valid(value)
 
@@ -45,6 +49,8 @@ _KNOWN: Mapping[tuple[str, str], IsValid] = {
     (FACTS, "robot_hull"): _or_none(_is_hull),
     (FACTS, "versions"): _is_mapping,
     (FACTS, "inputs"): _is_mapping,
+    (FACTS, "simulation"): _is_mapping,
+    (FACTS, "requirements"): _is_requirements,
     (SUMMARY, "virtual_s"): _is_number,
     (SUMMARY, "wall_s"): _is_number,
     (SUMMARY, "distance_travelled_m"): _or_none(_is_number),
@@ -99,6 +105,17 @@ class RunFacts:
     def inputs(self) -> Mapping[str, Any]:
         """Of the mission."""
         return self._mapping("inputs")
+
+    @property
+    def simulation(self) -> Mapping[str, Any]:
+        """How states of the simulation are read; empty where none were recorded."""
+        return self._mapping("simulation")
+
+    @property
+    def requirements(self) -> Sequence[Mapping[str, Any]]:
+        """Of the mission, as :func:`bt_mission.recording.signal_samples.written` has them."""
+        found: Sequence[Mapping[str, Any]] = self._facts.get("requirements", ())
+        return found
 
     @property
     def missing(self) -> str:

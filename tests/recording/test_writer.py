@@ -190,9 +190,10 @@ def test_the_file_holds_the_mission_and_what_it_came_to(record: Callable[..., An
     run = record()
     with run.path.open("rb") as stream:
         reader = make_reader(stream, validate_crcs=True)
-        attached = {one.name: one.data.decode() for one in reader.iter_attachments()}
+        attached = {one.name: one.data for one in reader.iter_attachments()}
         notes = {one.name: one.metadata for one in reader.iter_metadata()}
-    assert attached == {"<text>": TWO_TURNS}
+    assert attached["<text>"].decode() == TWO_TURNS
+    assert attached.keys() == {"<text>", "simulation.mjb.gz"}
     assert notes["bt_mission"]["seed"] == "3"
     assert notes["bt_mission"]["world"] == "empty_arena"
     assert "mujoco" in json.loads(notes["bt_mission"]["versions"])
