@@ -1,4 +1,4 @@
-"""Defects that are planted in servers and missions: each violates a requirement of a shipped scenario.
+"""Defects that are planted, each of which violates a requirement of a shipped scenario.
 
 What catches a defect is told in the table. Without a defect every scenario comes out as it must, so
 that nothing else is what violates the requirement.
@@ -16,25 +16,22 @@ import pytest
 
 from action_servers.camera.camera_sweep import CameraSweep
 from action_servers.core import checks, pilot
-from action_servers.core.maneuver import SUCCEEDED, Finished
-from action_servers.driving import drive, explore_forward, straight, turn
-from action_servers.driving.drive import DriveGuard, Odometer, Way
+from action_servers.driving import explore_forward, straight, turn
+from action_servers.driving.drive import DriveGuard, Way
 from action_servers.driving.explore_forward import ExploreForward
 from action_servers.driving.straight import Straight
 from action_servers.driving.turn import Rotation, Turn
 from action_servers.navigation.follower import Follower
-from action_servers.navigation.navigate import NavigateToPose
 from action_servers.navigation.surroundings import Surroundings
 from action_servers.navigation.waypoints import FollowWaypoints
 from bt_mission.behaviours.decorators import Repeat
 from bt_mission.core.geometry import Twist2D
 from bt_mission.goals.attempt import Attempt
-from bt_mission.goals.goal import Event, Goal
-from bt_mission.goals.ledger import Ledger
+from bt_mission.goals.goal import Goal
 from bt_mission.scenarios.run import run_scenario
 
 SCENARIOS = Path("missions/scenarios")
-Plant = Callable[[pytest.MonkeyPatch], None]
+Plant = Callable[[pytest.MonkeyPatch], object]
 
 
 @dataclass(frozen=True)
@@ -129,24 +126,7 @@ def _first_scan_only(self: ExploreForward, now: Any) -> None:
         _look(self, now)
 
 
-_look = ExploreForward._look
-
-
-def _never_released(self: Attempt, now_ns: int, reason: str = "") -> None:
-    """Forget the goal where the tree halts its leaf, instead of having it cancelled."""
-    ledger, self._ledger = self._ledger, _Forgetful()  # type: ignore[assignment]
-    try:
-        _halt(self, now_ns, reason)
-    finally:
-        self._ledger = ledger
-
-
-_halt = Attempt.halt
-
-
-class _Forgetful:
-    def release_goal(self, goal: Goal, now_ns: int) -> None:
-        """Do not."""
+_look, _gap = ExploreForward._look, ExploreForward._gap
 
 
 DEFECTS = (
@@ -225,13 +205,13 @@ DEFECTS = (
     Defect(
         "stops 0.3 m late",
         "obstacle_appears",
-        "keeps its distance",
+        "stays 0.1 m away",
         given(ExploreForward, "__init__", lambda speed, gap, *rest: (speed, gap - 0.35, *rest)),
     ),
     Defect(
         "does not slow down before an obstacle",
         "obstacle_appears",
-        "keeps its distance",
+        "stays 0.1 m away",
         lambda patch: (
             patch.setattr(DriveGuard, "speed_ahead", lambda _, now, remaining, most: most),
             patch.setattr(explore_forward.ExploreForward, "_gap", lambda self: _gap(self) + 0.3),
@@ -243,11 +223,11 @@ DEFECTS = (
         "is never hit",
         instead(ExploreForward, "_look", _first_scan_only),
     ),
-    Defect("drives on blind", "scan_lost", "stops when blind", _blind),
+    Defect("drives on blind", "scan_lost", "stands before it is blind for a second", _blind),
     Defect(
         "is not held while the scan is old",
         "scan_lost",
-        "stops when blind",
+        "stands before it is blind for a second",
         instead(DriveGuard, "_age_s", lambda *_: 0.0),
     ),
     Defect("drives on without odometry", "odometry_lost", "stops when lost", _blind),
@@ -339,7 +319,7 @@ DEFECTS = (
     Defect(
         "takes the robot for a point",
         "patrol",
-        "keeps its distance",
+        "stays 0.2 m away",
         altered(
             Surroundings,
             "__init__",
@@ -394,9 +374,6 @@ def _satisfied(step: Callable[..., Any]) -> Callable[..., Any]:
         return step(self, now)
 
     return done
-
-
-_gap = ExploreForward._gap
 
 
 @pytest.mark.parametrize("name", sorted({one.scenario for one in DEFECTS}))

@@ -9,7 +9,7 @@ import pytest
 from bt_mission.core.diagnostics import InputError
 from bt_mission.language.checks.requirements import with_requirements
 from bt_mission.language.loader import load_text
-from bt_mission.sessions.load import convert
+from bt_mission.sessions.load import convert, load
 
 MISSION = "mission: rest\nrequirements:\n  is slow: always speed < 1\ntree:\n  wait: 1\n"
 
@@ -83,7 +83,7 @@ def test_requirements_in_xml_are_checked(tmp_path: Path, metadata: str, message:
     file.write_text(MISSION)
     text = convert(file)
     xml = tmp_path / "rest.xml"
-    old = 'requirement="is slow" formula="always speed &lt; 0.3"'
+    old = 'requirement="is slow" formula="always speed &lt; 1"'
     assert old in text
     xml.write_text(text.replace(old, metadata))
     line = text[: text.index(old)].count("\n") + 1
