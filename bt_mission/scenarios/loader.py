@@ -12,7 +12,7 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import is_file, is_scenario, look_for
 from bt_mission.core.yaml.document import Document, read
 from bt_mission.faults.planned import WhenTrue
-from bt_mission.language.checks.requirements import MissionNames, requirement_faults
+from bt_mission.language.checks.requirements import MissionNames, faults_of_names
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.inputs import SET_OPTION
 from bt_mission.language.mission import Mission
@@ -184,7 +184,7 @@ class _Loader:
         for name in written.requirements.keys() & known:
             message = f"the mission has a requirement {quoted(name)} already"
             self._faults.append(self._document.fault(("requirements", name), message, key=True))
-        self._faults += requirement_faults(mission, self._document)
+        self._faults += faults_of_names(self._document, MissionNames(mission))
         added = requirements_of(written.requirements)
         return replace(mission, requirements=(*mission.requirements, *added))
 

@@ -99,11 +99,12 @@ class KnownNames:
 
     def lacks(self, node: str) -> bool:
         """Return whether no node has this name, or stands at this place."""
-        return node not in self._nodes and not _PLACE.fullmatch(node)
+        known = self._nodes
+        return known is not None and node not in known and not _PLACE.fullmatch(node)
 
     def near(self, node: str) -> str | None:
         """Return "did you mean 'x'?" for the nearest name of a node."""
-        return did_you_mean(node, self._nodes)
+        return did_you_mean(node, self._nodes or ())
 
     def unknown_in(self, root: SyntaxNode) -> Iterator[ExpressionError]:
         """Yield an error for each node or variable that is not there."""
