@@ -37,7 +37,7 @@ from bt_mission.testing import ScenarioError
 from bt_mission.testing.generators.draws import SeededDraws, maybe, one_of
 from bt_mission.testing.generators.faults import DRAWN, drawn_faults
 from bt_mission.testing.generators.missions import drawn_mission
-from bt_mission.testing.generators.scenarios import Scenario, as_text
+from bt_mission.testing.generators.scenarios import DrawnScenario, as_text
 from bt_mission.testing.generators.worlds import drawn_world
 from bt_mission.testing.run import NeverHeldError
 from bt_mission.testing.stages import Stages
@@ -73,12 +73,12 @@ class Outcome:
     findings: list[str] = field(default_factory=list)
 
 
-def scenario(number: int) -> Scenario:
+def scenario(number: int) -> DrawnScenario:
     """Everything that follows from a number."""
     draws = SeededDraws(f"campaign/{number}")
     mission = one_of(draws, MISSIONS) if maybe(draws, 3) else as_text(drawn_mission(draws))
     world = one_of(draws, WORLDS) if maybe(draws, 2) else as_text(drawn_world(draws))
-    return Scenario(mission, world, draws.whole(0, 999), drawn_faults(draws, tuple(DRAWN)))
+    return DrawnScenario(mission, world, draws.whole(0, 999), drawn_faults(draws, tuple(DRAWN)))
 
 
 def carry_out(number: int) -> Outcome:
@@ -103,7 +103,7 @@ def carry_out(number: int) -> Outcome:
     return outcome
 
 
-def _watch(drawn: Scenario, stages: Stages, outcome: Outcome) -> None:
+def _watch(drawn: DrawnScenario, stages: Stages, outcome: Outcome) -> None:
     run, statuses = None, list[str]()
     try:
         run = drawn.on(stages)

@@ -39,6 +39,9 @@ if TYPE_CHECKING:
     from bt_mission.ros.graph import NodeOptions
     from bt_mission.ros.mission_node import MissionNode
     from bt_mission.ros.mission_runner import MissionRunner, RunnerOptions
+    from bt_mission.scenarios.loader import load_scenario
+    from bt_mission.scenarios.run import run_scenario
+    from bt_mission.scenarios.scenario import Scenario, ScenarioResult
     from bt_mission.sessions.check import check
     from bt_mission.sessions.load import convert, load, port_leaves
     from bt_mission.sessions.stage import Stage
@@ -62,16 +65,20 @@ __all__ = [
     "RecordingOptions",
     "Report",
     "RunnerOptions",
+    "Scenario",
+    "ScenarioResult",
     "Stage",
     "StageOptions",
     "__version__",
     "check",
     "convert",
     "load",
+    "load_scenario",
     "load_text",
     "port_leaves",
     "read_recording",
     "record",
+    "run_scenario",
 ]
 
 _load = lazy_names(
@@ -92,15 +99,19 @@ _load = lazy_names(
         "RecordingOptions": "bt_mission.recording.contents",
         "Report": "bt_mission.executive.report",
         "RunnerOptions": "bt_mission.ros.mission_runner",
+        "Scenario": "bt_mission.scenarios.scenario",
+        "ScenarioResult": "bt_mission.scenarios.scenario",
         "Stage": "bt_mission.sessions.stage",
         "StageOptions": "bt_mission.sessions.stage_robot",
         "check": "bt_mission.sessions.check",
         "convert": "bt_mission.sessions.load",
         "load": "bt_mission.sessions.load",
+        "load_scenario": "bt_mission.scenarios.loader",
         "load_text": "bt_mission.language.loader",
         "port_leaves": "bt_mission.sessions.load",
         "read_recording": "bt_mission.recording.reader:read_run",
         "record": "bt_mission.recording.writer",
+        "run_scenario": "bt_mission.scenarios.run",
     },
 )
 

@@ -23,7 +23,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("bt_mission.ros",),
     ("bt_mission.sessions",),
     ("bt_mission.faults",),
-    ("bt_mission.recording", "bt_mission.graph_tools"),
+    ("bt_mission.recording", "bt_mission.graph_tools", "bt_mission.scenarios"),
     ("bt_mission.views",),
     ("bt_mission.testing", "bt_mission.cli"),
 )
@@ -64,7 +64,12 @@ PARTS: Mapping[str, tuple[tuple[str, ...], ...]] = {
 SHARED = ("bt_mission.core",)
 """What ``action_servers`` and ``sim`` import of bt_mission."""
 
-ASSEMBLES = ("bt_mission.sessions", "bt_mission.cli", "bt_mission.testing")
+ASSEMBLES = (
+    "bt_mission.sessions",
+    "bt_mission.scenarios",
+    "bt_mission.cli",
+    "bt_mission.testing",
+)
 """Packages that put ``action_servers`` and ``sim`` together with the executive."""
 
 SPEAKS_ROS = (
@@ -74,6 +79,7 @@ SPEAKS_ROS = (
     "bt_mission.faults",
     "bt_mission.recording",
     "bt_mission.graph_tools",
+    "bt_mission.scenarios",
     "bt_mission.testing",
     "bt_mission.cli",
     "sim.ros",

@@ -17,7 +17,7 @@ from bt_mission.btcpp.attributes import (
 )
 from bt_mission.btcpp.elements import Attribute, Element, XmlSource, parse
 from bt_mission.btcpp.nodes import XmlNodeReader
-from bt_mission.btcpp.ports import SUBTREE, TreePorts, read_models
+from bt_mission.btcpp.ports import REQUIREMENT, SUBTREE, TreePorts, read_models
 from bt_mission.btcpp.tree_ids import TREE_NAME
 from bt_mission.btcpp.yaml_text import yaml_text
 from bt_mission.core.diagnostics import InputError, did_you_mean, in_order, listed, quoted
@@ -26,6 +26,7 @@ from bt_mission.core.yaml.document import Document, read_source
 from bt_mission.language.loader import draft
 
 FORMAT = "4"
+AT_REQUIREMENT = (REQUIREMENT, "formula", "on_violation")
 METADATA = ("mission", "world", "robot", "seed", "map")
 """What the head of a mission says in `Metadata` of its tree."""
 
@@ -187,7 +188,23 @@ class _FileReader:
             self.report(at, f"the input {quoted(key)} of the mission needs a default")
         for key, at, _ in outputs:
             self.report(at, f"a mission gives no outputs, such as {quoted(key)}")
-        return [*head, *_section("inputs", inputs)]
+        requirements = [self._requirement(one) for one in ports.requirements]
+        return [*head, *_section("inputs", inputs), *_section("requirements", requirements)]
+
+    def _requirement(self, element: Element) -> Entry:
+        """Return the entry of a requirement of the mission."""
+        attributes = element.attributes
+        for attribute in attributes.values():
+            if attribute.name not in AT_REQUIREMENT:
+                refuse_attribute(attribute, "Metadata", AT_REQUIREMENT, self.report)
+        name, formula = attributes[REQUIREMENT], attributes.get("formula")
+        if formula is None:
+            self.report(element.at, "the attribute 'formula' is missing")
+            return name.value, name.at, located("", element.at)
+        action = attributes.get("on_violation")
+        if action is None:
+            return name.value, name.value_at, plain_text(formula)
+        return name.value, name.value_at, mapping(element.at, [entry(formula), entry(action)])
 
     def _tree_name(self, element: Element) -> str:
         """Return the name of a tree; report it where another tree has it, too."""
@@ -204,6 +221,8 @@ class _FileReader:
         for attribute in ports.metadata.values():
             if attribute.name != TREE_NAME:
                 self.report(attribute.at, "only the main tree has metadata that counts")
+        for one in ports.requirements:
+            self.report(one.at, "only the main tree has requirements")
         for key, found in zip(("needs", "inputs", "outputs"), ports.entries(), strict=True):
             entries += _section(key, found)
         return mapping(element.at, [*entries, ("do", element.at, self._body(element))])

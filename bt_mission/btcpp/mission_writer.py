@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import reduce
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,7 @@ from bt_mission.btcpp.elements import Tag, xml_text
 from bt_mission.btcpp.leaves import Path as At
 from bt_mission.btcpp.nodes import NodeWriter
 from bt_mission.btcpp.palette import leaf_models, palette_xml
-from bt_mission.btcpp.ports import LABELS, written_port_value
+from bt_mission.btcpp.ports import LABELS, REQUIREMENT, written_port_value
 from bt_mission.btcpp.tree_ids import TREE_NAME, main_id, tree_id
 from bt_mission.core.diagnostics import Diagnostic, InputError, in_order
 from bt_mission.core.yaml.document import Document
@@ -73,9 +73,6 @@ class _Writer:
     def text(self) -> str:
         data = self._document.data
         self._refuse_follow(self._mission.follow, self._document)
-        for name in data.get("requirements", {}):
-            hint = "have it in a file of its own, for the option --require"
-            self._refuse(self._document, ("requirements", name), f"the requirement '{name}'", hint)
         main = main_id(self._mission.name, {*self._mission.trees, *self._ids.values()})
         bodies = [self._tree(self._document, ("tree",), data["tree"], main, data)]
         models = [self._main_model(main)]
@@ -119,7 +116,18 @@ class _Writer:
             del said["mission"]
         types = self._mission.main.types
         ports = self._inputs(self._document, ("inputs",), data.get("inputs", {}), types)
-        return Tag("SubTree", {"ID": main}, (*ports, *_metadata(said)))
+        fields = [*([said] if said else []), *self._requirements()]
+        return Tag("SubTree", {"ID": main}, (*ports, *_metadata(*fields)))
+
+    def _requirements(self) -> Iterator[dict[str, str]]:
+        for one in self._mission.requirements:
+            if is_illegal(one.name):
+                path = ("requirements", one.name)
+                self._refuse(self._document, path, "a control character", "leave it out")
+            said = {REQUIREMENT: one.name, "formula": one.text}
+            yield (
+                said if one.on_violation == "report" else {**said, "on_violation": one.on_violation}
+            )
 
     def _model(self, name: str, tree: Tree, definition: TreeDefinition) -> Tag:
         document, needs, outputs = tree.document, (*tree.path, "needs"), (*tree.path, "outputs")
@@ -135,7 +143,7 @@ class _Writer:
                 hint = "give the output another name, and 'set' it"
                 self._refuse(document, path, f"'{key}' as an input and an output", hint)
         said = {} if self._ids[name] == name else {TREE_NAME: name}
-        return Tag("SubTree", {"ID": self._ids[name]}, (*ports, *_metadata(said)))
+        return Tag("SubTree", {"ID": self._ids[name]}, (*ports, *(_metadata(said) if said else ())))
 
     def _inputs(
         self, document: Document, path: At, values: Mapping[str, Any], types: Mapping[str, Any]
@@ -175,8 +183,9 @@ class _Writer:
                 self._refuse(tree.document, path, "a file beside an included one", hint)
 
 
-def _metadata(said: Mapping[str, str]) -> list[Tag]:
-    return [Tag("MetadataFields", {}, (Tag("Metadata", said),))] if said else []
+def _metadata(*fields: Mapping[str, str]) -> list[Tag]:
+    tags = tuple(Tag("Metadata", said) for said in fields)
+    return [Tag("MetadataFields", {}, tags)] if tags else []
 
 
 def _data(tree: Tree) -> Any:

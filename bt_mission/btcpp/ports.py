@@ -49,6 +49,10 @@ _PORTS = ("input_port", "output_port")
 _AT_PORTS = ("name", "type", "default")
 
 
+REQUIREMENT = "requirement"
+"""Of a `Metadata` element: the name of a requirement of the mission."""
+
+
 @dataclass(frozen=True)
 class Port:
     """One port: where it is declared, its type in our words, and its default, if it has one."""
@@ -60,11 +64,23 @@ class Port:
 
 @dataclass
 class TreePorts:
-    """What is declared of a tree; `metadata` are the attributes of its `Metadata` elements."""
+    """What is declared of a tree; `metadata` are the attributes of its `Metadata` elements.
+
+    Those with a requirement are kept apart, since each has the same attributes.
+    """
 
     inputs: dict[str, Port] = field(default_factory=dict)
     outputs: dict[str, Port] = field(default_factory=dict)
     metadata: dict[str, Attribute] = field(default_factory=dict)
+    requirements: list[Element] = field(default_factory=list)
+
+    def take_metadata(self, fields: Element) -> None:
+        """Take in the attributes of `Metadata` elements."""
+        for child in fields.children:
+            if REQUIREMENT in child.attributes:
+                self.requirements.append(child)
+            else:
+                self.metadata |= child.attributes
 
     def tree_name(self, tree_id: Attribute) -> Attribute:
         """Return the name of the tree with an ID: that, unless it could not be the ID."""
@@ -100,8 +116,7 @@ def read_models(models: Element, report: FaultReport) -> dict[str, TreePorts]:
 
 def _declare(ports: TreePorts, element: Element, report: FaultReport) -> None:
     if element.tag == "MetadataFields":
-        for child in element.children:
-            ports.metadata |= child.attributes
+        ports.take_metadata(element)
         return
     if element.tag not in _PORTS:
         message = f"expected {listed(_PORTS)} or MetadataFields, got <{element.tag}>"

@@ -6,6 +6,7 @@ import argparse
 import json
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +18,8 @@ from bt_mission.cli.options import (
     add_require_option,
     mission_file,
 )
+from bt_mission.core.errors import BtMissionError
+from bt_mission.core.files import is_scenario
 
 if TYPE_CHECKING:
     from bt_mission.language.permissions import Permissions
@@ -36,7 +39,7 @@ def add_parser(commands: Any) -> None:
         nargs="+",
         type=Path,
         metavar="file",
-        help="missions: YAML files, XML files of Groot 2, or names of shipped ones",
+        help="missions and scenarios: YAML files, XML files of Groot 2, or names of shipped ones",
     )
     add_overrides(parser)
     add_require_option(parser)
@@ -99,7 +102,7 @@ def examined(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
         world=options.world,
         robot=options.robot,
         servers=None if goes_to_a_graph(options) else OUR_SERVERS,
-        permissions=_permissions(options),
+        permissions=permissions_of(options),
     )
     if mission is None:
         raise InputError(faults)
@@ -109,13 +112,40 @@ def examined(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
     return with_requirements(mission, options.require), faults
 
 
+def examined_file(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
+    """Load and check a mission or a scenario; gives it with all warnings.
+
+    Raises:
+        InputError: With every error, warnings included.
+    """
+    path = mission_file(options)
+    if not is_scenario(path):
+        return examined(options)
+    from bt_mission.core.diagnostics import InputError
+    from bt_mission.language.checks.requirements import with_requirements
+    from bt_mission.scenarios.loader import Changes, examine_scenario
+
+    changes = Changes(
+        set=dict(options.set),
+        seed=options.seed,
+        world=options.world,
+        robot=options.robot,
+        permissions=permissions_of(options),
+    )
+    scenario, faults = examine_scenario(path, changes)
+    if scenario is None:
+        raise InputError(faults)
+    mission = with_requirements(scenario.mission, options.require)
+    return replace(scenario, mission=mission), faults
+
+
 def goes_to_a_graph(options: argparse.Namespace) -> bool:
     """Tell whether the mission's goals are for servers that run already."""
     given = vars(options)
     return bool(given.get("attach") or (given.get("against") and not given["json"]))
 
 
-def _permissions(options: argparse.Namespace) -> Permissions:
+def permissions_of(options: argparse.Namespace) -> Permissions:
     """What the mission may bring in: `run` imports Python leaves, `check` only where told to."""
     from bt_mission.language.permissions import Permissions
 
@@ -134,7 +164,8 @@ def check_files(options: argparse.Namespace) -> int:
         return _check_for_programs(each)
     codes = [_check_file(one) for one in each]
     if len(codes) > 1:
-        print(f"{codes.count(SUCCESS)} of {len(codes)} missions are sound")
+        what = "files" if any(is_scenario(mission_file(one)) for one in each) else "missions"
+        print(f"{codes.count(SUCCESS)} of {len(codes)} {what} are sound")
     return max(codes)
 
 
@@ -143,16 +174,41 @@ def _check_file(options: argparse.Namespace) -> int:
     from bt_mission.core.diagnostics import InputError
 
     try:
-        mission = load_checked(options)
+        mission, warnings = _checked(options)
     except InputError as error:
         print(error, file=sys.stderr)
         count = sum(fault.severity == "error" for fault in error.faults)
         print(f"{count} error{'s' if count > 1 else ''}", file=sys.stderr)
         return BAD_INPUT
+    for warning in warnings:
+        print(warning, file=sys.stderr)
+    if is_scenario(mission.file):
+        print(f"{mission.file}: scenario '{mission.name}' is valid ({_told(mission)})")
+        return SUCCESS
     count = sum(1 for _ in mission.tree.walk())
     nodes = "1 node" if count == 1 else f"{count} nodes"
     print(f"{mission.file}: mission '{mission.name}' is valid ({nodes})")
     return _check_against(mission, options) if options.against else SUCCESS
+
+
+def _checked(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
+    """Load and check a file; the names in a scenario's faults are looked for on its stage."""
+    found, faults = examined_file(options)
+    if is_scenario(found.file):
+        if options.against:
+            raise BtMissionError(
+                f"--against: {found.file} is a scenario, which has a stage of its own"
+            )
+        from bt_mission.scenarios.run import look_for_names
+
+        look_for_names(found)
+    return found, faults
+
+
+def _told(scenario: Any) -> str:
+    counts = [(len(scenario.faults), "fault"), (len(scenario.mission.requirements), "requirement")]
+    parts = [f"{count} {noun}{'' if count == 1 else 's'}" for count, noun in counts]
+    return ", ".join([f"mission '{scenario.mission.name}'", *parts])
 
 
 def _check_against(mission: Any, options: argparse.Namespace) -> int:
@@ -201,7 +257,7 @@ def _check_for_programs(each: Sequence[argparse.Namespace]) -> int:
     code = SUCCESS
     for options in each:
         try:
-            faults += examined(options)[1]
+            faults += _checked(options)[1]
         except InputError as error:
             faults += error.faults
             code = BAD_INPUT
@@ -214,17 +270,26 @@ def add_schema_parser(commands: Any) -> None:
     """Add ``schema`` to the command line."""
     parser = commands.add_parser(
         "schema",
-        help="print the JSON Schema of mission files, for editors",
-        description="Prints the JSON Schema of mission files. An editor with a YAML language "
-        "server completes and checks missions by it: put it into a file, and say so in the first "
-        "line of a mission: '# yaml-language-server: $schema=mission.schema.json'.",
+        help="print the JSON Schema of mission or scenario files, for editors",
+        description="Prints the JSON Schema of mission or scenario files. An editor with a YAML "
+        "language server completes and checks missions by it: put it into a file, and say so in "
+        "the first line of a mission: '# yaml-language-server: $schema=mission.schema.json'.",
+    )
+    parser.add_argument(
+        "of",
+        nargs="?",
+        choices=("mission", "scenario"),
+        default="mission",
+        help="of which files (default: mission)",
     )
     parser.set_defaults(command=print_schema)
 
 
-def print_schema(_options: argparse.Namespace) -> int:
+def print_schema(options: argparse.Namespace) -> int:
     """Print it."""
-    from bt_mission.language.schema import mission_schema
-
-    print(json.dumps(mission_schema(), indent=2))
+    if options.of == "scenario":
+        from bt_mission.scenarios.schema import scenario_schema as schema
+    else:
+        from bt_mission.language.schema import mission_schema as schema
+    print(json.dumps(schema(), indent=2))
     return SUCCESS

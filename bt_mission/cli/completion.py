@@ -10,10 +10,11 @@ from typing import Any
 
 from bt_mission.cli.exits import SUCCESS
 from bt_mission.core.errors import BtMissionError
-from bt_mission.core.files import names
+from bt_mission.core.files import names, scenarios
 
 SHELLS = ("bash", "zsh", "fish")
-KINDS = ("missions", "worlds", "robots", "parameters")
+KINDS = ("missions", "runs", "worlds", "robots", "parameters")
+"""What is completed by name; runs are missions and scenarios."""
 
 EPILOG = """\
 now, and in every new shell:
@@ -24,11 +25,11 @@ now, and in every new shell:
 Names of missions, worlds and robots are looked up when a word is completed.
 """
 
-OF_KIND = {"world": "worlds", "robot": "robots", "params": "parameters"}
+OF_KIND = {"mission": "missions", "world": "worlds", "robot": "robots", "params": "parameters"}
 """What is completed after an option, by its name: these, and files of one's own."""
 
-MISSION_COMMANDS = ("run", "check", "tree", "convert")
-"""Commands whose argument ``file`` is a mission."""
+MISSION_COMMANDS = {"run": "runs", "check": "runs", "tree": "missions", "convert": "missions"}
+"""What the argument ``file`` of a command is."""
 
 BASH = """\
 _bt_mission_{kind}_file() {{
@@ -51,7 +52,7 @@ _bt_mission_{kind}() {{
   _alternative "names:{kind}:($found)" 'files:file:_files -g "*.({alternatives})(-.)"'
 }}
 """
-_PLAIN_NAME = re.compile(r"[\w.+@%-]+", re.ASCII)
+_PLAIN_NAME = re.compile(r"[\w.+@%/-]+", re.ASCII)
 """Names that a shell takes as they are: it expands `$(...)` and blanks in what it completes."""
 
 FISH = "(bt-mission completion --names {kind}; __fish_complete_path (commandline -ct))"
@@ -78,10 +79,15 @@ def completion(options: argparse.Namespace) -> int:
     if (options.shell is None) == (options.names is None):
         raise BtMissionError(f"expected a shell ({', '.join(SHELLS)}), or --names")
     if options.names:
-        print("\n".join(filter(_PLAIN_NAME.fullmatch, names(options.names))))
+        print("\n".join(filter(_PLAIN_NAME.fullmatch, known(options.names))))
     else:
         print(script(options.parser, options.shell))
     return SUCCESS
+
+
+def known(kind: str) -> list[str]:
+    """Return the names that are completed."""
+    return [*names("missions"), *scenarios()] if kind == "runs" else names(kind)  # type: ignore[arg-type]  # one of KINDS
 
 
 def script(parser: argparse.ArgumentParser, shell: str) -> str:
@@ -101,7 +107,7 @@ def _how(command: str, action: argparse.Action) -> Any:
 
     kind = OF_KIND.get(action.dest)
     if action.dest in ("file", "files") and command in MISSION_COMMANDS:
-        kind = "missions"
+        kind = MISSION_COMMANDS[command]
     if kind is not None:
         return _named(kind)
     if action.dest == "images":
@@ -111,7 +117,7 @@ def _how(command: str, action: argparse.Action) -> Any:
 
 def _named(kind: str) -> dict[str, Any]:
     """Names of a kind, and files."""
-    suffixes = ("yaml", "yml", "xml") if kind == "missions" else ("yaml", "yml")
+    suffixes = ("yaml", "yml", "xml") if kind in ("missions", "runs") else ("yaml", "yml")
     filled = {"kind": kind, "suffixes": " ".join(suffixes), "alternatives": "|".join(suffixes)}
     return {
         "bash": f"_bt_mission_{kind}_file",

@@ -3,6 +3,8 @@
 SUCCESS = 0
 MISSION_FAILED = 1
 BAD_INPUT = 2
+UNKNOWN = 3
+"""Of requirements: a recording does not tell."""
 INTERRUPTED = 130
 """128 + SIGINT, as shells report it."""
 

@@ -26,6 +26,7 @@ from bt_mission.cli import (
     services,
     topics,
     tree,
+    verify,
     watch,
 )
 from bt_mission.cli.exits import BAD_INPUT, INTERRUPTED, MISSION_FAILED, NO_SERVER
@@ -38,7 +39,7 @@ PARSERS: tuple[Callable[[Any], None], ...] = (
     *(one.add_parser for one in (run, watch, check, convert, tree)),
     check.add_schema_parser,
     *(one.add_parser for one in (serve, actions, topics, services, node_command)),
-    *(one.add_parser for one in (replay, fork, report, diff, doctor)),
+    *(one.add_parser for one in (replay, fork, report, verify, diff, doctor)),
 )
 
 TRACEBACK = "BT_MISSION_TRACEBACK"
@@ -51,6 +52,7 @@ examples:
   bt-mission watch                    look on at one in another terminal
   bt-mission check mine.yaml          find every fault before anything moves
   bt-mission convert mine.yaml        the same mission as XML, for Groot 2
+  bt-mission verify run.mcap          what the requirements of a recorded run came to
   bt-mission doctor                   is everything here that is needed?
 
 exit codes: 0 success, 1 mission failed, 2 bad input, 130 interrupted; those of actions and services

@@ -8,7 +8,7 @@ from typing import Any
 
 from bt_mission.cli.argument_types import assignment, seed
 from bt_mission.core.errors import BtMissionError
-from bt_mission.core.files import find
+from bt_mission.core.files import find, look_for
 
 
 def add_overrides(parser: argparse.ArgumentParser) -> None:
@@ -24,7 +24,8 @@ def add_mission_file(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "file",
         type=Path,
-        help="the mission: a YAML file, an XML file of Groot 2, or the name of a shipped one",
+        help="the mission: a YAML file, an XML file of Groot 2, or the name of a shipped one; or a "
+        "scenario",
     )
 
 
@@ -40,15 +41,18 @@ def add_set_option(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_require_option(parser: argparse.ArgumentParser) -> None:
-    """Add the files of requirements to a parser."""
+def add_require_option(
+    parser: argparse.ArgumentParser,
+    text: str = "a YAML file with further requirements of the mission; may be repeated",
+) -> None:
+    """Add the files of requirements to a parser; `text` is their help."""
     parser.add_argument(
         "--require",
         action="append",
         default=[],
         type=Path,
         metavar="FILE",
-        help="a YAML file with further requirements of the mission; may be repeated",
+        help=text,
     )
 
 
@@ -116,5 +120,7 @@ def mission_file(options: argparse.Namespace) -> Path:
         InputError: For a name that is no mission's.
     """
     path: Path = options.file
-    is_name = not path.suffix and len(path.parts) == 1 and not path.exists()
-    return find("missions", path) if is_name else path
+    if path.exists():
+        return path
+    is_name = not path.suffix and len(path.parts) == 1
+    return find("missions", path) if is_name else look_for("missions", path) or path

@@ -15,9 +15,10 @@ def add_parser(commands: Any) -> None:
     parser = commands.add_parser(
         "report",
         help="make a page of a recorded run",
-        description="Makes one HTML page of a recording: outcome and reason, a timeline of every "
-        "node, the robot's way over the map, figures against time, goals, pictures, the log and "
-        "the mission's file. The page needs no network and no other file.",
+        description="Makes one HTML page of a recording: outcome and reason, requirements with "
+        "their margins against time, a timeline of every node, the robot's way over the map, "
+        "figures against time, goals, pictures, the log and the mission's file. The page needs no "
+        "network and no other file.",
         epilog="exit codes: 0 success, 2 no such file, or not a recorded run",
     )
     parser.add_argument("file", type=Path, help="made by bt-mission run --record")
@@ -48,10 +49,10 @@ def write_page(recording: Path, output: Path) -> None:
         BtMissionError: For a file that holds no run, and one that cannot be written.
     """
     from bt_mission.core.errors import BtMissionError
-    from bt_mission.recording.reader import read_run
+    from bt_mission.recording.verification import read_verified_run
     from bt_mission.views.html_report.page import page_of
 
-    page = page_of(read_run(recording))
+    page = page_of(read_verified_run(recording))
     try:
         output.write_text(page, encoding="utf-8", errors="replace")
     except OSError as error:

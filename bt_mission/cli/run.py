@@ -8,8 +8,8 @@ import os
 import shutil
 import signal
 import sys
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,18 +25,15 @@ from bt_mission.cli.options import (
     add_python_option,
     add_require_option,
 )
+from bt_mission.cli.run_plan import RunPlan, load_plan
 from bt_mission.cli.view import add_view_option, refuse_view, window_on
 from bt_mission.core.dds.middleware import prepare_middleware
 from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
     from bt_mission.executive.report import Report
-    from bt_mission.faults.located import WrittenFault
     from bt_mission.sessions.attached import AttachedSession
     from bt_mission.sessions.stage import Stage
-
-    Faults = Sequence[WrittenFault]
-    AddOutcomes = AbstractContextManager[Callable[[Report], Report]]
 
 
 def add_parser(commands: Any) -> None:
@@ -48,8 +45,8 @@ def add_parser(commands: Any) -> None:
         "as this machine can, or with --attach against the action servers of a running ROS "
         "graph. Ctrl-C halts the mission, sees every goal ended and the robot stopped; a second "
         "Ctrl-C leaves at once.",
-        epilog="exit codes: 0 success, 1 mission failed or requirement violated, 2 bad input, "
-        "130 interrupted",
+        epilog="exit codes: 0 success, or of a scenario what must come out; 1 mission failed, "
+        "requirement violated, or something else came out; 2 bad input, 130 interrupted",
     )
     add_mission_file(parser)
     add_require_option(parser)
@@ -131,7 +128,6 @@ def _run(options: argparse.Namespace) -> int:
     refuse_contradictions(options)
     how = "joining the ROS graph" if options.attach else "starting the simulation"
     announce(f"loading {options.file}, {how}")
-    from bt_mission.cli.check import load_checked
     from bt_mission.cli.watch import is_drawable
     from bt_mission.executive.status import MissionStatus
 
@@ -139,41 +135,26 @@ def _run(options: argparse.Namespace) -> int:
         prepare_graph(options)
     else:
         prepare_middleware()
-    faults = _written_faults(options)
-    mission = load_checked(options)
+    plan = load_plan(options)
     run_shown = _run_on_screen if options.tui and is_drawable() else _run_in_lines
-    report, kept = run_shown(options, mission, faults)
+    report, kept = run_shown(options, plan)
+    result = plan.judge(report)
     if options.json:
-        print(json.dumps({**report.as_dict(), **kept}))
+        judged = {} if result is None else {"scenario": result.as_dict()}
+        print(json.dumps({**report.as_dict(), **kept, **judged}))
     else:
-        print("\n".join([report.as_text(), *_leaves(report), *recording.told(kept)]))
+        lines = [report.as_text(), *_leaves(report), *recording.told(kept)]
+        print("\n".join(lines if result is None else [*lines, str(result)]))
     codes = {
         MissionStatus.SUCCESS: SUCCESS,
         MissionStatus.INTERRUPTED: INTERRUPTED,
         MissionStatus.FAILURE: MISSION_FAILED,
     }
     code = codes[MissionStatus(report.status)]
+    if result is not None:
+        is_left = code == INTERRUPTED and not result.is_whole
+        return code if is_left else SUCCESS if result.passed else MISSION_FAILED
     return MISSION_FAILED if code == SUCCESS and report.is_violated else code
-
-
-def _written_faults(options: argparse.Namespace) -> Faults:
-    """Return the faults that the options name. Raises InputError."""
-    if not options.fault:
-        return ()
-    if options.attach:
-        raise BtMissionError("--fault: faults are made in a simulation, not in a running graph")
-    from bt_mission.faults.located import faults_in_texts
-
-    return faults_in_texts(options.fault)
-
-
-def _faults_in(session: Any, faults: Faults) -> AddOutcomes:
-    """Have faults begin in a run on the stage; gives what adds their outcomes to its report."""
-    if not faults:
-        return nullcontext(lambda report: report)
-    from bt_mission.faults.located import planned_on
-
-    return planned_on(session, faults)
 
 
 def _leaves(report: Report) -> list[str]:
@@ -187,17 +168,15 @@ def _leaves(report: Report) -> list[str]:
     return leaf_table(report.leaves, width, marks_for(sys.stdout.encoding))
 
 
-def _run_in_lines(
-    options: argparse.Namespace, mission: Any, faults: Faults
-) -> tuple[Report, recording.Kept]:
+def _run_in_lines(options: argparse.Namespace, plan: RunPlan) -> tuple[Report, recording.Kept]:
     """Carry the mission out, shown in lines."""
     from bt_mission.sessions.session import drive
     from bt_mission.views.terminal.views import view_for
 
     view = view_for(sys.stdout, plain=options.plain, quiet=options.json)
     with (
-        _open_session(options, mission, view.say, faults) as session,
-        _faults_in(session, faults) as with_outcomes,
+        _open_session(options, plan, view.say) as session,
+        plan.faults_in(session) as with_outcomes,
         window_on(session, wanted=options.view),
         recording.recorder_for(options, session) as keeping,
     ):
@@ -208,9 +187,7 @@ def _run_in_lines(
         return report, keeping.finish(report)
 
 
-def _run_on_screen(
-    options: argparse.Namespace, mission: Any, faults: Faults
-) -> tuple[Report, recording.Kept]:
+def _run_on_screen(options: argparse.Namespace, plan: RunPlan) -> tuple[Report, recording.Kept]:
     """Carry the mission out on a full screen, in real time unless another speed is asked for."""
     from contextlib import closing
 
@@ -223,8 +200,8 @@ def _run_on_screen(
     from bt_mission.views.tui.view_app import settle_memory
 
     with (
-        _open_session(options, mission, lambda _: None, faults) as session,
-        _faults_in(session, faults) as with_outcomes,
+        _open_session(options, plan, lambda _: None) as session,
+        plan.faults_in(session) as with_outcomes,
         closing(LocalExecutive(session)) as graph,
         window_on(session, wanted=options.view),
         recording.recorder_for(options, session) as keeping,
@@ -293,9 +270,7 @@ def refuse_contradictions(options: argparse.Namespace) -> None:
         raise BtMissionError("--wall-clock goes with --attach; a simulation has a clock of its own")
 
 
-def _open_session(
-    options: argparse.Namespace, mission: Any, say: Any, faults: Faults
-) -> AttachedSession | Stage:
+def _open_session(options: argparse.Namespace, plan: RunPlan, say: Any) -> AttachedSession | Stage:
     if options.attach:
         from bt_mission.sessions.attached import AttachedOptions, AttachedSession
 
@@ -306,23 +281,14 @@ def _open_session(
             journal=options.journal,
             resume=options.resume,
         )
-        return AttachedSession(mission, joining, say)
+        return AttachedSession(plan.mission, joining, say)
     if options.namespace:
         raise BtMissionError("--namespace names a robot of a running graph: add --attach")
     from bt_mission.sessions.stage import Stage
-    from bt_mission.sessions.stage_robot import StageOptions
 
-    props = 0
-    if faults:
-        from bt_mission.faults.world import MOST_OBSTACLES as props  # noqa: N811
     return Stage(
-        mission,
+        plan.mission,
         image_folder=options.images,
         say=say,
-        options=StageOptions(
-            visible=options.visible,
-            network=options.network,
-            watched=options.tui,
-            props=props,
-        ),
+        options=plan.stage_options(options),
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
 from typing import Literal
@@ -11,6 +12,9 @@ from bt_mission.core.diagnostics import Diagnostic, InputError, did_you_mean, li
 Kind = Literal["missions", "worlds", "robots", "parameters"]
 
 SUFFIXES = (".yaml", ".yml")
+MOST_READ = 1_000_000
+"""Characters of a file in which its kind is looked for; larger ones are refused anyway."""
+_IS_SCENARIO = re.compile(r"^scenario[ ]*:", re.MULTILINE)
 _SOURCE = Path(__file__).resolve().parent.parent.parent
 
 
@@ -58,9 +62,15 @@ def names(kind: Kind) -> list[str]:
             for folder in folders(kind)
             if folder.is_dir()
             for path in folder.iterdir()
-            if path.suffix in SUFFIXES
+            if path.suffix in SUFFIXES and not path.name.endswith(f".scenario{path.suffix}")
         }
     )
+
+
+def scenarios() -> list[str]:
+    """Return the scenarios that are shipped, as `run` takes them, sorted."""
+    found = (folder.glob("scenarios/*.scenario.yaml") for folder in folders("missions"))
+    return sorted({f"scenarios/{path.name}" for paths in found for path in paths})
 
 
 def folders(kind: Kind) -> list[Path]:
@@ -77,4 +87,16 @@ def is_file(path: Path) -> bool:
     try:
         return path.is_file()
     except (OSError, ValueError):  # a name that is too long, or a folder that may not be read
+        return False
+
+
+def is_scenario(path: str | Path) -> bool:
+    """Return whether a file is a scenario rather than a mission."""
+    file = Path(path)
+    if file.suffix not in SUFFIXES or not is_file(file):
+        return False
+    try:
+        with file.open(encoding="utf-8", errors="replace") as opened:
+            return _IS_SCENARIO.search(opened.read(MOST_READ)) is not None
+    except OSError:
         return False

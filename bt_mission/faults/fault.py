@@ -88,7 +88,14 @@ class Fault:
     def end(self, run: FaultTarget) -> None:
         """End, if it goes on; an action, too."""
         if self._instance is not None and self._instance.goes_on_in(run):
-            self._instance.end()
+            self._instance.end_from_outside()
+
+    @property
+    def obstacle(self) -> str:
+        """Name of what it has brought into the world, or will."""
+        made = self._instance.made if self._instance else None
+        given = self.parameters.get("name", self.what.removeprefix("spawn_"))
+        return str(getattr(made, "name", given))
 
     @property
     def words(self) -> str:
@@ -122,6 +129,11 @@ class FaultInstance:
         self.made: Any = None
         self.kept: dict[Any, Any] = {}
         likes = sum(str(one.fault) == str(fault) for one in run.faults)
+        self.is_within_step = run.stage.is_stepping
+        """Did it begin while an instant was served, rather than between two?"""
+        self.is_ended_from_outside = False
+        self.is_ended_between = False
+        """Was it ended from outside, between two instants?"""
         self._seed = f"{run.mission.seed}/{fault}/{likes}"
         self._undo = ExitStack()
         self._is_lasting = False
@@ -166,6 +178,12 @@ class FaultInstance:
             self.undo_all()
             self.ended_ns = self.run.stage.now_ns
             self._record("ends")
+
+    def end_from_outside(self) -> None:
+        """End, as an action of a test does."""
+        self.is_ended_from_outside = self.ended_ns is None
+        self.is_ended_between = self.is_ended_from_outside and not self.run.stage.is_stepping
+        self.end()
 
     def __str__(self) -> str:
         begin = f"{self.began_s:.2f} s"
@@ -316,7 +334,7 @@ def plain(parameters: Mapping[str, Any]) -> dict[str, Any]:
         if isinstance(value, BaseException):
             shown[name] = f"{type(value).__name__}: {value}"
         elif isinstance(value, Fault):
-            shown[name] = repr(value)
+            shown[name] = value.obstacle
         elif isinstance(value, str | int | float | bool | list | tuple | dict):
             shown[name] = value
         else:

@@ -59,7 +59,7 @@ class Faults(
     def clear(self, run: FaultTarget) -> None:
         """End every fault that goes on; an action, too."""
         for fault in run.faults:
-            fault.end()
+            fault.end_from_outside()
 
 
 FAULTS = fault_kinds(Faults)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, replace
 
 from bt_mission.core.diagnostics import Diagnostic, InputError, fault_at
 from bt_mission.executive.report import Report
+from bt_mission.faults.fault import FaultTarget
+from bt_mission.faults.faults import Faults
 from bt_mission.faults.plan import FaultPlan, FaultProblem
 from bt_mission.faults.planned import PlannedFault
 from bt_mission.faults.targets import StageTarget
@@ -64,23 +66,35 @@ def faults_in_texts(texts: Sequence[str]) -> tuple[WrittenFault, ...]:
     return tuple(found)
 
 
-@contextmanager
 def planned_on(
     stage: Stage, written: Sequence[WrittenFault]
+) -> AbstractContextManager[Callable[[Report], Report]]:
+    """Have faults begin in a run on the stage that no test moves on: see :func:`planned_in`."""
+    return planned_in(StageTarget(stage), written)
+
+
+@contextmanager
+def planned_in(
+    target: FaultTarget, written: Sequence[WrittenFault], faults: Faults | None = None
 ) -> Iterator[Callable[[Report], Report]]:
     """Have faults begin in a run; gives what adds their outcomes to its report.
+
+    Args:
+        faults: Makes them; where a test plays servers, those of its stage.
 
     Raises:
         InputError: For names that are not there, before the run begins; and at the end, where a
             fault could not begin.
     """
-    plan = FaultPlan(StageTarget(stage), [one.planned for one in written])
+    plan = FaultPlan(target, [one.planned for one in written], faults)
     wrong = [written[one.number].diagnostic(one) for one in plan.problems()]
     if wrong:
         raise InputError(wrong)
-    yield lambda report: replace(report, faults=plan.outcomes())
-    failed = [
-        written[number].locate(str(error), None, "", 0) for number, error in plan.errors.items()
-    ]
-    if failed:
-        raise InputError(failed)
+    try:
+        yield lambda report: replace(report, faults=plan.outcomes())
+    finally:
+        if plan.errors:
+            raise InputError(
+                written[number].locate(str(error), None, "", 0)
+                for number, error in plan.errors.items()
+            )

@@ -55,7 +55,7 @@ class WhenTrue:
 Beginning: TypeAlias = AtTime | AfterStep | WhenTrue
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class PlannedFault:
     """A fault that is to begin in a run.
 
@@ -70,6 +70,9 @@ class PlannedFault:
     name: str
     arguments: Mapping[str, Value] = field(default_factory=dict)
     lasting: float | None = None
+
+    def __repr__(self) -> str:
+        return f"<{self.text}>"
 
     @property
     def kind(self) -> FaultKind:

@@ -106,6 +106,19 @@ class ArgumentReader:
         """Tell whether an argument has this name."""
         return name == "lasting" or name in self._kind.parameters
 
+    @property
+    def name(self) -> str:
+        """Of the fault."""
+        return self._kind.name
+
+    def takes(self, name: str) -> bool:
+        """Tell whether the fault takes an argument of this name."""
+        return (
+            name in self._kind.parameters
+            or self._kind.takes_fields
+            or (name == "lasting" and self._kind.lasts)
+        )
+
     def is_flag(self, name: str) -> bool:
         """Tell whether this is an argument that is on where its name stands alone."""
         return name in self._kind.parameters and self._kind.parameters[name].form == "flag"
@@ -185,6 +198,20 @@ class ArgumentReader:
             message = f"{value:g} s is shorter than a control step of {CONTROL_STEP_S:g} s"
             raise ExpressionError(message, given.column)
         return value
+
+
+def planned_fault(begins: Beginning, name: str, /, *arguments: Any, **options: Any) -> PlannedFault:
+    """Return a fault of arguments as the method of ``stage.faults`` takes them.
+
+    Raises:
+        ExpressionError: For a name or an argument that is none.
+    """
+    reader = ArgumentReader(name)
+    for value in arguments:
+        reader.by_position(Given(value))
+    for key, value in options.items():
+        reader.by_name(key, Given(value), 1)
+    return reader.planned(begins)
 
 
 def _argument(one: FaultParameter, given: Given) -> Value:

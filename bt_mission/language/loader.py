@@ -59,6 +59,10 @@ def draft(
 
     `texts` are those of the files that it includes, by name; None reads them from the disk.
     """
+    if isinstance(document.data, dict) and "scenario" in document.data:
+        hint = "'bt-mission run', 'bt-mission check' and run_scenario() take scenarios"
+        fault = document.fault(("scenario",), "expected a mission, got a scenario", hint, key=True)
+        return Draft(document, None, (fault,))
     rename_limits(document)
     reader = NodeReader(document)
     written = reader.written(MissionFile, (), document.data)

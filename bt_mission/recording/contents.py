@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import platform
-from collections.abc import Iterator
+import struct
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
@@ -20,6 +21,7 @@ from bt_mission.core.cdr.decoder import Take
 from bt_mission.language.mission import Mission
 from bt_mission.ros.mission_details import MissionDetailsBuilder
 from bt_mission.ros.mission_runner import MissionRunner
+from bt_mission.sessions.session import ObservableSession
 
 Camera = Literal["none", "compressed", "raw"]
 
@@ -65,16 +67,20 @@ def versions() -> dict[str, str]:
     return found
 
 
-def facts_of(mission: Mission) -> dict[str, str]:
-    """What a mission is, for who reads or runs it again; values that are no texts as JSON."""
-    requirements = [[one.name, one.text, one.on_violation] for one in mission.requirements]
+def facts_of(session: ObservableSession, start_ns: int) -> dict[str, str]:
+    """What is known of a run at its start."""
+    mission, node = session.mission, session.node
     return {
         "mission": mission.name,
         "file": mission.portable_name(mission.file),
         "seed": str(mission.seed),
         "robot": mission.robot,
+        "node": node.get_fully_qualified_name(),
+        "namespace": node.get_namespace(),
+        "start_ns": str(start_ns),
         "inputs": json.dumps(dict(mission.inputs)),
-        "requirements": json.dumps(requirements),
+        "versions": json.dumps(versions()),
+        **session.facts,
     }
 
 
@@ -157,3 +163,12 @@ def compressed(data: bytes) -> bytes:
     message = CompressedImage(header=image.header, format=f"{image.encoding}; jpeg compressed bgr8")
     message.data = encoded.tobytes()
     return bytes(serialize_message(message))
+
+
+_LENGTH: Callable[[int], bytes] = struct.Struct("<I").pack
+
+
+def string_message(text: str) -> bytes:
+    """A ``std_msgs/msg/String``, serialized (little-endian CDR)."""
+    data = text.encode() + b"\0"
+    return b"\0\1\0\0" + _LENGTH(len(data)) + data

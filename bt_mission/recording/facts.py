@@ -45,13 +45,12 @@ def _is_texts(value: Any) -> bool:
 
 
 def _is_requirements(value: Any) -> bool:
-    return _is_list(value) and all(
-        isinstance(one, list) and len(one) == 3 and all(map(_is_text, one)) for one in value
-    )
+    return _is_list(value) and all(map(_is_mapping, value))
 
 
 _STAGE: Mapping[str, IsValid] = {
     "sensor_seed": _is_count,
+    "start": lambda value: value is None or _is_hull(value),
     "props": _is_count,
     "without": _is_list,
     "has_tools": lambda value: isinstance(value, bool),
@@ -76,6 +75,7 @@ _KNOWN: Mapping[tuple[str, str], IsValid] = {
     (FACTS, "versions"): _is_mapping,
     (FACTS, "inputs"): _is_mapping,
     (FACTS, "stage"): _is_stage,
+    (FACTS, "simulation"): _is_mapping,
     (FACTS, "requirements"): _is_requirements,
     (FACTS, "changes"): _is_list,
     (FACTS, "faults"): _is_texts,
@@ -141,12 +141,6 @@ class RunFacts:
         return self._facts.get("stage")
 
     @property
-    def requirements(self) -> Sequence[Sequence[str]]:
-        """Name, formula and what is done on a violation."""
-        found: Sequence[Sequence[str]] = self._facts.get("requirements", ())
-        return found
-
-    @property
     def changes(self) -> Sequence[Any]:
         """What was changed in the run while it was under way, where it is a fork of another."""
         found: Sequence[Any] = self._facts.get("changes", ())
@@ -156,6 +150,17 @@ class RunFacts:
     def faults(self) -> Sequence[str]:
         """What was made to go wrong in the run, as it is written."""
         found: Sequence[str] = self._facts.get("faults", ())
+        return found
+
+    @property
+    def simulation(self) -> Mapping[str, Any]:
+        """How states of the simulation are read; empty where none were recorded."""
+        return self._mapping("simulation")
+
+    @property
+    def requirements(self) -> Sequence[Mapping[str, Any]]:
+        """Of the mission, as :func:`bt_mission.recording.signal_samples.written` has them."""
+        found: Sequence[Mapping[str, Any]] = self._facts.get("requirements", ())
         return found
 
     @property

@@ -41,9 +41,14 @@ class GoalEvents:
         self._open: dict[bytes, str] = {}
         self._ended: set[str] = set()
 
+    @property
+    def busy(self) -> set[str]:
+        """The actions that have a goal of the mission, or have had one a moment ago."""
+        return {*self._open.values(), *self._ended}
+
     def take_busy(self) -> set[str]:
         """The actions that have had a goal of the mission since the last call."""
-        busy = {*self._open.values(), *self._ended}
+        busy = self.busy
         self._ended.clear()
         return busy
 

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from bt_mission.events.events import NodeInfo
+from bt_mission.requirements.monitor import RequirementResult
 
 Floats = npt.NDArray[np.float64]
 Times = npt.NDArray[np.int64]
@@ -164,6 +165,22 @@ class Picture:
 
 
 @dataclass(frozen=True)
+class RecordedRequirement:
+    """What a requirement came to, and its margin at instants of the run.
+
+    Attributes:
+        times: Since the start, s.
+        margins: In the unit of the result; `nan` where there is none.
+        is_of_instants: Is each that of the instant by itself? Else it is that of the run so far.
+    """
+
+    result: RequirementResult
+    times: Floats
+    margins: Floats
+    is_of_instants: bool
+
+
+@dataclass(frozen=True)
 class RecordedRun:
     """A recorded run of one mission."""
 
@@ -207,6 +224,7 @@ class RecordedRun:
     """Front, rear (negative) and half width of the robot, m; None where it is not known."""
     inputs: Mapping[str, Any] = field(default_factory=dict)
     """Of the mission."""
+    requirements: tuple[RecordedRequirement, ...] = ()
 
     @property
     def track(self) -> Track:

@@ -167,10 +167,20 @@ class RecordedFile:
             if self.first_ns is None:
                 self.first_ns = time_ns
             self.last_ns = max(self.last_ns, time_ns)
-            try:
-                take(channel, time_ns, data)
-            except UNREADABLE as error:
-                self._note_unread(channel, str(error) or type(error).__name__)
+            self.hand_on(take, channel, time_ns, data)
+
+    def hand_on(
+        self,
+        take: Callable[[Channel, int, bytes], None],
+        channel: Channel,
+        time_ns: int,
+        data: bytes,
+    ) -> None:
+        """Hand on one message; that it fits no reader is noted."""
+        try:
+            take(channel, time_ns, data)
+        except UNREADABLE as error:
+            self._note_unread(channel, str(error) or type(error).__name__)
 
     def _note_unread(self, channel: Channel, why: str) -> None:
         self._unread[channel.type_name] += 1

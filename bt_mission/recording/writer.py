@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import struct
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
@@ -27,6 +26,7 @@ from bt_mission.core.dds.liveliness import TOPIC as PRESENCE
 from bt_mission.core.errors import described
 from bt_mission.core.stamps import set_ns
 from bt_mission.events.log import rosout_line
+from bt_mission.recording import signal_samples
 from bt_mission.recording.contents import (
     DETAILS_TYPE,
     DetailsRecorder,
@@ -35,6 +35,7 @@ from bt_mission.recording.contents import (
     compressed,
     facts_of,
     files_of,
+    string_message,
     versions,
 )
 from bt_mission.recording.file import McapFile
@@ -100,6 +101,7 @@ class RunRecorder:
             session.runner, self._open_own(f"{name}/details", DETAILS_TYPE)
         )
         self._trace = self._open_channel(f"{name}/trace", "std_msgs/msg/String")
+        self._signals = self._open_channel(f"{name}/{signal_samples.TOPIC}", "std_msgs/msg/String")
         self._log = self._open_channel("/rosout", "rcl_interfaces/msg/Log")
         self._pictures = PictureFolder(session.image_folder)
         self.node = Node(
@@ -188,6 +190,7 @@ class RunRecorder:
         self._runner.status_publisher.remove(self._on_status)
         self._runner.exchange_listeners.remove(self._on_exchange)
         self._runner.trace.listeners.remove(self._on_line)
+        self._samples.close()
         self._telling.close()
         self._topics.close()
         self._session.remove_observer(self)
@@ -209,21 +212,16 @@ class RunRecorder:
     # ---- beginning -------------------------------------------------------------------------
 
     def _begin(self) -> None:
-        session, node, runner = self._session, self._mission_node, self._runner
+        session, runner = self._session, self._runner
         self._start_ns = session.now_ns
-        facts = {
-            **facts_of(session.mission),
-            "node": node.get_fully_qualified_name(),
-            "namespace": node.get_namespace(),
-            "start_ns": str(self._start_ns),
-            "versions": json.dumps(versions()),
-            **session.facts,
-        }
+        self._samples = signal_samples.SignalSamples(runner, self._sample, self.guarded)
+        facts = {**facts_of(session, self._start_ns), **self._samples.facts}
         self.file.note("bt_mission", facts)
         for name, text in files_of(session.mission):
             self.file.attach(name, "text/plain", text.encode(), self._start_ns)
         for name, text in session.files.items():
             self.file.attach(name, "application/yaml", text.encode(), self._start_ns)
+        self._samples.attach_to(self.file, self._start_ns)
         runner.show_waypoints()
         self._topics.look_around()
         runner.status_publisher.add(self._on_status)
@@ -319,17 +317,13 @@ class RunRecorder:
             entry.msg = text
             self._log(serialize_message(entry))
 
+    def _sample(self, line: str) -> None:
+        """Take the signals of a control step, behind what was heard before it."""
+        self._topics.poll_feedback(self._goals.busy)
+        self._signals(string_message(line))
+
     def _stamp(self) -> Time:
         return set_ns(Time(), self._session.now_ns)
-
-
-_LENGTH: Callable[[int], bytes] = struct.Struct("<I").pack
-
-
-def string_message(text: str) -> bytes:
-    """A ``std_msgs/msg/String``, serialized (little-endian CDR)."""
-    data = text.encode() + b"\0"
-    return b"\0\1\0\0" + _LENGTH(len(data)) + data
 
 
 def record(

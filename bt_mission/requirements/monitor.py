@@ -133,6 +133,14 @@ class Monitor:
         """The value by what was seen so far."""
         return None if self._root is None else self._root.value
 
+    def value_of_instant(self) -> Sample:
+        """Return the value of the present instant by itself, as if it were the whole run."""
+        if self._root is None:
+            return None
+        root = Compiler(self._compiler.readers).root(self.requirement.root)
+        root.step(0)
+        return root.value
+
     def finish(self, *, is_complete: bool = True) -> None:
         """End the run.
 
@@ -222,12 +230,15 @@ class Monitors:
         self._running = [(one, one.root) for one in self.monitors if one.root is not None]
 
     def step(self, since_start_ns: int) -> None:
-        """Take the next instant."""
+        """Take the next instant; all see the same, whatever is done about a violation."""
+        violated = []
         for monitor, root in self._running:
             root.step(since_start_ns)
             if root.decided is False and monitor.violated_ns is None:
                 monitor.violated_ns = since_start_ns
-                self._tell(monitor)
+                violated.append(monitor)
+        for monitor in violated:
+            self._tell(monitor)
 
     def finish(self, *, is_complete: bool = True) -> None:
         """End the run; what is violated only by its end is told now."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import cached_property
 from typing import Any, Protocol
 
 from bt_mission.executive.status import MissionStatus
@@ -46,15 +47,30 @@ class RequirementWatch:
         self, runner: RequirementRun, make_signals: Callable[[RequirementRun], LiveSignals]
     ) -> None:
         self._runner = runner
+        self._make_signals = make_signals
+        self._samplers: list[Callable[[], None]] = []
         self._monitors: Monitors | None = None
         self._violated = 0
         self._before: Mapping[str, RequirementResult] | None = None
         if runner.mission.requirements:
-            self._signals = make_signals(runner)
-            self._monitors = Monitors(
-                runner.mission.requirements, self._signals, self._on_violation
-            )
-            runner.executive.after_tick.append(self._step)
+            self._monitors = Monitors(runner.mission.requirements, self.signals, self._on_violation)
+            self.signals.listen()
+
+    @cached_property
+    def signals(self) -> LiveSignals:
+        """The signals of the mission, from now on; without requirements they wait for a sampler."""
+        signals = self._make_signals(self._runner)
+        self._runner.executive.after_tick.append(self._step)
+        return signals
+
+    def add_sampler(self, sample: Callable[[], None]) -> None:
+        """Call a function at every control step, before requirements are evaluated."""
+        _ = self.signals
+        self._samplers.append(sample)
+
+    def remove_sampler(self, sample: Callable[[], None]) -> None:
+        """Call it no more."""
+        self._samplers.remove(sample)
 
     def results(self) -> tuple[RequirementResult, ...]:
         """What the requirements have come to; at the mission's end, for good."""
@@ -82,13 +98,15 @@ class RequirementWatch:
         return self._violated
 
     def _step(self) -> None:
-        monitors, executive = self._monitors, self._runner.executive
-        assert monitors is not None, "it is called only where there are requirements"
+        executive = self._runner.executive
         if not executive.started_ns:
             return  # goals of an earlier process are seen to first
-        self._signals.step()
-        monitors.step(self._runner.now_ns - executive.started_ns)
-        self._signals.forget()
+        self.signals.step()
+        for sample in self._samplers:
+            sample()
+        if self._monitors is not None:
+            self._monitors.step(self._runner.now_ns - executive.started_ns)
+        self.signals.forget()
         if executive.is_done:
             self.results()
 

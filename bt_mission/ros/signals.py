@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
 from py_trees.behaviour import Behaviour
@@ -15,7 +16,7 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.core.geometry import yaw_of
 from bt_mission.core.stamps import NS
 from bt_mission.executive.status import Change
-from bt_mission.language.expressions.values import NoValue
+from bt_mission.language.expressions.values import NoValue, Plain
 from bt_mission.language.requirements.signals import SIGNALS
 from bt_mission.language.requirements.syntax import SignalValue
 from bt_mission.requirements.comparisons import Reader
@@ -68,6 +69,19 @@ LOOK_EVERY = 20
 """Control steps between two looks for a topic that nobody publishes yet."""
 
 
+@dataclass(frozen=True)
+class SimulationModel:
+    """A compiled simulation, by which its states can be read.
+
+    Attributes:
+        data: Of MuJoCo, binary.
+        facts: How states are read with it.
+    """
+
+    data: bytes
+    facts: Mapping[str, str | int]
+
+
 class TopicSignal:
     """The newest message of a topic, whose type is that of its publishers once there are any.
 
@@ -86,14 +100,14 @@ class TopicSignal:
         self._is_heard = False
         self._waits = 0
 
-    def look(self) -> None:
-        """Subscribe as soon as somebody publishes the topic."""
+    def look(self, again_after: int = LOOK_EVERY) -> None:
+        """Subscribe as soon as somebody publishes the topic; else look again after some calls."""
         if self._is_heard:
             return
         self._waits -= 1
         if self._waits > 0:
             return
-        self._waits = LOOK_EVERY
+        self._waits = again_after
         node = self._runner.node
         name = node.resolve_topic_name(self._topic)
         types = {one.topic_type for one in node.get_publishers_info_by_topic(name)}
@@ -121,6 +135,7 @@ class LiveSignals:
         self._runner = runner
         self._executive = runner.executive
         self._topics: dict[str, TopicSignal] = {}
+        self._status: dict[Behaviour, Status] = {one: one.status for one in self._executive.nodes}
         self._seen: defaultdict[Behaviour, set[Status]] = defaultdict(set)
         self._changes = 0
         self._named: defaultdict[str, list[Behaviour]] = defaultdict(list)
@@ -160,6 +175,11 @@ class LiveSignals:
         known = SIGNALS.get(signal.name)
         return "odometry" if known is not None and known.known_by == "odometry" else ""
 
+    def listen(self) -> None:
+        """Subscribe to the topics that are there, so that the first control step has heard them."""
+        for topic in self._topics.values():
+            topic.look(again_after=0)
+
     def step(self) -> None:
         """Look for topics that are not there yet; called before each control step."""
         for topic in self._topics.values():
@@ -173,7 +193,20 @@ class LiveSignals:
 
     # ---- the mission ---------------------------------------------------------------------
 
+    def variables(self) -> Iterable[tuple[str, Any]]:
+        """The names and values of the mission's variables."""
+        return self._runner.scope.values.items()
+
+    def simulation(self) -> SimulationModel | None:
+        """Return the model of the simulation that states are of; None where there is none."""
+        return None
+
+    def truth(self) -> tuple[bytes, Mapping[str, Plain | None]]:
+        """Return the simulation's state, and the true values that do not follow from it."""
+        return b"", {}
+
     def _on_change(self, change: Change) -> None:
+        self._status[change.node] = change.status
         self._seen[change.node].add(change.status)
         self._changes += 1
 
@@ -181,15 +214,16 @@ class LiveSignals:
         return (self._runner.now_ns - self._executive.started_ns) / NS
 
     def _node_status(self, status: Status, node: str) -> Reader:
-        nodes, seen = self._named[node], self._seen
+        nodes, known, seen = self._named[node], self._status, self._seen
         of, value = -1, False
 
         def has_status() -> bool:
             nonlocal of, value
             if of != self._changes:
                 of = self._changes
-                # A node that starts and ends in one tick has run, too.
-                value = any(one.status is status or status in seen.get(one, ()) for one in nodes)
+                # A node that starts and ends in one tick has run, too. What a loop has reset for a
+                # new round, and not entered again, is still as it ended: as the trace tells it.
+                value = any(known[one] is status or status in seen.get(one, ()) for one in nodes)
             return value
 
         return has_status

@@ -108,6 +108,24 @@ def examine_text(
     )
 
 
+def examine_document(
+    document: Document,
+    set: Mapping[str, Plain] | None = None,  # noqa: A002 - as in examine
+    seed: int | None = None,
+    world: str | None = None,
+    robot: str | None = None,
+    servers: ServerSettings | None = OUR_SERVERS,
+    permissions: Permissions = ANYTHING,
+) -> tuple[Mission | None, tuple[Diagnostic, ...]]:
+    """Load and check a mission that stands in a document, as `examine` does a file."""
+    return _examined(
+        lambda values: draft(document, values, seed, world, robot, permissions),
+        set,
+        servers,
+        permissions,
+    )
+
+
 Examined: TypeAlias = tuple[Mission | None, tuple[Diagnostic, ...]]
 ReadDraft: TypeAlias = Callable[[Mapping[str, Plain]], Draft]
 

@@ -35,7 +35,6 @@ from bt_mission.virtual_time import VirtualTimeExecutor, self_test
 from sim.physics.spawn import RobotSpawn
 from sim.robot.robot import SimulatedRobot
 from sim.ros.node import SimNode, SimOptions
-from sim.world.loader import load_world
 from sim.world.world import Spawn, World
 
 START_NS = 1_000_000_000
@@ -90,7 +89,10 @@ class Stage:
         self.mission = members[0].mission
         isolate(visible=self._options.visible, network=self._options.network)
         files = StageFiles.find(members, self._options)
-        world = load_world(files.world)
+        world = files.world
+        if self._options.start is not None:
+            x, y, yaw = self._options.start
+            world = world.model_copy(update={"spawn": Spawn(x=x, y=y, yaw=yaw)})
         models = [load_robot(one) for one in files.robots]
         self_test()
         self.image_folder = free_folder(image_folder)
@@ -128,6 +130,9 @@ class Stage:
         self._observers: list[SessionObserver] = []
         self.step_listeners: list[Callable[[], None]] = []
         """Called after each step, once the observers have looked."""
+        self.is_stepping = False
+        self.guests: list[str] = []
+        """Names of the nodes that others have added."""
         self._cycles = 0
         if self._is_single:
             self.trace.record(
@@ -224,6 +229,7 @@ class Stage:
     def add_node(self, node: Node) -> None:
         """Have a node of one's own take part, on the clock of the stage; its owner destroys it."""
         self.offer_all()
+        self.guests.append(node.get_name())
         self.clock.add_node(node)
         self._exit.callback(self.clock.remove_node, node)
 
@@ -266,6 +272,7 @@ class Stage:
         An exception in a callback ends every mission that runs as failed with the cause; a second
         one, while goals are seen to their end, is raised as :class:`StageError`.
         """
+        self.is_stepping = True
         try:
             self.clock.step()
         except Exception as error:
@@ -275,6 +282,8 @@ class Stage:
                 raise StageError(f"the stage broke while the mission ended: {failing}") from error
             for run in running:
                 run.executive.fail(f"a callback failed: {failing}")
+        finally:
+            self.is_stepping = False
         if self._is_single and self.executive.cycles != self._cycles:
             self._cycles = self.executive.cycles
             self._record_pose(self.runs[0].robot)

@@ -8,17 +8,20 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bt_mission.core.files import find
-from bt_mission.core.yaml.document import Document, read
+from bt_mission.core.yaml.document import Document, read, read_text
 from bt_mission.sessions.stage_robot import FleetRobot, StageOptions
+from sim.world.loader import load_world
+from sim.world.world import World
 
 DEFAULT_WORLD = "empty_arena"
 
 
 @dataclass(frozen=True)
 class StageFiles:
-    """The files of the world, and of each robot."""
+    """The world and the files of all robots; the text of the world in the form of its file."""
 
-    world: Document
+    world: World
+    world_text: Document
     robots: tuple[Document, ...]
 
     @classmethod
@@ -26,18 +29,24 @@ class StageFiles:
         """Read them, unless the options have their text. Raises InputError."""
         first = members[0].mission
         world = options.world or first.world or DEFAULT_WORLD
-        if not isinstance(world, Document):
-            world = read(find("worlds", world, first.file))
+        if isinstance(world, World):
+            text = read_text(
+                world.model_dump_json(by_alias=True, exclude_unset=True), f"{world.name}.yaml"
+            )
+        else:
+            if not isinstance(world, Document):
+                world = read(find("worlds", world, first.file))
+            text, world = world, load_world(world)
         robots = (
             options.robot or read(find("robots", one.mission.robot, one.mission.file))
             for one in members
         )
-        return cls(world, tuple(robots))
+        return cls(world, text, tuple(robots))
 
     @property
     def texts(self) -> Mapping[str, str]:
         """Return what a recording keeps of them, by names without the folders of this machine."""
-        parts = {f"worlds/{Path(self.world.file).name}": self.world.text}
+        parts = {f"worlds/{Path(self.world_text.file).name}": self.world_text.text}
         return parts | {f"robots/{Path(one.file).name}": one.text for one in self.robots}
 
 
@@ -46,6 +55,7 @@ def stage_facts(members: Sequence[FleetRobot], options: StageOptions) -> Mapping
     seed = members[0].mission.seed if options.seed is None else options.seed
     known = {
         "sensor_seed": seed,
+        "start": options.start,
         "props": options.props,
         "without": sorted(options.without),
         "has_tools": options.has_tools,

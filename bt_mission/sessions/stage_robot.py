@@ -25,6 +25,7 @@ from bt_mission.ros.robot_relay import RobotRelay, RobotSnapshot
 from bt_mission.sessions.stage_nodes import StageMapperNode, StageMissionNode, StageServersNode
 from bt_mission.sessions.stage_signals import StageSignals
 from sim.robot.robot import SimulatedRobot
+from sim.world.world import World
 
 
 @dataclass(frozen=True)
@@ -32,8 +33,9 @@ class StageOptions:
     """How a stage is set up.
 
     Attributes:
-        world: Name, path or text of the world; None is that of the first mission.
+        world: The world, its name, path or text; None is that of the first mission.
         robot: Text of the robot's model, for all robots; None is that of each mission.
+        start: Where a robot alone starts: x m, y m, yaw degrees; None is where the world says.
         seed: Of all sensor noise; None is that of the first mission. Each mission's own seed
             decides the rest.
         visible: May other processes of this machine look on, and take part?
@@ -44,8 +46,9 @@ class StageOptions:
         props: How many obstacles can appear while it runs.
     """
 
-    world: str | Path | Document | None = None
+    world: str | Path | Document | World | None = None
     robot: Document | None = None
+    start: tuple[float, float, float] | None = None
     seed: int | None = None
     visible: bool = False
     network: bool = False

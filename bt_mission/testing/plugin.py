@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from bt_mission.testing.results import DEFAULT, GRAPHS, RECORD, STAGES, Results, what_to_record
-from bt_mission.testing.scenarios import Scenarios
+from bt_mission.testing.seed_hooks import SeedHooks
 
 if TYPE_CHECKING:
     from bt_mission.language.mission import Mission
@@ -97,12 +97,21 @@ def pytest_configure(config: pytest.Config) -> None:
     """Put the parts together."""
     config.addinivalue_line("filterwarnings", LARK)  # nothing that its reader could mend
     config.pluginmanager.register(Results(config), "bt_mission_results")
-    config.pluginmanager.register(Scenarios(config), "bt_mission_scenarios")
+    config.pluginmanager.register(SeedHooks(config), "bt_mission_seeds")
     asked = ("", "_source", "_report", "_fail_under")
     if any(config.getoption(f"mission_cov{one}") not in (False, None, []) for one in asked):
         from bt_mission.testing.coverage.hooks import CoverageHooks
 
         config.pluginmanager.register(CoverageHooks(config), "bt_mission_coverage")
+
+
+def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Collector | None:
+    """Collect scenarios."""
+    if not file_path.name.endswith(".scenario.yaml"):
+        return None
+    from bt_mission.testing.scenario_items import ScenarioFile
+
+    return ScenarioFile.from_parent(parent, path=file_path)
 
 
 EDITABLE = "Module already imported so cannot be rewritten; _editable_skbc_bt_mission"

@@ -98,6 +98,8 @@ class Results:
             recording = folder / f"recording{suffix}.mcap"
             is_recorded = run.recording is not None and run.recording.leave(recording)
             found.append(recording if is_recorded else trace)
+            if run.is_done:
+                leave_scenario(run, folder / f"scenario{suffix}.yaml")
         return found
 
     def replay_command(self, item: pytest.Item, run: Run) -> str:
@@ -135,12 +137,40 @@ class Results:
         lines = []
         for run, path in zip(runs, found, strict=True):
             lines.append(self._replay_of(path))
+            lines += self._run_again(run, path)
             if run.recording is not None and run.recording.missing:
                 lines.append(f"  the recording lacks {run.recording.missing}")
         return "\n".join(lines)
 
+    def _run_again(self, run: Run, path: Path) -> list[str]:
+        """Return what to type to run the same again, or why that cannot be."""
+        from bt_mission.scenarios.writer import CannotTellError, refuse_untellable
+
+        suffix = path.stem.removeprefix("recording").removeprefix("trace")
+        scenario = path.parent / f"scenario{suffix}.yaml"
+        try:
+            refuse_untellable(run)
+        except CannotTellError as error:
+            return [f"  no scenario was written: {error}"]
+        return [f"bt-mission run {shlex.quote(os.path.relpath(scenario, self._here))}"]
+
     def _folder_of(self, item: pytest.Item) -> Path:
         return self._parent / folder_name(item.nodeid)
+
+
+def leave_scenario(run: Run, path: Path) -> None:
+    """Write the scenario of a run that has ended, where it can be told as data.
+
+    Raises:
+        OSError: Where that cannot be written.
+    """
+    from bt_mission.scenarios.writer import CannotTellError, scenario_text
+
+    try:
+        text = scenario_text(run, path.parent.name, path.parent)
+    except CannotTellError:
+        return
+    path.write_text(text, encoding="utf-8")
 
 
 def hide_library(excinfo: pytest.ExceptionInfo[BaseException]) -> None:

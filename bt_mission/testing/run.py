@@ -17,6 +17,7 @@ from bt_mission.faults.errors import ScenarioError, no_such
 from bt_mission.faults.targets import find_node
 from bt_mission.language.mission import Mission
 from bt_mission.ros.subscriber import LatestMessageSubscriber
+from bt_mission.scenarios.scenario import TIME_IS_UP
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import StageOptions
 from bt_mission.testing.assertions import Assertions, holds
@@ -52,12 +53,8 @@ class Run(Assertions):
     def __init__(self, mission: Mission, folder: Path, **options: Any) -> None:
         super().__init__()
         self.mission = mission
-        self.stage = Stage(
-            mission,
-            image_folder=folder,
-            say=self._say,
-            options=StageOptions(**options),
-        )
+        self.options = StageOptions(**options)
+        self.stage = Stage(mission, image_folder=folder, say=self._say, options=self.options)
         self.history = History(self.stage)
         self._topics: dict[str, Recorded] = {}
         self.faults: list[FaultInstance] = []
@@ -71,6 +68,8 @@ class Run(Assertions):
         self._waiting: list[tuple[Condition, tuple[Action, ...]]] = []
         self._beats = 0
         self._is_closed = False
+        self.stopped_s: float | None = None
+        """When the test ended it, s since the start; None where it came to its own end."""
 
     # ---- moving on -----------------------------------------------------------------------
 
@@ -303,7 +302,9 @@ class Run(Assertions):
         if self._is_closed:
             return ()
         try:
-            self.stage.executive.interrupt("the test is over")
+            if self.status == "running":
+                self.stopped_s = self.t
+            self.stage.executive.interrupt(TIME_IS_UP)
             end = self.t + LIMIT_S
             while not self.is_done and self.t < end:
                 self.stage.step()

@@ -16,13 +16,19 @@ from rclpy.node import Node
 from bt_mission.core.dds.discovery import isolate
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.files import find
-from bt_mission.faults import Faults
+from bt_mission.faults import Faults, PlannedFault, parse_fault
 from bt_mission.faults.errors import ScenarioError, no_such
+from bt_mission.faults.located import planned_in
+from bt_mission.faults.plan import FaultPlan
 from bt_mission.faults.world import MOST_OBSTACLES
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.mission import Mission
+from bt_mission.scenarios.loader import load_scenario
+from bt_mission.scenarios.run import stop_at
+from bt_mission.scenarios.scenario import Scenario, ScenarioResult
 from bt_mission.sessions.check import examine, examine_text
+from bt_mission.sessions.session import summarise
 from bt_mission.testing.failure_recording import FailureRecording
 from bt_mission.testing.options import MOST_RUNS
 from bt_mission.testing.run import Run
@@ -100,21 +106,37 @@ class Stages:
             "world": None if world is None else str(self.world(world)),
             "robot": robot,
         }
-        made = Run(
-            self.mission(mission, **changes),
-            self.folder,
-            context=self.context,
-            without=tuple(name.strip("/") for name in self.scripted),
-            **({"props": MOST_OBSTACLES} | options),
-        )
-        for server in self.scripted.values():
-            made.stage.add_node(server.node)
-        if self._replay is not None:
-            made.replay_command = partial(self._replay, made)
-        self.runs.append(made)
-        if self._records:
-            self._record(made)
-        return made
+        return self._begin(self.mission(mission, **changes), options)
+
+    def plan(self, run: Run, *faults: str | PlannedFault) -> FaultPlan:
+        """Have faults begin in a run at their times or on their conditions.
+
+        ``stage.plan(run, "at 5.0: drop scan lasting 2")``
+
+        Args:
+            faults: As text, or as strategies draw them.
+
+        Raises:
+            ExpressionError: For a text that is no fault.
+        """
+        planned = [parse_fault(one) if isinstance(one, str) else one for one in faults]
+        return FaultPlan(run, planned, self.faults)
+
+    def run_scenario(self, scenario: str | Path | Scenario) -> ScenarioResult:
+        """Carry a scenario out; gives what it came to, of which :attr:`runs` has the run.
+
+        Raises:
+            InputError: With every error of the file, and of names that its faults find nothing of.
+        """
+        if not isinstance(scenario, Scenario):
+            scenario = load_scenario(scenario)
+        self._clear()
+        run = self._begin(scenario.mission, {"world": scenario.world, "start": scenario.start})
+        with planned_in(run, scenario.faults, self.faults) as with_outcomes:
+            stop_at(run.stage, scenario.limit)
+            while not run.is_done:
+                run.step()
+            return scenario.judge(with_outcomes(summarise(run.stage, 0.0)))
 
     def mission(self, mission: str | Path | Mission, **changes: Any) -> Mission:
         """A mission that is sound; whether servers refuse its goals is for the scenario to see.
@@ -200,6 +222,24 @@ class Stages:
                 self.violated += run.unexpected_violations
         finally:
             self._exit.close()
+
+    def _begin(self, mission: Mission, options: Mapping[str, Any]) -> Run:
+        """Put a mission on the stage."""
+        made = Run(
+            mission,
+            self.folder,
+            context=self.context,
+            without=tuple(name.strip("/") for name in self.scripted),
+            **{"props": MOST_OBSTACLES, **options},
+        )
+        for server in self.scripted.values():
+            made.stage.add_node(server.node)
+        if self._replay is not None:
+            made.replay_command = partial(self._replay, made)
+        self.runs.append(made)
+        if self._records:
+            self._record(made)
+        return made
 
     def _record(self, run: Run) -> None:
         run.recording = FailureRecording(

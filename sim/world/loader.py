@@ -26,11 +26,17 @@ def load_world(name_or_path: str | Path | Document, near: str | Path | None = No
     document = name_or_path
     if not isinstance(document, Document):
         document = read(find("worlds", document, near))
-    world = validate(document, World)
+    return world_in(document)
+
+
+def world_in(document: Document, path: tuple[str | int, ...] = ()) -> World:
+    """Return the world at a path of a document. Raises InputError with every fault."""
+    world = validate(document, World, path)
     found = problems(world)
     if found:
         raise InputError(
-            document.fault(problem.path, problem.message, problem.hint) for problem in found
+            document.fault((*path, *problem.path), problem.message, problem.hint)
+            for problem in found
         )
     return world
 

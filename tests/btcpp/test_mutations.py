@@ -14,11 +14,11 @@ from bt_mission.core.diagnostics import InputError
 from bt_mission.core.yaml.document import read
 from bt_mission.language.loader import draft, load_text
 from tests.support.missions import meaning
-from tests.support.project import ROOT
+from tests.support.project import MISSIONS
 
 EVERYTHING = (Path(__file__).parent / "everything.xml").read_text(encoding="utf-8")
 CORPUS = [
-    *(mission_xml(read(path)) for path in sorted((ROOT / "missions").rglob("*.yaml"))),
+    *(mission_xml(read(path)) for path in MISSIONS),
     *[EVERYTHING] * 10,
 ]
 WORDS = (

@@ -13,9 +13,9 @@ from bt_mission.language.loader import draft
 from bt_mission.ros.interface_types import shapes
 from tests.support.btcpp_rules import CHILDREN, models, refusals
 from tests.support.missions import meaning
-from tests.support.project import ROOT
+from tests.support.project import MISSIONS, ROOT
 
-SHIPPED = sorted(path.relative_to(ROOT) for path in (ROOT / "missions").rglob("*.yaml"))
+SHIPPED = sorted(path.relative_to(ROOT) for path in MISSIONS)
 
 TREES_LIKE_NODES = """\
 mission: Sequence

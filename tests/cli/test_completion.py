@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from bt_mission.cli import main
-from bt_mission.cli.completion import KINDS, SHELLS, script
+from bt_mission.cli.completion import KINDS, SHELLS, known, script
 from bt_mission.cli.main import make_parser
 from bt_mission.core.files import names
 
@@ -55,6 +55,7 @@ def bash(tmp_path_factory: pytest.TempPathFactory) -> Path:
     [
         (["ru"], ["run"]),
         (["run", "explore_f"], ["explore_fixed", "explore_frontiers"]),
+        (["run", "scen"], sorted(one for one in known("runs") if one.startswith("scen"))),
         (["run", "patrol", "--world", "nav"], ["nav_arena"]),
         (["sim", "--robot", "b"], ["burger"]),
         (["actions", "se"], ["send"]),
@@ -107,7 +108,7 @@ def test_every_command_is_in_every_script(shell: str) -> None:
     (commands,) = (one.choices for one in make_parser()._actions if isinstance(one.choices, dict))
     for command in (*commands, "send", "echo", "call"):
         assert command in text
-    for kind in ("missions", "worlds", "robots", "parameters"):
+    for kind in ("missions", "runs", "worlds", "robots", "parameters"):
         assert f"--names {kind}" in text
 
 
@@ -115,7 +116,8 @@ def test_every_command_is_in_every_script(shell: str) -> None:
 def test_names_are_printed_for_scripts(kind: str, capsys: pytest.CaptureFixture[str]) -> None:
     """One a line."""
     assert main(["completion", "--names", kind]) == 0
-    assert capsys.readouterr().out.split() == names(kind)  # type: ignore[arg-type]
+    assert capsys.readouterr().out.split() == known(kind)
+    assert set(names("missions")) < set(known("runs"))
 
 
 @pytest.mark.parametrize("arguments", [[], ["bash", "--names", "worlds"]])

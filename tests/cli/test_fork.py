@@ -336,3 +336,21 @@ def test_a_sweep_is_told_with_what_was_tried(late: str, capsys: pytest.CaptureFi
     assert lines[2] == "with pace=0.1: saved at none of the instants that were tried"
     assert lines[3].startswith("  2 of ")
     assert "such instants were left out (--tries). Nothing is known of the others" in lines[3]
+
+
+def test_a_run_of_a_scenario_is_forked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """With its place, its start, its faults and its requirements."""
+    path = tmp_path / "s.scenario.yaml"
+    path.write_text(
+        "scenario: s\nmission: square\nworld: nav_arena\nseed: 5\n"
+        "start: {x: 0.2, y: 0.1, yaw: 90}\ninputs: {side: 0.3}\n"
+        "faults: ['at 2.0: drop odom lasting 0.5']\n"
+        "requirements: {has power: always battery > 20}\n",
+        encoding="utf-8",
+    )
+    run = tmp_path / "s.mcap"
+    assert main(["run", str(path), "--json", "--record", str(run)]) == 0
+    told = forked(capsys, str(run), "--at", "3")
+    assert told["is_identical"]
+    assert told["forked"]["faults"][0]["began"] == 2
+    assert told["forked"]["requirements"] == told["recorded"]["requirements"]

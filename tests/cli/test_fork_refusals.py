@@ -82,8 +82,10 @@ def test_files_that_hold_no_run(tmp_path: Path, capsys: pytest.CaptureFixture[st
         ({"stage": "{}"}, "it lacks the files of world and robot"),
         ({"file": "gone.yaml"}, "it lacks the mission's file 'gone.yaml'"),
         ({"seed": "-"}, "it has no seed"),
-        ({"requirements": '[["a", "always", "report"]]'}, "requirement 'a': "),
-        ({"requirements": '[["a", "always battery > 0", "x"]]'}, "requirement 'a' asks for 'x'"),
+        (
+            {"requirements": '[{"name": "a", "formula": "always"}]'},
+            "its requirement 'a' cannot be read here",
+        ),
     ],
 )
 def test_a_recording_that_lacks_something(

@@ -6,7 +6,6 @@ from typing import Any
 
 import pytest
 
-from bt_mission.faults import parse_fault
 from bt_mission.faults.errors import ScenarioError
 from bt_mission.faults.plan import FaultPlan
 
@@ -24,7 +23,7 @@ tree:
 def planned(stage: Any, *texts: str, mission: str = TURNS) -> tuple[Any, FaultPlan]:
     """Return a run with planned faults."""
     run = stage.run(mission)
-    return run, FaultPlan(run, [parse_fault(text) for text in texts], stage.faults)
+    return run, stage.plan(run, *texts)
 
 
 def test_a_planned_fault_is_that_of_a_test(stage: Any) -> None:

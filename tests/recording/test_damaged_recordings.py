@@ -11,10 +11,10 @@ import pytest
 from mcap.opcode import Opcode
 
 from bt_mission.cli import main
+from bt_mission.recording.contents import string_message
 from bt_mission.recording.reader import read_run
 from bt_mission.recording.reading import RecordedFile
 from bt_mission.recording.replay.timeline import read_timeline
-from bt_mission.recording.writer import string_message
 from bt_mission.views.html_report.page import page_of
 from tests.support.fuzz.recorded import Recording, load, records, written
 from tests.support.project import ROOT

@@ -9,7 +9,7 @@ import pytest
 from bt_mission.language.requirements.formula import Formula, Requirement
 from bt_mission.language.requirements.syntax import SignalValue
 from bt_mission.requirements.comparisons import Reader
-from bt_mission.requirements.monitor import Monitor, RequirementResult
+from bt_mission.requirements.monitor import Monitor, Monitors, RequirementResult
 
 STEP_NS = 50_000_000
 Value = float | bool | str | None
@@ -169,3 +169,30 @@ def test_what_is_met_exactly_holds_by_nothing(text: str) -> None:
     """However the comparison is written."""
     result = watched(text, x=[0, 1, 2])
     assert (result.verdict, result.margin) == ("holds", 0.0)
+
+
+def test_all_requirements_see_the_same_instant() -> None:
+    """Whatever is done about a violation of the first."""
+    rows = Rows(speed=[0.5], clearance=[1.0])
+
+    def stop(*_: object) -> None:
+        rows.columns["clearance"] = [0.0]
+
+    texts = ("always speed < 0.1", "always clearance > 0.5")
+    monitors = Monitors([Requirement(one, one, Formula(one).root) for one in texts], rows, stop)
+    monitors.step(0)
+    assert monitors.results[1].margin == 0.5
+
+
+def test_the_value_of_an_instant_by_itself() -> None:
+    """Neither better nor worse than what was before; the requirement goes on as it was."""
+    rows = Rows(clearance=[0.5, 0.3, 0.4])
+    text = "always clearance > 0.1"
+    monitor = Monitor(Requirement("it", text, Formula(text).root), rows)
+    alone = []
+    for rows.now in range(3):
+        monitor.step(rows.now * STEP_NS)
+        alone.append(monitor.value_of_instant())
+    assert [round(one[0], 9) for one in alone if one] == [0.4, 0.2, 0.3]
+    assert monitor.now is not None
+    assert round(monitor.now[0], 9) == 0.2

@@ -100,6 +100,27 @@ def test_a_blind_robot_that_stops_meets_its_requirement(stage: Stages) -> None:
     assert (blind.verdict, blind.unit) == ("holds", "m/s")
 
 
+def test_a_node_is_as_it_ended_until_it_is_entered_again(stage: Stages) -> None:
+    """A loop resets its nodes for a new round before it enters them: that is none of their ends."""
+    run = stage.run(
+        "mission: rounds\nrequirements:\n"
+        "  stays: whenever previously succeeded('b'): succeeded('b') or running('b')\n"
+        "tree:\n  repeat: {count: 2}\n  do:\n    sequence:\n"
+        "      - {wait: 1, name: a}\n      - {wait: 1, name: b}\n"
+    )
+    run.until_done()
+    assert run.requirements["stays"].verdict == "holds"
+
+
+def test_the_first_control_step_has_heard_what_was_sent(stage: Stages) -> None:
+    """Topics are subscribed to before it."""
+    run = stage.run(
+        "mission: rest\nrequirements:\n  hears: always age('odom') < 0.01\ntree:\n  wait: 1\n"
+    )
+    run.until_done()
+    assert run.requirements["hears"].margin == 0.01
+
+
 def test_an_unknown_name_lists_the_requirements(stage: Stages) -> None:
     """As everywhere in tests."""
     run = stage.run(MISSION.format(OTHER))

@@ -3,3 +3,9 @@
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
+
+MISSIONS = sorted(
+    path for path in (ROOT / "missions").rglob("*.yaml") if not path.name.endswith(".scenario.yaml")
+)
+"""Every shipped mission; the scenarios stand beside them."""
+SCENARIOS = sorted((ROOT / "missions").rglob("*.scenario.yaml"))

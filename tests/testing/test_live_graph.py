@@ -16,6 +16,16 @@ tree:
   turn: {angle: 30}
   timeout: 30
 """
+TURNS_ON = """
+mission: turn on
+tree:
+  parallel:
+    - turn: {angle: 3000}
+      timeout: 300
+    - sequence:
+        - wait_for: {topic: odom, type: nav_msgs/msg/Odometry, until: twist.twist.angular.z > 0.5}
+        - log: it turns
+"""
 FAILS = """
 def test_it(live_graph):
     hello = live_graph.start_program("hello", "echo", "hello", "world")
@@ -78,8 +88,8 @@ def test_a_mission_runs_over_processes(live_graph):
     listing = live_graph.start("actions", "list")
     assert listing.wait() == 0
     assert "/turn" in listing.output
-    again = live_graph.run(TURN.replace("30", "3000").replace("timeout: 3000", "timeout: 300"))
-    again.until("▶ turn")
+    again = live_graph.run(TURNS_ON)
+    again.until("it turns")
     servers.kill()
     again.until("server lost: /turn has gone from the graph")
     assert again.wait() == 1

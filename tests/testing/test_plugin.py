@@ -88,5 +88,5 @@ def test_the_plugin_costs_next_to_nothing_where_there_is_no_mission() -> None:
         "bt_mission.testing.options",
         "bt_mission.testing.plugin",
         "bt_mission.testing.results",
-        "bt_mission.testing.scenarios",
+        "bt_mission.testing.seed_hooks",
     ]

@@ -74,11 +74,14 @@ def test_a_failed_test_leaves_its_traces(session, pytester):
     assert left_in(folder) == [
         "test_a.test_stops-seed7/recording.mcap",
         "test_a.test_stops-seed7/run.txt",
+        "test_a.test_stops-seed7/scenario.yaml",
         "test_a.test_stops-seed7/trace.jsonl",
         "test_a.test_two/recording_1.mcap",
         "test_a.test_two/recording_2.mcap",
         "test_a.test_two/run_1.txt",
         "test_a.test_two/run_2.txt",
+        "test_a.test_two/scenario_1.yaml",
+        "test_a.test_two/scenario_2.yaml",
         "test_a.test_two/trace_1.jsonl",
         "test_a.test_two/trace_2.jsonl",
     ]

@@ -45,7 +45,8 @@ _PREFIXED = re.compile(r"0o[0-7]+|0x[0-9a-fA-F]+")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 _NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 _NUMBER_START = frozenset("+-.0123456789")
-_PROSE_KEY = re.compile(r"requirements[ ]*:(?=\s|$)")
+_PROSE_KEY = re.compile(r"(requirements|faults)[ ]*:(?=\s|$)")
+_FAULT = re.compile(r"(?P<key>[ ]*-[ ]+)(?P<text>(?:at|after|when)[ ].*?)(?P<rest>[ ]+\#.*|[ ]*)")
 _PROSE = re.compile(
     r"""(?P<key>[ ]+(?:"[^"]*"|'[^']*'|[^\s'"{\[#&*!|>%@`-][^:#]*?)[ ]*:[ ]+)
         (?P<text>[^\s'"{\[#&*!|>%@`,?-].*?)(?P<rest>[ ]+\#.*|[ ]*)""",
@@ -111,18 +112,23 @@ def split_lines(text: str) -> tuple[str, ...]:
 
 
 def _with_prose(text: str, lines: tuple[str, ...]) -> tuple[str, frozenset[int]]:
-    """Let requirements hold colons in one line without quotes; the lines with one, from 0.
+    """Let requirements and faults hold colons in one line without quotes; the lines, from 0.
 
     In YAML a second `key: ` in a line is an error, so no document comes to mean something else:
-    `gets on: eventually within 60 s: succeeded("visit A")`.
+    `gets on: eventually within 60 s: succeeded("visit A")`. A fault is a text as a whole:
+    `- at 5.0: drop scan`.
     """
-    if "requirements" not in text:
+    if "requirements" not in text and "faults" not in text:
         return text, frozenset()
-    written, found, is_inside = list(lines), set(), False
+    written, found, section = list(lines), set(), ""
     for number, line in enumerate(lines):
-        if line[:1] not in ("", " ", "#"):
-            is_inside = _PROSE_KEY.match(line) is not None
-        elif is_inside and line.count(":") > 1 and (match := _PROSE.fullmatch(line)):
+        if line[:1] not in ("", " ", "#", "-"):
+            key = _PROSE_KEY.match(line)
+            section = key[1] if key else ""
+            continue
+        form = {"requirements": _PROSE, "faults": _FAULT}.get(section)
+        is_prose = line.count(":") > (section == "requirements")
+        if form and is_prose and (match := form.fullmatch(line)):
             hidden = re.sub(r":(?=\s|$)", _COLON, match["text"])
             if hidden != match["text"]:
                 written[number] = match["key"] + hidden + match["rest"]

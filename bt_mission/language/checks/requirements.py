@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -16,7 +16,7 @@ from bt_mission.language.expressions.values import ExpressionError
 from bt_mission.language.mission import Mission
 from bt_mission.language.node_reader import NodeReader
 from bt_mission.language.nodes.action import GoalNode
-from bt_mission.language.requirements.formula import Clause, signals_in
+from bt_mission.language.requirements.formula import Clause, Requirement, signals_in
 from bt_mission.language.requirements.signals import SIGNALS
 from bt_mission.language.requirements.written import RequirementsFile, requirements_of
 
@@ -30,7 +30,24 @@ def with_requirements(mission: Mission, paths: Sequence[str | Path]) -> Mission:
     Raises:
         InputError: With everything that is wrong with them.
     """
-    found = list(mission.requirements)
+    known = {one.name for one in mission.requirements}
+    more = read_requirements(paths, MissionNames(mission), known)
+    return replace(mission, requirements=(*mission.requirements, *more))
+
+
+def read_requirements(
+    paths: Sequence[str | Path], names: KnownNames, known: Collection[str] = ()
+) -> tuple[Requirement, ...]:
+    """Return the requirements of files.
+
+    Args:
+        names: What they can name.
+        known: The names of requirements that there are already.
+
+    Raises:
+        InputError: With everything that is wrong with them.
+    """
+    found: list[Requirement] = []
     faults: list[Diagnostic] = []
     for path in paths:
         document = read(path)
@@ -39,57 +56,87 @@ def with_requirements(mission: Mission, paths: Sequence[str | Path]) -> Mission:
         faults += reader.faults
         if written is None:
             continue
-        faults += requirement_faults(mission, document)
-        known = {one.name for one in found}
-        for name in written.requirements.keys() & known:
+        faults += faults_of_names(document, names)
+        for name in written.requirements.keys() & {*known, *(one.name for one in found)}:
             message = f"there is a requirement {quoted(name)} already"
             faults.append(document.fault(("requirements", name), message, key=True))
         found += requirements_of(written.requirements)
     if faults:
         raise InputError(faults)
-    return replace(mission, requirements=tuple(found))
+    return tuple(found)
 
 
-def requirement_faults(mission: Mission, document: Document | None = None) -> Iterator[Diagnostic]:
+def requirement_faults(mission: Mission) -> Iterator[Diagnostic]:
     """Yield the nodes and variables that are named in requirements and are not in the mission."""
-    document = document or mission.document
-    assert document is not None, "a mission to check comes from a file or a string"
-    names = MissionNames(mission)
+    assert mission.document is not None, "a mission to check comes from a file or a string"
+    return faults_of_names(mission.document, MissionNames(mission))
+
+
+def faults_of_names(document: Document, names: KnownNames) -> Iterator[Diagnostic]:
+    """Yield what the requirements of a file name, and is not there."""
     for path, root in _formulas(document):
         for error in names.unknown_in(root):
             offset = error.column - 1
             yield document.fault(path, error.message, error.hint, offset=offset)
 
 
-class MissionNames:
-    """The nodes and variables of a mission, which formulas and conditions may name."""
+class KnownNames:
+    """The nodes and variables that formulas and conditions may name.
 
-    def __init__(self, mission: Mission) -> None:
-        nodes = [node for tree in mission.all_trees for node in tree.body.walk()]
-        self._nodes = {node.label for node in nodes}
-        self._acting = {node.label for node in nodes if isinstance(node, GoalNode)}
-        self._variables = {
-            *mission.inputs,
-            *(one.variable for one in mission.follow),
-            *(name for node in mission.tree.walk() for name in written_by(node)),
-        }
+    Args:
+        nodes: None where they are not known, and anything may be named; likewise the others.
+        acting: Those of them that have goals.
+        variables: Without their `$`.
+    """
+
+    def __init__(
+        self,
+        nodes: Collection[str] | None = None,
+        acting: Collection[str] | None = None,
+        variables: Collection[str] | None = None,
+    ) -> None:
+        self._nodes, self._acting, self._variables = nodes, acting, variables
+
+    def lacks(self, node: str) -> bool:
+        """Return whether no node has this name, or stands at this place."""
+        known = self._nodes
+        return known is not None and node not in known and not _PLACE.fullmatch(node)
+
+    def near(self, node: str) -> str | None:
+        """Return "did you mean 'x'?" for the nearest name of a node."""
+        return did_you_mean(node, self._nodes or ())
 
     def unknown_in(self, root: SyntaxNode) -> Iterator[ExpressionError]:
-        """Yield an error for each node or variable that is not in the mission."""
+        """Yield an error for each node or variable that is not there."""
         for signal in signals_in(root):
-            if signal.name == "$" and signal.arguments[0] not in self._variables:
-                name, defined = signal.arguments[0], self._variables
+            defined, name = self._variables, signal.arguments[0] if signal.arguments else ""
+            if signal.name == "$" and defined is not None and name not in defined:
                 message = f"'${name}' is an undefined variable (defined: {listed(defined)})"
                 yield ExpressionError(message, signal.column, did_you_mean(name, defined))
             if signal.name not in SIGNALS or "node" not in SIGNALS[signal.name].arguments:
                 continue
-            node = signal.arguments[0]
             wanted = self._acting if signal.name == "feedback" else self._nodes
-            if node in wanted or _PLACE.fullmatch(node):
+            if wanted is None or name in wanted or _PLACE.fullmatch(name):
                 continue
-            what = "node has a goal and is" if node in self._nodes else "node is"
-            message = f"no {what} named {quoted(node)} (named: {listed(sorted(wanted), 12)})"
-            yield ExpressionError(message, signal.column, did_you_mean(node, wanted))
+            what = "node has a goal and is" if name in (self._nodes or ()) else "node is"
+            message = f"no {what} named {quoted(name)} (named: {listed(sorted(wanted), 12)})"
+            yield ExpressionError(message, signal.column, did_you_mean(name, wanted))
+
+
+class MissionNames(KnownNames):
+    """The nodes and variables of a mission."""
+
+    def __init__(self, mission: Mission) -> None:
+        nodes = [node for tree in mission.all_trees for node in tree.body.walk()]
+        super().__init__(
+            {node.label for node in nodes},
+            {node.label for node in nodes if isinstance(node, GoalNode)},
+            {
+                *mission.inputs,
+                *(one.variable for one in mission.follow),
+                *(name for node in mission.tree.walk() for name in written_by(node)),
+            },
+        )
 
 
 def _formulas(document: Document) -> Iterator[tuple[tuple[Key, ...], SyntaxNode]]:

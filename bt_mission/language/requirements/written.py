@@ -26,9 +26,10 @@ from bt_mission.language.requirements.formula import (
     OnViolation,
     Requirement,
     check_formula,
+    walk,
 )
 from bt_mission.language.requirements.parser import whenever
-from bt_mission.language.requirements.syntax import TimeWindow
+from bt_mission.language.requirements.syntax import Chain, TimeWindow
 
 EXAMPLE = "always clearance > 0.1"
 
@@ -89,8 +90,12 @@ class RequirementForm(Written):
             return self.formula.text
         assert self.whenever is not None
         assert self.then is not None
-        within = "" if self.within is None else f" within {self.within:g} s"
-        return f"whenever {self.whenever.text}: {self.then.text}{within}"
+        then = self.then.text
+        if self.within is None:
+            return f"whenever {self.whenever.text}: {then}"
+        if any(isinstance(part, Chain) for part in walk(self.then.root)):
+            then = f"({then})"  # its own 'until' would take the 'within'
+        return f"whenever {self.whenever.text}: {then} within {self.within:g} s"
 
 
 def _known_form(value: Any) -> Any:

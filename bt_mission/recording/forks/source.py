@@ -15,15 +15,14 @@ from bt_mission.core.stamps import NS
 from bt_mission.core.yaml.document import Document, read_text
 from bt_mission.executive.trace import VERSION
 from bt_mission.language.checks.mission import python_leaf_faults
-from bt_mission.language.expressions.values import ExpressionError
 from bt_mission.language.loader import draft, finished
 from bt_mission.language.mission import Mission
 from bt_mission.language.permissions import Permissions
-from bt_mission.language.requirements.formula import Formula, OnViolation, Requirement
 from bt_mission.recording.contents import versions
 from bt_mission.recording.expected_types import TEXT, expect
 from bt_mission.recording.facts import RunFacts
 from bt_mission.recording.reading import RecordedFile
+from bt_mission.recording.signal_samples import requirements_in
 from bt_mission.sessions.load import XML
 from bt_mission.sessions.stage_robot import StageOptions
 
@@ -37,9 +36,6 @@ NO_PYTHON = Permissions(
     python="refuse",
     hint="--import-python runs the code of its author's that lies on this machine",
 )
-
-
-ON_VIOLATION: Mapping[str, OnViolation] = {"report": "report", "fail": "fail", "halt": "halt"}
 
 
 class ForkError(BtMissionError):
@@ -134,10 +130,12 @@ class ForkSource:
         Args:
             props: So many obstacles can appear, at least.
         """
+        start = self.stage["start"]
         return StageOptions(
             world=self.world,
             robot=self.robot,
             seed=self.stage["sensor_seed"],
+            start=None if start is None else (start[0], start[1], start[2]),
             props=max(props, self.stage["props"]),
             watched=self.stage["has_tools"],
         )
@@ -279,20 +277,7 @@ def _missions_of(
     faults = [one for one in python_leaf_faults(mission, permissions) if one.severity == "error"]
     if faults:
         raise InputError(faults)
-    return written, replace(mission, requirements=_requirements_of(file.path, facts))
-
-
-def _requirements_of(path: Path, facts: RunFacts) -> tuple[Requirement, ...]:
-    found = []
-    for name, text, action in facts.requirements:
-        if action not in ON_VIOLATION:
-            raise ForkError(f"{path}: requirement '{name}' asks for '{action}', unknown here")
-        try:
-            root = Formula(text).root
-        except ExpressionError as error:
-            raise ForkError(f"{path}: requirement '{name}': {error}") from error
-        found.append(Requirement(name, text, root, ON_VIOLATION[action]))
-    return tuple(found)
+    return written, replace(mission, requirements=requirements_in(file))
 
 
 def _text_of(file: RecordedFile, what: str, prefix: str) -> Document:

@@ -195,6 +195,8 @@ class CoverageHooks:
             path = Path(source)
             found = sorted(path.rglob("*.yaml")) if path.is_dir() else [path]
             for file in found:
+                if files.is_scenario(file):
+                    continue
                 try:
                     self._know(load(file))
                 except BtMissionError as error:

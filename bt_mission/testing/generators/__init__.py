@@ -3,6 +3,6 @@
 - ``draws``: :class:`Draws`, where choices come from
 - ``worlds``: :func:`drawn_world`
 - ``missions``: :func:`drawn_mission`
-- ``scenarios``: :class:`Scenario`, with faults at their times
+- ``scenarios``: :class:`DrawnScenario`, with faults at their times
 - ``strategies``: hypothesis strategies over these (imports hypothesis)
 """

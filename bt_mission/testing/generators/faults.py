@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import Any
 
+from bt_mission.faults import PlannedFault
+from bt_mission.faults.planned import AtTime
+from bt_mission.faults.values import planned_fault
 from bt_mission.testing.generators.draws import Draws, maybe, number, one_of
-
-if TYPE_CHECKING:
-    from bt_mission.testing.run import Run
-    from bt_mission.testing.stages import Stages
 
 MOST_FAULTS = 5
 LATEST_S = 20.0
@@ -23,29 +22,6 @@ CORRUPTIONS = ("nan", "zeros", "empty", "old stamp", "wrong frame")
 FEEDBACK_CORRUPTIONS = ("nan", "zeros")
 WHEELS = ("left", "right", "both")
 NODES = ("bt_mission", "bt_mission_servers")
-
-
-@dataclass(frozen=True)
-class PlannedFault:
-    """One of ``stage.faults``, to begin at a time.
-
-    Args:
-        time: S since the start.
-        name: Of the method that makes it.
-    """
-
-    time: float
-    name: str
-    arguments: tuple[Any, ...]
-    options: dict[str, Any] = field(default_factory=dict)
-
-    def plan(self, stage: Stages, run: Run) -> None:
-        """Have it begin at its time."""
-        run.at(self.time, getattr(stage.faults, self.name)(*self.arguments, **self.options))
-
-    def __repr__(self) -> str:
-        given = [*map(repr, self.arguments), *(f"{k}={v!r}" for k, v in self.options.items())]
-        return f"run.at({self.time!r}, stage.faults.{self.name}({', '.join(given)}))"
 
 
 Call = tuple[tuple[Any, ...], dict[str, Any]]
@@ -86,13 +62,13 @@ def _faults(draws: Draws, names: Sequence[str], leaves: Sequence[str]) -> tuple[
     name = one_of(draws, names)
     if name in IN_LEAVES:
         method = one_of(draws, ("update", "initialise", "terminate"))
-        return (PlannedFault(time, name, (one_of(draws, leaves),), {"method": method}),)
+        return (planned_fault(AtTime(time), name, one_of(draws, leaves), method=method),)
     arguments, options = DRAWN[name].make(draws)
     if DRAWN[name].ends:
         options = options | {"lasting": number(draws, 0.25, LONGEST_S, 0.25)}
-    found = PlannedFault(time, name, arguments, options)
+    found = planned_fault(AtTime(time), name, *arguments, **options)
     if name in OF_A_BOX:
-        return (PlannedFault(time, *_SPAWNED), found)
+        return (planned_fault(AtTime(time), "spawn_box", 1.0, 0.0, even_into_the_robot=True), found)
     return (found,)
 
 
@@ -207,7 +183,6 @@ def _in_callback(draws: Draws) -> Call:
     }
 
 
-_SPAWNED = ("spawn_box", (1.0, 0.0), {"even_into_the_robot": True})
 OF_A_BOX = ("move_box", "remove_box")
 """Faults of a box that another fault has spawned."""
 

@@ -4,22 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from textwrap import indent
 from typing import Any
 
 import yaml  # type: ignore[import-untyped]
 
+from bt_mission.core.yaml.document import read_text
+from bt_mission.faults import PlannedFault
 from bt_mission.testing.generators.draws import Draws
-from bt_mission.testing.generators.faults import PlannedFault, drawn_faults
+from bt_mission.testing.generators.faults import drawn_faults
 from bt_mission.testing.generators.missions import drawn_mission
 from bt_mission.testing.generators.worlds import drawn_world
 from bt_mission.testing.run import Run
 from bt_mission.testing.stages import Stages
 
 
-@dataclass(frozen=True)
-class Scenario:
-    """Everything that a run follows from; what it looks like is a test that repeats it."""
+@dataclass(frozen=True, repr=False)
+class DrawnScenario:
+    """Everything that a run follows from, as texts; it looks like the scenario file of that run."""
 
     mission: str
     world: str
@@ -29,26 +30,30 @@ class Scenario:
     def on(self, stage: Stages) -> Run:
         """Put it on a stage, ready for its first step."""
         run = stage.run(self.mission, world=self.world, seed=self.seed)
-        for fault in self.faults:
-            fault.plan(stage, run)
+        stage.plan(run, *self.faults)
         return run
 
-    def __repr__(self) -> str:
-        faults = "".join(f"    {fault!r}\n" for fault in self.faults)
-        return (
-            "\ndef test_it(stage):\n"
-            f'    mission = """\n{indent(self.mission, "    ")}    """\n'
-            f'    world = """\n{indent(self.world, "    ")}    """\n'
-            f"    run = stage.run(mission, world=world, seed={self.seed})\n"
-            f"{faults}"
-            "    run.until_done()\n"
+    @property
+    def text(self) -> str:
+        """The scenario as a file."""
+        return as_text(
+            {
+                "scenario": "drawn",
+                "mission": read_text(self.mission).data,
+                "world": read_text(self.world).data,
+                "seed": self.seed,
+                "faults": [one.text for one in self.faults],
+            }
         )
 
+    def __repr__(self) -> str:
+        return f"\n{self.text}"
 
-def drawn_scenario(draws: Draws, faults: Sequence[str] = ()) -> Scenario:
+
+def drawn_scenario(draws: Draws, faults: Sequence[str] = ()) -> DrawnScenario:
     """A scenario; it ends in bounded time."""
     mission, world = as_text(drawn_mission(draws)), as_text(drawn_world(draws))
-    return Scenario(mission, world, draws.whole(0, 999), drawn_faults(draws, faults))
+    return DrawnScenario(mission, world, draws.whole(0, 999), drawn_faults(draws, faults))
 
 
 def as_text(data: dict[str, Any]) -> str:

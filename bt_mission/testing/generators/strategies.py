@@ -6,7 +6,7 @@
         run.until_done()
         assert run.never(lambda s: s.collisions)
 
-Worlds and missions are texts of files; a scenario is shown as a test that repeats it. So whatever
+Worlds and missions are texts of files; a scenario is shown as the file that repeats it. So whatever
 fails can be pasted as it is.
 """
 
@@ -17,9 +17,10 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from bt_mission.testing.generators.faults import PlannedFault, drawn_faults
+from bt_mission.faults import PlannedFault
+from bt_mission.testing.generators.faults import drawn_faults
 from bt_mission.testing.generators.missions import drawn_mission
-from bt_mission.testing.generators.scenarios import Scenario, as_text, drawn_scenario
+from bt_mission.testing.generators.scenarios import DrawnScenario, as_text, drawn_scenario
 from bt_mission.testing.generators.worlds import drawn_world
 
 __all__ = ["fault_schedules", "missions", "scenarios", "worlds"]
@@ -60,7 +61,7 @@ def fault_schedules(draw: Any, *names: str) -> tuple[PlannedFault, ...]:
 
 
 @st.composite
-def scenarios(draw: Any, *faults: str) -> Scenario:
+def scenarios(draw: Any, *faults: str) -> DrawnScenario:
     """A world, a mission, a seed and faults.
 
     Args:

@@ -14,6 +14,7 @@ from bt_mission.views.html_report import tables
 from bt_mission.views.html_report.figures import duration_s, since_start_s
 from bt_mission.views.html_report.markup import element, rows
 from bt_mission.views.html_report.plan import plan, scans_on_map, spread
+from bt_mission.views.html_report.requirements import margin_charts, requirements
 from bt_mission.views.html_report.timeline import charts, charts_of, rows_of, thinned, timeline
 
 # Nothing may be fetched: whatever is named here comes out of the page itself.
@@ -47,6 +48,7 @@ def page_of(run: RecordedRun) -> str:
     )
     pictures = tables.pictures(run)
     sections = [
+        _section("Requirements", requirements(run)) if run.requirements else "",
         _section("Timeline", timeline(run)),
         _section("Where it went", plan(run)),
         _section("Figures", charts(run)),
@@ -121,7 +123,7 @@ def script_data(run: RecordedRun) -> str:
                 "t": [_s(run, time_ns) for time_ns in times.tolist()],
                 "v": np.round(values, 3).tolist(),
             }
-            for chart in charts_of(run)
+            for chart in (*charts_of(run), *margin_charts(run))
             for times, values in [thinned(chart)]
         },
     }

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
 from bt_mission.core.diagnostics import InputError
@@ -128,3 +130,19 @@ def test_a_requirement_in_parts_is_one_formula() -> None:
     (one,) = load_text(MISSION.format(form)).requirements
     assert one.text == "whenever age('scan') > 0.5: speed < 0.01 within 0.6 s"
     assert one.on_violation == "halt"
+
+
+@pytest.mark.parametrize(
+    "then", ["speed < 1", "a or b", "x > 0 until y > 0", "running('a') implies x > 0 until y > 0"]
+)
+def test_a_mapping_reads_back_from_its_text(then: str) -> None:
+    """Recordings hold requirements as texts; a window stays with what it belongs to."""
+    then = then.replace("a or b", "running('a') or x > 2")
+    text = f'{{whenever: speed > 0.5, then: "{then}", within: 0.5}}'
+    if "until" in then:
+        text = text.replace("y > 0", "y > 0 within 1 s")
+    mission = load_text(f"mission: it\nrequirements:\n  one: {text}\ntree: {{wait: 1, name: a}}\n")
+    (one,) = mission.requirements
+    again = Formula(one.text).root
+    columns = re.compile(r"column=\d+|(?<=[<>=]', )\d+")
+    assert columns.sub("", repr(again)) == columns.sub("", repr(one.root))

@@ -9,14 +9,14 @@ from __future__ import annotations
 import io
 import zlib
 from argparse import Namespace
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import redirect_stdout
 from pathlib import Path
 
 from mcap import records
 from mcap.stream_reader import StreamReader
 
-from bt_mission.cli import diff, replay, report
+from bt_mission.cli import diff, replay, report, verify
 from bt_mission.core.errors import BtMissionError
 from bt_mission.recording.replay.player import Player
 from bt_mission.recording.replay.timeline import read_timeline
@@ -27,7 +27,14 @@ from tests.support.fuzz.finding import Finding, Verdict
 
 LARGEST_OUTPUT = 10_000_000
 PAGE = Path("page.html")
-SAID = ("ends here", "not whole", "cut here", "torn")
+SAID = ("ends here", "not whole", "cut here", "torn", "the recording is cut")
+REQUIREMENTS = """\
+requirements:
+  keeps off: always clearance > 0.1
+  is slow: always speed < 1 and distance < 100 and open_goals < 3
+  hears: always age("scan") < 3 and scan_clearance > 0.1 and battery > 3
+  is calm: whenever topic("odom", "twist.twist.linear.x") > 0.1: odometry.x < 4 within 2 s
+"""
 MARK = b"\x89MCAP0\r\n"
 
 
@@ -56,16 +63,7 @@ def judge(path: Path) -> Verdict:
         "once": choice % 4 == 1,
         "poses": choice % 4 == 2,
     }
-    commands: list[Callable[[], int]] = [lambda: replay.replay(Namespace(**replayed))]
-    if path.suffix == ".jsonl":
-        others = Path("other.jsonl")
-        if not others.exists():
-            others.write_bytes(contents)
-        compared = Namespace(first=path, second=others, json=choice % 2 == 0)
-        commands = [commands[0], lambda: diff.compare(compared)]
-    elif choice % 4 == 3:
-        page = Namespace(file=path, output=PAGE, force=True)
-        commands = [lambda: report.report(page)]
+    commands = _commands(path, contents, choice, replayed)
     said, ended = "", []
     for command in commands:
         output = _Output()
@@ -86,6 +84,33 @@ def judge(path: Path) -> Verdict:
     if lack and not any(words in said for words in SAID):
         return Verdict(True, finding=Finding(f"taken for whole: {lack.kind}", lack.text))
     return Verdict(accepted=True)
+
+
+def _commands(
+    path: Path, contents: bytes, choice: int, replayed: Mapping[str, object]
+) -> list[Callable[[], int]]:
+    """Choose what reads a file."""
+    commands: list[Callable[[], int]] = [lambda: replay.replay(Namespace(**replayed))]
+    if path.suffix == ".jsonl":
+        others = Path("other.jsonl")
+        if not others.exists():
+            others.write_bytes(contents)
+        compared = Namespace(first=path, second=others, json=choice % 2 == 0)
+        commands = [commands[0], lambda: diff.compare(compared)]
+    elif choice % 4 == 3:
+        page = Namespace(file=path, output=PAGE, force=True)
+        commands = [lambda: report.report(page)]
+    elif choice % 8 == 2:
+        commands = [lambda: _verify(path)]
+    return commands
+
+
+def _verify(path: Path) -> int:
+    """Evaluate requirements over a recording."""
+    required = path.with_name("required.yaml")
+    required.write_text(REQUIREMENTS)
+    options = {"require": [required], "mission": None, "namespace": None, "json": False}
+    return verify.verify(Namespace(file=path, **options))
 
 
 def _draw(path: Path) -> None:

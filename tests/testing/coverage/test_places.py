@@ -5,9 +5,10 @@ import pytest
 from bt_mission.language.loader import load_text
 from bt_mission.sessions.load import load
 from bt_mission.testing.coverage.places import CoveragePlace, places
+from tests.support.project import MISSIONS as SHIPPED
 from tests.support.project import ROOT
 
-MISSIONS = [*sorted((ROOT / "missions").rglob("*.yaml")), ROOT / "tests/btcpp/everything.xml"]
+MISSIONS = [*SHIPPED, ROOT / "tests/btcpp/everything.xml"]
 ALWAYS = [
     "succeeded",
     "aborted",

@@ -8,10 +8,11 @@ from typing import Any
 import pytest
 from hypothesis import find, given, settings
 
+from bt_mission.scenarios.run import run_scenario
 from bt_mission.sessions.check import examine_text
 from bt_mission.testing.generators.draws import SeededDraws
 from bt_mission.testing.generators.missions import drawn_mission
-from bt_mission.testing.generators.scenarios import Scenario, as_text, drawn_scenario
+from bt_mission.testing.generators.scenarios import DrawnScenario, as_text, drawn_scenario
 from bt_mission.testing.generators.strategies import fault_schedules, missions, scenarios, worlds
 from bt_mission.testing.generators.worlds import drawn_world
 from bt_mission.testing.stages import Stages
@@ -43,7 +44,7 @@ def test_the_simplest_world_and_mission() -> None:
 
 @settings(max_examples=5)
 @given(scenarios())
-def test_every_scenario_runs_to_its_end(tmp_path_factory: Any, scenario: Scenario) -> None:
+def test_every_scenario_runs_to_its_end(tmp_path_factory: Any, scenario: DrawnScenario) -> None:
     """Whatever is broken on the way, a mission comes to an end."""
     stages = Stages(tmp_path_factory.mktemp("drawn"))
     try:
@@ -54,22 +55,21 @@ def test_every_scenario_runs_to_its_end(tmp_path_factory: Any, scenario: Scenari
         stages.close()
 
 
-def test_a_scenario_looks_like_a_test_that_repeats_it(tmp_path: Path) -> None:
+def test_a_scenario_looks_like_the_file_that_repeats_it(tmp_path: Path) -> None:
     """To be pasted as it is; the same trace comes out."""
     scenario = next(
         found for seed in range(99) if len((found := drawn_scenario(SeededDraws(seed))).faults) > 2
     )
-    names: dict[str, Any] = {}
-    exec(repr(scenario), names)  # noqa: S102 - what it looks like is what is tested
+    path = tmp_path / "drawn.yaml"
+    path.write_text(repr(scenario), encoding="utf-8")
     stages = Stages(tmp_path)
-    names["test_it"](stages)
-    scenario.on(stages).until_done()
+    run = scenario.on(stages)
+    run.until_done()
     stages.close()
-    first, second = (run.stage.trace.sha256 for run in stages.runs)
-    assert first == second
+    assert run_scenario(path).report.trace_sha256 == run.stage.trace.sha256
 
 
 def test_the_simplest_schedule_that_matters() -> None:
     """One fault, not five."""
     (fault,) = find(fault_schedules(), lambda faults: any(one.name == "freeze" for one in faults))
-    assert repr(fault) == "run.at(0.25, stage.faults.freeze('scan', lasting=0.25))"
+    assert repr(fault) == "<at 0.25: freeze scan lasting 0.25>"

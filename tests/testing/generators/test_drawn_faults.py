@@ -46,8 +46,7 @@ def test_a_drawn_fault_can_begin(name: str, tmp_path: Path) -> None:
     stages = Stages(tmp_path)
     try:
         run = stages.run(DRIVES)
-        for fault in faults[:2]:
-            fault.plan(stages, run)
+        stages.plan(run, *faults[:2])
         try:
             run.until_done()
         except RuntimeError as error:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Callable
 from html.parser import HTMLParser
@@ -10,7 +11,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bt_mission.recording.model import RecordedGoal, RecordedLine, RecordedRun, Series, Span, Track
+from bt_mission.recording.model import (
+    RecordedGoal,
+    RecordedLine,
+    RecordedRequirement,
+    RecordedRun,
+    Series,
+    Span,
+    Track,
+)
+from bt_mission.requirements.monitor import RequirementResult
 from bt_mission.views.html_report.page import page_of
 
 S = 1_000_000_000
@@ -72,6 +82,37 @@ def test_every_part_is_there(a_run: Callable[..., RecordedRun]) -> None:
     assert outline(a_run()).headings == [*parts, "Pictures", *rest]
     bare = outline(a_run(pictures=(), files={}))
     assert bare.headings == [*parts, "Leaves", "Log", "Made with"]
+
+
+def test_requirements_stand_first_with_their_margins(a_run: Callable[..., RecordedRun]) -> None:
+    """In words, and drawn over time with the instants that count; no script is needed."""
+    times = np.linspace(0, 10, 201)
+    slow = RequirementResult(
+        "is <slow>", "always speed < 0.1", "violated", -0.1, "m/s", 1.05, violated_at=1.0
+    )
+    ends = RequirementResult("ends", "eventually succeeded('x')", "unknown", why="no node 'x'")
+    margins = np.where(times > 1, -0.1, 0.1)
+    margins[:3] = np.nan
+    run = a_run(
+        requirements=(
+            RecordedRequirement(slow, times, margins, is_of_instants=True),
+            RecordedRequirement(ends, times, np.full(201, np.inf), is_of_instants=True),
+        )
+    )
+    page = page_of(run)
+    found = Outline(page)
+    assert found.headings[0] == "Requirements"
+    text = re.sub(r"\s+", " ", found.text)
+    assert "is <slow> always speed < 0.1 violated -0.1 m/s 1.05 s noticed at 1.00 s" in text
+    assert "ends eventually succeeded('x') unknown no node 'x'" in text
+    assert "is <slow> margin at each instant, m/s" in text
+    assert page.count('class="line margin zoomed"') == 1
+    assert "from -0.1 to 0.1; below 0 it is violated" in page
+    for line in ("instant violated", "instant decides"):
+        assert page.count(f'<line class="{line}"') == 1
+    data = json.loads(page.split('id="run">')[1].split("</script>")[0])
+    assert data["charts"]["requirement 0"]["unit"] == "m/s"
+    assert len(data["charts"]["requirement 0"]["v"]) == 198
 
 
 def test_nothing_is_fetched(a_run: Callable[..., RecordedRun]) -> None:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 TITLE = "scenarios: seeds that passed, as a rate with its 95 % interval"
 
 
-class Scenarios:
+class SeedHooks:
     """Hooks of one session."""
 
     def __init__(self, config: pytest.Config) -> None:

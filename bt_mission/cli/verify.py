@@ -1,0 +1,141 @@
+"""``bt-mission verify``: requirements over a recording."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from bt_mission.cli.exits import MISSION_FAILED, SUCCESS, UNKNOWN
+from bt_mission.cli.options import add_require_option, mission_file
+from bt_mission.core.errors import BtMissionError
+from bt_mission.core.text import escape_control
+
+if TYPE_CHECKING:
+    from bt_mission.language.requirements.formula import Requirement
+    from bt_mission.recording.verification import RecordedRequirements, Verification
+
+EPILOG = """\
+examples:
+  bt-mission run missions/explore.yaml --record explore.mcap
+  bt-mission verify explore.mcap                      the requirements that the run had
+  bt-mission verify explore.mcap --require slow.yaml  and those of a file, or with other limits
+  bt-mission verify explore.mcap --mission new.yaml   those of another mission file instead
+  bt-mission verify drive_0.mcap --require slow.yaml  of any robot: ros2 bag record -s mcap -a
+
+slow.yaml:
+  requirements:
+    is slow: always speed < 0.3
+
+exit codes: 0 none is violated; one may be open, since the run was over before it could be told
+            1 one is violated
+            2 bad input
+            3 one cannot be told from this recording, and none is violated
+"""
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command to the command line."""
+    parser = commands.add_parser(
+        "verify",
+        help="evaluate requirements over a recording",
+        description="Evaluates requirements over a recording: those that the run had "
+        "(bt-mission run --record), and those of files. Of a simulated run, verdicts, margins and "
+        "instants are those of the run itself. A recording of another robot (ros2 bag record) is "
+        "evaluated every 0.05 s; what no topic of it tells is unknown, with the reason.",
+        epilog=EPILOG,
+    )
+    parser.add_argument("file", type=Path, help="a recording (MCAP)")
+    add_require_option(
+        parser,
+        "a YAML file with further requirements; one with the name of a recorded requirement "
+        "replaces it; may be repeated",
+    )
+    parser.add_argument(
+        "--mission",
+        type=Path,
+        metavar="FILE",
+        help="take the requirements of this mission file instead of the recorded ones",
+    )
+    parser.add_argument(
+        "--namespace",
+        metavar="NAME",
+        help="namespace of the robot's topics (default: that of the recorded mission)",
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.set_defaults(command=verify)
+
+
+def verify(options: argparse.Namespace) -> int:
+    """Evaluate the requirements; gives the exit code."""
+    from bt_mission.recording.reading import is_recording
+    from bt_mission.recording.verification import RecordedRequirements
+
+    if not is_recording(options.file):
+        raise BtMissionError(
+            f"{options.file}: a trace does not hold the signals of a run; verify takes a recording "
+            "(bt-mission run --record)"
+        )
+    recorded = RecordedRequirements(options.file, options.namespace)
+    found = recorded.verify(_requirements(options, recorded))
+    if options.json:
+        print(json.dumps(_as_dict(options, recorded, found)))
+    else:
+        print("\n".join(map(escape_control, _lines(options, recorded, found))))
+    verdicts = {one.verdict for one in found.results}
+    if "violated" in verdicts:
+        return MISSION_FAILED
+    is_short = "unknown" in verdicts or ("open" in verdicts and found.why_cut)
+    return UNKNOWN if is_short else SUCCESS
+
+
+def _requirements(
+    options: argparse.Namespace, recorded: RecordedRequirements
+) -> tuple[Requirement, ...]:
+    """Return the requirements to evaluate. Raises BtMissionError where there are none."""
+    from bt_mission.language.checks.requirements import read_requirements
+    from bt_mission.sessions.load import load
+
+    if options.mission:
+        own = load(mission_file(argparse.Namespace(file=options.mission))).requirements
+    else:
+        own = recorded.own()
+    more = read_requirements(options.require, recorded.names)
+    found = {one.name: one for one in (*own, *more)}
+    if found:
+        return tuple(found.values())
+    if options.mission:
+        why = f"{options.mission} has no requirements"
+    elif recorded.is_of_mission:
+        why = "the recorded mission has no requirements"
+    else:
+        why = "no mission is in it, and so no requirements"
+    raise BtMissionError(f"{options.file}: {why}: name a file of them with --require FILE")
+
+
+def _as_dict(
+    options: argparse.Namespace, recorded: RecordedRequirements, found: Verification
+) -> dict[str, Any]:
+    return {
+        "recording": str(options.file),
+        "mission": recorded.mission,
+        "requirements": [asdict(one) for one in found.results],
+        "notes": list(found.notes),
+        "recording_lacks": "; ".join(filter(None, (found.why_cut, found.lacks))),
+    }
+
+
+def _lines(
+    options: argparse.Namespace, recorded: RecordedRequirements, found: Verification
+) -> list[str]:
+    what = recorded.mission or "no mission"
+    lines = [f"{options.file}: {what}, {recorded.duration_s:.2f} s"]
+    lines += [f"  {note}" for note in found.notes]
+    lines += [f"  requirement {one}" for one in found.results]
+    if found.why_cut:
+        lines.append(f"  {found.why_cut}")
+    if found.lacks:
+        lines.append(f"  it lacks {found.lacks}")
+    return lines

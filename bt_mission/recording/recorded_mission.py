@@ -1,0 +1,179 @@
+"""The state of a recorded mission at an instant: its nodes, goals and variables."""
+
+from __future__ import annotations
+
+import json
+from collections import defaultdict
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from py_trees.common import Status
+
+from bt_mission.behaviours.action_leaf import ActionLeaf
+from bt_mission.core.diagnostics import quoted
+from bt_mission.events import reader as messages
+from bt_mission.events.events import FINAL, MissionStarted, NodeInfo
+from bt_mission.language.expressions.values import Plain
+from bt_mission.language.requirements.syntax import SignalValue
+from bt_mission.recording.expected_types import TEXT, expect
+from bt_mission.recording.reading import Channel
+from bt_mission.requirements.comparisons import Reader
+from bt_mission.ros.signals import STATUSES, field_of
+
+FEEDBACK = "/_action/feedback"
+_POSE = b'"event": "pose"'
+
+
+class RecordedMission:
+    """Takes in what an executive has told of its mission: by its trace, else by its topics.
+
+    Args:
+        node: Full name of the executive's node.
+        tree: Of the mission; None where there is none in the recording.
+        topics: All that are in it.
+    """
+
+    def __init__(self, node: str, tree: MissionStarted | None, topics: Mapping[str, str]) -> None:
+        self.ending = ""
+        """How the mission has ended: one of :data:`FINAL`; empty while it has not."""
+        self.seen: defaultdict[str, set[Status]] = defaultdict(set)
+        """Statuses that nodes have had since the last instant, by their paths."""
+        self.collisions: int | None = None
+        self.variables: dict[str, Plain | None] = {}
+        self._node = node
+        self._nodes: tuple[NodeInfo, ...] = () if tree is None else tree.nodes
+        self._has_trace = f"{node}/trace" in topics and bool(self._nodes)
+        self._topics = topics
+        self._status = {one.path: Status.INVALID for one in self._nodes}
+        self._names = {one.path: one.name for one in self._nodes}
+        self._open: set[str] = set()
+        self._sent: dict[str, str] = {}
+        """Goals that no leaf has yet, by the names of their leaves."""
+        self._goals: dict[str, str] = {}
+        """The present goals of leaves, by their paths."""
+        self._feedback: dict[str, Any] = {}
+        self._wants_feedback = self._wants_poses = False
+
+    def reader(self, signal: SignalValue) -> Reader | str:
+        """Return what gives a signal's present value, or why it is not known here."""
+        if not self._nodes:
+            return "the recording has no mission in it"
+        name, arguments = signal.name, signal.arguments
+        if name == "$":
+            return lambda: self.variables.get(arguments[0])
+        if name in STATUSES:
+            return self._node_status(STATUSES[name], arguments[0])
+        if not self._has_trace:
+            return "the recording has no trace of the mission"
+        if name == "open_goals":
+            return lambda: len(self._open)
+        if name == "collisions":
+            self._wants_poses = True
+            return lambda: self.collisions
+        return self._feedback_of(*arguments)
+
+    def wants(self, topic: str) -> bool:
+        """Are messages of a topic of use?"""
+        return bool(self._nodes) and (topic.endswith(FEEDBACK) or topic.startswith(self._node))
+
+    def take(self, channel: Channel, data: bytes) -> None:
+        """Take in a message, if it is of use."""
+        topic = channel.topic
+        if topic.endswith(FEEDBACK):
+            if self._wants_feedback:
+                self._take_feedback(channel.decode(data))
+        elif topic.startswith(self._node) and self._nodes:
+            self._take_own(topic.removeprefix(f"{self._node}/"), channel, data)
+
+    # ---- what is told ----------------------------------------------------------------------
+
+    def _take_own(self, topic: str, channel: Channel, data: bytes) -> None:
+        if topic == "trace":
+            expect(channel, TEXT)
+            if _POSE in data and not self._wants_poses:
+                return
+            self._take_event(json.loads(channel.decode(data)["data"]))
+        elif topic == "details":
+            for name, text in messages.details(channel.decode(data)).variables:
+                self.variables[name] = _value(text)
+        elif topic == "changes" and not self._has_trace:
+            for one in messages.changes(channel.decode(data)).changes:
+                self._note(self._nodes[one.node].path, one.status)
+        elif topic == "state" and not self._has_trace:
+            status = messages.state(channel.decode(data)).status
+            self.ending = status if status in FINAL else ""
+
+    def _take_event(self, event: Mapping[str, Any]) -> None:
+        match event.get("event"):
+            case "pose":
+                self.collisions = event["collisions"]
+            case "status":
+                self._note(event["path"], Status(event["status"]))
+            case "mission":
+                self.ending = str(event["status"])
+            case "goal sent":
+                self._open.add(event["goal"])
+                self._sent[event["owner"]] = event["goal"]
+            case "goal found again":
+                self._open.add(event["goal"])
+            case "goal ended":
+                self._open.discard(event["goal"])
+
+    def _note(self, path: str, status: Status) -> None:
+        self._status[path] = status
+        self.seen[path].add(status)
+        if status is Status.RUNNING:
+            goal = self._sent.pop(self._names[path], None)
+            self._goals[path] = "" if goal is None else goal
+
+    def _take_feedback(self, message: Any) -> None:
+        self._feedback[bytes(message.goal_id.uuid).hex()] = message.feedback
+
+    # ---- readers ---------------------------------------------------------------------------
+
+    def _paths(self, node: str) -> list[str]:
+        return [one.path for one in self._nodes if node in (one.name, one.path)]
+
+    def _node_status(self, status: Status, node: str) -> Reader | str:
+        paths, known, seen = self._paths(node), self._status, self.seen
+        if not paths:
+            return f"the recorded mission has no node {quoted(node)}"
+        return lambda: any(known[one] is status or status in seen.get(one, ()) for one in paths)
+
+    def _feedback_of(self, node: str, field: str) -> Reader | str:
+        kind = ActionLeaf.__name__
+        leaves = [one for one in self._nodes if node in (one.name, one.path) and one.kind == kind]
+        if not leaves:
+            return f"the recorded mission has no node {quoted(node)} with a goal"
+        if not any(topic.endswith(FEEDBACK) for topic in self._topics):
+            return "the recording has no feedback"
+        self._wants_feedback = True
+        return self._newest([(one.path, one.name) for one in leaves], field)
+
+    def _newest(self, leaves: list[tuple[str, str]], field: str) -> Callable[[], Any]:
+        def value() -> Any:
+            for path, name in leaves:
+                if self._status[path] is Status.RUNNING:
+                    if name in self._sent:  # sent while it ran already, once the server was there
+                        self._goals[path] = self._sent.pop(name)
+                    return plain_field(self._feedback.get(self._goals[path]), field)
+            return None
+
+        return value
+
+
+def plain_field(message: Any, path: str) -> Any:
+    """Return a field of a decoded message by its dotted name; None where there is none."""
+    try:
+        return field_of(message, path)
+    except KeyError:
+        return None
+
+
+def _value(text: str) -> Plain | None:
+    """Return a variable's value out of JSON; None for a long one, which was cut."""
+    try:
+        found = json.loads(text)
+    except ValueError:
+        return None
+    return found if isinstance(found, bool | int | float | str | list) else None

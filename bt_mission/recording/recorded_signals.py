@@ -1,0 +1,296 @@
+"""The signals of requirements, out of a recording: of ours, or of any robot's topics."""
+
+from __future__ import annotations
+
+import base64
+import json
+import zlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from bt_mission.core.stamps import NS
+from bt_mission.events import reader as messages
+from bt_mission.events.events import MissionStarted
+from bt_mission.language.expressions.values import Plain
+from bt_mission.language.requirements.formula import Requirement, signals_in
+from bt_mission.language.requirements.syntax import SignalValue
+from bt_mission.recording.expected_types import TEXT
+from bt_mission.recording.facts import LARGEST_NS
+from bt_mission.recording.reading import (
+    UNREADABLE,
+    Channel,
+    RecordedFile,
+    RecordingError,
+)
+from bt_mission.recording.recorded_mission import RecordedMission, plain_field
+from bt_mission.recording.robot_life import TRUTH
+from bt_mission.recording.signal_samples import MODEL_FILE, TOPIC
+from bt_mission.requirements.comparisons import Reader
+from bt_mission.ros.signals import (
+    BATTERY,
+    ODOMETRY,
+    OF_ODOMETRY,
+    SCAN,
+    PathLength,
+    SimulationModel,
+    smallest_range,
+)
+from bt_mission.sessions.stage_signals import OF_STATE, RecordedTruth
+
+TREE = "bt_mission_interfaces/msg/Tree"
+BY_ODOMETRY = ("speed", "turn_rate", "distance")
+"""Signals that are true in a simulation, and measured by the robot elsewhere."""
+MISSION = ("$", "open_goals", "feedback", "running", "succeeded", "failed")
+MOST_BYTES = 100_000_000
+"""Of the model of a simulation."""
+_OF_TOPICS: Mapping[str, tuple[str, Callable[[Any], Any]]] = {
+    "scan_clearance": (SCAN, smallest_range),
+    "battery": (BATTERY, lambda one: float(one.percentage)),
+    **{name: (ODOMETRY, read) for name, read in OF_ODOMETRY.items() if "." in name},
+}
+_OF_TRUTH = {name.removeprefix("odometry."): read for name, read in OF_ODOMETRY.items()}
+"""What ``ground_truth/odom`` tells, where the simulation's states were not recorded."""
+
+
+class Survey:
+    """What a recording holds, known before its signals are read.
+
+    Raises:
+        RecordingError: For a file that is none, that cannot be opened, or without a message.
+    """
+
+    def __init__(self, file: RecordedFile) -> None:
+        self.file = file
+        self.topics: dict[str, str] = {}
+        """Types, by the names of topics."""
+        self.tree: MissionStarted | None = None
+        self.node = ""
+        """Full name of the executive's node; empty where there is none."""
+        self.is_in_order = True
+        """Do the messages come in the order of time?"""
+        self._newest_ns, self._oldest_ns = 0, LARGEST_NS
+        self._first_samples: dict[str, Mapping[str, Any]] = {}
+        file.feed(self._take)
+        if file.first_ns is None:
+            why = f": {file.why_cut}" if file.why_cut else ""
+            raise RecordingError(f"{file.path}: no message is in it{why}")
+        self.first_ns = self._oldest_ns
+
+    @property
+    def first_sample(self) -> Mapping[str, Any] | None:
+        """The first line of signals; None where they were not recorded."""
+        return self._first_samples.get(f"{self.node}/{TOPIC}") if self.node else None
+
+    @property
+    def start_ns(self) -> int:
+        """ROS time of the mission's start, or of the recording's where it holds none."""
+        if self.first_sample is not None:
+            return int(self.first_sample.get("start", self.first_ns))
+        return self.first_ns if self.tree is None else self.file.started_ns(self.tree.time_ns)
+
+    def model(self) -> SimulationModel:
+        """Return the model of the simulation. Raises ValueError with why it cannot be read."""
+        for one in self.file.attached:
+            if one.name == MODEL_FILE:
+                try:
+                    data = zlib.decompressobj(wbits=31).decompress(one.data, MOST_BYTES)
+                except zlib.error as error:
+                    raise ValueError(f"the model of the simulation is damaged: {error}") from error
+                return SimulationModel(data, self.file.facts.simulation)
+        raise ValueError("the model of the simulation is not in the recording")
+
+    def _take(self, channel: Channel, time_ns: int, data: bytes) -> None:
+        topic = channel.topic
+        self.is_in_order = self.is_in_order and time_ns >= self._newest_ns
+        self._newest_ns = time_ns
+        self._oldest_ns = min(self._oldest_ns, time_ns)
+        is_new = topic not in self.topics
+        self.topics[topic] = channel.type_name
+        if channel.type_name == TREE and self.tree is None:
+            self.tree = messages.tree(channel.decode(data))
+            self.node = topic.removesuffix("/tree")
+        elif is_new and topic.endswith(f"/{TOPIC}") and channel.type_name == TEXT:
+            # It comes before the tree, which is told at the end of the first tick.
+            self._first_samples[topic] = json.loads(channel.decode(data)["data"])
+
+
+@dataclass
+class RecordedTopic:
+    """The newest message of a topic; it is decoded when somebody reads it."""
+
+    came_ns: int | None = None
+    channel: Channel | None = None
+    data: bytes = b""
+    problem: str = ""
+    """Why a message could not be read."""
+
+    def take(self, channel: Channel, time_ns: int, data: bytes) -> None:
+        """Take a message."""
+        self.came_ns, self.channel, self.data = time_ns, channel, data
+
+    def reading(self, read: Callable[[Any], Any]) -> Reader:
+        """Return what reads the newest message, each only once."""
+        value: Any = None
+        of = b""
+
+        def newest() -> Any:
+            nonlocal value, of
+            if self.channel is not None and self.data is not of:
+                of, value = self.data, None
+                try:
+                    found = read(self.channel.decode(of))
+                except UNREADABLE as error:
+                    self.problem = self.problem or str(error) or type(error).__name__
+                else:
+                    value = None if found != found else found  # noqa: PLR0124 - nan is no value
+            return value
+
+        return newest
+
+
+class RecordedSignals:
+    """Takes in the messages of a recording, and gives the signals as they were known by then.
+
+    Args:
+        survey: What the recording holds.
+        namespace: Of the robot; None is that of the recording.
+    """
+
+    def __init__(self, survey: Survey, namespace: str | None = None) -> None:
+        self.now_ns = survey.start_ns
+        self.topics: dict[str, RecordedTopic] = {}
+        """Those that signals are read from, by their names."""
+        self._read_from: dict[str, RecordedTopic] = {}
+        self.mission = RecordedMission(survey.node, survey.tree, survey.topics)
+        self._survey = survey
+        facts = survey.file.facts
+        self._namespace = (namespace or facts.namespace).strip("/")
+        self._is_simulated = "world" in facts.texts
+        self._has_states = bool(facts.simulation) and survey.first_sample is not None
+        self._values: dict[str, Plain | None] = {}
+        self._sampled = frozenset((survey.first_sample or {}).get("keys", ()))
+        self._truth: RecordedTruth | None = None
+        self._state = ""
+        self._shown: str | None = None
+
+    def wants(self, topic: str) -> bool:
+        """Are messages of a topic of use?"""
+        return topic in self.topics or self.mission.wants(topic)
+
+    def take(self, channel: Channel, time_ns: int, data: bytes) -> None:
+        """Take in a message."""
+        topic = self.topics.get(channel.topic)
+        if topic is not None:
+            topic.take(channel, time_ns, data)
+        self.mission.take(channel, data)
+
+    def sample(self, line: Mapping[str, Any]) -> None:
+        """Take in the signals of a control step."""
+        self.now_ns = int(line["t"])
+        self._values |= line.get("values", {})
+        self._state = line.get("state", "")
+
+    def problem_of(self, requirement: Requirement) -> str:
+        """Why signals of a requirement could not be read; empty where all could."""
+        for signal in signals_in(requirement.root):
+            topic = self._read_from.get(signal.key)
+            if topic is not None and topic.problem:
+                return f"{signal.key}: a message cannot be read: {topic.problem}"
+        return ""
+
+    def forget(self) -> None:
+        """Forget what nodes went through; called after each instant."""
+        self.mission.seen.clear()
+
+    # ---- readers ---------------------------------------------------------------------------
+
+    def reader(self, signal: SignalValue, /) -> Reader | str:
+        """Return what gives a signal's present value, or why it is not known here."""
+        name, arguments, key = signal.name, signal.arguments, signal.key
+        if name == "time":
+            return lambda: (self.now_ns - self._survey.start_ns) / NS
+        if self._has_states and name in OF_STATE:
+            return self._of_state(name)
+        is_variable = name == "$" and self._survey.first_sample is not None
+        if key in self._sampled or is_variable:
+            return lambda: self._values.get(key)
+        if name == "age":
+            return self._age(arguments[0])
+        if name == "topic":
+            return self._of_topic(key, arguments[0], lambda one: plain_field(one, arguments[1]))
+        if name in _OF_TOPICS:
+            return self._of_topic(key, *_OF_TOPICS[name])
+        if name in MISSION:
+            return self.mission.reader(signal)
+        return self._of_robot(signal)
+
+    def measured_by(self, signal: SignalValue, /) -> str:
+        """Return what measures a signal that only a simulation knows better."""
+        return "odometry" if signal.name in BY_ODOMETRY and not self._is_simulated else ""
+
+    def at_least(self, _signal: SignalValue, /) -> None:
+        """Return no lower bound of a signal: they all cost little."""
+
+    def _of_robot(self, signal: SignalValue) -> Reader | str:
+        """Read what is true in a simulation, as far as topics tell."""
+        name = signal.name
+        if not self._is_simulated:
+            if name not in BY_ODOMETRY:
+                return "only a simulation knows it"
+            read = PathLength().add if name == "distance" else OF_ODOMETRY[name]
+            return self._of_topic(name, ODOMETRY, read)
+        if name == "collisions":
+            return self.mission.reader(signal)
+        if name == "distance":
+            return self._of_topic(name, TRUTH, PathLength().add)
+        if name in _OF_TRUTH:
+            return self._of_topic(name, TRUTH, _OF_TRUTH[name])
+        return "the recording does not hold it: an earlier version of bt-mission has made it"
+
+    def _of_state(self, name: str) -> Reader | str:
+        """Read what follows from the simulation's state, unless it was sampled itself."""
+        if self._truth is None:
+            try:
+                self._truth = RecordedTruth(self._survey.model())
+            except ValueError as error:
+                return str(error)
+        truth, of_state = self._truth, OF_STATE[name]
+
+        def value() -> Plain | None:
+            sampled = self._values.get(name)
+            if sampled is not None:
+                return sampled
+            if self._shown is not self._state:
+                self._shown = self._state
+                truth.show(base64.b64decode(self._state))
+            return of_state(truth)
+
+        return value
+
+    def _topic(self, name: str) -> RecordedTopic | str:
+        """Return a topic by its name, relative to the robot's namespace or absolute."""
+        prefix = f"/{self._namespace}/" if self._namespace else "/"
+        full = name if name.startswith("/") else prefix + name
+        if full not in self._survey.topics:
+            return f"the recording has no topic {full}"
+        return self.topics.setdefault(full, RecordedTopic())
+
+    def _age(self, name: str) -> Reader | str:
+        topic = self._topic(name)
+        if isinstance(topic, str):
+            return topic
+        start_ns = self._survey.start_ns
+
+        def age() -> float:
+            came_ns = start_ns if topic.came_ns is None else topic.came_ns
+            return (self.now_ns - came_ns) / NS
+
+        return age
+
+    def _of_topic(self, key: str, name: str, read: Callable[[Any], Any]) -> Reader | str:
+        topic = self._topic(name)
+        if isinstance(topic, str):
+            return topic
+        self._read_from[key] = topic
+        return topic.reading(read)

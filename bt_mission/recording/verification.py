@@ -1,0 +1,301 @@
+"""Requirements evaluated over a recording, by what evaluates them while a mission runs."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from operator import itemgetter
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+
+from bt_mission.behaviours.action_leaf import ActionLeaf
+from bt_mission.core.stamps import NS
+from bt_mission.language.checks.requirements import KnownNames
+from bt_mission.language.requirements.formula import (
+    CONTROL_STEP_S,
+    Requirement,
+    walk,
+)
+from bt_mission.language.requirements.syntax import Chain, Temporal
+from bt_mission.recording.expected_types import TEXT
+from bt_mission.recording.model import RecordedRequirement, RecordedRun
+from bt_mission.recording.reader import read_run
+from bt_mission.recording.reading import Channel, Message, RecordedFile, RecordingError
+from bt_mission.recording.recorded_signals import RecordedSignals, Survey
+from bt_mission.recording.signal_samples import TOPIC, requirements_in
+from bt_mission.requirements.monitor import Monitor, Monitors, RequirementResult
+
+PERIOD_NS = round(CONTROL_STEP_S * NS)
+"""Between two instants of evaluation, where the recording does not tell those of the run."""
+MOST_INSTANTS = 2_000_000
+"""More than a day."""
+
+OnInstant: TypeAlias = Callable[[float, Sequence[Monitor]], None]
+"""Called at each instant, after it was evaluated, with the time since the start, s."""
+
+
+@dataclass(frozen=True)
+class Verification:
+    """What requirements come to over a recording.
+
+    Attributes:
+        results: Of each.
+        notes: What is to be said of where signals come from.
+        why_cut: Why the end of the run is not in the recording; empty where it is.
+        lacks: What else the recording lacks; empty where it lacks nothing.
+    """
+
+    results: tuple[RequirementResult, ...]
+    notes: tuple[str, ...]
+    why_cut: str
+    lacks: str
+
+
+class RecordedRequirements:
+    """A recording whose requirements can be evaluated.
+
+    Args:
+        path: The file.
+        namespace: Of the robot; None is that of the recording.
+
+    Raises:
+        RecordingError: For a file that is none, that cannot be opened, or without a message.
+    """
+
+    def __init__(self, path: Path, namespace: str | None = None) -> None:
+        self.survey = Survey(RecordedFile(path))
+        self._namespace = namespace
+
+    @property
+    def is_of_mission(self) -> bool:
+        """Does it hold a run of a mission?"""
+        return self.survey.tree is not None
+
+    @property
+    def mission(self) -> str:
+        """Name of the mission; empty where there is none."""
+        return "" if self.survey.tree is None else self.survey.tree.mission
+
+    @property
+    def duration_s(self) -> float:
+        """From the start of the mission, or else of the recording, to its end, s."""
+        return max(0, self.survey.file.last_ns - self.survey.start_ns) / NS
+
+    @property
+    def names(self) -> KnownNames:
+        """What requirements can name."""
+        if self.survey.tree is None:
+            return KnownNames()
+        nodes = self.survey.tree.nodes
+        goals = {one.name for one in nodes if one.kind == ActionLeaf.__name__}
+        return KnownNames({one.name for one in nodes}, goals)
+
+    def own(self) -> tuple[Requirement, ...]:
+        """Return the requirements that the run had.
+
+        Raises:
+            RecordingError: For one that cannot be read here.
+        """
+        return requirements_in(self.survey.file)
+
+    def verify(
+        self,
+        requirements: Sequence[Requirement],
+        on_instant: OnInstant = lambda *_: None,
+    ) -> Verification:
+        """Evaluate requirements at every control step of the run; without one, periodically.
+
+        Args:
+            on_instant: Told of each.
+
+        Raises:
+            RecordingError: For a recording that is too long.
+        """
+        signals = RecordedSignals(self.survey, self._namespace)
+        monitors = Monitors(requirements, signals)
+        file = RecordedFile(self.survey.file.path)
+        clock = _Instants(self.survey, signals, monitors, on_instant)
+        if self.survey.first_sample is not None or self.survey.is_in_order:
+            file.feed(clock.take)
+        else:
+            for channel, time_ns, data in _sorted(file, signals):
+                file.hand_on(clock.take, channel, time_ns, data)
+        clock.finish(file.last_ns)
+        why_open = self._why_open(file, signals)
+        is_interrupted = signals.mission.ending == "interrupted"
+        monitors.finish(is_complete=not why_open and not is_interrupted)
+        why_unknown = self._why_unknown(file)
+        results = tuple(
+            _judged(result, why_unknown or signals.problem_of(one), why_open)
+            for one, result in zip(requirements, monitors.results, strict=True)
+        )
+        return Verification(results, self._notes, why_open, file.missing)
+
+    def _why_open(self, file: RecordedFile, signals: RecordedSignals) -> str:
+        """Why the end of the run is not in it; empty where it is."""
+        if file.why_cut:
+            return f"the recording is cut: {file.why_cut}"
+        if self.is_of_mission and not signals.mission.ending:
+            return "the recording ends before the mission does"
+        return ""
+
+    def _why_unknown(self, file: RecordedFile) -> str:
+        """Why nothing can be told of the run; empty where something can."""
+        survey = self.survey
+        if TEXT in file.unread:
+            return f"what the mission tells cannot be read: {file.unread[TEXT]}"
+        first = survey.first_sample
+        if first is not None and first.get("cycle") != 1:
+            late_s = (int(first["t"]) - survey.start_ns) / NS
+            return f"the recording begins {late_s:.2f} s after the mission"
+        return ""
+
+    @property
+    def _notes(self) -> tuple[str, ...]:
+        if self.survey.first_sample is not None:
+            return ()
+        every = f"evaluated every {PERIOD_NS / NS:g} s"
+        return (f"{every}: the run's own instants were not recorded",)
+
+
+def _sorted(file: RecordedFile, signals: RecordedSignals) -> list[Message]:
+    """Return the messages that are of use, in the order of time: other tools write as they like."""
+    found: list[Message] = []
+
+    def keep(channel: Channel, time_ns: int, data: bytes) -> None:
+        if signals.wants(channel.topic):
+            found.append((channel, time_ns, data))
+
+    file.feed(keep)
+    return sorted(found, key=itemgetter(1))
+
+
+class _Instants:
+    """Evaluates at the instants of the run, or periodically where they were not recorded."""
+
+    def __init__(
+        self,
+        survey: Survey,
+        signals: RecordedSignals,
+        monitors: Monitors,
+        on_instant: OnInstant,
+    ) -> None:
+        self._survey, self._signals, self._monitors = survey, signals, monitors
+        self._on_instant = on_instant
+        self._samples = f"{survey.node}/{TOPIC}" if survey.first_sample is not None else None
+        self._next_ns = survey.start_ns
+        self._is_over = False
+        count = (survey.file.last_ns - survey.start_ns) // PERIOD_NS
+        if self._samples is None and count > MOST_INSTANTS:
+            raise RecordingError(
+                f"{survey.file.path}: its messages span {count * CONTROL_STEP_S / 86400:,.0f} days;"
+                " were they recorded by different clocks?"
+            )
+
+    def take(self, channel: Channel, time_ns: int, data: bytes) -> None:
+        """Take in a message."""
+        if self._samples is None:
+            self._go_on(time_ns - 1)
+        elif channel.topic == self._samples:
+            self._signals.sample(json.loads(channel.decode(data)["data"]))
+            self._evaluate()
+            return
+        self._signals.take(channel, time_ns, data)
+
+    def finish(self, last_ns: int) -> None:
+        """Evaluate what is left."""
+        if self._samples is None:
+            self._go_on(last_ns)
+
+    def _go_on(self, until_ns: int) -> None:
+        while self._next_ns <= until_ns and not self._is_over:
+            self._signals.now_ns = self._next_ns
+            self._next_ns += PERIOD_NS
+            self._is_over = bool(self._signals.mission.ending)
+            self._evaluate()
+
+    def _evaluate(self) -> None:
+        since_ns = self._signals.now_ns - self._survey.start_ns
+        self._monitors.step(since_ns)
+        self._on_instant(since_ns / NS, self._monitors.monitors)
+        self._signals.forget()
+
+
+def _judged(result: RequirementResult, why: str, why_open: str) -> RequirementResult:
+    """Return a result that claims no more than the recording tells."""
+    if why and result.verdict != "unknown":
+        return replace(
+            result, verdict="unknown", margin=None, unit="", at=None, violated_at=None, why=why
+        )
+    if result.verdict == "open" and why_open:
+        return replace(result, why=why_open)
+    return result
+
+
+# ---- margins over time ---------------------------------------------------------------------
+
+
+class _Curves:
+    """Keeps the margins of requirements at every instant."""
+
+    def __init__(self, requirements: Sequence[Requirement]) -> None:
+        self.is_of_instants = [_speaks_of_instants(one) for one in requirements]
+        self.times: list[float] = []
+        self.margins: list[list[float]] = [[] for _ in requirements]
+
+    def take(self, time_s: float, monitors: Sequence[Monitor]) -> None:
+        """Take in the margins of an instant."""
+        self.times.append(time_s)
+        for monitor, alone, margins in zip(
+            monitors, self.is_of_instants, self.margins, strict=True
+        ):
+            value = monitor.value_of_instant() if alone else monitor.now
+            margins.append(math.nan if value is None else value[0])
+
+
+def _speaks_of_instants(requirement: Requirement) -> bool:
+    """Does it say of each instant what must be true then, and of no other?"""
+    root = requirement.root
+    return (
+        isinstance(root, Temporal)
+        and root.window.is_everything
+        and not any(isinstance(part, Temporal | Chain) for part in walk(root.operand))
+    )
+
+
+def recorded_requirements(path: Path) -> tuple[RecordedRequirement, ...]:
+    """Return what the requirements of a recorded run come to, with their margins over time.
+
+    Raises:
+        RecordingError: For a file that is none, and requirements that cannot be read here.
+    """
+    recorded = RecordedRequirements(path)
+    requirements = recorded.own()
+    if not requirements:
+        return ()
+    curves = _Curves(requirements)
+    found = recorded.verify(requirements, curves.take)
+    return tuple(
+        RecordedRequirement(result, np.array(curves.times), np.array(margins), is_of_instants=alone)
+        for result, margins, alone in zip(
+            found.results, curves.margins, curves.is_of_instants, strict=True
+        )
+    )
+
+
+def read_verified_run(path: Path) -> RecordedRun:
+    """Read a recording, with what its requirements come to.
+
+    Raises:
+        RecordingError: For a file that is none, or holds no run of a mission.
+    """
+    run = read_run(path)
+    try:
+        return replace(run, requirements=recorded_requirements(path))
+    except RecordingError as error:
+        missing = "; ".join(filter(None, (run.missing, f"its requirements ({error})")))
+        return replace(run, missing=missing)

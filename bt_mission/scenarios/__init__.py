@@ -1,0 +1,10 @@
+"""Scenarios as data: a mission, its place, what goes wrong, and what must come out.
+
+- ``scenario``: :class:`Scenario`, and what a run of it came to
+- ``file``: what stands in a scenario file
+- ``faults``: its faults and obstacles, as text or as mappings
+- ``loader``: from a file to a scenario, or every error in it
+- ``run``: carries a scenario out
+- ``schema``: the JSON Schema for editors
+- ``writer``: the scenario of a run that a test has made
+"""

@@ -1,0 +1,82 @@
+"""What stands in a scenario file."""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, Field, PlainValidator, WithJsonSchema
+
+from bt_mission.core.diagnostics import describe
+from bt_mission.language.nodes import fields
+from bt_mission.language.nodes.base import Written
+from bt_mission.language.requirements.written import Requirements
+from bt_mission.scenarios.scenario import LIMIT_S
+
+
+def _pattern(text: str) -> str:
+    try:
+        re.compile(text)
+    except re.error as error:
+        message = f"expected a regular expression: {error.msg}"
+        raise fields.refusal(message, offset=error.pos or 0) from None
+    return text
+
+
+def _name_or_mapping(value: Any) -> Any:
+    if not isinstance(value, dict | str) or not value:
+        raise fields.refusal(f"expected a name, a path or a mapping, got {describe(value)}")
+    return value
+
+
+NAMED = WithJsonSchema({"type": ["string", "object"]})
+NameOrMapping = Annotated[Any, PlainValidator(_name_or_mapping), NAMED]
+Time = Annotated[float, Field(ge=0)]
+Coordinate = Annotated[float, Field(ge=-1000, le=1000)]
+Count = Annotated[int, Field(ge=0)]
+
+FAULT_MARK, OBSTACLE_MARK = "x-fault", "x-obstacle"
+"""Stand in a schema where a fault or an obstacle does (`schema.py`)."""
+WrittenFaults = Annotated[list[Any], WithJsonSchema({FAULT_MARK: True})]
+WrittenObstacles = Annotated[list[Any], WithJsonSchema({OBSTACLE_MARK: True})]
+
+
+class StartForm(Written):
+    """Where the robot starts: metres in the map, degrees."""
+
+    x: Coordinate = 0.0
+    y: Coordinate = 0.0
+    yaw: Coordinate = 0.0
+
+
+class ExpectForm(Written):
+    """What must come out; without a word of it, success and no violated requirement."""
+
+    outcome: Literal["success", "failure", "interrupted"] = "success"
+    reason: Annotated[fields.Line | None, AfterValidator(lambda text: text and _pattern(text))] = (
+        None
+    )
+    failed: fields.Line | None = None
+    after: Time | None = None
+    before: Time | None = None
+    violated: list[fields.Line] = []
+    orphaned_goals: Count = 0
+    collisions: Count | None = None
+
+
+class ScenarioFile(Written):
+    """The whole file."""
+
+    scenario: fields.Line
+    description: str = ""
+    mission: NameOrMapping
+    world: NameOrMapping | None = None
+    robot: fields.Line | None = None
+    seed: Annotated[int, Field(ge=0, lt=2**63)] | None = None
+    inputs: dict[fields.Variable, fields.InputValue] = {}
+    start: StartForm | None = None
+    obstacles: WrittenObstacles = []
+    faults: WrittenFaults = []
+    requirements: Requirements = {}
+    limit: Annotated[float, Field(gt=0, le=100_000)] = LIMIT_S
+    expect: ExpectForm = ExpectForm()

@@ -1,0 +1,81 @@
+"""Carry a scenario out on a stage of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from bt_mission.core.stamps import NS
+from bt_mission.faults.located import planned_on
+from bt_mission.scenarios.loader import Changes, load_scenario
+from bt_mission.scenarios.scenario import TIME_IS_UP, Scenario, ScenarioResult
+from bt_mission.sessions.session import summarise
+from bt_mission.sessions.stage import Stage
+
+
+def run_scenario(scenario: str | Path | Scenario, *, seed: int | None = None) -> ScenarioResult:
+    """Carry a scenario out in a simulation of its own; gives what it came to.
+
+    ``assert run_scenario("scan_lost.scenario.yaml").passed``
+
+    Args:
+        scenario: A file, or what `load_scenario` gives.
+        seed: Of everything random, instead of the scenario's.
+
+    Raises:
+        InputError: With every error of the file, and of names that its faults find nothing of.
+        BtMissionError: Where the stage cannot be set up, or breaks.
+    """
+    if not isinstance(scenario, Scenario):
+        scenario = load_scenario(scenario, Changes(seed=seed))
+    elif seed is not None:
+        scenario = replace(scenario, mission=replace(scenario.mission, seed=seed))
+    with (
+        _on_stage(scenario) as stage,
+        planned_on(stage, scenario.faults) as with_outcomes,
+    ):
+        stop_at(stage, scenario.limit)
+        while not stage.is_done:
+            stage.step()
+        return scenario.judge(with_outcomes(summarise(stage, 0.0)))
+
+
+def look_for_names(scenario: Scenario) -> None:
+    """Look for what the faults of a scenario name, on its stage; nothing moves.
+
+    Raises:
+        InputError: With all that is not there.
+        BtMissionError: Where the stage cannot be set up.
+    """
+    with _on_stage(scenario) as stage, planned_on(stage, scenario.faults):
+        pass
+
+
+@contextmanager
+def _on_stage(scenario: Scenario) -> Iterator[Stage]:
+    options = scenario.stage_options
+    with (
+        TemporaryDirectory() as folder,
+        Stage(
+            scenario.mission, image_folder=Path(folder), say=lambda _: None, options=options
+        ) as stage,
+    ):
+        yield stage
+
+
+def stop_at(stage: Stage, time_s: float) -> None:
+    """Interrupt a mission once its first control step at a time, s since the start, is over."""
+    end_ns = stage.start_ns + round(time_s * NS)
+    executive = stage.executive
+    cycles = executive.cycles
+
+    def look() -> None:
+        nonlocal cycles
+        if executive.cycles != cycles and stage.now_ns >= end_ns:
+            executive.interrupt(TIME_IS_UP)
+        cycles = executive.cycles
+
+    stage.step_listeners.append(look)

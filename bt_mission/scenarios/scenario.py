@@ -1,0 +1,185 @@
+"""A scenario: a mission, its place, what goes wrong, and what must come out."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from bt_mission.core.diagnostics import Diagnostic, quoted
+from bt_mission.core.text import escape_control
+from bt_mission.core.yaml.document import Document, Key
+from bt_mission.executive.report import Report
+from bt_mission.faults.located import WrittenFault
+from bt_mission.faults.world import MOST_OBSTACLES
+from bt_mission.language.mission import Mission
+from bt_mission.requirements.monitor import RequirementResult
+from bt_mission.sessions.stage_robot import StageOptions
+from sim.world.world import World
+
+LIMIT_S = 600.0
+"""Virtual seconds after which a run counts as one that never ends."""
+
+TIME_IS_UP = "the test is over"
+"""The reason of a mission that runs on when nobody wants to see more of it."""
+
+Outcome = Literal["success", "failure", "interrupted"]
+
+
+@dataclass(frozen=True)
+class Expectation:
+    """What must come out of a run.
+
+    Attributes:
+        reason: A regular expression that the mission's reason must have a match of.
+        failed: Name of the node whose failure came last, or of one above it.
+        after: The mission ends at this time or later, s since the start.
+        before: The mission ends at this time or earlier, s since the start.
+        violated: The requirements that are violated; all others are not.
+        orphaned_goals: How many goals no server confirms the end of.
+        collisions: How often the robot touches something; None is as often as it likes.
+    """
+
+    outcome: Outcome = "success"
+    reason: str = ""
+    failed: str = ""
+    after: float | None = None
+    before: float | None = None
+    violated: tuple[str, ...] = ()
+    orphaned_goals: int = 0
+    collisions: int | None = None
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """Everything that a run follows from, and what must come out of it.
+
+    Attributes:
+        start: X m, y m and yaw degrees of the robot; None is where the world says.
+        world: Instead of the mission's; None is that.
+        faults: Obstacles included, which appear at 0 s.
+        limit: The mission is interrupted at this time, s since the start.
+    """
+
+    name: str
+    mission: Mission
+    description: str = ""
+    world: World | None = None
+    start: tuple[float, float, float] | None = None
+    faults: tuple[WrittenFault, ...] = ()
+    expect: Expectation = Expectation()
+    limit: float = LIMIT_S
+    document: Document = field(repr=False, compare=False, kw_only=True)
+
+    @property
+    def file(self) -> str:
+        """Where it is written."""
+        return self.document.file
+
+    @property
+    def stage_options(self) -> StageOptions:
+        """How its stage is set up."""
+        return StageOptions(world=self.world, start=self.start, props=MOST_OBSTACLES)
+
+    def judge(self, report: Report) -> ScenarioResult:
+        """Compare what came out with what must."""
+        return ScenarioResult(self, report, tuple(self._differences(report)))
+
+    def _differences(self, report: Report) -> Iterator[Diagnostic]:
+        expect = self.expect
+        if report.status != expect.outcome:
+            reason = f": {report.reason}" if report.reason else ""
+            got = f"{report.status}{reason}, at {report.virtual_s:.2f} s"
+            yield self._fault("outcome", f"expected {expect.outcome}, got {got}")
+        if expect.reason and not re.search(expect.reason, report.reason):
+            message = f"expected a reason with {quoted(expect.reason)}, got {report.reason!r}"
+            yield self._fault("reason", message)
+        path = report.failure.nodes if report.failure else ()
+        if expect.failed and expect.failed not in path:
+            got = " > ".join(path) or "no failure"
+            yield self._fault("failed", f"expected a failure of {quoted(expect.failed)}, got {got}")
+        if expect.after is not None and report.virtual_s < expect.after - 1e-9:
+            message = f"expected the end at {expect.after:g} s or later"
+            yield self._fault("after", f"{message}, got {report.virtual_s:.2f} s")
+        if expect.before is not None and report.virtual_s > expect.before + 1e-9:
+            message = f"expected the end at {expect.before:g} s or earlier"
+            yield self._fault("before", f"{message}, got {report.virtual_s:.2f} s")
+        yield from self._violations(report)
+        if report.goals_left_behind != expect.orphaned_goals:
+            message = f"expected {expect.orphaned_goals} orphaned goals"
+            yield self._fault("orphaned_goals", f"{message}, got {report.goals_left_behind}")
+        if expect.collisions is not None and report.collisions != expect.collisions:
+            message = f"expected {expect.collisions} collisions, got {report.collisions}"
+            yield self._fault("collisions", message)
+
+    def _violations(self, report: Report) -> Iterator[Diagnostic]:
+        for one in report.requirements:
+            is_expected = one.name in self.expect.violated
+            if one.verdict == "violated" and not is_expected:
+                written = self._has("requirements", one.name)
+                path: tuple[Key, ...] = ("requirements", one.name) if written else ()
+                yield self.document.fault(path, f"requirement {one}")
+            elif is_expected and one.verdict != "violated":
+                message = f"expected a violation of {quoted(one.name)}, got: {one}"
+                number = self.expect.violated.index(one.name)
+                yield self.document.fault(("expect", "violated", number), message)
+
+    def _fault(self, key: str, message: str) -> Diagnostic:
+        path: tuple[Key, ...] = ("expect", key) if self._has("expect", key) else ("expect",)
+        return self.document.fault(path if self._has("expect") else (), message)
+
+    def _has(self, *path: Key) -> bool:
+        place = self.document.place
+        for key in path:
+            inner = place.child(key)
+            if inner is None:
+                return False
+            place = inner
+        return True
+
+
+@dataclass(frozen=True)
+class ScenarioResult:
+    """What a run of a scenario came to.
+
+    Attributes:
+        report: Of the run: outcome, requirements, faults, trace.
+        differences: What did not come out as it must, each with its place in the scenario.
+    """
+
+    scenario: Scenario
+    report: Report
+    differences: tuple[Diagnostic, ...] = ()
+
+    @property
+    def passed(self) -> bool:
+        """Did everything come out as it must?"""
+        return not self.differences
+
+    @property
+    def is_whole(self) -> bool:
+        """Did the run come to its own end, or to that of its limit?"""
+        return self.report.status != "interrupted" or self.report.reason == TIME_IS_UP
+
+    @property
+    def requirements(self) -> dict[str, RequirementResult]:
+        """What each requirement came to, by its name."""
+        return {one.name: one for one in self.report.requirements}
+
+    @property
+    def violated(self) -> tuple[str, ...]:
+        """Names of the requirements that are violated."""
+        return tuple(one.name for one in self.report.requirements if one.verdict == "violated")
+
+    def as_dict(self) -> dict[str, Any]:
+        """What came out, ready for JSON: name, passed, differences."""
+        told = [one.headline for one in self.differences]
+        return {"name": self.scenario.name, "passed": self.passed, "differences": told}
+
+    def __str__(self) -> str:
+        if self.passed:
+            return f"scenario {escape_control(self.scenario.name)}: came out as it must"
+        lines = "\n".join(map(str, self.differences))
+        name = escape_control(self.scenario.name)
+        return f"{lines}\nscenario {name}: came out otherwise than it must"

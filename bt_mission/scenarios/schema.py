@@ -1,0 +1,114 @@
+"""The JSON Schema of scenario files, for editors: from the models and the table of faults.
+
+It says less than `check` does: a fault as text is a text to it.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bt_mission.faults import FAULTS
+from bt_mission.faults.table import LASTING, FaultKind, FaultParameter
+from bt_mission.language.schema import DIALECT
+from bt_mission.scenarios.file import FAULT_MARK, OBSTACLE_MARK, ScenarioFile
+
+_TIME = {"type": ["number", "string"]}
+_TEXT = {"type": "string", "pattern": "^(at|after|when) .*: *[a-z_]+"}
+
+
+def scenario_schema() -> dict[str, Any]:
+    """Return the schema of a scenario file; faults are described under `$defs`, one each."""
+    schema: dict[str, Any] = ScenarioFile.model_json_schema()
+    definitions = schema.pop("$defs", {})
+    definitions |= {f"fault_{name}": _arguments(kind) for name, kind in FAULTS.items()}
+    definitions["fault"] = {
+        "description": "A text such as 'at 5.0: drop scan lasting 2', or a mapping of the same.",
+        "anyOf": [_TEXT, _unquoted(), _mapping()],
+    }
+    definitions["obstacle"] = {
+        "description": "A box, or a cylinder where it has a radius, that is there at the start.",
+        "anyOf": [
+            {"$ref": "#/$defs/fault_spawn_box"},
+            {"$ref": "#/$defs/fault_spawn_cylinder"},
+        ],
+    }
+    marked = _marked(schema)
+    return {"$schema": DIALECT, **marked, "title": "bt-mission scenario", "$defs": definitions}
+
+
+def _unquoted() -> dict[str, Any]:
+    """Return a fault without quotes, as other readers of YAML take it: a key and a text."""
+    return {
+        "type": "object",
+        "patternProperties": {"^(at|after|when) ": {"type": "string"}},
+        "additionalProperties": False,
+        "minProperties": 1,
+        "maxProperties": 1,
+    }
+
+
+def _mapping() -> dict[str, Any]:
+    keys = {"at": _TIME, "after": _TIME, "when": {"type": "string"}, "lasting": _TIME}
+    return {
+        "type": "object",
+        "properties": {
+            **keys,
+            **{
+                name: {
+                    "description": f"{kind.text} {kind.usage}",
+                    "anyOf": [
+                        {"$ref": f"#/$defs/fault_{name}"},
+                        {"type": ["string", "number", "array", "null"]},
+                    ],
+                }
+                for name, kind in FAULTS.items()
+            },
+        },
+        "oneOf": [{"required": [name]} for name in ("at", "after", "when")],
+        "additionalProperties": False,
+        "minProperties": 2,
+        "maxProperties": 3,
+    }
+
+
+def _arguments(kind: FaultKind) -> dict[str, Any]:
+    parameters = {**kind.parameters, **({"lasting": LASTING} if kind.lasts else {})}
+    schema: dict[str, Any] = {
+        "type": "object",
+        "description": kind.text,
+        "properties": {name: _argument(one) for name, one in parameters.items()},
+        "additionalProperties": kind.takes_fields,
+    }
+    required = [one.name for one in kind.parameters.values() if one.is_required]
+    return {**schema, "required": required} if required else schema
+
+
+def _argument(one: FaultParameter) -> dict[str, Any]:
+    number: dict[str, Any] = {"type": ["number", "string"]} if one.unit else {"type": "number"}
+    forms: dict[str, dict[str, Any]] = {
+        "number": number,
+        "integer": {"type": "integer"},
+        "flag": {"type": "boolean"},
+        "text": {"enum": list(one.choices)} if one.choices else {"type": "string"},
+        "numbers": {"type": "array", "items": number, "minItems": 2},
+        "anything": {},
+    }
+    schema = {"type": "array"} if one.repeats else forms[one.form]
+    text = " ".join(filter(None, (one.text, f"In {one.unit}." if one.unit else "")))
+    return {**schema, "description": text} if text else schema
+
+
+def _marked(part: Any) -> Any:
+    """Return the same with the places of faults and obstacles referring to their definitions."""
+    match part:
+        case dict():
+            for mark, name in ((FAULT_MARK, "fault"), (OBSTACLE_MARK, "obstacle")):
+                if part.get(mark):
+                    return {"type": "array", "items": {"$ref": f"#/$defs/{name}"}}
+            linked = {key: _marked(value) for key, value in part.items()}
+            if isinstance(linked.get("title"), str) and "properties" not in linked:
+                del linked["title"]
+            return linked
+        case list():
+            return [_marked(value) for value in part]
+    return part

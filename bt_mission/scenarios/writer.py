@@ -1,0 +1,239 @@
+"""The scenario of a run that a test has made, as far as it can be told as data."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Protocol
+
+import yaml  # type: ignore[import-untyped]
+
+from bt_mission.core.errors import BtMissionError
+from bt_mission.core.files import is_file, look_for
+from bt_mission.core.yaml.document import read, read_text
+from bt_mission.executive.report import Report
+from bt_mission.faults.fault import Fault, FaultInstance
+from bt_mission.faults.faults import FAULTS
+from bt_mission.faults.planned import AfterStep, AtTime, Beginning, PlannedFault, Value
+from bt_mission.faults.text import parse_fault
+from bt_mission.faults.world import MOST_OBSTACLES
+from bt_mission.language.mission import Mission
+from bt_mission.scenarios.scenario import TIME_IS_UP
+from bt_mission.sessions.stage import Stage
+from bt_mission.sessions.stage_robot import StageOptions
+from sim.world.world import World
+
+OBSERVER = "observer"
+"""The node of a test that writes topics down; it changes nothing."""
+
+
+DRAWN = frozenset(("share", "jitter"))
+"""Arguments of faults that draw random numbers."""
+
+
+class CannotTellError(BtMissionError):
+    """A run holds what cannot be told as data; each part of it in words, as `parts`."""
+
+    def __init__(self, parts: Sequence[str]) -> None:
+        self.parts = tuple(parts)
+        super().__init__("; ".join(parts))
+
+
+class TestedRun(Protocol):
+    """A run that a test has made."""
+
+    mission: Mission
+    stage: Stage
+    options: StageOptions
+    faults: list[FaultInstance]
+    stopped_s: float | None
+    """When the test ended it, s since the start; None where it came to its own end."""
+
+    @property
+    def report(self) -> Report:
+        """What it came to."""
+
+
+def scenario_text(run: TestedRun, name: str, folder: Path) -> str:
+    """Return the scenario of a run that has ended.
+
+    Args:
+        name: Of the scenario.
+        folder: Where it will be written; paths in it are relative to that.
+
+    Raises:
+        CannotTellError: With everything that is not data.
+    """
+    refuse_untellable(run)
+    report = run.report
+    data: dict[str, Any] = {
+        "scenario": name,
+        **_mission(run.mission, folder),
+        "seed": run.mission.seed,
+    }
+    if isinstance(run.options.world, World):
+        data["world"] = run.options.world.model_dump(mode="json")
+    if run.options.start is not None:
+        data["start"] = dict(zip(("x", "y", "yaw"), run.options.start, strict=True))
+    if run.faults:
+        data["faults"] = [planned(one).text for one in run.faults]
+    if run.stopped_s is not None:
+        data["limit"] = run.stopped_s
+    data["expect"] = {"outcome": report.status}
+    if report.goals_left_behind:
+        data["expect"]["orphaned_goals"] = report.goals_left_behind
+    text = f"# The run that this is told of has the trace {report.trace_sha256}\n"
+    text += str(yaml.safe_dump(data, sort_keys=False, width=100, allow_unicode=True))
+    if read_text(text).data != data:
+        raise CannotTellError(["texts that YAML takes for something else"])
+    return text
+
+
+def refuse_untellable(run: TestedRun) -> None:
+    """Refuse a run that holds what is no data.
+
+    Raises:
+        CannotTellError: With all of it.
+    """
+    problems = [*_unusual(run)]
+    for one in run.faults:
+        try:
+            planned(one)
+        except CannotTellError as error:
+            problems += error.parts
+    try:
+        _mission(run.mission, Path())
+    except CannotTellError as error:
+        problems += error.parts
+    if problems:
+        raise CannotTellError(problems)
+
+
+def planned(instance: FaultInstance) -> PlannedFault:
+    """Return a fault that a run has had as data.
+
+    Raises:
+        CannotTellError: Where Python alone can say it.
+    """
+    fault = instance.fault
+    if fault.what not in FAULTS:
+        raise CannotTellError([f"{fault!r} is made by Python alone"])
+    arguments = dict(_arguments(fault))
+    lasting = fault.lasting
+    if lasting is None and instance.is_ended_from_outside:
+        if instance.is_ended_between:
+            raise CannotTellError([f"{fault!r} was ended between two control steps"])
+        if DRAWN & arguments.keys():
+            raise CannotTellError(
+                [f"{fault!r}, which draws by its `lasting`, was ended by the test"]
+            )
+        lasting = (instance.ended_ns - instance.began_ns) / 1e9 if instance.ended_ns else None
+    found = PlannedFault(_beginning(instance), fault.what, arguments, lasting)
+    try:
+        again = parse_fault(found.text)
+    except BtMissionError as error:
+        raise CannotTellError([f"{fault!r}: {error}"]) from None
+    if again != found:
+        raise CannotTellError([f"{fault!r} cannot be written as text"])
+    return found
+
+
+def _beginning(instance: FaultInstance) -> Beginning:
+    run = instance.run
+    if instance.is_within_step or instance.began_ns == run.stage.start_ns:
+        return AtTime(instance.began_s)
+    return AfterStep(instance.began_s)
+
+
+def _arguments(fault: Fault) -> Iterator[tuple[str, Value]]:
+    """Yield the arguments of a fault, those of other names included."""
+    kind = FAULTS[fault.what]
+    for name, value in fault.parameters.items():
+        if isinstance(value, Fault):
+            yield name, value.obstacle
+        elif not _is_data(value) or (name not in kind.parameters and not kind.takes_fields):
+            raise CannotTellError([f"{fault!r}: '{name}' is no data"])
+        else:
+            yield name, _frozen(value)
+
+
+def _is_data(value: Any) -> bool:
+    if isinstance(value, list | tuple):
+        return all(map(_is_data, value))
+    return isinstance(value, bool | int | float | str)
+
+
+def _frozen(value: Any) -> Value:
+    return tuple(map(_frozen, value)) if isinstance(value, list | tuple) else value
+
+
+def _unusual(run: TestedRun) -> Iterator[str]:
+    """Yield what of the stage a scenario has no words for."""
+    options = run.options
+    if options.without:
+        yield f"a server that the test plays: {', '.join(sorted(options.without))}"
+    guests = set(run.stage.guests) - {OBSERVER}
+    played = {f"scripted_{name}".replace("/", "_") for name in options.without}
+    if guests - played:
+        yield f"nodes of the test's own: {', '.join(sorted(guests - played))}"
+    if options.props != MOST_OBSTACLES:
+        yield f"props={options.props}"
+    if options.seed is not None or options.visible:
+        yield "options of the stage"
+    if run.report.status == "interrupted" and run.report.reason != TIME_IS_UP:
+        yield f"an interruption by the test: {run.report.reason}"
+    if run.stopped_s == 0:
+        yield "a run that was never moved on"
+
+
+# ---- the mission and its place ---------------------------------------------------------------
+
+
+def _mission(mission: Mission, folder: Path) -> dict[str, Any]:
+    document = mission.document
+    if document is None:
+        raise CannotTellError(["the mission is no file and no text"])
+    head = document.data if isinstance(document.data, Mapping) else {}
+    found: dict[str, Any] = {}
+    if is_file(Path(mission.file)):
+        found["mission"] = _relative(Path(mission.file), folder)
+    else:
+        _refuse_files(head)
+        found["mission"] = head
+    if mission.world and mission.world != head.get("world"):
+        found["world"] = _world(mission, folder)
+    if mission.robot != head.get("robot", "waffle"):
+        found["robot"] = mission.robot
+    given = {
+        name: value
+        for name, value in mission.inputs.items()
+        if value != head.get("inputs", {}).get(name)
+    }
+    return {**found, **({"inputs": given} if given else {})}
+
+
+def _refuse_files(head: Mapping[str, Any]) -> None:
+    """Refuse a mission as text that reads files beside the test."""
+    if head.get("include"):
+        raise CannotTellError(["the mission is a text that includes files"])
+    if "python" in str(head):
+        raise CannotTellError(["the mission is a text with Python leaves"])
+
+
+def _world(mission: Mission, folder: Path) -> Any:
+    """Return a world that is given instead of the mission's: its name or path."""
+    assert mission.world is not None, "it is asked for where there is one"
+    if not Path(mission.world).suffix:
+        return mission.world
+    path = look_for("worlds", mission.world, near=mission.file)
+    if path is None:
+        raise CannotTellError([f"the world {mission.world} is gone"])
+    is_temporary = path.name.startswith("world_")
+    if not is_temporary:
+        return _relative(path, folder)
+    return read(path).data
+
+
+def _relative(path: Path, folder: Path) -> str:
+    return Path(os.path.relpath(path.resolve(), folder.resolve())).as_posix()

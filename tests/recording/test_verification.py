@@ -1,0 +1,294 @@
+"""Requirements over recordings: verdicts, margins and instants are those of the run itself."""
+
+from __future__ import annotations
+
+import math
+import random
+from contextlib import suppress
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bt_mission.core.files import find
+from bt_mission.language.checks.requirements import with_requirements
+from bt_mission.language.expressions.values import ExpressionError
+from bt_mission.language.loader import load_text
+from bt_mission.language.mission import Mission
+from bt_mission.language.requirements.formula import Formula, Requirement
+from bt_mission.recording.contents import string_message
+from bt_mission.recording.file import McapFile
+from bt_mission.recording.reading import Channel, RecordedFile, RecordingError
+from bt_mission.recording.verification import (
+    read_verified_run,
+    recorded_requirements,
+)
+from bt_mission.recording.writer import RunRecorder
+from bt_mission.requirements.monitor import RequirementResult
+from bt_mission.sessions.load import load
+from bt_mission.sessions.session import summarise
+from bt_mission.sessions.stage import Stage
+from bt_mission.testing.stages import Stages
+from tests.requirements.test_semantics import drawn_formula
+from tests.support.project import ROOT
+from tests.support.recordings import edited, recording
+from tests.support.robot_bag import verify
+
+NODES = {"explore": ("drive", "look around"), "patrol": ("visit the zones", "visit the zones")}
+REQUIREMENTS = """\
+requirements:
+  keeps its distance: always clearance > 0.10
+  is never hit: never collisions > 0
+  gets on: 'eventually within 60 s: succeeded("{drive}")'
+  looks before it drives: 'whenever running("{drive}"): previously succeeded("{look}")'
+  stops when blind: {{whenever: age("scan") > 0.5, then: speed < 0.01, within: 0.6}}
+  is slow: always speed < 0.15
+  keeps off: always nearest != "wall" or clearance > 0.2
+  knows its way: always abs(x - odometry.x) < 5 and distance < 3
+  has one goal: always open_goals <= 1
+  has charge: always battery > 99.9 and scan_clearance > 0.2
+  hears: always age("odom") < 0.05 and topic("imu", "angular_velocity.z") < 2
+  turns calmly: 'whenever turn_rate > 1: turn_rate < 0.5 within 0.2 s'
+"""
+FEEDBACK = """\
+  is told the truth: always feedback("drive", "current_distance_travelled") <= distance + 0.1
+  gets away: 'whenever failed("turn away"): open_goals == 0 within 2 s'
+  turned: 'whenever succeeded("turn away"): turn_rate < 2'
+  is asked for it: always $speed < 0.3
+"""
+THERE_AND_BACK = """\
+mission: there and back
+world: empty_arena
+seed: 3
+tree:
+  sequence:
+    - repeat: {count: 2}
+      do:
+        sequence:
+          - explore_forward: {fwd_velocity: 0.26, stopping_distance: 0.3}
+            name: a
+            cancel_when: current_distance_travelled > 0.6
+            on_cancel: success
+            timeout: 30
+          - turn: {angle: 120}
+            name: b
+            timeout: 30
+"""
+
+
+def run(mission: Mission, path: Path) -> tuple[RequirementResult, ...]:
+    """Carry a mission out, recorded; return what its requirements came to."""
+    with (
+        Stage(mission, image_folder=path.parent / "images", say=lambda _: None) as stage,
+        RunRecorder(stage, path) as recorder,
+    ):
+        while not stage.is_done:
+            stage.step()
+        report = summarise(stage, 1.0)
+        recorder.finish(report.as_dict())
+    return report.requirements
+
+
+def plain(results: tuple[RequirementResult, ...]) -> list[dict[str, Any]]:
+    """Results as programs get them."""
+    return [asdict(one) for one in results]
+
+
+@pytest.mark.parametrize("name", NODES)
+def test_a_recording_comes_to_what_the_run_did(name: str, tmp_path: Path) -> None:
+    """Verdict, margin, instant and all else; also where the run did not know the requirements."""
+    drive, look = NODES[name]
+    text = REQUIREMENTS.format(drive=drive, look=look) + (FEEDBACK if name == "explore" else "")
+    (tmp_path / "more.yaml").write_text(text)
+    bare = load(find("missions", name))
+    mission = with_requirements(bare, [tmp_path / "more.yaml"])
+    told = run(mission, tmp_path / "with.mcap")
+    assert {one.verdict for one in told} >= {"holds", "violated"}
+    assert plain(verify(tmp_path / "with.mcap").results) == plain(told)
+    run(bare, tmp_path / "without.mcap")
+    found = verify(tmp_path / "without.mcap", requirements=mission.requirements)
+    assert plain(found.results) == plain(told)
+    assert (found.notes, found.why_cut, found.lacks) == ((), "", "")
+
+
+def test_any_formula_comes_to_what_it_did_in_the_run(tmp_path: Path) -> None:
+    """Formulas chosen at random, over true poses and the states of nodes."""
+    draw = random.Random(14)
+    texts = [drawn_formula(draw) for _ in range(150)]
+    mission = load_text(THERE_AND_BACK)
+    found = []
+    for text in texts:
+        with suppress(ExpressionError):  # what can only come to one verdict
+            found.append(Requirement(text, text, Formula(text).root))
+    requirements = tuple({one.name: one for one in found}.values())
+    told = run(replace(mission, requirements=requirements), tmp_path / "with.mcap")
+    assert {one.verdict for one in told} >= {"holds", "violated", "open"}
+    assert len({one.margin for one in told}) > 20
+    assert plain(verify(tmp_path / "with.mcap").results) == plain(told)
+    run(mission, tmp_path / "without.mcap")
+    again = verify(tmp_path / "without.mcap", requirements=requirements)
+    assert plain(again.results) == plain(told)
+
+
+SLOW = {
+    "report": "always speed < 0.1",
+    "fail": "{formula: always speed < 0.1, on_violation: fail}",
+    "halt": "{formula: always speed < 0.1, on_violation: halt}",
+}
+
+
+@pytest.mark.parametrize("action", SLOW)
+def test_what_a_violation_does_comes_after_the_instant_for_all(action: str, tmp_path: Path) -> None:
+    """Another requirement sees what there was before the mission was ended for the first."""
+    text = THERE_AND_BACK.replace(
+        "tree:",
+        f"requirements:\n  slow: {SLOW[action]}\n  goes on: always running('a') or time < 0.5\n"
+        "  ends: eventually succeeded('b')\n"
+        "  one goal: whenever speed > 0.1: open_goals > 0\ntree:",
+    )
+    told = run(load_text(text), tmp_path / "run.mcap")
+    assert told[0].verdict == "violated"
+    assert plain(verify(tmp_path / "run.mcap").results) == plain(told)
+
+
+def test_what_a_fault_kept_from_the_mission_is_known(stage: Stages, tmp_path: Path) -> None:
+    """Scans were sent, and are in the file; that they were not heard is, too."""
+    text = THERE_AND_BACK.replace(
+        "tree:", "requirements:\n  hears: always age('scan') < 0.5\ntree:"
+    )
+    made = stage.run(text)
+    made.expect_violation("hears")
+    made.at(1.0, stage.faults.drop("scan", lasting=2.0))
+    with RunRecorder(made.stage, tmp_path / "run.mcap") as recorder:
+        report = made.until_done()
+        recorder.finish(report.as_dict())
+    assert report.requirements[0].verdict == "violated"
+    assert plain(verify(tmp_path / "run.mcap").results) == plain(report.requirements)
+
+
+def test_what_appears_while_the_run_goes_on_has_room_around_it(
+    stage: Stages, tmp_path: Path
+) -> None:
+    """The model at the start does not tell of it, so clearance is recorded then."""
+    made = stage.run(THERE_AND_BACK)
+    made.at(1.0, stage.faults.spawn_box(at=(0.8, 0.5), lasting=2.0))
+    with RunRecorder(made.stage, tmp_path / "run.mcap") as recorder:
+        recorder.finish(made.until_done().as_dict())
+    least = min(moment.clearance for moment in made.moments)
+    found, nearest = verify(
+        tmp_path / "run.mcap", "always clearance > 0", "always nearest != 'box'"
+    ).results
+    assert found.margin == pytest.approx(least, abs=1e-8)
+    assert nearest.verdict == "violated"
+
+
+def test_a_recording_that_begins_late_tells_nothing(tmp_path: Path) -> None:
+    """What was before might decide."""
+    mission = load_text(THERE_AND_BACK)
+    with Stage(mission, image_folder=tmp_path, say=lambda _: None) as stage:
+        while stage.executive.cycles < 20:
+            stage.step()
+        with RunRecorder(stage, tmp_path / "run.mcap") as recorder:
+            while not stage.is_done:
+                stage.step()
+            recorder.finish(summarise(stage, 1.0).as_dict())
+    (found,) = verify(tmp_path / "run.mcap", "always speed < 0.1").results
+    assert (found.verdict, found.margin) == ("unknown", None)
+    assert found.why == "the recording begins 1.05 s after the mission"
+
+
+def test_a_cut_recording_never_lies(tmp_path: Path) -> None:
+    """Cut anywhere, a verdict is that of the whole run, or open, or unknown."""
+    formulas = (
+        "always speed < 0.15",
+        "always clearance > 0.1",
+        "eventually succeeded('turn away')",
+        "eventually within 2 s: speed > 0.1",
+        "eventually within 60 s: distance > 100",
+        "whenever succeeded('drive'): eventually within 3 s: succeeded('turn away')",
+        "never open_goals > 1",
+    )
+    whole = recording().read_bytes()
+    told = {one.name: one for one in verify(recording(), *formulas).results}
+    assert {one.verdict for one in told.values()} >= {"holds", "violated"}
+    draw, seen = random.Random(4), set()
+    for size in (*(draw.randrange(len(whole)) for _ in range(60)), len(whole) - 20):
+        path = tmp_path / "cut.mcap"
+        path.write_bytes(whole[:size])
+        try:
+            found = verify(path, *formulas)
+        except RecordingError:  # nothing of it can be read
+            assert size < len(whole) / 20
+            continue
+        for one in found.results:
+            seen.add(one.verdict)
+            if one.verdict in ("holds", "violated"):
+                assert one.verdict == told[one.name].verdict, (size, one)
+            else:
+                assert one.why, (size, one)
+    assert seen >= {"holds", "violated", "open"}
+
+
+def test_messages_that_are_missing_are_named(tmp_path: Path) -> None:
+    """Each kind of message is needed for something."""
+    path = tmp_path / "run.mcap"
+    edited(path, lambda channel, _: not channel.topic.endswith(("/tree", "/scan")))
+    node, scan = verify(path, "always running('drive')", "always age('scan') < 1").results
+    assert (node.verdict, scan.verdict) == ("unknown", "unknown")
+    assert node.why == "running('drive'): the recording has no mission in it"
+    assert scan.why == "age('scan'): the recording has no topic /scan"
+
+
+@pytest.mark.parametrize("line", ["{", "[]", '{"t": 1050000000, "start": 1, "values": 3}'])
+def test_a_damaged_line_of_signals_makes_all_unknown(line: str, tmp_path: Path) -> None:
+    """Whatever decides may stand in it."""
+    path = tmp_path / "run.mcap"
+    copy = McapFile(path, "another")
+    numbers: dict[Channel, int] = {}
+    for count, (channel, time_ns, data) in enumerate(RecordedFile(recording()).messages()):
+        if channel not in numbers:
+            numbers[channel] = copy.channel(
+                channel.topic, channel.type_name, channel.definition, {}
+            )
+        is_bad = channel.topic.endswith("/signals") and count > 1000
+        copy.write(time_ns, [(numbers[channel], string_message(line) if is_bad else data)])
+    copy.close()
+    (found,) = verify(path, "always running('drive')").results
+    assert found.verdict == "unknown"
+    assert found.why.startswith("what the mission tells cannot be read: ")
+
+
+def test_recordings_of_earlier_versions_tell_what_they_hold() -> None:
+    """At instants of our own; clearance was not in them."""
+    found = verify(
+        ROOT / "tests/data/recordings/success.mcap",
+        "always clearance > 0",
+        "never collisions > 0",
+        "always speed < 0.5",
+        "eventually succeeded('0')",
+    )
+    assert [one.verdict for one in found.results] == ["unknown", "holds", "holds", "holds"]
+    assert "an earlier version" in found.results[0].why
+    assert found.notes == ("evaluated every 0.05 s: the run's own instants were not recorded",)
+
+
+def test_margins_over_time(tmp_path: Path) -> None:
+    """Of each instant where the requirement speaks of instants, else of the run so far."""
+    text = THERE_AND_BACK.replace(
+        "tree:",
+        "requirements:\n  slow: always speed < 0.15\n"
+        "  calms down: 'whenever speed > 0.2: speed < 0.1 within 4 s'\n"
+        "  done: eventually succeeded('b')\ntree:",
+    )
+    (told, *_) = run(load_text(text), tmp_path / "run.mcap")
+    slow, calms, done = recorded_requirements(tmp_path / "run.mcap")
+    assert (slow.is_of_instants, calms.is_of_instants, done.is_of_instants) == (True, False, True)
+    assert slow.result == told
+    worst = int(slow.margins.argmin())
+    assert (slow.times[worst], round(slow.margins[worst], 9)) == (told.at, told.margin)
+    assert slow.times[slow.margins < 0][0] == told.violated_at
+    known = [one for one in calms.margins if math.isfinite(one)]
+    assert known == sorted(known, reverse=True)
+    assert set(done.margins) == {-math.inf, math.inf}
+    assert read_verified_run(tmp_path / "run.mcap").requirements[0].result == told

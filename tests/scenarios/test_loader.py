@@ -1,0 +1,202 @@
+"""Scenario files: what is read, and what is said of one that is wrong."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bt_mission.core.diagnostics import InputError
+from bt_mission.faults.planned import AfterStep, AtTime, WhenTrue
+from bt_mission.scenarios.loader import Changes, examine_scenario, load_scenario
+from bt_mission.scenarios.scenario import Expectation
+
+MISSION = """\
+mission: turns
+world: empty_arena
+inputs: {angle: 90}
+requirements:
+  is slow: always speed < 1
+tree:
+  turn: {angle: $angle}
+  name: turn
+  timeout: 20
+"""
+
+
+@pytest.fixture
+def scenario(tmp_path: Path) -> Any:
+    """Write a scenario beside a mission: ``scenario(text)`` gives its path."""
+    (tmp_path / "turns.yaml").write_text(MISSION, encoding="utf-8")
+
+    def write(text: str, *, mission: str = "mission: turns.yaml\n") -> Path:
+        path = tmp_path / "it.yaml"
+        path.write_text(f"scenario: it\n{mission}{text}", encoding="utf-8")
+        return path
+
+    return write
+
+
+def test_a_scenario_has_what_its_file_says(scenario: Any) -> None:
+    """The mission is that of the file beside it."""
+    found = load_scenario(
+        scenario(
+            "description: A turn.\n"
+            "seed: 5\n"
+            "robot: burger\n"
+            "inputs: {angle: 45}\n"
+            "start: {x: 1, yaw: 90}\n"
+            "obstacles:\n"
+            "  - {at: [0.5, 1], size: [10 cm, 0.2, 0.3]}\n"
+            "  - {at: [2, 2], radius: 0.1}\n"
+            'requirements:\n  turns: eventually within 5 s: succeeded("turn")\n'
+            "limit: 60\n"
+            "expect: {outcome: failure, reason: lost, failed: turn, after: 1, before: 2.5,\n"
+            "  violated: [turns], orphaned_goals: 1, collisions: 0}\n"
+        )
+    )
+    assert (found.name, found.description, found.limit) == ("it", "A turn.", 60)
+    assert (found.mission.seed, found.mission.robot) == (5, "burger")
+    assert found.mission.inputs["angle"] == 45
+    assert found.start == (1.0, 0.0, 90.0)
+    assert [one.planned.text for one in found.faults] == [
+        "at 0.0: spawn_box at (0.5, 1) size (0.1, 0.2, 0.3)",
+        "at 0.0: spawn_cylinder at (2, 2) radius 0.1",
+    ]
+    assert [one.name for one in found.mission.requirements] == ["is slow", "turns"]
+    assert found.expect == Expectation(
+        outcome="failure",
+        reason="lost",
+        failed="turn",
+        after=1,
+        before=2.5,
+        violated=("turns",),
+        orphaned_goals=1,
+        collisions=0,
+    )
+
+
+def test_faults_are_texts_or_mappings(scenario: Any) -> None:
+    """With or without quotes; a mapping has the fault for its key, as a node its kind."""
+    text = (
+        "faults:\n"
+        "  - at 5.0: drop scan lasting 2   # for a while\n"
+        "  - 'at 5.0: drop scan lasting 2'\n"
+        "  - {at: 5.0, drop: scan, lasting: 2}\n"
+        "  - {at: 5.0, drop: {topic: scan}, lasting: 2}\n"
+        "  - {at: 5 s, drop: [scan], lasting: 2}\n"
+        '  - when previously within 1 s: speed > 0.1 and running("turn"): imu_dead\n'
+        "  - {after: 1, imu_dead: }\n"
+    )
+    found = [one.planned for one in load_scenario(scenario(text)).faults]
+    assert {one.text for one in found[:5]} == {"at 5.0: drop scan lasting 2"}
+    assert [type(one.begins) for one in found] == [*[AtTime] * 5, WhenTrue, AfterStep]
+
+
+def test_mission_and_world_can_stand_in_the_file(scenario: Any) -> None:
+    """As mappings."""
+    inline = "mission:\n  mission: waits\n  tree: {wait: 1}\n"
+    found = load_scenario(scenario("world: {name: hall, size: [6, 3]}\n", mission=inline))
+    assert found.mission.name == "waits"
+    assert found.world is not None
+    assert found.world.size == (6, 3)
+
+
+def test_what_is_said_outside_comes_first(scenario: Any) -> None:
+    """As the options of a run."""
+    path = scenario("seed: 5\ninputs: {angle: 45}\n")
+    found = load_scenario(path, Changes(seed=6, set={"angle": "30"}, robot="burger"))
+    assert (found.mission.seed, found.mission.robot) == (6, "burger")
+    assert dict(found.mission.inputs) == {"angle": 30}
+
+
+def test_paths_are_from_the_scenario(
+    scenario: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever stands in the working folder under the same name."""
+    path = scenario("world: hall.yaml\n")
+    (tmp_path / "hall.yaml").write_text("name: own\nsize: [4, 4]\n", encoding="utf-8")
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    (elsewhere / "turns.yaml").write_text("mission: other\ntree: {wait: 1}\n", encoding="utf-8")
+    (elsewhere / "hall.yaml").write_text("name: other\nsize: [4, 4]\n", encoding="utf-8")
+    monkeypatch.chdir(elsewhere)
+    found = load_scenario(path)
+    assert found.mission.name == "turns"
+    assert found.world is not None
+    assert found.world.name == "own"
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "message"),
+    [
+        ("sed: 5\n", "3:1", "unknown key 'sed'"),
+        ("seed: -1\n", "3:7", "expected at least 0, got the number -1"),
+        ("inputs: {angel: 4}\n", "3:17", "no input 'angel' (the mission's inputs: angle)"),
+        ("inputs: {angle: far}\n", "3:17", "input 'angle' expects a number, got string 'far'"),
+        ("start: {x: here}\n", "3:12", "expected a number, got string 'here'"),
+        ("world: atlantis\n", "3:8", "'atlantis': no such world"),
+        ("world: {name: hall, size: [6]}\n", "3:27", "is missing"),
+        ("obstacles: [{at: [1, 2, 3]}]\n", "3:18", "expected 2 numbers in m"),
+        ("obstacles: [{size: [1, 1, 1]}]\n", "3:13", "spawn_box: give a place"),
+        ("obstacles: [7]\n", "3:13", "expected a mapping such as 'at: [1.0, 0.5]'"),
+        ("faults:\n  - at 5: drp scan\n", "4:11", "did you mean 'drop'?"),
+        ("faults:\n  - at 5: drop scan lasting 2 m\n", "4:31", "'lasting' is in s (s, ms, min)"),
+        ("faults:\n  - {at: 5, drop: {topic: scan, shar: 1}}\n", "4:33", "no argument 'shar'"),
+        ("faults:\n  - {at: 5, drop: {topic: scan, share: 3}}\n", "4:13", "a share above 0"),
+        ("faults:\n  - {at: 5, drp: scan}\n", "4:13", "there is no fault 'drp'"),
+        ("faults:\n  - {at: -1, imu_dead: }\n", "4:10", "expected a time from 0 s up"),
+        ("faults:\n  - {imu_dead: }\n", "4:5", "expected one of at, after, when"),
+        ("faults:\n  - {at: 1, imu_dead: , lasting: 20 ms}\n", "4:34", "shorter than a control"),
+        ("faults:\n  - {when: sped > 1, imu_dead: }\n", "4:12", "unknown signal 'sped'"),
+        ('faults:\n  - when running("trn"): imu_dead\n', "4:10", "no node is named 'trn'"),
+        ("faults:\n  - at 1: raise_in_leaf trn\n", "4:25", "no node is named 'trn'"),
+        ("faults:\n  - at 700: imu_dead\n", "4:5", "700 s is past the limit of the scenario"),
+        ("faults:\n  - 3\n", "4:5", "expected a fault such as"),
+        ("requirements:\n  a: always sped < 1\n", "4:13", "unknown signal 'sped'"),
+        ('requirements:\n  a: never failed("trn")\n', "4:12", "no node is named 'trn'"),
+        ("requirements:\n  is slow: never speed > 2\n", "4:3", "has a requirement 'is slow'"),
+        ("expect: {outcome: fail}\n", "3:19", "did you mean 'failure'?"),
+        ("expect: {reason: 'a('}\n", "3:20", "expected a regular expression"),
+        ("expect: {failed: trn}\n", "3:18", "no node is named 'trn'"),
+        ("expect: {violated: [is fast]}\n", "3:21", "there is no requirement 'is fast'"),
+        ("limit: 0\n", "3:8", "expected more than 0"),
+    ],
+)
+def test_what_is_wrong_has_its_place(scenario: Any, text: str, place: str, message: str) -> None:
+    """In the scenario's file, with what to write instead."""
+    path = scenario(text)
+    found, faults = examine_scenario(path)
+    assert found is None
+    errors = [str(one) for one in faults if one.severity == "error"]
+    assert any(message in one for one in errors), errors
+    assert errors[0].startswith(f"{path}:{place}: error: "), errors
+
+
+@pytest.mark.parametrize(
+    ("mission", "message"),
+    [
+        ("mission: nowhere.yaml\n", "no such mission: 'nowhere.yaml'"),
+        ("mission: it.yaml\n", "'it.yaml' is a scenario; expected a mission"),
+        ("mission: 5\n", "expected a name, a path or a mapping, got the number 5"),
+        ("", "'mission' is missing"),
+        ("mission: {mission: m, tree: {wiat: 1}}\n", "unknown node type 'wiat'"),
+    ],
+)
+def test_a_mission_that_is_none_has_its_place(scenario: Any, mission: str, message: str) -> None:
+    """Of one that stands in the file, each error in it."""
+    path = scenario("", mission=mission)
+    with pytest.raises(InputError, match="error") as caught:
+        load_scenario(path)
+    first = caught.value.faults[0]
+    assert message in first.message
+    assert first.file == str(path)
+
+
+def test_several_errors_are_told_at_once(scenario: Any) -> None:
+    """In the order of the file."""
+    _, faults = examine_scenario(
+        scenario("seed: -1\nfaults:\n  - at 5: drp scan\nexpect: {outcome: fail}\n")
+    )
+    assert [one.line for one in faults] == [3, 5, 6]

@@ -1,0 +1,128 @@
+"""Scenarios that are run: what comes out, beside what must."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import bt_mission
+from bt_mission.core.diagnostics import InputError
+from bt_mission.core.errors import BtMissionError
+from bt_mission.scenarios.loader import load_scenario
+from bt_mission.scenarios.run import look_for_names, run_scenario
+
+INLINE = """\
+scenario: it
+mission:
+  mission: turns
+  world: empty_arena
+  tree: {turn: {angle: 90}, name: turn, timeout: 20}
+"""
+
+
+@pytest.fixture
+def scenario(tmp_path: Path) -> Any:
+    """Write a scenario of one turn, which takes 1.95 s: ``scenario(text)`` gives its path."""
+
+    def write(text: str = "") -> Path:
+        path = tmp_path / "it.yaml"
+        path.write_text(INLINE + text, encoding="utf-8")
+        return path
+
+    return write
+
+
+def test_a_scenario_is_run_in_one_line(scenario: Any) -> None:
+    """What must come out is success, where nothing else is said."""
+    result = bt_mission.run_scenario(scenario())
+    assert result.passed
+    assert str(result) == "scenario it: came out as it must"
+    assert result.report.status == "success"
+
+
+def test_its_faults_happen_and_its_requirements_are_watched(scenario: Any) -> None:
+    """Both are in the report."""
+    result = run_scenario(
+        scenario(
+            "faults:\n  - at 0.5: shove turn 1.0\n"
+            "requirements:\n  never turns: never turn_rate > 0.1\n"
+            "expect: {violated: [never turns]}\n"
+        )
+    )
+    assert result.passed, str(result)
+    assert [one.began for one in result.report.faults] == [0.5]
+    assert result.violated == ("never turns",)
+    assert result.requirements["never turns"].verdict == "violated"
+
+
+def test_start_and_obstacles_are_there_from_the_beginning(scenario: Any) -> None:
+    """The robot stands where the scenario says, before a box."""
+    text = (
+        "start: {x: 1, y: 0.5, yaw: 0}\n"
+        "obstacles: [{at: [1.5, 0.5], size: [0.2, 0.2, 0.3]}]\n"
+        "requirements:\n"
+        "  starts there: always for 0.1 s: abs(x - 1) < 0.01 and abs(y - 0.5) < 0.01\n"
+        "  has a box before it: always for 0.1 s: clearance < 0.4\n"
+    )
+    result = run_scenario(scenario(text))
+    assert result.passed, str(result)
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "message"),
+    [
+        ("expect: {outcome: failure}\n", 6, "expected failure, got success, at 1."),
+        ("expect: {reason: lost}\n", 6, "expected a reason with 'lost', got ''"),
+        ("expect: {failed: turn}\n", 6, "expected a failure of 'turn', got no failure"),
+        ("expect: {after: 50}\n", 6, "expected the end at 50 s or later, got 1."),
+        ("expect: {before: 1}\n", 6, "expected the end at 1 s or earlier, got 1."),
+        ("expect: {orphaned_goals: 1}\n", 6, "expected 1 orphaned goals, got 0"),
+        ("expect: {collisions: 1}\n", 6, "expected 1 collisions, got 0"),
+        ("requirements:\n  a: never speed < 9\n", 7, "requirement a: violated"),
+        (
+            "requirements:\n  a: always speed < 9\nexpect: {violated: [a]}\n",
+            8,
+            "expected a violation of 'a', got: a: holds",
+        ),
+        ("limit: 1.0\n", 1, "expected success, got interrupted: the test is over"),
+    ],
+)
+def test_what_comes_out_otherwise_has_its_place(
+    scenario: Any, text: str, line: int, message: str
+) -> None:
+    """In the scenario's file, at what is expected."""
+    result = run_scenario(scenario(text))
+    (difference,) = result.differences
+    assert message in difference.message
+    assert difference.line == line
+    assert not result.passed
+    assert str(result).endswith("scenario it: came out otherwise than it must")
+
+
+def test_names_that_are_not_there_are_errors_before_the_start(scenario: Any) -> None:
+    """At their places; also where nothing is to be run."""
+    path = scenario("faults:\n  - at 1: drop scna\n  - {at: 1, kill_server: trun}\n")
+    for find in (run_scenario, lambda one: look_for_names(load_scenario(one))):
+        with pytest.raises(InputError) as caught:
+            find(path)
+        assert [(one.line, one.column) for one in caught.value.faults] == [(7, 16), (8, 26)]
+
+
+def test_a_start_in_a_wall_is_an_error(scenario: Any) -> None:
+    """It says that the robot does not fit there."""
+    with pytest.raises(BtMissionError, match="does not fit at the spawn"):
+        run_scenario(
+            scenario(
+                "start: {x: 2.0}\nworld:\n  name: h\n  size: [6, 3]\n  "
+                "walls: [{name: w, from: [2, -1], to: [2, 1]}]\n"
+            )
+        )
+
+
+def test_runs_of_one_seed_are_the_same(scenario: Any) -> None:
+    """To the last byte; another seed makes another trace."""
+    path = scenario("faults:\n  - at 0.2: drop odom share 0.5 lasting 1\n")
+    hashes = [run_scenario(path, seed=seed).report.trace_sha256 for seed in (1, 1, 2)]
+    assert hashes[0] == hashes[1] != hashes[2]
