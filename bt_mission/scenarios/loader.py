@@ -115,11 +115,7 @@ class _Loader:
             "servers": changes.servers,
         }
         if isinstance(written.mission, dict):
-            place = self._document.find(("mission",))
-            inline = Document(
-                self._document.file, self._document.data["mission"], place, self._document.lines
-            )
-            mission, faults = examine_document(inline, **given)
+            mission, faults = examine_document(self._document.under("mission"), **given)
         else:
             path = self._mission_file(written.mission)
             if path is None:

@@ -35,6 +35,10 @@ class Document:
         """The file as a text, with a line feed at its end."""
         return "\n".join(self.lines).rstrip("\n") + "\n"
 
+    def under(self, key: str) -> Document:
+        """Return the part under a key as a document of its own, with its places in this file."""
+        return Document(self.file, self.data[key], self.find((key,)), self.lines)
+
     def rename_keys(
         self, path: Sequence[Key], data: dict[str, Any], names: Mapping[str, str]
     ) -> None:

@@ -259,6 +259,8 @@ def _missions_of(
         raise ForkError(f"{file.path}: it lacks the mission's file '{name}'")
     is_xml = Path(name).suffix == XML
     document = (document_of if is_xml else read_text)(texts[name], name)
+    if isinstance(document.data, dict) and isinstance(document.data.get("mission"), dict):
+        document = document.under("mission")  # it was written in a scenario
     seed = facts.texts.get("seed", "")
     if not seed.isdecimal():
         raise ForkError(f"{file.path}: it has no seed")
