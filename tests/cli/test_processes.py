@@ -49,7 +49,7 @@ def test_a_signal_ends_the_mission_with_no_goal_left_behind(
         read_until(process, "drive")
         read_until(process, "▶ drive")
         process.send_signal(number)
-        rest, _ = process.communicate(timeout=30)
+        rest, _ = process.communicate(timeout=120)
     name = "Ctrl-C" if number == signal.SIGINT else "SIGTERM"
     assert f"drive: interrupted by {name}" in rest
     assert "0 orphaned" in rest
@@ -76,7 +76,7 @@ def test_a_signal_is_cleaned_up_after_and_a_second_one_skips_that(
         read_until(process, "▶ turn")
         if count == 2:
             process.send_signal(signal.SIGINT)
-        rest, _ = process.communicate(timeout=60)
+        rest, _ = process.communicate(timeout=120)
     assert process.returncode == 130
     assert "tidy: interrupted by Ctrl-C" in rest
     assert ("all tidy" in rest, "0 orphaned" in rest) == (count == 1, count == 1)
@@ -90,7 +90,7 @@ def test_a_closed_pipe_is_no_traceback(drive: str) -> None:
         assert process.stdout is not None
         process.stdout.readline()
         process.stdout.close()
-        assert process.wait(timeout=60) == 130
+        assert process.wait(timeout=120) == 130
 
 
 def test_sim_servers_and_executive_as_three_processes(drive: str, tmp_path: Path) -> None:
@@ -116,7 +116,7 @@ def test_sim_servers_and_executive_as_three_processes(drive: str, tmp_path: Path
         assert last_ns < 3600 * 10**9, "it follows the clock of the simulation"
         for process in (servers, sim):
             process.send_signal(signal.SIGINT)
-            rest, _ = process.communicate(timeout=30)
+            rest, _ = process.communicate(timeout=120)
             assert "Traceback" not in rest
 
 
@@ -137,7 +137,7 @@ def test_servers_that_are_killed_are_missed(tmp_path: Path) -> None:
         servers.kill()
         seen = read_until(run, "server lost: /move has gone from the graph")
         run.send_signal(signal.SIGINT)
-        rest, _ = run.communicate(timeout=60)
+        rest, _ = run.communicate(timeout=120)
     assert "Traceback" not in seen + rest
     assert "orphaned goals: /move goal" in rest
 
@@ -162,8 +162,8 @@ def test_a_mission_runs_missions_until_their_executive_is_told_to_end(tmp_path: 
         run = stack.enter_context(started("run", str(mission), "--attach", "--plain", **LOCAL))
         read_until(servers, "goal accepted")
         serve.send_signal(signal.SIGINT)
-        served, _ = serve.communicate(timeout=60)
-        seen, _ = run.communicate(timeout=60)
+        served, _ = serve.communicate(timeout=120)
+        seen, _ = run.communicate(timeout=120)
     assert (serve.returncode, run.returncode) == (0, 1)
     assert "inner: success" in served
     assert "long: interrupted by Ctrl-C" in served
@@ -191,11 +191,11 @@ def test_a_mission_goes_on_after_its_process_was_killed(tmp_path: Path) -> None:
             read_until(servers, "goal accepted")
         run.kill()
         again = stack.enter_context(started(*command, **LOCAL))
-        refused, _ = again.communicate(timeout=60)
+        refused, _ = again.communicate(timeout=120)
         resumed = stack.enter_context(started(*command, "--resume", **LOCAL))
-        seen, _ = resumed.communicate(timeout=60)
+        seen, _ = resumed.communicate(timeout=120)
         once_more = stack.enter_context(started(*command, "--resume", **LOCAL))
-        ended, _ = once_more.communicate(timeout=60)
+        ended, _ = once_more.communicate(timeout=120)
     assert (again.returncode, resumed.returncode, once_more.returncode) == (2, 0, 2)
     assert "go on with it by --resume, or delete the file" in refused
     assert "leg 1" not in seen
@@ -227,7 +227,7 @@ def test_nobody_hears_a_simulated_run_unless_asked(drive: str) -> None:
                 if heard:
                     break
             process.send_signal(signal.SIGINT)
-            process.communicate(timeout=30)
+            process.communicate(timeout=120)
         found.append(bool(heard))
     bystander.destroy_node()
     context.shutdown()
@@ -249,13 +249,13 @@ def test_goals_are_compared_with_the_limits_of_servers_that_run(tmp_path: Path) 
         servers = stack.enter_context(started("servers", *options, **LOCAL))
         read_until(servers, "waiting for scan")
         checking = stack.enter_context(started("check", str(mission), "--against", **LOCAL))
-        said, _ = checking.communicate(timeout=60)
+        said, _ = checking.communicate(timeout=120)
     assert checking.returncode == 2
     assert "1 of 1 are in the graph" in said
     assert f"{mission}:5:22: error: angle must be from -45 to 45 deg, got 50" in said
     assert "angular_velocity" not in said
     with started("check", str(mission), **LOCAL) as checking:
-        said, _ = checking.communicate(timeout=60)
+        said, _ = checking.communicate(timeout=120)
     assert checking.returncode == 2
     assert "angular_velocity must be from 0.05 to 1.82 rad/s, got 2.5" in said
 
@@ -286,11 +286,11 @@ def test_an_executive_that_serves_goes_by_other_names(tmp_path: Path) -> None:
         sent = stack.enter_context(
             started("actions", "send", "/robot1/patrol", "{path: remapped.yaml}", **LOCAL)
         )
-        result, _ = sent.communicate(timeout=60)
+        result, _ = sent.communicate(timeout=120)
         listing = stack.enter_context(started("actions", "list", **LOCAL))
-        offered, _ = listing.communicate(timeout=60)
+        offered, _ = listing.communicate(timeout=120)
         serve.send_signal(signal.SIGINT)
-        served, _ = serve.communicate(timeout=30)
+        served, _ = serve.communicate(timeout=120)
     assert sent.returncode == 0, result
     assert "remapped: success" in served
     who = {line.split()[0]: line.split()[-1] for line in offered.splitlines() if "/" in line}
@@ -309,9 +309,9 @@ def test_a_simulation_beside_another_is_not_driven_with_it(tmp_path: Path, drive
         servers = stack.enter_context(started("servers", **LOCAL))
         read_until(servers, "/odom has 2 publishers")
         run = stack.enter_context(started(*attach, **LOCAL))
-        seen, _ = run.communicate(timeout=60)
+        seen, _ = run.communicate(timeout=120)
         leave = stack.enter_context(started(*attach, "--allow-duplicates", **LOCAL))
-        rejected, _ = leave.communicate(timeout=60)
+        rejected, _ = leave.communicate(timeout=120)
     assert run.returncode == 2
     assert "/odom has 2 publishers (/bt_mission_sim, " in seen
     assert leave.returncode == 1

@@ -129,7 +129,7 @@ def test_nobody_there_is_told(tmp_path: Path):
     """With what was looked for; code 1 when waiting was limited."""
     apart = {**LOCAL, "ROS_DOMAIN_ID": str(int(os.environ["ROS_DOMAIN_ID"]) % 100 + 1)}
     with started("watch", "robot7", "--once", "--wait", "1", **apart) as watch:
-        out, _ = watch.communicate(timeout=60)
+        out, _ = watch.communicate(timeout=120)
     assert watch.returncode == 1
     assert "no sign of /robot7/bt_mission (ROS domain" in out
 
@@ -158,7 +158,7 @@ def on_terminal(term: str, until: str, keys: bytes) -> tuple[str, int]:
         seen = read_terminal(terminal, until.encode())
         os.write(terminal, keys)
         seen += read_terminal(terminal, b"")
-        return seen.decode(), watch.wait(timeout=60)
+        return seen.decode(), watch.wait(timeout=120)
     finally:
         watch.kill()
         watch.wait()
