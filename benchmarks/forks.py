@@ -47,7 +47,7 @@ def run_once(mission: str, folder: Path, recording: Path | None = None) -> str:
 def fork_once(recording: Path, draw: Callable[[int], int]) -> str:
     """Fork a recording at a drawn control step; give the difference, or nothing."""
     from bt_mission.core.errors import BtMissionError  # noqa: PLC0415 - as above
-    from bt_mission.recording.forks.change import Change  # noqa: PLC0415
+    from bt_mission.recording.forks.change import ForkChange  # noqa: PLC0415
     from bt_mission.recording.forks.source import read_source  # noqa: PLC0415
     from bt_mission.recording.forks.stage import forked_stage  # noqa: PLC0415
     from bt_mission.sessions.session import summarise  # noqa: PLC0415
@@ -55,7 +55,7 @@ def fork_once(recording: Path, draw: Callable[[int], int]) -> str:
     source = read_source(recording)
     step_ns = source.steps_ns[draw(len(source.steps_ns))]
     try:
-        with forked_stage(source, Change(), step_ns) as (stage, finish):
+        with forked_stage(source, ForkChange(), step_ns) as (stage, finish):
             while not stage.is_done:
                 stage.step()
             result = finish(summarise(stage, 1.0))

@@ -123,9 +123,9 @@ def examined_file(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
         return examined(options)
     from bt_mission.core.diagnostics import InputError
     from bt_mission.language.checks.requirements import with_requirements
-    from bt_mission.scenarios.loader import Changes, examine_scenario
+    from bt_mission.scenarios.loader import ScenarioChanges, examine_scenario
 
-    changes = Changes(
+    changes = ScenarioChanges(
         set=dict(options.set),
         seed=options.seed,
         world=options.world,

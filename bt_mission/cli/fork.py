@@ -24,7 +24,7 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.core.interrupts import InterruptSignals
 
 if TYPE_CHECKING:
-    from bt_mission.recording.forks.change import Change
+    from bt_mission.recording.forks.change import ForkChange
     from bt_mission.recording.forks.fork import ForkResult
     from bt_mission.recording.forks.source import ForkSource
 
@@ -121,7 +121,7 @@ def _fork(options: argparse.Namespace) -> int:
 
     prepare_middleware()
     from bt_mission.language.permissions import ANYTHING
-    from bt_mission.recording.forks.change import Change, values_of
+    from bt_mission.recording.forks.change import ForkChange, values_of
     from bt_mission.recording.forks.edit import edited
     from bt_mission.recording.forks.source import NO_PYTHON, read_source
     from bt_mission.views.terminal.forks import told
@@ -130,7 +130,7 @@ def _fork(options: argparse.Namespace) -> int:
     source = read_source(options.file, permissions)
     for line in source.differences:
         print(f"{options.file}: {line}", file=sys.stderr)
-    change = Change()
+    change = ForkChange()
     if options.mission is not None:
         change = edited(source, options.mission, permissions)
     given = values_of(change.mission_of(source.mission), options.set)
@@ -148,7 +148,7 @@ def _fork(options: argparse.Namespace) -> int:
     return SUCCESS if is_well else MISSION_FAILED
 
 
-def _sweep(options: argparse.Namespace, source: ForkSource, change: Change) -> int:
+def _sweep(options: argparse.Namespace, source: ForkSource, change: ForkChange) -> int:
     """Tell the last instant at which a change would have saved the mission."""
     from bt_mission.core.wall_clock import Stopwatch
     from bt_mission.recording.forks import sweep
@@ -214,7 +214,7 @@ def refuse_contradictions(options: argparse.Namespace) -> None:
 def run_fork(
     options: argparse.Namespace,
     source: ForkSource,
-    change: Change,
+    change: ForkChange,
     step_ns: int,
     limit_s: float | None = None,
 ) -> tuple[ForkResult, recording.Kept]:

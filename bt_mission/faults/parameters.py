@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 
 @dataclass(frozen=True)
-class Measure:
+class ParameterUnit:
     """The unit of a number that a fault takes."""
 
     unit: str
@@ -30,14 +30,14 @@ class OneOf:
     names: tuple[str, ...]
 
 
-Seconds = Annotated[float, Measure("s")]
-Metres = Annotated[float, Measure("m")]
-Degrees = Annotated[float, Measure("deg")]
-MetresPerSecond = Annotated[float, Measure("m/s")]
-DegreesPerSecond = Annotated[float, Measure("deg/s")]
-RadiansPerSecond = Annotated[float, Measure("rad/s")]
-Newtons = Annotated[float, Measure("N")]
-NewtonMetres = Annotated[float, Measure("Nm")]
+Seconds = Annotated[float, ParameterUnit("s")]
+Metres = Annotated[float, ParameterUnit("m")]
+Degrees = Annotated[float, ParameterUnit("deg")]
+MetresPerSecond = Annotated[float, ParameterUnit("m/s")]
+DegreesPerSecond = Annotated[float, ParameterUnit("deg/s")]
+RadiansPerSecond = Annotated[float, ParameterUnit("rad/s")]
+Newtons = Annotated[float, ParameterUnit("N")]
+NewtonMetres = Annotated[float, ParameterUnit("Nm")]
 
 TopicName = Annotated[str, Named("topic")]
 ActionText = Annotated[str, Named("action")]

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from types import MappingProxyType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
-from bt_mission.faults.parameters import Measure, Named, OneOf
+from bt_mission.faults.parameters import Named, OneOf, ParameterUnit
 
 Form = Literal["number", "integer", "flag", "text", "numbers", "anything"]
 """What is written for an argument."""
@@ -174,7 +174,7 @@ def _form(hint: Any) -> dict[str, Any] | None:
 def _marks(marks: tuple[Any, ...]) -> Iterator[tuple[str, Any]]:
     for mark in marks:
         match mark:
-            case Measure(unit=unit):
+            case ParameterUnit(unit=unit):
                 yield "unit", unit
             case Named(kind=kind):
                 yield "names", kind

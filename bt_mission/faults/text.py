@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 from bt_mission.core.diagnostics import did_you_mean, listed, quoted
 from bt_mission.faults.planned import WORD, AfterStep, AtTime, Beginning, PlannedFault, WhenTrue
-from bt_mission.faults.values import UNITS, ArgumentReader, Given, Quantity, read_time
+from bt_mission.faults.values import UNITS, ArgumentReader, Given, WrittenQuantity, read_time
 from bt_mission.language.expressions.parser import tokenized
 from bt_mission.language.expressions.values import ExpressionError
 from bt_mission.language.requirements.formula import CONTROL_STEP_S, Condition
@@ -173,7 +173,7 @@ class _Parser:
 
     def _number(
         self, token: _Token, reader: ArgumentReader, *, has_unit: bool
-    ) -> int | float | Quantity:
+    ) -> int | float | WrittenQuantity:
         is_whole = re.fullmatch(r"[-+]?[0-9]+", token.text) and len(token.text) < 20
         number = int(token.text) if is_whole else float(token.text)
         if not math.isfinite(number):
@@ -183,10 +183,12 @@ class _Parser:
         if unit.kind != "word" or not is_unit:
             return number
         self._take()
-        return Quantity(number, unit.text, unit.column)
+        return WrittenQuantity(number, unit.text, unit.column)
 
-    def _numbers(self, end: str, reader: ArgumentReader) -> tuple[int | float | Quantity, ...]:
-        found: list[int | float | Quantity] = []
+    def _numbers(
+        self, end: str, reader: ArgumentReader
+    ) -> tuple[int | float | WrittenQuantity, ...]:
+        found: list[int | float | WrittenQuantity] = []
         while True:
             token = self._take()
             if token.kind != "number":

@@ -40,7 +40,7 @@ _TIME = FaultParameter("time", "number", unit="s")
 
 
 @dataclass(frozen=True)
-class Quantity:
+class WrittenQuantity:
     """A number with the unit behind it, and the unit's column."""
 
     number: int | float
@@ -77,7 +77,9 @@ def read_time(written: Any, column: int = 1, within: str | None = None) -> float
         if number is None or value is None:
             got = quoted(written) if written else "nothing"
             raise ExpressionError(f"expected a time such as '5.0', in seconds, got {got}", column)
-        written = Quantity(value, number[2], column + number.start(2)) if number[2] else value
+        written = (
+            WrittenQuantity(value, number[2], column + number.start(2)) if number[2] else value
+        )
     found = _in_unit(_TIME, written, column)
     if not 0 <= found < math.inf:
         raise ExpressionError(f"expected a time from 0 s up, got {found:g} s", column)
@@ -233,7 +235,7 @@ def _value(one: FaultParameter, value: Any, column: int) -> Value:
             return _text_number(one, value, column)
         case "number", bool():
             pass
-        case "number", int() | float() | Quantity():
+        case "number", int() | float() | WrittenQuantity():
             return _in_unit(one, value, column)
         case "integer", int() if not isinstance(value, bool):
             return value
@@ -260,7 +262,11 @@ def _text_number(one: FaultParameter, text: str, column: int) -> Value:
     """Return a number that is written as text with its unit, such as ``2 s``."""
     found = re.fullmatch(r"\s*([-+0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(\S+)\s*", text)
     try:
-        return _in_unit(one, Quantity(float(found[1]), found[2], column), column) if found else 0.0
+        return (
+            _in_unit(one, WrittenQuantity(float(found[1]), found[2], column), column)
+            if found
+            else 0.0
+        )
     except ValueError:
         message = f"expected {one.expected} for '{one.name}', got {quoted(text)}"
         raise ExpressionError(message, column) from None
@@ -268,7 +274,7 @@ def _text_number(one: FaultParameter, text: str, column: int) -> Value:
 
 def _in_unit(one: FaultParameter, value: Any, column: int) -> float:
     """Return a number in the unit of its argument."""
-    if not isinstance(value, Quantity):
+    if not isinstance(value, WrittenQuantity):
         if not isinstance(value, int | float) or not math.isfinite(value):
             message = f"expected {one.expected} for '{one.name}', got {_described(value)}"
             raise ExpressionError(message, column)
@@ -302,4 +308,6 @@ def _anything(given: Given) -> Value:
 
 
 def _described(value: Any) -> str:
-    return f"{value.number:g} {value.unit}" if isinstance(value, Quantity) else describe(value)
+    return (
+        f"{value.number:g} {value.unit}" if isinstance(value, WrittenQuantity) else describe(value)
+    )

@@ -8,7 +8,7 @@ from typing import Annotated
 from pydantic import Field, PlainValidator
 
 from bt_mission.language.nodes import fields
-from bt_mission.language.nodes.base import NodePlace, Placed, Written
+from bt_mission.language.nodes.base import InFile, NodePlace, Written
 
 
 class FollowSettings(Written):
@@ -24,7 +24,7 @@ class FollowSettings(Written):
 
 
 @dataclass(frozen=True)
-class Follow(Placed):
+class Follow(InFile):
     """A variable that follows a topic, as a mission or a named tree has it at its head.
 
     Args:

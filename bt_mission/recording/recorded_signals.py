@@ -53,7 +53,7 @@ _OF_TRUTH = {name.removeprefix("odometry."): read for name, read in OF_ODOMETRY.
 """What ``ground_truth/odom`` tells, where the simulation's states were not recorded."""
 
 
-class Survey:
+class RecordingSurvey:
     """What a recording holds, known before its signals are read.
 
     Raises:
@@ -157,7 +157,7 @@ class RecordedSignals:
         namespace: Of the robot; None is that of the recording.
     """
 
-    def __init__(self, survey: Survey, namespace: str | None = None) -> None:
+    def __init__(self, survey: RecordingSurvey, namespace: str | None = None) -> None:
         self.now_ns = survey.start_ns
         self.topics: dict[str, RecordedTopic] = {}
         """Those that signals are read from, by their names."""

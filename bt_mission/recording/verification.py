@@ -25,7 +25,7 @@ from bt_mission.recording.expected_types import TEXT
 from bt_mission.recording.model import RecordedRequirement, RecordedRun
 from bt_mission.recording.reader import read_run
 from bt_mission.recording.reading import Channel, Message, RecordedFile, RecordingError
-from bt_mission.recording.recorded_signals import RecordedSignals, Survey
+from bt_mission.recording.recorded_signals import RecordedSignals, RecordingSurvey
 from bt_mission.recording.signal_samples import TOPIC, requirements_in
 from bt_mission.requirements.monitor import Monitor, Monitors, RequirementResult
 
@@ -67,7 +67,7 @@ class RecordedRequirements:
     """
 
     def __init__(self, path: Path, namespace: str | None = None) -> None:
-        self.survey = Survey(RecordedFile(path))
+        self.survey = RecordingSurvey(RecordedFile(path))
         self._namespace = namespace
 
     @property
@@ -179,7 +179,7 @@ class _Instants:
 
     def __init__(
         self,
-        survey: Survey,
+        survey: RecordingSurvey,
         signals: RecordedSignals,
         monitors: Monitors,
         on_instant: OnInstant,

@@ -29,7 +29,7 @@ from sim.world.world import World
 
 
 @dataclass(frozen=True)
-class Changes:
+class ScenarioChanges:
     """What replaces values of a scenario file, as of a mission's."""
 
     set: Mapping[str, Plain] = field(default_factory=dict)
@@ -40,7 +40,7 @@ class Changes:
     servers: ServerSettings | None = OUR_SERVERS
 
 
-def load_scenario(path: str | Path, changes: Changes | None = None) -> Scenario:
+def load_scenario(path: str | Path, changes: ScenarioChanges | None = None) -> Scenario:
     """Return the scenario in a file. Raises InputError with all its errors."""
     scenario, faults = examine_scenario(path, changes)
     if scenario is None:
@@ -49,20 +49,20 @@ def load_scenario(path: str | Path, changes: Changes | None = None) -> Scenario:
 
 
 def examine_scenario(
-    path: str | Path, changes: Changes | None = None
+    path: str | Path, changes: ScenarioChanges | None = None
 ) -> tuple[Scenario | None, tuple[Diagnostic, ...]]:
     """Load and check a scenario file; return it with all warnings, or None with all errors."""
     try:
         document = read(path)
     except InputError as error:
         return None, error.faults
-    return _Loader(document, changes or Changes()).load()
+    return _Loader(document, changes or ScenarioChanges()).load()
 
 
 class _Loader:
     """Puts a scenario together, and collects what is wrong with its parts."""
 
-    def __init__(self, document: Document, changes: Changes) -> None:
+    def __init__(self, document: Document, changes: ScenarioChanges) -> None:
         self._document = document
         self._changes = changes
         self._faults: list[Diagnostic] = []

@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 
 from bt_mission.core.stamps import NS
 from bt_mission.faults.located import planned_on
-from bt_mission.scenarios.loader import Changes, load_scenario
+from bt_mission.scenarios.loader import ScenarioChanges, load_scenario
 from bt_mission.scenarios.scenario import TIME_IS_UP, Scenario, ScenarioResult
 from bt_mission.sessions.session import summarise
 from bt_mission.sessions.stage import Stage
@@ -30,7 +30,7 @@ def run_scenario(scenario: str | Path | Scenario, *, seed: int | None = None) ->
         BtMissionError: Where the stage cannot be set up, or breaks.
     """
     if not isinstance(scenario, Scenario):
-        scenario = load_scenario(scenario, Changes(seed=seed))
+        scenario = load_scenario(scenario, ScenarioChanges(seed=seed))
     elif seed is not None:
         scenario = replace(scenario, mission=replace(scenario.mission, seed=seed))
     with (

@@ -117,7 +117,7 @@ class Scenario:
         for one in report.requirements:
             is_expected = one.name in self.expect.violated
             if one.verdict == "violated" and not is_expected:
-                written = self._has("requirements", one.name)
+                written = self.document.has("requirements", one.name)
                 path: tuple[Key, ...] = ("requirements", one.name) if written else ()
                 yield self.document.fault(path, f"requirement {one}")
             elif is_expected and one.verdict != "violated":
@@ -126,17 +126,8 @@ class Scenario:
                 yield self.document.fault(("expect", "violated", number), message)
 
     def _fault(self, key: str, message: str) -> Diagnostic:
-        path: tuple[Key, ...] = ("expect", key) if self._has("expect", key) else ("expect",)
-        return self.document.fault(path if self._has("expect") else (), message)
-
-    def _has(self, *path: Key) -> bool:
-        place = self.document.place
-        for key in path:
-            inner = place.child(key)
-            if inner is None:
-                return False
-            place = inner
-        return True
+        path: tuple[Key, ...] = ("expect", key) if self.document.has("expect", key) else ("expect",)
+        return self.document.fault(path if self.document.has("expect") else (), message)
 
 
 @dataclass(frozen=True)

@@ -109,9 +109,9 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Col
     """Collect scenarios."""
     if not file_path.name.endswith(".scenario.yaml"):
         return None
-    from bt_mission.testing.scenario_items import ScenarioFile
+    from bt_mission.testing.scenario_items import ScenarioItems
 
-    return ScenarioFile.from_parent(parent, path=file_path)
+    return ScenarioItems.from_parent(parent, path=file_path)
 
 
 EDITABLE = "Module already imported so cannot be rewritten; _editable_skbc_bt_mission"

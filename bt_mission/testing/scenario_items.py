@@ -24,7 +24,7 @@ class ScenarioFailed(AssertionError):  # noqa: N818 - its name stands in pytest'
     """A scenario came out otherwise than it must."""
 
 
-class ScenarioFile(pytest.File):
+class ScenarioItems(pytest.File):
     """A file with one scenario."""
 
     @override

@@ -61,7 +61,7 @@ class _Placed:
 
 
 @dataclass(frozen=True)
-class _Known:
+class _MeasuredClearance:
     """A clearance (m) that was measured, and where the two sides stood then."""
 
     least: float
@@ -85,7 +85,7 @@ class Gauge:
         self._others = np.array(others, dtype=np.intp)
         self._fromto = np.empty(6)
         self._ball = _ball(model, self._own)
-        self._known: _Known | None = None
+        self._known: _MeasuredClearance | None = None
         is_moving = model.body_weldid[model.geom_bodyid[self._others]] != 0
         self._moving = [
             (int(one), float(model.geom_rbound[one])) for one in self._others[is_moving]
@@ -115,7 +115,9 @@ class Gauge:
                     )
         if math.isinf(within):
             moving = ((_Placed(data, model, one), reach) for one, reach in self._moving)
-            self._known = _Known(least, data, _Placed(data, model, self._own[0]), tuple(moving))
+            self._known = _MeasuredClearance(
+                least, data, _Placed(data, model, self._own[0]), tuple(moving)
+            )
         return best
 
     def at_least(self, data: mujoco.MjData) -> float:

@@ -9,7 +9,7 @@ import pytest
 
 from bt_mission.core.diagnostics import InputError
 from bt_mission.faults.planned import AfterStep, AtTime, WhenTrue
-from bt_mission.scenarios.loader import Changes, examine_scenario, load_scenario
+from bt_mission.scenarios.loader import ScenarioChanges, examine_scenario, load_scenario
 from bt_mission.scenarios.scenario import Expectation
 
 MISSION = """\
@@ -106,7 +106,7 @@ def test_mission_and_world_can_stand_in_the_file(scenario: Any) -> None:
 def test_what_is_said_outside_comes_first(scenario: Any) -> None:
     """As the options of a run."""
     path = scenario("seed: 5\ninputs: {angle: 45}\n")
-    found = load_scenario(path, Changes(seed=6, set={"angle": "30"}, robot="burger"))
+    found = load_scenario(path, ScenarioChanges(seed=6, set={"angle": "30"}, robot="burger"))
     assert (found.mission.seed, found.mission.robot) == (6, "burger")
     assert dict(found.mission.inputs) == {"angle": 30}
 

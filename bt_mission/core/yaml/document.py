@@ -59,13 +59,20 @@ class Document:
 
     def find(self, path: Sequence[Key]) -> Place:
         """Return the place of the value at `path`, or of the deepest part of it that exists."""
+        return self._deepest(path)[0]
+
+    def has(self, *path: Key) -> bool:
+        """Is there a value at this path?"""
+        return self._deepest(path)[1] == len(path)
+
+    def _deepest(self, path: Sequence[Key]) -> tuple[Place, int]:
         place = self.place
-        for key in path:
+        for depth, key in enumerate(path):
             inner = place.child(key)
             if inner is None:
-                return place
+                return place, depth
             place = inner
-        return place
+        return place, len(path)
 
     def position(self, path: Sequence[Key], *, key: bool = False) -> tuple[int, int]:
         """Return line and column (from 1) of the value at `path`, or of its key."""

@@ -70,7 +70,7 @@ class NodePlace:
     path: Path = ()
 
 
-class Placed:
+class InFile:
     """What stands somewhere in a file, and knows where."""
 
     if TYPE_CHECKING:
@@ -150,7 +150,7 @@ HIDDEN = "@"
 """Begins the keys of such fields."""
 
 
-class NodeModel(Placed, Written):
+class NodeModel(InFile, Written):
     """A node's modifiers that every kind takes."""
 
     kind: ClassVar[str]

@@ -22,7 +22,7 @@ ROUNDING_S = 1e-6
 
 
 @dataclass(frozen=True)
-class Change:
+class ForkChange:
     """What takes effect at the control step of a fork, before the tree is ticked there.
 
     A node that runs keeps what it has read when it began: variables and another version of the

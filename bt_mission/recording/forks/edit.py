@@ -10,7 +10,7 @@ from bt_mission.core.diagnostics import Diagnostic, InputError
 from bt_mission.language.checks.frames import frame_change
 from bt_mission.language.mission import Mission
 from bt_mission.language.permissions import Permissions
-from bt_mission.recording.forks.change import Change
+from bt_mission.recording.forks.change import ForkChange
 from bt_mission.recording.forks.source import ForkSource
 from bt_mission.sessions.check import examine
 
@@ -18,7 +18,7 @@ FIXED = ("world", "robot", "seed", "map")
 """What stands at the head of a mission, and is settled when a run begins."""
 
 
-def edited(source: ForkSource, path: Path, permissions: Permissions) -> Change:
+def edited(source: ForkSource, path: Path, permissions: Permissions) -> ForkChange:
     """Return the change to another version of the mission.
 
     An input whose value in the file is another one now takes that at the fork; the others keep
@@ -50,7 +50,7 @@ def edited(source: ForkSource, path: Path, permissions: Permissions) -> Change:
     new_tree = frame_change(recorded, found)
     if new_tree is None:
         values |= {name: found.inputs[name] for name in found.inputs.keys() - written.keys()}
-    return Change(values, edit, new_tree)
+    return ForkChange(values, edit, new_tree)
 
 
 def _other_heads(before: Mission, after: Mission) -> Iterator[Diagnostic]:

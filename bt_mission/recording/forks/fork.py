@@ -11,7 +11,7 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.executive.report import Report
 from bt_mission.executive.stored_trace import trace_of
 from bt_mission.executive.trace_diff import Difference, first_difference
-from bt_mission.recording.forks.change import Change
+from bt_mission.recording.forks.change import ForkChange
 from bt_mission.recording.forks.source import ForkError, ForkSource
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ class ForkResult:
     """
 
     source: ForkSource
-    change: Change
+    change: ForkChange
     step_ns: int
     report: Report
     difference: Difference | None
@@ -81,7 +81,9 @@ class ForkedRun:
             compared.
     """
 
-    def __init__(self, source: ForkSource, change: Change, step_ns: int, mission: Mission) -> None:
+    def __init__(
+        self, source: ForkSource, change: ForkChange, step_ns: int, mission: Mission
+    ) -> None:
         self._source = source
         self._change = change
         self._step_ns = step_ns

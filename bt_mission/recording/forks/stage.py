@@ -11,7 +11,7 @@ from bt_mission.executive.report import Report
 from bt_mission.faults.located import faults_in_texts, planned_on
 from bt_mission.faults.world import MOST_OBSTACLES
 from bt_mission.language.checks.requirements import with_requirements
-from bt_mission.recording.forks.change import Change, refuse_earlier
+from bt_mission.recording.forks.change import ForkChange, refuse_earlier
 from bt_mission.recording.forks.fork import ForkedRun, ForkResult
 from bt_mission.recording.forks.source import ForkSource
 from bt_mission.sessions.stage import Stage
@@ -23,7 +23,7 @@ Finish = Callable[[Report], ForkResult]
 @contextmanager
 def forked_stage(
     source: ForkSource,
-    change: Change,
+    change: ForkChange,
     step_ns: int,
     *,
     require: Sequence[Path] = (),

@@ -7,7 +7,7 @@ from typing import Any
 
 from bt_mission.core.text import escape_control
 from bt_mission.events.log import verdict
-from bt_mission.recording.forks.change import Change
+from bt_mission.recording.forks.change import ForkChange
 from bt_mission.recording.forks.fork import ForkResult
 from bt_mission.recording.forks.source import ForkSource
 from bt_mission.recording.forks.sweep import SweepResult, Try
@@ -44,7 +44,9 @@ def try_line(one: Try) -> str:
     return escape_control(f"  forked at {one.at_s:7.2f} s: {_ending(one)}")
 
 
-def told_sweep(source: ForkSource, change: Change, found: SweepResult, wall_s: float) -> list[str]:
+def told_sweep(
+    source: ForkSource, change: ForkChange, found: SweepResult, wall_s: float
+) -> list[str]:
     """Tell the last instant at which a change would have saved a mission, and what was tried."""
     then = _outcome(*source.outcome, source.summary.get("virtual_s", source.end_s))
     lines = [f"recorded: {then}"]

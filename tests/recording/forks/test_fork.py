@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from bt_mission.core.files import find
-from bt_mission.recording.forks.change import Change
+from bt_mission.recording.forks.change import ForkChange
 from bt_mission.recording.forks.source import read_source
 from bt_mission.recording.forks.stage import forked_stage
 from bt_mission.recording.writer import RunRecorder
@@ -29,7 +29,7 @@ def test_the_same_happens_again_wherever_it_is_forked(name: str, tmp_path: Path)
         recorder.finish(summarise(stage, 1.0).as_dict())
     source = read_source(path)
     for step_ns in random.Random(1).sample(list(source.steps_ns), 2):
-        with forked_stage(source, Change(), step_ns) as (again, finish):
+        with forked_stage(source, ForkChange(), step_ns) as (again, finish):
             while not again.is_done:
                 again.step()
             result = finish(summarise(again, 1.0))
@@ -49,7 +49,7 @@ def test_a_run_that_takes_too_long_is_interrupted(tmp_path: Path) -> None:
             stage.step()
         recorder.finish(summarise(stage, 1.0).as_dict())
     source = read_source(path)
-    with forked_stage(source, Change({"speed": 0.05}), source.steps_ns[9], limit_s=5.0) as (
+    with forked_stage(source, ForkChange({"speed": 0.05}), source.steps_ns[9], limit_s=5.0) as (
         again,
         finish,
     ):
