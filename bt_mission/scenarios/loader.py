@@ -22,7 +22,7 @@ from bt_mission.language.requirements.written import requirements_of
 from bt_mission.scenarios.faults import FaultReader
 from bt_mission.scenarios.file import ScenarioFile
 from bt_mission.scenarios.scenario import Expectation, Scenario
-from bt_mission.sessions.check import examine, examine_document
+from bt_mission.sessions.check import examine
 from bt_mission.sessions.goal_checks import OUR_SERVERS, ServerSettings
 from sim.world.loader import load_world, world_in
 from sim.world.world import World
@@ -115,7 +115,7 @@ class _Loader:
             "servers": changes.servers,
         }
         if isinstance(written.mission, dict):
-            mission, faults = examine_document(self._document.under("mission"), **given)
+            mission, faults = examine(self._document.under("mission"), **given)
         else:
             path = self._mission_file(written.mission)
             if path is None:

@@ -68,7 +68,7 @@ def check(
 
 
 def examine(
-    path: str | Path,
+    source: str | Path | Document,
     set: Mapping[str, Plain] | None = None,  # noqa: A002 - the option is called --set
     seed: int | None = None,
     world: str | None = None,
@@ -76,13 +76,20 @@ def examine(
     servers: ServerSettings | None = OUR_SERVERS,
     permissions: Permissions = ANYTHING,
 ) -> tuple[Mission | None, tuple[Diagnostic, ...]]:
-    """Load and check a mission file; return it with all warnings, or None with all faults.
+    """Load and check a mission; return it with all warnings, or None with all faults.
+
+    The source is its file, or what was read of one.
 
     What `load` refuses is checked as far as it goes, so that nothing hides behind something
     else. Nothing is raised. `servers` are as in `check`.
     """
+
+    def read_draft(values: Mapping[str, Plain]) -> Draft:
+        document = source if isinstance(source, Document) else read_mission(source)
+        return draft(document, values, seed, world, robot, permissions)
+
     return _examined(
-        lambda values: draft(read_mission(path), values, seed, world, robot, permissions),
+        read_draft,
         set,
         servers,
         permissions,
@@ -102,24 +109,6 @@ def examine_text(
     """Load and check a mission in a text, as `examine` does a file."""
     return _examined(
         lambda values: draft(read_text(text, file), values, seed, world, robot, permissions),
-        set,
-        servers,
-        permissions,
-    )
-
-
-def examine_document(
-    document: Document,
-    set: Mapping[str, Plain] | None = None,  # noqa: A002 - as in examine
-    seed: int | None = None,
-    world: str | None = None,
-    robot: str | None = None,
-    servers: ServerSettings | None = OUR_SERVERS,
-    permissions: Permissions = ANYTHING,
-) -> tuple[Mission | None, tuple[Diagnostic, ...]]:
-    """Load and check a mission that stands in a document, as `examine` does a file."""
-    return _examined(
-        lambda values: draft(document, values, seed, world, robot, permissions),
         set,
         servers,
         permissions,

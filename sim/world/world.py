@@ -7,6 +7,7 @@ Metres and degrees (as in missions), x to the right and y up on the map, heights
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -148,8 +149,9 @@ class MovableShape(WorldPart):
             else replace(shape, motion=self.motion.of((self.x, self.y)))
         )
 
+    @abstractmethod
     def _still(self, name: str) -> Obstacle:
-        raise NotImplementedError
+        """Return it without its motion."""
 
     @model_validator(mode="after")
     def _can_move(self) -> Self:
