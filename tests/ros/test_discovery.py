@@ -62,7 +62,7 @@ def test_a_mission_is_followed_from_its_first_tick(ros: Any):
     assert [node.name for node in mission.tree.nodes] == ["m", "turn", "wait"]
     assert (mission.tip, mission.status) == (1, "running")
     turn.goal.succeed()
-    ros.until(lambda: watcher.look().status == "success")
+    ros.until_heard(lambda: watcher.look().status == "success")
     assert mission.statuses == [Status.SUCCESS] * 3
     assert [goal.state for goal in mission.goals.values()] == ["succeeded"]
 
@@ -73,8 +73,8 @@ def test_who_comes_late_has_the_same_picture(ros: Any):
     ros.mission(TWO, has_controls=True)
     ros.until(lambda: turn.goals)
     watcher = Watcher(ros)
-    ros.until(lambda: watcher.look().tree is not None, limit_s=1e6)
-    ros.until(lambda: not watcher.look().needs_statuses)
+    ros.until_heard(lambda: watcher.look().tree is not None)
+    ros.until_heard(lambda: not watcher.look().needs_statuses)
     assert watcher.mission.statuses == [Status.RUNNING, Status.RUNNING, Status.INVALID]
 
 
@@ -92,7 +92,7 @@ def test_wishes_are_passed_on(ros: Any, verb: Verb, state: str):
     node = ros.mission(TWO, has_controls=True)
     ros.until(lambda: turn.goals)
     watcher.link.send(ControlRequest(verb))
-    ros.until(lambda: watcher.look().status == state)
+    ros.until_heard(lambda: watcher.look().status == state)
     assert [answer.is_done for answer in watcher.answers] == [True]
     assert (turn.goal.cancels > 0) is (verb is not Verb.PAUSE_KEEPING_GOALS)
     assert node.executive.state == state
@@ -103,11 +103,11 @@ def test_a_breakpoint_is_set_and_removed_by_its_path(ros: Any):
     watcher = Watcher(ros)
     node = ros.mission(TWO, has_controls=True)
     watcher.link.send(ControlRequest(Verb.BREAK, "0.1"))
-    ros.until(lambda: watcher.answered(1))
+    ros.until_heard(lambda: watcher.answered(1))
     assert node.executive.breakpoints.names == ("0.1",)
     watcher.link.send(ControlRequest(Verb.UNBREAK, "0.1"))
     watcher.link.send(ControlRequest(Verb.STEP))
-    ros.until(lambda: watcher.answered(3))
+    ros.until_heard(lambda: watcher.answered(3))
     assert node.executive.breakpoints.names == ()
     assert watcher.answers[2] == ControlResponse(False, "the mission is not paused: pause it first")
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -36,11 +35,6 @@ class Watcher:
         return self.mission
 
 
-def until(ros: Any, done: Callable[[], Any]) -> None:
-    """Let time pass until something holds; virtual time may run on while the middleware works."""
-    ros.until(done, limit_s=1e6)
-
-
 @pytest.fixture
 def peer(ros: Any) -> PeerTree:
     """A tree on a node of its own."""
@@ -50,14 +44,14 @@ def peer(ros: Any) -> PeerTree:
 def test_a_tree_is_followed_live(ros: Any, peer: PeerTree):
     """Statuses, and what a node says meanwhile."""
     watcher = Watcher(ros)
-    until(ros, lambda: watcher.look().tree)
+    ros.until_heard(lambda: watcher.look().tree)
     assert watcher.mission.tree is not None
     assert [one.name for one in watcher.mission.tree.nodes] == ["root", "leaf"]
     assert watcher.mission.status == "running"
     peer.tell(message="2 m left")
-    until(ros, lambda: watcher.look().messages[1] == "2 m left")
+    ros.until_heard(lambda: watcher.look().messages[1] == "2 m left")
     peer.tell(Behaviour.SUCCESS, "there")
-    until(ros, lambda: watcher.look().status == "success")
+    ros.until_heard(lambda: watcher.look().status == "success")
     assert watcher.mission.statuses == [Status.SUCCESS] * 2
 
 
@@ -65,7 +59,7 @@ def test_a_tree_is_followed_live(ros: Any, peer: PeerTree):
 def test_variables_are_asked_for_where_they_are_wanted(ros: Any, peer: PeerTree, *, wanted: bool):
     """The process of the tree has work with them; accesses are never asked for."""
     watcher = Watcher(ros, has_variables=wanted)
-    until(ros, lambda: watcher.look().tree)
+    ros.until_heard(lambda: watcher.look().tree)
     (asked,) = peer.asked
     assert asked.parameters.blackboard_data is wanted
     assert not asked.parameters.blackboard_activity
@@ -85,10 +79,10 @@ def test_what_cannot_be_done_is_said(ros: Any, peer: PeerTree, verb: Verb):
 def test_the_stream_is_closed_at_the_end(ros: Any, peer: PeerTree):
     """And nothing is left behind but the node's own."""
     watcher = Watcher(ros)
-    until(ros, lambda: watcher.look().tree)
+    ros.until_heard(lambda: watcher.look().tree)
     assert len(peer.streams) == 1
     watcher.link.close()
-    until(ros, lambda: watcher.link.is_closed)
+    ros.until_heard(lambda: watcher.link.is_closed)
     assert peer.streams == {}
     assert [*ros.client.subscriptions] == []
 
@@ -96,11 +90,11 @@ def test_the_stream_is_closed_at_the_end(ros: Any, peer: PeerTree):
 def test_a_stream_that_is_only_just_asked_for_is_closed_too(ros: Any, peer: PeerTree):
     """Its answer comes after the watcher has left."""
     watcher = Watcher(ros)
-    until(ros, lambda: watcher.link.is_there)
+    ros.until_heard(lambda: watcher.link.is_there)
     watcher.look()
     watcher.link.close()
     assert not watcher.link.is_closed
-    until(ros, lambda: watcher.link.is_closed)
+    ros.until_heard(lambda: watcher.link.is_closed)
     assert (len(peer.asked), peer.streams) == (1, {})
 
 
@@ -110,29 +104,29 @@ def test_another_stream_is_opened_when_one_breaks(
     """The tree has begun anew, or has dropped it; also when it comes back."""
     monkeypatch.setattr(snapshot_client, "GONE_S", 0.0)
     watcher = Watcher(ros)
-    until(ros, lambda: watcher.look().tree)
+    ros.until_heard(lambda: watcher.look().tree)
     peer.drop_streams()
-    until(ros, lambda: watcher.look().tree and peer.streams)
+    ros.until_heard(lambda: watcher.look().tree and peer.streams)
     assert len(peer.asked) == 2
     peer.leave()
-    until(ros, lambda: watcher.look().tree and not watcher.link.is_there)
+    ros.until_heard(lambda: watcher.look().tree and not watcher.link.is_there)
     assert [*ros.client.subscriptions] == []
     again = PeerTree(ros.node("tree"))
-    until(ros, lambda: watcher.look().tree and again.streams)
+    ros.until_heard(lambda: watcher.look().tree and again.streams)
     again.tell(Behaviour.FAILURE)
-    until(ros, lambda: watcher.look().status == "failure")
+    ros.until_heard(lambda: watcher.look().status == "failure")
 
 
 def test_a_refusal_is_said(ros: Any, peer: PeerTree, monkeypatch: pytest.MonkeyPatch):
     """It is asked again after a while."""
     peer.refuses = True
     watcher = Watcher(ros)
-    until(ros, lambda: watcher.look().state)
+    ros.until_heard(lambda: watcher.look().state)
     assert watcher.mission.state is not None
     assert watcher.mission.state.reason == "it opened no stream: its own log says why"
     monkeypatch.setattr(snapshot_client, "ANSWER_S", 0.0)
     peer.refuses = False
-    until(ros, lambda: watcher.look().tree)
+    ros.until_heard(lambda: watcher.look().tree)
 
 
 @pytest.mark.parametrize(("version", "is_read"), [(1, False), (-1, True)])
@@ -150,7 +144,7 @@ def test_snapshots_of_another_version_are_not_read(
 
     monkeypatch.setattr(ros.client, "get_publishers_info_by_topic", told)
     watcher = Watcher(ros)
-    until(ros, lambda: watcher.look().state)
+    ros.until_heard(lambda: watcher.look().state)
     assert (watcher.mission.tree is not None) is is_read
     if not is_read:
         assert watcher.mission.state is not None
@@ -160,11 +154,11 @@ def test_snapshots_of_another_version_are_not_read(
 def test_a_broken_tree_is_no_end(ros: Any, peer: PeerTree):
     """What is wrong is said until it is mended."""
     watcher = Watcher(ros)
-    until(ros, lambda: watcher.look().tree)
+    ros.until_heard(lambda: watcher.look().tree)
     peer.tell(nodes=[("root", "leaf", ("leaf",)), ("leaf", "root", ("root",))])
-    until(ros, lambda: watcher.look().status == "unreadable")
+    ros.until_heard(lambda: watcher.look().status == "unreadable")
     peer.tell(Behaviour.SUCCESS, nodes=TREE)
-    until(ros, lambda: watcher.look().status == "success")
+    ros.until_heard(lambda: watcher.look().status == "success")
 
 
 def test_an_executive_of_ours_can_be_watched_so_as_well(ros: Any):
@@ -172,12 +166,12 @@ def test_an_executive_of_ours_can_be_watched_so_as_well(ros: Any):
     turn = ros.server()
     node = ros.mission(TWO, has_controls=True)
     watcher = Watcher(ros, "/bt_mission", has_variables=True)
-    until(ros, lambda: turn.goals)
-    until(ros, lambda: watcher.look().tree)
+    ros.until_heard(lambda: turn.goals)
+    ros.until_heard(lambda: watcher.look().tree)
     assert watcher.mission.tree is not None
     assert [(one.name, one.kind, one.path) for one in watcher.mission.tree.nodes] == [
         (one.name, type(one).__name__, node.executive.path_of(one)) for one in node.executive.nodes
     ]
     turn.goal.succeed()
-    until(ros, lambda: watcher.look().status == "success")
+    ros.until_heard(lambda: watcher.look().status == "success")
     assert watcher.mission.statuses == [Status.SUCCESS] * 3

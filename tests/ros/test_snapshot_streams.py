@@ -62,7 +62,7 @@ def test_the_watcher_finds_the_tree_and_draws_it(ros: Any):
     node = ros.mission(EVERYTHING, has_controls=True)
     watcher = TreeWatcher(ros)
     ros.until(lambda: turn.goals)
-    ros.until(lambda: watcher.snapshots and "first [*]" in "\n".join(watcher.drawn()))
+    ros.until_heard(lambda: "first [*]" in "\n".join(watcher.drawn()))
     assert watcher.drawn()[:5] == [
         "{-} all kinds [*]",
         "  --> set n [o] -- n = 3",
@@ -72,7 +72,7 @@ def test_the_watcher_finds_the_tree_and_draws_it(ros: Any):
     ]
     turn.goal.succeed()
     ros.until(lambda: node.is_done)
-    ros.until(lambda: watcher.newest.behaviours[-1].status == Behaviour.SUCCESS)
+    ros.until_heard(lambda: watcher.newest.behaviours[-1].status == Behaviour.SUCCESS)
     assert "    {o} when n > 2" in [line.partition(" [")[0] for line in watcher.drawn()]
 
 
@@ -132,7 +132,7 @@ def test_a_stream_without_a_period_tells_of_changes_only(ros: Any):
     ros.run(1.0)
     assert len(watcher.snapshots) == 1
     turn.goal.succeed()
-    ros.until(lambda: len(watcher.snapshots) > 1)
+    watcher.wait_for(2)
     ros.run(1.0)
     assert [one.changed for one in watcher.snapshots] == [True, True]
     assert watcher.drawn()[0] == "{-} m [*]"
@@ -249,10 +249,10 @@ def test_virtual_time_does_not_flood_a_watcher(ros: Any, monkeypatch: pytest.Mon
     node = ros.mission(text, has_controls=True)
     node.executive.pause("held")  # until the stream is matched, which takes time of the wall
     watcher = TreeWatcher(ros)
-    ros.until(lambda: watcher.snapshots)
+    watcher.wait_for(1)
     node.executive.resume()
     ros.until(lambda: node.is_done)
-    ros.until(lambda: len(watcher.snapshots) > 1)
+    watcher.wait_for(2)
     ros.run(0.2)
     assert len(watcher.snapshots) == 2
     assert watcher.newest.changed

@@ -123,6 +123,14 @@ class Graph:
             self.step()
         return self.now_s
 
+    def until_heard(self, done: Callable[[], Any]) -> None:
+        """Let time pass until the middleware's thread has brought something.
+
+        That takes time of the wall, while a graph in which nothing happens passes through minutes
+        of virtual time: so there is no limit that would be reached.
+        """
+        self.until(done, limit_s=1e6)
+
     def call(self, service_type: Any, name: str, **fields: Any) -> Any:
         """Call a service; gives its answer."""
         client = self.client.create_client(service_type, name)

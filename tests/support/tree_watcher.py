@@ -59,6 +59,10 @@ class TreeWatcher:
         found: str = name
         return found
 
+    def wait_for(self, count: int) -> None:
+        """Let time pass until so many snapshots are here."""
+        self._ros.until_heard(lambda: len(self.snapshots) >= count)
+
     def leave(self) -> None:
         """Be killed: without a word to the tree."""
         self._ros.client.destroy_subscription(self._subscription)
@@ -71,7 +75,7 @@ class TreeWatcher:
     @property
     def newest(self) -> BehaviourTree:
         """The newest snapshot, once there is one."""
-        self._ros.until(lambda: self.snapshots, limit_s=1e6)  # it comes by the middleware's thread
+        self.wait_for(1)
         return self.snapshots[-1]
 
     def drawn(self, snapshot: BehaviourTree | None = None) -> list[str]:
