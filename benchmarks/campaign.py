@@ -11,8 +11,8 @@ results; a second run goes on where the first was stopped. A finding is
 - a goal that a server still carries out, by its own status topic, and that the run's end does not
   name as orphaned (not looked at where a server was killed),
 - a collision with something that stands still, though every fault was one that the servers can
-  notice (they are told nothing false by lidar, odometry or wheels, and nobody pushes or places
-  obstacles).
+  notice (they are told nothing false by lidar, odometry or wheels, the base is not told old commands
+  with fresh stamps, and nobody pushes or places obstacles).
 
 ``--show N`` prints scenario N as a test that repeats it.
 """
@@ -33,6 +33,7 @@ from action_msgs.msg import GoalStatus
 from measuring import CpuWatch
 
 from bt_mission.core.files import names
+from bt_mission.faults import PlannedFault
 from bt_mission.testing import ScenarioError
 from bt_mission.testing.generators.draws import SeededDraws, maybe, one_of
 from bt_mission.testing.generators.faults import DRAWN, drawn_faults
@@ -130,7 +131,7 @@ def _watch(drawn: DrawnScenario, stages: Stages, outcome: Outcome) -> None:
     struck = [message.obstacle for message in run.topic("collisions")]
     outcome.collisions = len(struck)
     moving = {one.name for one in run.stage.sim.simulation.world.moving}
-    if not DECEIVING & set(outcome.faults):
+    if not any(map(_deceives, drawn.faults)):
         outcome.findings += [f"collision: {name}" for name in struck if name not in moving]
     if run.is_done and "kill_server" not in outcome.faults:  # a dead server's last word is no news
         going = [
@@ -141,6 +142,11 @@ def _watch(drawn: DrawnScenario, stages: Stages, outcome: Outcome) -> None:
         ]
         if len(going) > run.report.goals_left_behind:
             outcome.findings.append(f"orphaned goals: {going} are carried out, none is named")
+
+
+def _deceives(fault: PlannedFault) -> bool:
+    """Is somebody told what is not so? Old messages with fresh stamps are such, commands too."""
+    return fault.name in DECEIVING or bool(fault.arguments.get("fresh_stamps"))
 
 
 def pending(path: Path, count: int) -> Iterator[int]:

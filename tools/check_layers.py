@@ -25,7 +25,10 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("bt_mission.faults",),
     ("bt_mission.recording", "bt_mission.graph_tools", "bt_mission.scenarios"),
     ("bt_mission.views",),
-    ("bt_mission.testing", "bt_mission.cli"),
+    ("bt_mission.testing",),
+    ("bt_mission.sweeps",),
+    ("bt_mission.search",),
+    ("bt_mission.cli",),
 )
 """Packages of bt_mission, from the lowest layer: each imports those of lower layers."""
 
@@ -67,6 +70,8 @@ SHARED = ("bt_mission.core",)
 ASSEMBLES = (
     "bt_mission.sessions",
     "bt_mission.scenarios",
+    "bt_mission.sweeps",
+    "bt_mission.search",
     "bt_mission.cli",
     "bt_mission.testing",
 )

@@ -40,20 +40,26 @@ class ScenarioChanges:
     servers: ServerSettings | None = OUR_SERVERS
 
 
-def load_scenario(path: str | Path, changes: ScenarioChanges | None = None) -> Scenario:
-    """Return the scenario in a file. Raises InputError with all its errors."""
-    scenario, faults = examine_scenario(path, changes)
+def load_scenario(
+    source: str | Path | Document, changes: ScenarioChanges | None = None
+) -> Scenario:
+    """Return the scenario in a file, or in what was read of one.
+
+    Raises:
+        InputError: With all its errors.
+    """
+    scenario, faults = examine_scenario(source, changes)
     if scenario is None:
         raise InputError(faults)
     return scenario
 
 
 def examine_scenario(
-    path: str | Path, changes: ScenarioChanges | None = None
+    source: str | Path | Document, changes: ScenarioChanges | None = None
 ) -> tuple[Scenario | None, tuple[Diagnostic, ...]]:
-    """Load and check a scenario file; return it with all warnings, or None with all errors."""
+    """Load and check a scenario; return it with all warnings, or None with all errors."""
     try:
-        document = read(path)
+        document = source if isinstance(source, Document) else read(source)
     except InputError as error:
         return None, error.faults
     return _Loader(document, changes or ScenarioChanges()).load()

@@ -7,11 +7,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
-import yaml  # type: ignore[import-untyped]
-
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import is_file, look_for
 from bt_mission.core.yaml.document import read, read_text
+from bt_mission.core.yaml.dump import to_yaml
 from bt_mission.executive.report import Report
 from bt_mission.faults.fault import Fault, FaultInstance
 from bt_mission.faults.faults import FAULTS
@@ -84,7 +83,7 @@ def scenario_text(run: TestedRun, name: str, folder: Path) -> str:
     if report.goals_left_behind:
         data["expect"]["orphaned_goals"] = report.goals_left_behind
     text = f"# The run that this is told of has the trace {report.trace_sha256}\n"
-    text += str(yaml.safe_dump(data, sort_keys=False, width=100, allow_unicode=True))
+    text += to_yaml(data)
     if read_text(text).data != data:
         raise CannotTellError(["texts that YAML takes for something else"])
     return text

@@ -240,7 +240,7 @@ def summarise(session: Session, wall_s: float) -> Report:
             wall_s,
             session.runner.requirements.results(),
         ),
-        world=None if session.world is None else session.mission.world,
+        world=session.world,
         collisions=session.collisions,
         distance_travelled_m=None if distance is None else round(distance, 6),
     )

@@ -1,0 +1,11 @@
+"""Many scenarios of one mission: which, carried out where, and what came out.
+
+- ``space``: parameters, with the values that each may have
+- ``bundle``: all files that the scenarios need, as texts
+- ``concrete``: :class:`ConcreteScenario`, what a worker carries out
+- ``base``: the mission or scenario that is varied
+- ``plan``: the scenarios of a sweep, by number
+- ``work``: carries a concrete scenario out
+- ``row``: what one scenario came to
+- ``store``: all rows, in SQLite
+"""

@@ -1,0 +1,168 @@
+"""What a sweep or a search varies: a mission or a scenario, with all files that it needs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from copy import deepcopy
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from bt_mission.core.diagnostics import InputError
+from bt_mission.core.files import is_scenario
+from bt_mission.core.yaml.document import Document, read
+from bt_mission.language.expressions.values import Plain
+from bt_mission.language.mission import Mission
+from bt_mission.language.permissions import ANYTHING, Permissions
+from bt_mission.scenarios.loader import ScenarioChanges, load_scenario
+from bt_mission.sessions.check import examine
+from bt_mission.sweeps.bundle import Bundle, bundle_of
+from bt_mission.sweeps.concrete import ConcreteScenario, varied
+from bt_mission.sweeps.space import Parameter
+
+
+@dataclass(frozen=True)
+class BaseChanges:
+    """What holds for every scenario of a sweep, besides what its file says.
+
+    Attributes:
+        set: Inputs, as texts or values.
+        requirements: Further ones, as a scenario file has them.
+        faults: Further ones, as texts.
+        limit: Virtual seconds after which a run is interrupted; None is what the scenario says.
+    """
+
+    set: Mapping[str, Plain] = field(default_factory=dict)
+    requirements: Mapping[str, Any] = field(default_factory=dict)
+    faults: Sequence[str] = ()
+    world: str | None = None
+    robot: str | None = None
+    limit: float | None = None
+    permissions: Permissions = ANYTHING
+
+
+@dataclass(frozen=True)
+class BaseScenario:
+    """The scenario that is varied.
+
+    Attributes:
+        path: Its file, or that of its mission.
+        mission: As it is loaded without any variation.
+        data: What stands in the scenario's file, with names of the bundle.
+        bundle: All files.
+        is_scenario: Was it written as one?
+    """
+
+    path: Path
+    mission: Mission
+    data: Mapping[str, Any]
+    bundle: Bundle
+    is_scenario: bool
+
+    def concrete(
+        self,
+        values: Mapping[str, Any],
+        *,
+        number: int = 0,
+        seed: int | None = None,
+        faults: Iterable[Any] = (),
+        plan: str = "",
+    ) -> ConcreteScenario:
+        """Return the scenario with these values.
+
+        Args:
+            values: Of parameters, by name.
+            number: Its place among others.
+            seed: None is that of the scenario or the mission.
+            faults: In addition, as a scenario file has them.
+            plan: What these are called.
+        """
+        data = varied(self.data, values, self.bundle)
+        data["seed"] = self.mission.seed if seed is None else seed
+        if more := list(faults):
+            data["faults"] = [*data.get("faults", ()), *more]
+        return ConcreteScenario(number, data, dict(values), plan, self.bundle.digest)
+
+
+def load_base(
+    path: Path, changes: BaseChanges, parameters: Sequence[Parameter] = ()
+) -> BaseScenario:
+    """Load what is varied, and check it with the ends of each parameter.
+
+    Raises:
+        InputError: With every error of the file, and of parameters that it does not have.
+    """
+    worlds = {str(one) for each in parameters if each.name == "world" for one in each.ends}
+    robots = {str(one) for each in parameters if each.name == "robot" for one in each.ends}
+    given = ScenarioChanges(
+        changes.set, None, changes.world, changes.robot, permissions=changes.permissions
+    )
+    written = is_scenario(path)
+    if written:
+        scenario = load_scenario(path, given)
+        mission = scenario.mission
+        data = _as_written(scenario.document)
+    else:
+        mission = _mission(path, given)
+        data = {"scenario": mission.name}
+    world = data.get("world", mission.world) if changes.world is None else changes.world
+    if isinstance(world, str):
+        beside = Path(path).parent / world
+        world = str(beside) if written and beside.suffix and beside.is_file() else world
+        worlds.add(world)
+    bundle = bundle_of(mission, worlds, robots)
+    if not isinstance(data.get("mission"), dict):
+        data["mission"] = Path(bundle.mission).name
+    if isinstance(world, str):
+        data["world"] = bundle.worlds[world]
+    data["robot"] = bundle.robots[mission.robot]
+    if changes.set:
+        own = data.get("inputs", {})
+        data["inputs"] = {**own, **{name: mission.inputs[name] for name in changes.set}}
+    _add(data, "requirements", changes.requirements)
+    if changes.faults:
+        data["faults"] = [*data.get("faults", ()), *changes.faults]
+    if changes.limit is not None:
+        data["limit"] = changes.limit
+    return BaseScenario(Path(path), mission, data, bundle, written)
+
+
+def _add(data: dict[str, Any], key: str, more: Mapping[str, Any]) -> None:
+    if more:
+        data[key] = {**data.get(key, {}), **more}
+
+
+def _as_written(document: Document) -> dict[str, Any]:
+    data: dict[str, Any] = deepcopy(document.data)
+    return data
+
+
+def _mission(path: Path, changes: ScenarioChanges) -> Mission:
+    mission, faults = examine(
+        path,
+        changes.set,
+        changes.seed,
+        changes.world,
+        changes.robot,
+        permissions=changes.permissions,
+    )
+    if mission is None:
+        raise InputError(faults)
+    return replace(mission, warnings=(*mission.warnings, *faults)) if faults else mission
+
+
+def requirements_in_files(paths: Sequence[Path]) -> dict[str, Any]:
+    """Return the requirements of files, as they are written there.
+
+    Raises:
+        InputError: For a file that is none of requirements.
+    """
+    found: dict[str, Any] = {}
+    for path in paths:
+        document = read(path)
+        written = document.data.get("requirements") if isinstance(document.data, dict) else None
+        if not isinstance(written, dict):
+            message = "expected a mapping 'requirements:'"
+            raise InputError([document.fault((), message)])
+        found |= written
+    return found

@@ -1,0 +1,108 @@
+"""All files that the scenarios of a sweep need, as texts, so that another machine has them too."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from bt_mission.core.errors import BtMissionError
+from bt_mission.core.files import find
+from bt_mission.language.mission import Mission
+from bt_mission.language.nodes.leaves import PythonNode
+from bt_mission.language.trees import all_steps
+
+MISSION_FOLDER, SHIPPED = "missions", "shipped"
+"""The folder of the bundle in which a mission lies; worlds and robots lie in folders beside it."""
+
+
+@dataclass(frozen=True)
+class Bundle:
+    """Files by their paths in a folder of their own.
+
+    Attributes:
+        files: The text of each file by its path, with ``/`` between folders.
+        mission: The path of the mission's file.
+        worlds: What each world is called in the bundle, by the name or path that the user has
+            given; likewise of robots.
+    """
+
+    files: Mapping[str, str]
+    mission: str
+    worlds: Mapping[str, str]
+    robots: Mapping[str, str]
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 of all files with their paths, as hexadecimal digits."""
+        content = json.dumps([self.mission, sorted(self.files.items())], ensure_ascii=False)
+        return hashlib.sha256(content.encode()).hexdigest()
+
+    def write_to(self, folder: Path) -> None:
+        """Write all files into a folder.
+
+        Raises:
+            BtMissionError: When they cannot be written.
+        """
+        for name, text in self.files.items():
+            path = folder / name
+            try:
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.write_text(text, encoding="utf-8")
+            except OSError as error:
+                raise BtMissionError(f"cannot write {path}: {error.strerror or error}") from error
+
+
+def bundle_of(mission: Mission, worlds: Iterable[str] = (), robots: Iterable[str] = ()) -> Bundle:
+    """Read all that a mission needs, with the worlds and robots that it is tried with.
+
+    Args:
+        worlds: Names or paths, besides the mission's own.
+        robots: Likewise.
+
+    Raises:
+        InputError: For a world or a robot that is not there.
+        BtMissionError: For a file that cannot be read.
+    """
+    folder = Path(mission.file).resolve().parent
+    files = {}
+    for document in mission.documents:
+        path = Path(document.file).resolve()
+        # What is included lies below the mission, or is shipped: then each machine has its own,
+        # and this text is there to be compared.
+        is_below = path.is_relative_to(folder)
+        name = path.relative_to(folder).as_posix() if is_below else f"{SHIPPED}/{path.name}"
+        files[f"{MISSION_FOLDER}/{name}"] = document.text
+    for name in _python_files(mission):
+        files[f"{MISSION_FOLDER}/{name}"] = _read(folder / name)
+    known: dict[str, dict[str, str]] = {"worlds": {}, "robots": {}}
+    wanted_worlds = {*worlds, *([mission.world] if mission.world else [])}
+    for kind, wanted in (("worlds", wanted_worlds), ("robots", {*robots, mission.robot})):
+        taken: dict[str, Path] = {}
+        for given in sorted(wanted):
+            path = find("worlds" if kind == "worlds" else "robots", given, near=mission.file)
+            name = next(
+                name
+                for name in (path.stem, *(f"{path.stem}_{n}" for n in range(2, len(wanted) + 2)))
+                if taken.setdefault(name, path) == path
+            )
+            known[kind][given] = name
+            files[f"{kind}/{name}.yaml"] = _read(path)
+    main = f"{MISSION_FOLDER}/{Path(mission.file).name}"
+    return Bundle(files, main, known["worlds"], known["robots"])
+
+
+def _python_files(mission: Mission) -> set[str]:
+    """Name the Python files of a mission's leaves; modules and plug-ins are installed."""
+    targets = (one.target for one in all_steps(mission) if isinstance(one, PythonNode))
+    return {one.rpartition(":")[0] for one in targets if ".py:" in one}
+
+
+def _read(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise BtMissionError(f"cannot read {path}: {error}") from error

@@ -1,0 +1,149 @@
+"""Which scenarios a sweep has: every combination of values, or so many draws of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import islice
+from math import prod
+from typing import Any
+
+from scipy.stats import qmc
+
+from bt_mission.core.diagnostics import Diagnostic, InputError
+from bt_mission.language.expressions.values import Plain
+from bt_mission.sweeps.base import BaseScenario
+from bt_mission.sweeps.concrete import ConcreteScenario
+from bt_mission.sweeps.space import VARY_OPTION, Choices, Interval, Parameter
+
+NO_PLAN = ""
+AT_ONCE = 1_000_000
+"""So many scenarios are made at once, at most; ids of so many take 200 MB."""
+
+
+@dataclass(frozen=True)
+class SweepPlan:
+    """All scenarios of a sweep, made one by one.
+
+    Every point of the space is run with every seed and every plan of faults. Seeds change last, so
+    that what is there after a part of the sweep speaks of all points.
+
+    Attributes:
+        base: What is varied.
+        parameters: What it is varied by.
+        seeds: Of the runs; None is that of the mission, and of a sample the number of each draw.
+        sample: Draw so many points of the space instead of taking every combination. They are those
+            of a Latin hypercube: each parameter's values are evenly spread. (M. D. McKay, R. J.
+            Beckman, W. J. Conover: "A Comparison of Three Methods for Selecting Values of Input
+            Variables", Technometrics 21 (1979), 239-245; drawn by `scipy.stats.qmc`.)
+        sample_seed: The draws follow from it.
+        plans: Faults by the names of the plans.
+    """
+
+    base: BaseScenario
+    parameters: tuple[Parameter, ...] = ()
+    seeds: Sequence[int] | None = None
+    sample: int | None = None
+    sample_seed: int = 0
+    plans: Mapping[str, Sequence[Any]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if self.sample is None:
+            for one in self.parameters:
+                if isinstance(one, Interval):
+                    message = "an interval has no end of values: draw some of them with --sample N"
+                    hint = f"or name values: {one.name}={one.low:g},{one.high:g}"
+                    raise InputError([Diagnostic(message, VARY_OPTION, 1, 1, str(one), hint)])
+
+    @property
+    def points(self) -> int:
+        """How many points of the space there are."""
+        if self.sample is not None:
+            return self.sample
+        return prod(len(one.values) for one in self.parameters if isinstance(one, Choices))
+
+    @property
+    def count(self) -> int:
+        """How many scenarios there are; draws that repeat each other are counted."""
+        return self.points * len(self._plan_names) * len(self._seeds)
+
+    def scenario(self, number: int) -> ConcreteScenario:
+        """The scenario of a number from 0 to below `count`."""
+        of_seed, rest = divmod(number, self.points * len(self._plan_names))
+        point, of_plan = divmod(rest, len(self._plan_names))
+        plan = self._plan_names[of_plan]
+        return self.base.concrete(
+            self.values(point),
+            number=number,
+            seed=point if self._has_own_seeds else self._seeds[of_seed],
+            faults=self.plans.get(plan, ()),
+            plan=plan,
+        )
+
+    def values(self, point: int) -> dict[str, Plain]:
+        """The values of the parameters at a point of the space."""
+        if self.sample is not None:
+            shares = self._draws[point] if self.parameters else ()
+            return {
+                one.name: one.at(float(share))
+                for one, share in zip(self.parameters, shares, strict=True)
+            }
+        found: dict[str, Plain] = {}
+        for one in reversed(self.parameters):
+            assert isinstance(one, Choices), "intervals are drawn"
+            point, index = divmod(point, len(one.values))
+            found[one.name] = one.values[index]
+        return {one.name: found[one.name] for one in self.parameters}
+
+    def scenarios(self, start: int = 0) -> Iterator[ConcreteScenario]:
+        """All of them, made when they are taken; draws that repeat an earlier one are left out."""
+        seen: set[str] = set()
+        for number in range(start, self.count):
+            made = self.scenario(number)
+            if made.id not in seen:
+                seen.add(made.id)
+                yield made
+
+    def first(self, most: int) -> list[ConcreteScenario]:
+        """The first scenarios."""
+        return list(islice(self.scenarios(), most))
+
+    def as_dict(self) -> dict[str, Any]:
+        """What the sweep is, for JSON; equal for the same sweep only."""
+        return {
+            "mission": self.base.mission.name,
+            "file": self.base.path.name,
+            "mission_hash": self.base.bundle.digest,
+            "scenario": dict(self.base.data),
+            "vary": [str(one) for one in self.parameters],
+            "sample": self.sample,
+            "sample_seed": self.sample_seed,
+            "seeds": _told_seeds(self.seeds),
+            "plans": {name: list(faults) for name, faults in self.plans.items()},
+        }
+
+    @property
+    def _plan_names(self) -> tuple[str, ...]:
+        return tuple(self.plans) or (NO_PLAN,)
+
+    @property
+    def _seeds(self) -> Sequence[int]:
+        return (self.base.mission.seed,) if self.seeds is None else self.seeds
+
+    @property
+    def _has_own_seeds(self) -> bool:
+        return self.sample is not None and self.seeds is None
+
+    @cached_property
+    def _draws(self) -> Any:
+        sampler = qmc.LatinHypercube(d=len(self.parameters), rng=self.sample_seed)
+        return sampler.random(self.sample or 0)
+
+
+def _told_seeds(seeds: Sequence[int] | None) -> str | None:
+    if seeds is None:
+        return None
+    if isinstance(seeds, range):
+        return f"{seeds[0]}..{seeds[-1]}"
+    return ",".join(map(str, seeds))

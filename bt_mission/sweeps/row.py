@@ -1,0 +1,155 @@
+"""What one scenario came to: a row of the results."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from bt_mission.scenarios.scenario import ScenarioResult
+from bt_mission.sweeps.concrete import ConcreteScenario
+
+RowOutcome = Literal["success", "failure", "interrupted", "error"]
+
+
+@dataclass(frozen=True)
+class RequirementMargin:
+    """What a requirement came to in one run.
+
+    Attributes:
+        verdict: ``holds``, ``violated``, ``open`` or ``unknown``.
+        margin: By how much it holds, in the unit; below 0 by how much it is violated. None where
+            it has no measure.
+        at: The instant that decides, s since the start.
+    """
+
+    verdict: str
+    margin: float | None = None
+    unit: str = ""
+    at: float | None = None
+
+
+@dataclass(frozen=True)
+class ScenarioRow:
+    """What one scenario came to.
+
+    Attributes:
+        id: Of the concrete scenario: two with the same id give the same run.
+        number: Its place in the sweep.
+        parameters: The values of what is varied.
+        plan: The name of its plan of faults.
+        faults: All faults, as texts.
+        outcome: How the mission ended; ``error`` where it could not run, or killed its worker.
+        passed: Did everything come out as it must? For a mission that is success with no
+            requirement violated and no goal orphaned, for a scenario what it expects.
+        reason: Why the mission ended so; for one that has not passed, what else came out.
+        failed_node: The node whose failure came last; empty where none made the tree fail.
+        failed_path: The names from the root to it, with `` > `` between them.
+        virtual_s: ROS time from start to end, s.
+        wall_s: Wall time of the run with its set-up, s.
+        distance_m: True length of the robot's path, m.
+        least_margin: The smallest margin of all requirements; units may differ.
+        requirements: What each came to, by name.
+        coverage: What of the tree was reached, as hexadecimal digits (`bt_mission.coverage`).
+        trace_sha256: Equal for two runs in which the same things happened at the same times.
+        versions: First digits of the digest of all versions; the store has them in full.
+        worker: The process that carried it out.
+        attempts: How often it was begun, as far as is known.
+    """
+
+    id: str
+    number: int
+    seed: int
+    world: str = ""
+    robot: str = ""
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    plan: str = ""
+    faults: tuple[str, ...] = ()
+    outcome: RowOutcome = "error"
+    passed: bool = False
+    reason: str = ""
+    failed_node: str = ""
+    failed_path: str = ""
+    virtual_s: float = 0.0
+    wall_s: float = 0.0
+    distance_m: float | None = None
+    collisions: int | None = None
+    goals_sent: int = 0
+    orphaned_goals: int = 0
+    ticks: int = 0
+    least_margin: float | None = None
+    requirements: Mapping[str, RequirementMargin] = field(default_factory=dict)
+    coverage: str = ""
+    trace_sha256: str = ""
+    versions: str = ""
+    worker: str = ""
+    attempts: int = 1
+
+    @property
+    def is_error(self) -> bool:
+        """Could it not run?"""
+        return self.outcome == "error"
+
+    @property
+    def why_failed(self) -> str:
+        """Why it has not passed, in a line that is equal for equal failures; empty if it has."""
+        if self.passed:
+            return ""
+        violated = [name for name, one in self.requirements.items() if one.verdict == "violated"]
+        if self.outcome != "success" or not violated:
+            return self.reason.splitlines()[0] if self.reason else self.outcome
+        return f"requirement violated: {', '.join(violated)}"
+
+
+def row_of(
+    scenario: ConcreteScenario, result: ScenarioResult, *, wall_s: float, coverage: str = ""
+) -> ScenarioRow:
+    """Return the row of a scenario that was carried out."""
+    report = result.report
+    margins = {
+        one.name: RequirementMargin(one.verdict, one.margin, one.unit, one.at)
+        for one in report.requirements
+    }
+    failure = report.failure
+    told = [one.message for one in result.differences]
+    reason = report.reason or "; ".join(told)
+    known = [one.margin for one in report.requirements if one.margin is not None]
+    return ScenarioRow(
+        id=scenario.id,
+        number=scenario.number,
+        seed=report.seed,
+        world=report.world or "",
+        robot=report.robot,
+        parameters=scenario.parameters,
+        plan=scenario.plan,
+        faults=tuple(one.planned.text for one in result.scenario.faults),
+        outcome=report.status,  # type: ignore[arg-type] # a mission that has ended has one of these
+        passed=result.passed,
+        reason=reason,
+        failed_node=failure.nodes[-1] if failure else "",
+        failed_path=" > ".join(failure.nodes) if failure else "",
+        virtual_s=report.virtual_s,
+        wall_s=round(wall_s, 4),
+        distance_m=report.distance_travelled_m,
+        collisions=report.collisions,
+        goals_sent=report.goals_sent,
+        orphaned_goals=report.goals_left_behind,
+        ticks=report.ticks,
+        least_margin=min(known, default=None),
+        requirements=margins,
+        coverage=coverage,
+        trace_sha256=report.trace_sha256,
+    )
+
+
+def row_of_error(scenario: ConcreteScenario, reason: str, *, attempts: int = 1) -> ScenarioRow:
+    """Return the row of a scenario that could not run, or that kills its workers."""
+    return ScenarioRow(
+        id=scenario.id,
+        number=scenario.number,
+        seed=int(scenario.data.get("seed", 0)),
+        parameters=scenario.parameters,
+        plan=scenario.plan,
+        reason=reason,
+        attempts=attempts,
+    )

@@ -1,0 +1,268 @@
+"""The results of a sweep: a SQLite file that has each row as soon as it is known.
+
+SQLite rather than Parquet: a row is appended and durable at once, a process that is killed in the
+middle loses none, and pandas, DuckDB, R and spreadsheets read it. (A Parquet file is written as a
+whole; ``COPY (SELECT * FROM scenarios) TO 'sweep.parquet'`` in DuckDB makes one.)
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import sqlite3
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, fields
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from bt_mission.core.errors import BtMissionError
+from bt_mission.sweeps.row import RequirementMargin, ScenarioRow
+
+FILE = "results.sqlite"
+LOCK = "lock"
+FORMAT = 1
+"""Version of the tables."""
+
+_NAMES = tuple(one.name for one in fields(ScenarioRow))
+_TYPES = {"int": "INTEGER", "bool": "INTEGER", "float": "REAL"}
+_JSON = ("parameters", "faults", "requirements")
+"""Columns that hold JSON."""
+
+
+class StoreError(BtMissionError):
+    """A folder of results that cannot be used; it says what to do."""
+
+
+class ResultStore:
+    """The rows of a sweep in a folder.
+
+    Args:
+        folder: Of the results.
+        about: What the sweep is, as JSON has it: equal for the same sweep only.
+
+    Use :meth:`create`, :meth:`resume` or :meth:`read`.
+    """
+
+    def __init__(self, folder: Path, connection: sqlite3.Connection, lock: Any = None) -> None:
+        self.folder = folder
+        self._connection = connection
+        self._lock = lock
+
+    # ---- opening -------------------------------------------------------------------------
+
+    @classmethod
+    def create(cls, folder: Path, about: Mapping[str, Any]) -> Self:
+        """Begin a new one.
+
+        Raises:
+            StoreError: Where there are results already, or they cannot be written.
+        """
+        if (folder / FILE).exists():
+            raise StoreError(
+                f"{folder}: has results of a sweep; add --resume to go on with it, or name another "
+                "folder with -o"
+            )
+        store = cls._writable(folder)
+        columns = ", ".join(
+            f"{one.name} {_column(str(one.type))}{' PRIMARY KEY' if one.name == 'id' else ''}"
+            for one in fields(ScenarioRow)
+        )
+        with store._transaction("begin the results") as connection:
+            connection.execute(f"CREATE TABLE IF NOT EXISTS scenarios ({columns}) WITHOUT ROWID")
+            connection.execute(
+                "CREATE TABLE IF NOT EXISTS about (key TEXT PRIMARY KEY, value TEXT) WITHOUT ROWID"
+            )
+            connection.executemany(
+                "INSERT OR REPLACE INTO about VALUES (?, ?)",
+                [("format", str(FORMAT)), ("sweep", json.dumps(about, sort_keys=True))],
+            )
+        return store
+
+    @classmethod
+    def resume(cls, folder: Path, about: Mapping[str, Any]) -> Self:
+        """Go on with the results of the same sweep.
+
+        Raises:
+            StoreError: For results of another sweep, with what differs.
+        """
+        if not (folder / FILE).exists():
+            return cls.create(folder, about)
+        store = cls._writable(folder)
+        try:
+            _refuse_other(folder, store.about, json.loads(json.dumps(about)))
+        except BaseException:
+            store.close()
+            raise
+        return store
+
+    @classmethod
+    def read(cls, folder: Path) -> Self:
+        """Open results to read them, also while a sweep writes.
+
+        Raises:
+            StoreError: Where there are none.
+        """
+        file = folder / FILE if folder.is_dir() else folder
+        if not file.is_file():
+            raise StoreError(f"{folder}: no results of a sweep are there (no {FILE})")
+        connection = sqlite3.connect(f"{file.resolve().as_uri()}?mode=ro", uri=True)
+        store = cls(file.parent, connection)
+        store._check_format()
+        return store
+
+    @classmethod
+    def _writable(cls, folder: Path) -> Self:
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            lock = (folder / LOCK).open("w")
+        except OSError as error:
+            raise StoreError(f"cannot write {folder}: {error.strerror or error}") from error
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            lock.close()
+            raise StoreError(f"{folder}: another sweep writes its results there") from error
+        is_new = not (folder / FILE).exists()
+        try:
+            connection = sqlite3.connect(folder / FILE, isolation_level=None)
+            connection.execute("PRAGMA journal_mode=WAL")
+            connection.execute("PRAGMA synchronous=NORMAL")
+        except sqlite3.Error as error:
+            lock.close()
+            raise StoreError(f"{folder / FILE}: {error}") from error
+        store = cls(folder, connection, lock)
+        if not is_new:
+            store._check_format()
+        return store
+
+    def _check_format(self) -> None:
+        try:
+            found = self._connection.execute("SELECT value FROM about WHERE key = 'format'")
+            row = found.fetchone()
+        except sqlite3.Error as error:
+            self.close()
+            raise StoreError(f"{self.folder}: not results of a sweep ({error})") from error
+        if row is None or row[0] != str(FORMAT):
+            self.close()
+            got = "no version" if row is None else f"version {row[0]}"
+            raise StoreError(f"{self.folder}: results of {got}; this bt-mission has {FORMAT}")
+
+    # ---- rows ----------------------------------------------------------------------------
+
+    @property
+    def about(self) -> dict[str, Any]:
+        """What the sweep is."""
+        text = self.value("sweep")
+        return {} if text is None else json.loads(text)
+
+    def value(self, key: str) -> str | None:
+        """A value beside the rows; None where there is none."""
+        found = self._connection.execute("SELECT value FROM about WHERE key = ?", (key,)).fetchone()
+        return None if found is None else str(found[0])
+
+    def set_value(self, key: str, value: str) -> None:
+        """Keep a value beside the rows."""
+        with self._transaction("write a value") as connection:
+            connection.execute("INSERT OR REPLACE INTO about VALUES (?, ?)", (key, value))
+
+    def add(self, row: ScenarioRow) -> None:
+        """Append a row; it is there when this returns. One with the same id is replaced.
+
+        Raises:
+            StoreError: Where it cannot be written, on a full disk, say.
+        """
+        given = asdict(row)
+        values = [json.dumps(given[key]) if key in _JSON else given[key] for key in _NAMES]
+        marks = ", ".join("?" * len(values))
+        with self._transaction("write a row") as connection:
+            connection.execute(f"INSERT OR REPLACE INTO scenarios VALUES ({marks})", values)  # noqa: S608 - question marks only
+
+    def ids(self) -> set[str]:
+        """The ids of all rows."""
+        return {one for (one,) in self._connection.execute("SELECT id FROM scenarios")}
+
+    def rows(self, where: str = "", *values: Any) -> Iterator[ScenarioRow]:
+        """All rows, in the order of their numbers.
+
+        Args:
+            where: A condition in SQL, ours alone, with ``?`` for the values.
+        """
+        condition = f" WHERE {where}" if where else ""
+        query = f"SELECT {', '.join(_NAMES)} FROM scenarios{condition} ORDER BY number, id"  # noqa: S608 - no text of a user's
+        try:
+            for found in self._connection.execute(query, values):
+                yield _row(dict(zip(_NAMES, found, strict=True)))
+        except sqlite3.DatabaseError as error:
+            raise StoreError(f"{self.folder / FILE}: {error}") from error
+
+    # ---- ends ----------------------------------------------------------------------------
+
+    def _transaction(self, what: str) -> _Transaction:
+        return _Transaction(self._connection, self.folder / FILE, what)
+
+    def close(self) -> None:
+        """Close the file, and let others write."""
+        self._connection.close()
+        if self._lock is not None:
+            self._lock.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+class _Transaction:
+    """All of it, or nothing; an error of SQLite is told in our words."""
+
+    def __init__(self, connection: sqlite3.Connection, file: Path, what: str) -> None:
+        self._connection = connection
+        self._file = file
+        self._what = what
+
+    def __enter__(self) -> sqlite3.Connection:
+        self._connection.execute("BEGIN IMMEDIATE")
+        return self._connection
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None
+    ) -> None:
+        try:
+            self._connection.execute("COMMIT" if error is None else "ROLLBACK")
+        except sqlite3.Error as broken:
+            error = error or broken
+        if isinstance(error, sqlite3.Error):
+            raise StoreError(f"{self._file}: cannot {self._what}: {error}") from error
+
+
+def _column(written: str) -> str:
+    return _TYPES.get(written.partition(" ")[0], "TEXT")
+
+
+def _row(found: dict[str, Any]) -> ScenarioRow:
+    for key in _JSON:
+        found[key] = json.loads(found[key])
+    found["faults"] = tuple(found["faults"])
+    margins = found["requirements"].items()
+    found["requirements"] = {name: RequirementMargin(**one) for name, one in margins}
+    found["passed"] = bool(found["passed"])
+    return ScenarioRow(**found)
+
+
+def _refuse_other(folder: Path, then: Mapping[str, Any], now: Mapping[str, Any]) -> None:
+    differing = sorted(key for key in {*then, *now} if then.get(key) != now.get(key))
+    if not differing:
+        return
+    told = "; ".join(
+        f"{key} was {_short(then.get(key))}, is {_short(now.get(key))}" for key in differing
+    )
+    raise StoreError(
+        f"{folder}: has results of another sweep ({told}); name another folder with -o"
+    )
+
+
+def _short(value: Any, most: int = 60) -> str:
+    text = json.dumps(value)
+    return text if len(text) <= most else f"{text[: most - 1]}…"

@@ -1,0 +1,74 @@
+"""What a worker does: it carries out one concrete scenario after another, in one process."""
+
+from __future__ import annotations
+
+import json
+import os
+import socket
+import traceback
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from types import TracebackType
+from typing import Self
+
+from bt_mission.core.diagnostics import InputError
+from bt_mission.core.errors import BtMissionError
+from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.core.yaml.document import read_text
+from bt_mission.scenarios.loader import load_scenario
+from bt_mission.scenarios.run import run_scenario
+from bt_mission.scenarios.scenario import Scenario
+from bt_mission.sweeps.bundle import Bundle
+from bt_mission.sweeps.concrete import ConcreteScenario
+from bt_mission.sweeps.row import ScenarioRow, row_of, row_of_error
+
+
+class ScenarioWorker:
+    """Carries out scenarios of a bundle; what it sets up for the first serves all.
+
+    Args:
+        bundle: The files of all scenarios.
+
+    Use it as a context manager: it has a folder of its own.
+    """
+
+    def __init__(self, bundle: Bundle) -> None:
+        self._bundle = bundle
+        self._folder = TemporaryDirectory(prefix="bt_mission_", ignore_cleanup_errors=True)
+        self.name = f"{socket.gethostname()}:{os.getpid()}"
+        bundle.write_to(Path(self._folder.name))
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None
+    ) -> None:
+        self._folder.cleanup()
+
+    def load(self, scenario: ConcreteScenario) -> Scenario:
+        """Load a concrete scenario.
+
+        Raises:
+            InputError: With what is wrong with it.
+        """
+        place = Path(self._folder.name) / self._bundle.mission
+        # JSON is YAML, and leaves no doubt about what is a text.
+        text = json.dumps(dict(scenario.data), ensure_ascii=False)
+        return load_scenario(read_text(text, str(place.with_name(f"{scenario.id}.scenario.yaml"))))
+
+    def carry_out(self, scenario: ConcreteScenario) -> ScenarioRow:
+        """Carry a concrete scenario out; whatever goes wrong is its row."""
+        watch = Stopwatch()
+        try:
+            result = run_scenario(self.load(scenario))
+            row = row_of(scenario, result, wall_s=watch.elapsed_s)
+        except InputError as error:
+            row = row_of_error(scenario, "; ".join(one.message for one in error.faults))
+        except BtMissionError as error:
+            row = row_of_error(scenario, str(error))
+        except Exception as error:  # noqa: BLE001 - one scenario must not stop the others
+            where = traceback.extract_tb(error.__traceback__)[-1]
+            place = f"{Path(where.filename).name}:{where.lineno}"
+            row = row_of_error(scenario, f"{type(error).__name__} at {place}: {error}")
+        return row
