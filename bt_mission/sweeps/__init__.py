@@ -8,4 +8,5 @@
 - ``work``: carries a concrete scenario out
 - ``row``: what one scenario came to
 - ``store``: all rows, in SQLite
+- ``summary``: what the rows come to, added up one by one
 """
