@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import fields
 from typing import Any, TextIO
 
+from bt_mission.core.text import escape_lines
 from bt_mission.sweeps.row import ScenarioRow
 
 _NESTED = ("parameters", "requirements")
@@ -63,8 +64,9 @@ def _cell(value: Any) -> Any:
         case bool():
             return str(value).lower()
         case str():
+            shown = escape_lines(value)
             is_formula = _FORMULA.match(value) and not _NUMBER.fullmatch(value)
-            return f"'{value}" if is_formula else value
+            return f"'{shown}" if is_formula else shown
         case list() | tuple() | Mapping():
-            return json.dumps(value, ensure_ascii=False) if value else ""
+            return json.dumps(value) if value else ""
     return value

@@ -36,8 +36,11 @@ class Repeater:
         """Return a line for the shell that carries a row's scenario out again."""
         words = self._options(row)
         if words is None:
-            folder = shlex.quote(str(self._store.folder))
-            return f"bt-mission sweep-report {folder} --scenario {row.id}"
+            folder = self._store.folder
+            made = shlex.join(["bt-mission", "sweep-report", str(folder), "--scenario", row.id])
+            if self.origin is None:
+                return made
+            return f"{made} && {shlex.join(['bt-mission', 'run', str(self._path(row))])}"
         return shlex.join(["bt-mission", "run", *words])
 
     def _options(self, row: ScenarioRow) -> list[str] | None:
@@ -93,15 +96,19 @@ class Repeater:
         scenario = self.scenario(row)
         assert self.origin is not None, "the scenario has come from it"
         bundle = self.origin.bundle
-        folder = self._store.folder / SCENARIOS
-        bundle.write_to(folder)
-        path = (folder / bundle.mission).with_name(f"{row.id}.scenario.yaml")
+        bundle.write_to(self._store.folder / SCENARIOS)
+        path = self._path(row)
         text = "".join(f"# {line}\n" for line in self._remarks(row)) + to_yaml(dict(scenario.data))
         try:
             path.write_text(text, encoding="utf-8")
         except OSError as error:
             raise BtMissionError(f"cannot write {path}: {error.strerror or error}") from error
         return path
+
+    def _path(self, row: ScenarioRow) -> Path:
+        assert self.origin is not None, "asked for where the files are known"
+        beside = self._store.folder / SCENARIOS / self.origin.bundle.mission
+        return beside.with_name(f"{row.id}.scenario.yaml")
 
     def _remarks(self, row: ScenarioRow) -> Iterator[str]:
         yield f"Scenario {row.number} of a sweep: {told_parameters(row) or f'seed {row.seed}'}."

@@ -46,9 +46,9 @@ def margins_of(row: ScenarioRow) -> Iterator[tuple[str, float]]:
 class WorstRows:
     """Finds the worst rows; rows are added one by one, and only ids are kept.
 
-    Failed ones come first, of each kind of failure in turn the one with the smallest margin, so
-    that a frequent failure does not hide the others; then those that have passed with the smallest
-    margins. A margin counts as a multiple of the requirement's mean one. What could not run has no
+    Failed ones are taken first, of each kind of failure in turn the one with the smallest margin,
+    so that a frequent failure does not hide the others; then those that have passed with the
+    smallest margins. A margin counts as a multiple of the requirement's mean one. What could not run has no
     margin and is left out.
     """
 
@@ -79,7 +79,8 @@ class WorstRows:
             turn = 0 if passed else turns[kind]
             turns[kind] += 1
             order.append((passed, turn, least, number, id_))
-        return [id_ for *_, id_ in sorted(order)[:most]]
+        chosen = [(passed, least, number, id_) for passed, _, least, number, id_ in sorted(order)]
+        return [id_ for *_, id_ in sorted(chosen[:most])]
 
     def _least(self, margins: Iterable[tuple[str, float]]) -> float:
         return min((self._scales[name].share(one) for name, one in margins), default=math.inf)

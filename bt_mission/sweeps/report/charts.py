@@ -14,7 +14,7 @@ import numpy as np
 
 from bt_mission.core.text import escape_control
 from bt_mission.sweeps.report.columns import Flags, Floats
-from bt_mission.sweeps.report.factors import Factor, Level, Pair
+from bt_mission.sweeps.report.factors import Factor, Level, Pair, round_edges, short
 from bt_mission.sweeps.summary import percent, span
 
 Figure: TypeAlias = dict[str, Any]
@@ -23,6 +23,10 @@ Figure: TypeAlias = dict[str, Any]
 PASSED, FAILED, CURVE = "#2f86c9", "#d9603b", "#2f86c9"
 BAND = "rgba(47, 134, 201, 0.25)"
 RATES = ((0.0, "#b5402a"), (0.5, "#f2e3c4"), (1.0, "#2f7fb8"))
+HATCHED = {
+    **{"shape": "/", "fillmode": "overlay", "fgcolor": "#ffffff", "fgopacity": 0.5},
+    **{"size": 6, "solidity": 0.2},
+}
 BINS = 40
 MOST_LETTERS = 24
 
@@ -61,7 +65,7 @@ def _curve(one: Factor) -> Figure:
                 "showlegend": False,
             },
         ],
-        x={"title": {"text": plain(one.name, MOST_LETTERS)}},
+        x={"title": _title(one.name)},
         y=_share_axis(one.levels),
     )
 
@@ -87,7 +91,7 @@ def _bars(one: Factor) -> Figure:
         "textposition": "none",
         "hovertemplate": "%{text}<extra></extra>",
     }
-    y = {**_names(one.levels), "autorange": "reversed"}
+    y = {**_names(one.levels), "range": [len(rates) - 0.5, -0.5]}
     return _figure([bars], x={**_share_axis(()), "range": [0, 1.02]}, y=y, rows=len(rates))
 
 
@@ -122,8 +126,8 @@ def pair_figure(pair: Pair) -> Figure:
     first, second = pair.first, pair.second
     return _figure(
         [heat],
-        x={**_names(first.levels), "title": {"text": plain(first.name, MOST_LETTERS)}},
-        y={**_names(second.levels), "title": {"text": plain(second.name, MOST_LETTERS)}},
+        x={**_names(first.levels), "title": _title(first.name)},
+        y={**_names(second.levels), "title": _title(second.name)},
         rows=max(5, len(second.levels)),
     )
 
@@ -153,17 +157,17 @@ def histogram_figure(
     """
     is_known = np.isfinite(values)
     known = values[is_known]
-    edges = np.histogram_bin_edges(known, bins=min(BINS, max(8, int(len(known) ** 0.5))))
+    edges = round_edges(known.min(), known.max(), min(BINS, max(12, int(len(known) ** 0.5))))
     traces = []
-    for name, chosen, colour, shape in (
-        ("succeeded", passed[is_known], PASSED, ""),
-        ("failed", ~passed[is_known], FAILED, "/"),
+    for name, chosen, colour, pattern in (
+        ("succeeded", passed[is_known], PASSED, {}),
+        ("failed", ~passed[is_known], FAILED, HATCHED),
     ):
         counts, _ = np.histogram(known[chosen], edges)
         if not counts.any():
             continue
         told = [
-            f"{low:.4g} to {high:.4g}: {count:,} {name}"
+            f"{short(low)} to {short(high)}: {count:,} {name}"
             for low, high, count in zip(edges[:-1], edges[1:], counts.tolist(), strict=True)
         ]
         traces.append(
@@ -173,10 +177,7 @@ def histogram_figure(
                 "x": _rounded((edges[1:] + edges[:-1]) / 2),
                 "y": counts.tolist(),
                 "width": _rounded(np.diff(edges)),
-                "marker": {
-                    "color": colour,
-                    "pattern": {"shape": shape, "size": 5, "solidity": 0.25},
-                },
+                "marker": {"color": colour, "pattern": pattern},
                 "text": told,
                 "textposition": "none",
                 "hovertemplate": "%{text}<extra></extra>",
@@ -191,8 +192,8 @@ def histogram_figure(
         ]
     return _figure(
         traces,
-        x={"title": {"text": plain(axis)}},
-        y={"title": {"text": "scenarios"}, "rangemode": "tozero", "tickformat": "~s"},
+        x={"title": _title(axis)},
+        y={"title": _title("scenarios"), "rangemode": "tozero", "tickformat": "~s"},
         more=layout,
     )
 
@@ -231,12 +232,19 @@ def _share_axis(levels: Sequence[Level]) -> dict[str, Any]:
     return {"tickformat": ".0%", "range": [bottom - 0.02 * (1 - bottom), 1 + 0.02 * (1 - bottom)]}
 
 
+def _title(name: str) -> dict[str, Any]:
+    return {"text": plain(name, MOST_LETTERS), "standoff": 10}
+
+
 def _names(levels: Sequence[Level]) -> dict[str, Any]:
     return {
         "tickmode": "array",
         "tickvals": list(range(len(levels))),
         "ticktext": [plain(level.label, MOST_LETTERS) for level in levels],
         "showgrid": False,
+        "ticks": "outside",
+        "ticklen": 5,
+        "tickcolor": "rgba(0,0,0,0)",
     }
 
 
@@ -252,7 +260,10 @@ def _told_count(level: Level) -> str:
 
 
 def _share(value: float) -> str:
-    return "" if np.isnan(value) else percent(value).removesuffix(" %").removesuffix(".0")
+    """A share in whole per cent; only all is 100, and only none is 0."""
+    if np.isnan(value):
+        return ""
+    return f"{value * 100:.0f}" if value in (0, 1) else f"{min(max(value * 100, 1), 99):.0f}"
 
 
 def _rounded(values: Floats) -> list[float]:

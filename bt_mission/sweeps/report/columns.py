@@ -18,7 +18,7 @@ from bt_mission.sweeps.worst import WorstRows, margins_of
 Floats: TypeAlias = npt.NDArray[np.float64]
 Flags: TypeAlias = npt.NDArray[np.bool_]
 
-PLAN = "faults"
+PLAN = "plan of faults"
 """What the plans of faults are called among the parameters."""
 
 

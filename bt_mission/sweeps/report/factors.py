@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
@@ -11,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from bt_mission.core.statistics import wilson
-from bt_mission.sweeps.report.columns import Flags, SweepColumns
+from bt_mission.sweeps.report.columns import Flags, Floats, SweepColumns
 
 Counts: TypeAlias = npt.NDArray[np.int64]
 
@@ -88,16 +89,15 @@ def _of_numbers(name: str, values: Sequence[Any], passed: Flags, most_levels: in
     numbers = np.array([np.nan if one is None else one for one in values], np.float64)
     is_known = np.isfinite(numbers)
     distinct, indices = np.unique(numbers[is_known], return_inverse=True)
-    at, labels = distinct, [_short(one) for one in distinct]
+    at, labels = distinct, [short(one) for one in distinct]
     if len(distinct) > most_levels:
-        stretches = min(STRETCHES, most_levels)
-        edges = np.linspace(distinct[0], distinct[-1], stretches + 1)
-        indices = np.clip(
-            np.searchsorted(edges, numbers[is_known], side="right") - 1, 0, stretches - 1
-        )
+        edges = round_edges(distinct[0], distinct[-1], min(STRETCHES, most_levels))
+        indices = np.searchsorted(edges, numbers[is_known], side="right") - 1
+        indices = np.minimum(indices, len(edges) - 2)
         at = (edges[1:] + edges[:-1]) / 2
+        dash = "–" if edges[0] >= 0 else " to "
         labels = [
-            f"{_short(low)} to {_short(high)}"
+            f"{short(low)}{dash}{short(high)}"
             for low, high in zip(edges[:-1], edges[1:], strict=True)
         ]
     everywhere = np.full(len(numbers), -1, np.int64)
@@ -190,7 +190,24 @@ def _pair(first: Factor, second: Factor, passed: Flags) -> Pair:
     return Pair(first, second, good.reshape(shape), total.reshape(shape))
 
 
-def _short(value: float) -> str:
+def round_edges(low: float, high: float, most: int) -> Floats:
+    """Return the ends of at most so many equal stretches that hold all from `low` to `high`.
+
+    They are multiples of 1, 2, 2.5 or 5 times a power of ten, so 0 is one of them.
+    """
+    least = (high - low) / most
+    scale = 10.0 ** math.floor(math.log10(least))
+    for factor_ in (1, 2, 2.5, 5, 10, 20):
+        step = factor_ * scale
+        first, last = math.floor(low / step + 1e-9), math.ceil(high / step - 1e-9)
+        if last - first <= most:
+            break
+    edges: Floats = np.arange(first, last + 1) * step
+    return edges
+
+
+def short(value: float) -> str:
+    """A number with five digits at most."""
     return f"{value:.5g}"
 
 

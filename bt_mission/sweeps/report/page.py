@@ -33,18 +33,25 @@ INSTALL = "the page of a sweep is drawn by Plotly: pip install 'bt-mission[sweep
 VERSIONS = "versions"
 
 
-def write_sweep_page(store: ResultStore, output: Path | None = None, worst: int = WORST) -> Path:
+def write_sweep_page(
+    store: ResultStore,
+    output: Path | None = None,
+    *,
+    worst: int = WORST,
+    columns: SweepColumns | None = None,
+) -> Path:
     """Make the page of results; return where it is.
 
     Args:
         output: The file; None is `sweep.html` among the results.
         worst: So many of the worst runs are told of.
+        columns: Of the rows, where they are read already.
 
     Raises:
         BtMissionError: Where Plotly is not installed, or the file cannot be written.
     """
-    page = SweepPage(store, SweepColumns.of(store.rows()), worst).text()
     path = store.folder / PAGE if output is None else output
+    page = SweepPage(store, columns or SweepColumns.of(store.rows()), worst).text(path.parent)
     try:
         path.write_text(page, encoding="utf-8", errors="replace")
     except OSError as error:
@@ -69,8 +76,11 @@ class SweepPage:
         self._repeater = Repeater(store)
         self._figures: list[Figure] = []
 
-    def text(self) -> str:
+    def text(self, near: Path | None = None) -> str:
         """The page as HTML.
+
+        Args:
+            near: The folder that it will be in; None is that of the results.
 
         Raises:
             BtMissionError: Where Plotly is not installed.
@@ -85,7 +95,7 @@ class SweepPage:
             ("Failures", sections.failures(self._columns, self._repeater)),
             (
                 "The worst",
-                sections.worst_table(worst, self._store.folder, self._repeater),
+                sections.worst_table(worst, self._store.folder, self._repeater, near),
             ),
             ("Requirements", self._requirements()),
             ("Duration", self._duration()),
@@ -213,7 +223,8 @@ class SweepPage:
             if known.min() == known.max():
                 constant.append(name)
             elif len(parts) < MOST_MARGINS:
-                axis = f"margin in {one.unit}" if one.unit else "margin"
+                units = " or ".join(sorted(filter(None, one.units)))
+                axis = f"margin in {units}" if units else "margin"
                 figure = histogram_figure(margins, columns.passed, axis, marks_zero=True)
                 parts.append(self._place(figure, name))
         told = f"The same margin in every run: {', '.join(constant)}." if constant else ""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import shlex
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -21,6 +23,12 @@ from bt_mission.views.html_report.markup import element, hint, number, rows, tab
 
 MOST_GROUPS = 50
 MOST_PATH = 6
+ENDS = {
+    "success": "the mission succeeded",
+    "failure": "the mission failed",
+    "interrupted": "interrupted",
+    "error": "could not run",
+}
 RECORDINGS = "recordings"
 """The folder of the results for recordings of single scenarios, named by their ids."""
 
@@ -40,7 +48,11 @@ def line(cells: Iterable[str], names: Sequence[str] = (), **attributes: object) 
 
 def command_line(command: str) -> str:
     """Return a command that can be copied as a whole."""
-    return element("code", escape_markup(command), class_="command")
+    words = (
+        element("span", escape_markup(shlex.quote(word) if word != "&&" else word), class_="word")
+        for word in shlex.split(command)
+    )
+    return element("code", " ".join(words), class_="command")
 
 
 def facts(columns: SweepColumns) -> str:
@@ -131,7 +143,7 @@ def failures(columns: SweepColumns, repeater: Repeater) -> str:
 
 
 def _failure(one: FailureGroup, total: int, repeater: Repeater) -> str:
-    leaf = one.node or ("could not run" if one.example.is_error else one.example.outcome)
+    leaf = one.node or ENDS[one.example.outcome]
     head = (
         element("b", f"{one.count:,}") + " " + element("span", escape_markup(leaf), class_="leaf")
     )
@@ -161,8 +173,15 @@ def _way(path: str) -> str:
     return element("p", escape_markup(" › ".join(names)), class_="hint way") if names else ""
 
 
-def worst_table(worst: Sequence[ScenarioRow], folder: Path, repeater: Repeater) -> str:
-    """Return the worst runs, with links to what is recorded of them."""
+def worst_table(
+    worst: Sequence[ScenarioRow], folder: Path, repeater: Repeater, near: Path | None = None
+) -> str:
+    """Return the worst runs, with links to what is recorded of them.
+
+    Args:
+        folder: Of the results.
+        near: The folder of the page; None is that of the results.
+    """
     if not worst:
         return hint("No scenario could run.")
     lines = (
@@ -173,9 +192,9 @@ def worst_table(worst: Sequence[ScenarioRow], folder: Path, repeater: Repeater) 
                 escape_markup(told_parameters(row)),
                 _least(row),
                 f"{number(row.virtual_s, 2)} s",
-                _links(row, folder) + command_line(repeater.command(row)),
+                _links(row, folder, near or folder) + command_line(repeater.command(row)),
             ),
-            ("", "outcome", "values", "", "", "repeat"),
+            ("", "outcome", "values", "margin", "time", "repeat"),
             id=f"scenario-{row.id}",
         )
         for row in worst
@@ -207,11 +226,12 @@ def _least(row: ScenarioRow) -> str:
     return f"{number(margin)} {escape_markup(unit)}<small>{escape_markup(name)}</small>"
 
 
-def _links(row: ScenarioRow, folder: Path) -> str:
+def _links(row: ScenarioRow, folder: Path, near: Path) -> str:
     links = []
+    recordings = Path(os.path.relpath(folder / RECORDINGS, near)).as_posix()
     for suffix, text in ((".html", "report"), (".mcap", "recording")):
         if (folder / RECORDINGS / f"{row.id}{suffix}").is_file():
-            links.append(element("a", text, href=quote(f"{RECORDINGS}/{row.id}{suffix}")))
+            links.append(element("a", text, href=quote(f"{recordings}/{row.id}{suffix}")))
     return element("p", " · ".join(links), class_="links") if links else ""
 
 
@@ -221,7 +241,8 @@ def requirements_table(columns: SweepColumns) -> str:
     for name, one in columns.tally.requirements.items():
         margins = columns.margins(name)
         known = margins[np.isfinite(margins)]
-        middle = f"{number(float(np.median(known)))} {one.unit}" if len(known) else ""
+        unit = one.unit if len(one.units) == 1 else ""
+        middle = f"{number(float(np.median(known)))} {unit}" if len(known) else ""
         least = "" if one.least is None else f"{number(one.least)} {one.unit}"
         counts = [f"{one.verdicts[key]:,}" for key in ("holds", "violated", "open", "unknown")]
         violated = "violated" if one.verdicts["violated"] else ""
@@ -251,8 +272,7 @@ def coverage_section(columns: SweepColumns, places: tuple[str, ...]) -> str:
     missing = ""
     if never:
         content = element("ul", rows(element("li", escape_markup(one)) for one in never))
-        summary = element("summary", f"What no run has reached ({len(never)})")
-        missing = element("details", summary + content, open="open" if len(never) < 12 else None)
+        missing = element("details", element("summary", "what no run has reached") + content)
     return (
         element("p", told)
         + missing
@@ -269,7 +289,9 @@ def _never(one: ReachedNode) -> Iterator[str]:
     if not one.runs:
         yield where
     else:
-        yield from (f"{where}: {way}" for way, count in one.ways.items() if not count)
+        missing = [_way_told(way) for way, count in one.ways.items() if not count]
+        if missing:
+            yield f"{where}: {', '.join(missing)}"
 
 
 def _node(one: ReachedNode, total: int) -> str:
@@ -281,19 +303,23 @@ def _node(one: ReachedNode, total: int) -> str:
         aria_hidden="true",
     )
     ways = " ".join(
-        element(
-            "span",
-            f"{escape_markup(way)} <b>{_of(count, total)}</b>",
-            class_="way" if count else "way never",
-        )
+        element("span", f"{escape_markup(_way_told(way))} <b>{_of(count, total)}</b>", class_="way")
         for way, count in one.ways.items()
+        if count
     )
+    never = [_way_told(way) for way, count in one.ways.items() if not count and one.runs]
+    if never:
+        ways += element("small", escape_markup(f"never {', '.join(never)}"))
     name = element("span", escape_markup(one.name), style=f"padding-left:{min(one.depth, 8)}em")
     return line(
         (name, f"{meter}{_of(one.runs, total)}", ways),
         ("node", "reached", "ways"),
         class_=None if one.runs else "never",
     )
+
+
+def _way_told(way: str) -> str:
+    return way.removeprefix("outcome ")
 
 
 def _of(count: int, total: int) -> str:
@@ -308,7 +334,9 @@ def made_with(about: Mapping[str, Any], origin: SweepOrigin | None, versions: Se
             hint("The sweep again, or on with it where it was stopped:"),
             command_line(resume_command(origin.command)),
         ]
-    lines += [element("p", escape_markup(one), class_="versions") for one in versions]
+    lines += [
+        element("p", escape_markup(f"Versions: {one}"), class_="versions") for one in versions
+    ]
     if digest := about.get("mission_hash"):
         told = f"Files of the mission, its worlds and robots (SHA-256): {digest}"
         lines.append(element("p", escape_markup(told), class_="hint"))
