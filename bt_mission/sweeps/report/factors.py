@@ -193,6 +193,8 @@ def round_edges(low: float, high: float, most: int) -> Floats:
 
     They are multiples of 1, 2, 2.5 or 5 times a power of ten, so 0 is one of them.
     """
+    if low == high:
+        low, high = low - 0.5, high + 0.5
     least = (high - low) / most
     scale = 10.0 ** math.floor(math.log10(least))
     for factor_ in (1, 2, 2.5, 5, 10, 20):

@@ -24,8 +24,12 @@ def line(cells: Iterable[str], names: Sequence[str] = (), **attributes: object) 
 
 def command_line(command: str) -> str:
     """Return a command that can be copied as a whole."""
+    try:
+        split = shlex.split(command)
+    except ValueError:  # a quotation mark without another: no line that a shell would take
+        split = [command]
     words = (
         element("span", escape_markup(shlex.quote(word) if word != "&&" else word), class_="word")
-        for word in shlex.split(command)
+        for word in split
     )
     return element("code", " ".join(words), class_="command")
