@@ -9,6 +9,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from bt_mission.core.stamps import NS
+from bt_mission.coverage.record import CoverageRecord
 from bt_mission.faults.located import planned_on
 from bt_mission.scenarios.loader import ScenarioChanges, load_scenario
 from bt_mission.scenarios.scenario import TIME_IS_UP, Scenario, ScenarioResult
@@ -16,7 +17,9 @@ from bt_mission.sessions.session import summarise
 from bt_mission.sessions.stage import Stage
 
 
-def run_scenario(scenario: str | Path | Scenario, *, seed: int | None = None) -> ScenarioResult:
+def run_scenario(
+    scenario: str | Path | Scenario, *, seed: int | None = None, with_coverage: bool = False
+) -> ScenarioResult:
     """Carry a scenario out in a simulation of its own; gives what it came to.
 
     ``assert run_scenario("scan_lost.scenario.yaml").passed``
@@ -24,6 +27,7 @@ def run_scenario(scenario: str | Path | Scenario, *, seed: int | None = None) ->
     Args:
         scenario: A file, or what `load_scenario` gives.
         seed: Of everything random, instead of the scenario's.
+        with_coverage: Record what the run reaches of its mission, too.
 
     Raises:
         InputError: With every error of the file, and of names that its faults find nothing of.
@@ -37,10 +41,14 @@ def run_scenario(scenario: str | Path | Scenario, *, seed: int | None = None) ->
         _on_stage(scenario) as stage,
         planned_on(stage, scenario.faults) as with_outcomes,
     ):
+        record = None
+        if with_coverage:
+            record = CoverageRecord.attach(scenario.mission, stage.executive)
         stop_at(stage, scenario.limit)
         while not stage.is_done:
             stage.step()
-        return scenario.judge(with_outcomes(summarise(stage, 0.0)))
+        result = scenario.judge(with_outcomes(summarise(stage, 0.0)))
+    return replace(result, coverage=record)
 
 
 def look_for_names(scenario: Scenario) -> None:

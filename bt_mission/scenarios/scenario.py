@@ -10,6 +10,7 @@ from typing import Any, Literal
 from bt_mission.core.diagnostics import Diagnostic, quoted
 from bt_mission.core.text import escape_control
 from bt_mission.core.yaml.document import Document, Key
+from bt_mission.coverage.record import CoverageRecord
 from bt_mission.executive.report import Report
 from bt_mission.faults.located import WrittenFault
 from bt_mission.faults.world import MOST_OBSTACLES
@@ -137,11 +138,13 @@ class ScenarioResult:
     Attributes:
         report: Of the run: outcome, requirements, faults, trace.
         differences: What did not come out as it must, each with its place in the scenario.
+        coverage: What the run reached of its mission; None where nobody asked.
     """
 
     scenario: Scenario
     report: Report
     differences: tuple[Diagnostic, ...] = ()
+    coverage: CoverageRecord | None = None
 
     @property
     def passed(self) -> bool:

@@ -100,7 +100,7 @@ def pytest_configure(config: pytest.Config) -> None:
     config.pluginmanager.register(SeedHooks(config), "bt_mission_seeds")
     asked = ("", "_source", "_report", "_fail_under")
     if any(config.getoption(f"mission_cov{one}") not in (False, None, []) for one in asked):
-        from bt_mission.testing.coverage.hooks import CoverageHooks
+        from bt_mission.testing.coverage_hooks import CoverageHooks
 
         config.pluginmanager.register(CoverageHooks(config), "bt_mission_coverage")
 

@@ -17,6 +17,8 @@ from py_trees.common import Status
 from bt_mission.cli.main import main
 from bt_mission.core.terminal.console import EscapingConsole, coloured
 from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.coverage.page import page
+from bt_mission.coverage.tally import Covered, Spot, Tally
 from bt_mission.events import reader
 from bt_mission.events.log import entry_of, json_line
 from bt_mission.events.mission_state import MissionState
@@ -27,8 +29,6 @@ from bt_mission.executive.trace import VERSION
 from bt_mission.recording.model import RecordedRun
 from bt_mission.recording.replay.timeline import TOLD
 from bt_mission.ros.interface_types import message_type, service_type
-from bt_mission.testing.coverage.page import page
-from bt_mission.testing.coverage.tally import Covered, Spot, Tally
 from bt_mission.views.html_report.page import page_of
 from bt_mission.views.terminal.lines import PlainLines, leaf_table, log_line, whole_tree
 from bt_mission.views.terminal.marks import ASCII_SIGNS, SIGNS

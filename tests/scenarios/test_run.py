@@ -126,3 +126,14 @@ def test_runs_of_one_seed_are_the_same(scenario: Any) -> None:
     path = scenario("faults:\n  - at 0.2: drop odom share 0.5 lasting 1\n")
     hashes = [run_scenario(path, seed=seed).report.trace_sha256 for seed in (1, 1, 2)]
     assert hashes[0] == hashes[1] != hashes[2]
+
+
+def test_what_a_run_reaches_is_recorded_where_asked_for(scenario: Any) -> None:
+    """The run stays the same to the last byte."""
+    path = scenario()
+    plain, recorded = run_scenario(path), run_scenario(path, with_coverage=True)
+    assert plain.coverage is None
+    assert recorded.coverage is not None
+    assert recorded.coverage.reached == ("0 turn: reached", "0 turn: outcome succeeded")
+    assert "0 turn: outcome canceled by timeout" in recorded.coverage.missing
+    assert recorded.report.trace_sha256 == plain.report.trace_sha256

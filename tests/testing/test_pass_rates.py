@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from bt_mission.testing.pass_rates import PassRates, wilson
+from bt_mission.testing.pass_rates import PassRates
 
 
 def reported(seed: int, *, failed: bool = False, at_least: float | None = None, when="call"):
@@ -34,21 +34,6 @@ def counted(failing: list[int], total: int, at_least: float | None = None) -> Pa
     for seed in range(total):
         rates.add(*reported(seed, failed=seed in failing, at_least=at_least))
     return rates
-
-
-@pytest.mark.parametrize(
-    ("passed", "total", "low", "high"),
-    [
-        (81, 263, 0.2553, 0.3662),
-        (15, 148, 0.0624, 0.1605),
-        (0, 20, 0.0, 0.1611),
-        (1, 29, 0.0061, 0.1718),
-        (20, 20, 0.8389, 1.0),
-    ],
-)
-def test_the_interval_is_wilsons(passed, total, low, high):
-    """The values of table I in R. G. Newcombe, Statistics in Medicine 17 (1998), 857-872."""
-    assert wilson(passed, total) == pytest.approx((low, high), abs=5e-5)
 
 
 def test_a_rate_is_told_with_its_interval_and_how_to_repeat_what_failed():

@@ -2,9 +2,9 @@ from __future__ import annotations
 
 import pytest
 
-from bt_mission.testing.coverage.page import page
-from bt_mission.testing.coverage.table import in_ranges, table, trees
-from bt_mission.testing.coverage.tally import Covered, Spot, Tally
+from bt_mission.coverage.page import page
+from bt_mission.coverage.table import in_ranges, table, trees
+from bt_mission.coverage.tally import Covered, Spot, Tally
 
 MANY = {"succeeded": 1, "aborted": 0, "rejected": 0, "server lost": 0, "no answer": 0, "lost": 0}
 

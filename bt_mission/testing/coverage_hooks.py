@@ -18,13 +18,13 @@ from bt_mission.core import files
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.text import escape_control
 from bt_mission.core.yaml.document import Document
+from bt_mission.coverage.page import page
+from bt_mission.coverage.places import Built, CoveragePlace, places
+from bt_mission.coverage.table import table, trees
+from bt_mission.coverage.tally import Covered, Spot, Tally
+from bt_mission.coverage.watch import BRANCH, OUTCOME, CoverageWatch
 from bt_mission.ros.mission_runner import MissionRunner
 from bt_mission.sessions.load import load
-from bt_mission.testing.coverage.page import page
-from bt_mission.testing.coverage.places import Built, CoveragePlace, places
-from bt_mission.testing.coverage.table import table, trees
-from bt_mission.testing.coverage.tally import Covered, Spot, Tally
-from bt_mission.testing.coverage.watch import BRANCH, OUTCOME, CoverageWatch
 
 if TYPE_CHECKING:
     from _pytest.terminal import TerminalReporter

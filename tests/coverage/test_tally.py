@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import json
 
-from bt_mission.testing.coverage.tally import Covered, Score, Spot, Tally
+from bt_mission.coverage.tally import Covered, Score, Spot, Tally
 
 
 def spot(line: int, *, runs: int = 0, name: str = "turn", depth: int = 1, **more) -> Spot:

@@ -2,9 +2,9 @@ from __future__ import annotations
 
 import pytest
 
+from bt_mission.coverage.places import CoveragePlace, places
 from bt_mission.language.loader import load_text
 from bt_mission.sessions.load import load
-from bt_mission.testing.coverage.places import CoveragePlace, places
 from tests.support.project import MISSIONS as SHIPPED
 from tests.support.project import ROOT
 

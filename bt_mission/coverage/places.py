@@ -53,6 +53,7 @@ class CoveragePlace:
 
     Args:
         tree: The named tree that it belongs to; None is the mission's own.
+        path: The place in its tree, such as ``0.1.0``.
         outcomes: What can come of it.
         branches: The ways that it can choose.
     """
@@ -60,10 +61,15 @@ class CoveragePlace:
     document: Document
     step: NodeModel
     tree: str | None
-    depth: int
+    path: str
     name: str
     outcomes: tuple[str, ...]
     branches: tuple[str, ...]
+
+    @property
+    def depth(self) -> int:
+        """How many nodes of its tree are above it."""
+        return self.path.count(".")
 
 
 def places(mission: Mission) -> Iterator[CoveragePlace]:
@@ -73,12 +79,12 @@ def places(mission: Mission) -> Iterator[CoveragePlace]:
     for tree in mission.all_trees:
         name = None if tree.is_main else tree.name
         ends = ends_of(tree.body, uses)
-        for step, depth, can_halt in _descend(tree, ends, halted=name in halted):
+        for step, path, can_halt in _descend(tree, ends, halted=name in halted):
             yield CoveragePlace(
                 tree.document,
                 step,
                 name,
-                depth,
+                path,
                 _name_of(step, mission),
                 tuple(_outcomes(step, ends, can_halt=can_halt)),
                 tuple(branches(step)),
@@ -139,14 +145,14 @@ def _of_goal(step: GoalNode, *, can_halt: bool) -> Iterator[Outcome]:
 
 def _descend(
     tree: Tree, ends: Mapping[int, Ends], *, halted: bool
-) -> Iterator[tuple[NodeModel, int, bool]]:
-    """Every step with its depth, and whether something above can halt it while it runs."""
-    waiting = [(tree.body, 0, halted)]
+) -> Iterator[tuple[NodeModel, str, bool]]:
+    """Every step with its path, and whether something above can halt it while it runs."""
+    waiting = [(tree.body, "0", halted)]
     while waiting:
-        step, depth, can_halt = waiting.pop()
-        yield step, depth, can_halt
+        step, path, can_halt = waiting.pop()
+        yield step, path, can_halt
         below = [
-            (child, depth + 1, can_halt or _halts(step, index, ends))
+            (child, f"{path}.{index}", can_halt or _halts(step, index, ends))
             for index, child in enumerate(step.below)
         ]
         waiting += reversed(below)

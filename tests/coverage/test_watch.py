@@ -6,9 +6,9 @@ from collections.abc import Callable
 
 import pytest
 
+from bt_mission.coverage.places import places
+from bt_mission.coverage.watch import REACHED, CoverageWatch
 from bt_mission.language.loader import load_text
-from bt_mission.testing.coverage.places import places
-from bt_mission.testing.coverage.watch import REACHED, CoverageWatch
 from tests.support.play import Play
 
 

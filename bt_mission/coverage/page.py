@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from dataclasses import astuple
 
 from bt_mission.core.text import escape_markup
-from bt_mission.testing.coverage.table import HEAD, missing_of
-from bt_mission.testing.coverage.tally import Covered, Score, Spot, Tally
+from bt_mission.coverage.table import HEAD, missing_of
+from bt_mission.coverage.tally import Covered, Score, Spot, Tally
 
 STYLE = """
 :root { color-scheme: light dark; --all: #2da44e; --part: #d4a72c; --none: #cf222e; }

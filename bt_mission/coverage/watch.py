@@ -8,13 +8,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from bt_mission.behaviours.action_leaf import ActionLeaf
-from bt_mission.executive.executive import Executive
-from bt_mission.executive.status import Change, MissionStatus
-from bt_mission.language.mission import Mission
-from bt_mission.language.nodes.composites import WhenNode
-from bt_mission.language.nodes.decorators import ForEachNode, GuardNode, TimeoutNode
-from bt_mission.language.nodes.leaves import CheckNode
-from bt_mission.testing.coverage.places import (
+from bt_mission.coverage.places import (
     CHOOSING,
     EMPTY,
     EXPIRED,
@@ -24,6 +18,12 @@ from bt_mission.testing.coverage.places import (
     branches,
     built,
 )
+from bt_mission.executive.executive import Executive
+from bt_mission.executive.status import Change, MissionStatus
+from bt_mission.language.mission import Mission
+from bt_mission.language.nodes.composites import WhenNode
+from bt_mission.language.nodes.decorators import ForEachNode, GuardNode, TimeoutNode
+from bt_mission.language.nodes.leaves import CheckNode
 
 REACHED, OUTCOME, BRANCH = "reached", "outcome", "branch"
 
@@ -42,6 +42,7 @@ class CoverageWatch:
         self._executive = executive
         self._mark = mark
         self._built = {one.node: one for one in built(mission, executive.root)}
+        self._visited: set[Behaviour] = set()
         self._seen: set[tuple[Behaviour, str, str]] = set()
         executive.tick_wrappers.append(self._follow)
         executive.listeners.append(self._on_change)
@@ -55,11 +56,13 @@ class CoverageWatch:
 
     def _visit(self, one: Built) -> None:
         """A tick has been at a node."""
-        self._reach(one, REACHED, "")
-        if one.above is not None:
-            way = _way_to(one)
-            if way:
-                self._reach(one.above, BRANCH, way)
+        if one.node not in self._visited:
+            self._visited.add(one.node)
+            self._reach(one, REACHED, "")
+            if one.above is not None:
+                way = _way_to(one)
+                if way:
+                    self._reach(one.above, BRANCH, way)
         if one.node.status in (Status.SUCCESS, Status.FAILURE):
             if _went_nowhere(one):
                 self._reach(one, BRANCH, FALSE)

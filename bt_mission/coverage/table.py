@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import astuple
 
-from bt_mission.testing.coverage.tally import Covered, Score, Spot, Tally
+from bt_mission.coverage.tally import Covered, Score, Spot, Tally
 
 HEAD = ("missions", "nodes", "reached", "outcomes", "seen", "branches", "taken", "cover", "missing")
 
