@@ -64,11 +64,15 @@ class ResultStore:
                 "folder with -o"
             )
         store = cls._writable(folder)
+        store._begin(about)
+        return store
+
+    def _begin(self, about: Mapping[str, Any]) -> None:
         columns = ", ".join(
             f"{one.name} {_column(str(one.type))}{' PRIMARY KEY' if one.name == 'id' else ''}"
             for one in fields(ScenarioRow)
         )
-        with store._transaction("begin the results") as connection:
+        with self._transaction("begin the results") as connection:
             connection.execute(f"CREATE TABLE IF NOT EXISTS scenarios ({columns}) WITHOUT ROWID")
             connection.execute(
                 "CREATE TABLE IF NOT EXISTS about (key TEXT PRIMARY KEY, value TEXT) WITHOUT ROWID"
@@ -77,7 +81,6 @@ class ResultStore:
                 "INSERT OR REPLACE INTO about VALUES (?, ?)",
                 [("format", str(FORMAT)), ("sweep", json.dumps(about, sort_keys=True))],
             )
-        return store
 
     @classmethod
     def resume(cls, folder: Path, about: Mapping[str, Any]) -> Self:

@@ -6,6 +6,7 @@ import json
 import os
 import socket
 import traceback
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import TracebackType
@@ -21,6 +22,7 @@ from bt_mission.scenarios.scenario import Scenario
 from bt_mission.sweeps.bundle import Bundle
 from bt_mission.sweeps.concrete import ConcreteScenario
 from bt_mission.sweeps.row import ScenarioRow, row_of, row_of_error
+from bt_mission.sweeps.versions import fingerprint
 
 
 class ScenarioWorker:
@@ -29,7 +31,7 @@ class ScenarioWorker:
     Args:
         bundle: The files of all scenarios.
 
-    Use it as a context manager: it has a folder of its own.
+    Use it as a context manager, or close it: it has a folder of its own.
     """
 
     def __init__(self, bundle: Bundle) -> None:
@@ -44,6 +46,10 @@ class ScenarioWorker:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None
     ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Remove its folder."""
         self._folder.cleanup()
 
     def load(self, scenario: ConcreteScenario) -> Scenario:
@@ -61,7 +67,7 @@ class ScenarioWorker:
         """Carry a concrete scenario out; whatever goes wrong is its row."""
         watch = Stopwatch()
         try:
-            result = run_scenario(self.load(scenario))
+            result = run_scenario(self.load(scenario), with_coverage=True)
             row = row_of(scenario, result, wall_s=watch.elapsed_s)
         except InputError as error:
             row = row_of_error(scenario, "; ".join(one.message for one in error.faults))
@@ -71,4 +77,4 @@ class ScenarioWorker:
             where = traceback.extract_tb(error.__traceback__)[-1]
             place = f"{Path(where.filename).name}:{where.lineno}"
             row = row_of_error(scenario, f"{type(error).__name__} at {place}: {error}")
-        return row
+        return replace(row, versions=fingerprint(), worker=self.name)
