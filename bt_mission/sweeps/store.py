@@ -181,9 +181,12 @@ class ResultStore:
         with self._transaction("write a row") as connection:
             connection.execute(f"INSERT OR REPLACE INTO scenarios VALUES ({marks})", values)  # noqa: S608 - question marks only
 
-    def ids(self) -> set[str]:
-        """The ids of all rows."""
-        return {one for (one,) in self._connection.execute("SELECT id FROM scenarios")}
+    def ids(self, *, without_errors: bool = False) -> set[str]:
+        """The ids of all rows, or of those of scenarios that could run."""
+        query = "SELECT id FROM scenarios"
+        if without_errors:
+            query += " WHERE outcome != 'error'"
+        return {one for (one,) in self._connection.execute(query)}
 
     def rows(self, where: str = "", *values: Any) -> Iterator[ScenarioRow]:
         """All rows, in the order of their numbers.

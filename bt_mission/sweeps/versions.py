@@ -14,6 +14,8 @@ from bt_mission.core.files import folders
 from bt_mission.recording.contents import versions
 
 DIGITS = 12
+VERSIONS_KEY = "versions"
+"""Under it and a fingerprint the results keep all versions in full."""
 
 
 @cache
