@@ -1,0 +1,289 @@
+"""What the rows of a sweep come to, added up one by one."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from bt_mission.core.statistics import wilson
+from bt_mission.sweeps.row import RequirementMargin, ScenarioRow
+
+MOST_GROUPS = 500
+"""Kinds of failures that are told apart; those of further kinds are counted together."""
+MOST_VALUES = 200
+"""Values of a parameter for which the summary has a line each."""
+OTHER_REASONS = "other reasons"
+
+_DECIMAL = re.compile(r"[-+]?\d+\.\d+(?:e[-+]?\d+)?")
+
+
+@dataclass
+class OutcomeCount:
+    """How many scenarios ended how.
+
+    Attributes:
+        succeeded: Those that have passed.
+        failed: Those that ran and have not.
+        errors: Those that could not run; they count as not succeeded.
+    """
+
+    succeeded: int = 0
+    failed: int = 0
+    errors: int = 0
+
+    def add(self, row: ScenarioRow) -> None:
+        """Count a row."""
+        if row.is_error:
+            self.errors += 1
+        elif row.passed:
+            self.succeeded += 1
+        else:
+            self.failed += 1
+
+    @property
+    def scenarios(self) -> int:
+        """All of them."""
+        return self.succeeded + self.failed + self.errors
+
+    @property
+    def success_rate(self) -> float | None:
+        """The share that succeeded, from 0 to 1; None of none."""
+        return self.succeeded / self.scenarios if self.scenarios else None
+
+    @property
+    def interval(self) -> tuple[float, float] | None:
+        """The Wilson interval that holds the true rate with a certainty of 95 %; None of none."""
+        return wilson(self.succeeded, self.scenarios) if self.scenarios else None
+
+    def as_dict(self) -> dict[str, Any]:
+        """As JSON has it."""
+        return {
+            "scenarios": self.scenarios,
+            "succeeded": self.succeeded,
+            "failed": self.failed,
+            "errors": self.errors,
+            "success_rate": self.success_rate,
+            "interval": self.interval,
+        }
+
+    def __str__(self) -> str:
+        told = f"{self.succeeded:,} of {self.scenarios:,} succeeded"
+        if self.interval is None or self.success_rate is None:
+            return told
+        low, high = self.interval
+        return f"{told} ({percent(self.success_rate)}; with a certainty of 95 %, {span(low, high)})"
+
+
+def percent(share: float) -> str:
+    """A share in per cent, with so many digits that a rare failure does not vanish."""
+    for digits in range(1, 9):
+        text = f"{100 * share:.{digits}f}"
+        if float(text) not in (0, 100) or share in (0, 1):
+            break
+    return f"{text} %"
+
+
+def span(low: float, high: float) -> str:
+    """An interval of shares in per cent."""
+    return f"{percent(low).removesuffix(' %')} to {percent(high)}"
+
+
+@dataclass
+class FailureGroup:
+    """Scenarios that have not passed for the same reason.
+
+    Attributes:
+        path: The names from the root to the leaf that failed; empty where none made it fail.
+        pattern: The reason, with ``…`` for each decimal number.
+        reason: That of the example.
+        example: The row with the smallest number.
+    """
+
+    path: str
+    pattern: str
+    example: ScenarioRow
+    count: int = 0
+    is_exact: bool = True
+
+    def add(self, row: ScenarioRow) -> None:
+        """Count a row."""
+        self.count += 1
+        self.is_exact = self.is_exact and row.why_failed == self.example.why_failed
+        if (row.number, row.id) < (self.example.number, self.example.id):
+            self.example = row
+
+    @property
+    def node(self) -> str:
+        """The leaf that failed."""
+        return self.example.failed_node
+
+    @property
+    def reason(self) -> str:
+        """Of all in the group."""
+        return self.example.why_failed if self.is_exact else self.pattern
+
+    def as_dict(self) -> dict[str, Any]:
+        """As JSON has it."""
+        return {
+            "count": self.count,
+            "outcome": self.example.outcome,
+            "failed_node": self.node,
+            "failed_path": self.path,
+            "reason": self.reason,
+            "example": {
+                "id": self.example.id,
+                "number": self.example.number,
+                "reason": self.example.why_failed,
+            },
+        }
+
+
+@dataclass
+class RequirementTally:
+    """What a requirement came to in all runs.
+
+    Attributes:
+        verdicts: How often each came out.
+        least: The smallest margin; None where none was measured.
+        example: The id of the scenario that had it.
+    """
+
+    unit: str = ""
+    verdicts: Counter[str] = field(default_factory=Counter)
+    least: float | None = None
+    example: str = ""
+    number: int = 0
+
+    def add(self, row: ScenarioRow, one: RequirementMargin) -> None:
+        """Count a row's."""
+        self.verdicts[one.verdict] += 1
+        self.unit = self.unit or one.unit
+        if one.margin is None:
+            return
+        if self.least is None or (one.margin, row.number) < (self.least, self.number):
+            self.least, self.number, self.example = one.margin, row.number, row.id
+
+    def as_dict(self) -> dict[str, Any]:
+        """As JSON has it."""
+        counts = {key: self.verdicts[key] for key in ("holds", "violated", "open", "unknown")}
+        return {**counts, "least_margin": self.least, "unit": self.unit, "scenario": self.example}
+
+
+@dataclass
+class SweepTally:
+    """All that is added up of a sweep; the order of the rows does not matter.
+
+    Attributes:
+        count: Of all scenarios.
+        virtual_s: ROS time of all runs, s.
+        wall_s: Wall time of all runs, s; of several workers, the sum.
+        distance_m: Of all robots, m.
+        parameters: Of each parameter by its values, as JSON has them.
+        plans: By the names of the plans of faults.
+        requirements: By their names.
+    """
+
+    count: OutcomeCount = field(default_factory=OutcomeCount)
+    orphaned_goals: int = 0
+    collisions: int = 0
+    virtual_s: float = 0.0
+    wall_s: float = 0.0
+    distance_m: float = 0.0
+    parameters: dict[str, dict[str, OutcomeCount]] = field(default_factory=dict)
+    plans: dict[str, OutcomeCount] = field(default_factory=dict)
+    requirements: dict[str, RequirementTally] = field(default_factory=dict)
+    _groups: dict[tuple[str, str, str], FailureGroup] = field(
+        default_factory=dict, init=False, repr=False
+    )
+
+    @classmethod
+    def of(cls, rows: Iterable[ScenarioRow]) -> SweepTally:
+        """Add all rows up."""
+        tally = cls()
+        for row in rows:
+            tally.add(row)
+        return tally
+
+    def add(self, row: ScenarioRow) -> None:
+        """Add a row."""
+        self.count.add(row)
+        self.orphaned_goals += row.orphaned_goals
+        self.collisions += row.collisions or 0
+        self.virtual_s += row.virtual_s
+        self.wall_s += row.wall_s
+        self.distance_m += row.distance_m or 0.0
+        for name, value in row.parameters.items():
+            known = self.parameters.setdefault(name, {})
+            known.setdefault(json.dumps(value), OutcomeCount()).add(row)
+        if row.plan:
+            self.plans.setdefault(row.plan, OutcomeCount()).add(row)
+        for name, one in row.requirements.items():
+            self.requirements.setdefault(name, RequirementTally()).add(row, one)
+        if not row.passed:
+            self._group_of(row).add(row)
+
+    def _group_of(self, row: ScenarioRow) -> FailureGroup:
+        key = group_key(row)
+        if key not in self._groups and len(self._groups) >= MOST_GROUPS:
+            key = ("", "", OTHER_REASONS)
+        if key not in self._groups:
+            self._groups[key] = FailureGroup(key[1], key[2], row)
+        return self._groups[key]
+
+    @property
+    def failures(self) -> list[FailureGroup]:
+        """What has not passed, by leaf and reason; the most frequent first."""
+        return sorted(self._groups.values(), key=lambda one: (-one.count, one.path, one.pattern))
+
+    def as_dict(self) -> dict[str, Any]:
+        """What ``--json`` prints."""
+        return {
+            **self.count.as_dict(),
+            "orphaned_goals": self.orphaned_goals,
+            "collisions": self.collisions,
+            "virtual_s": round(self.virtual_s, 3),
+            "wall_s": round(self.wall_s, 3),
+            "distance_m": round(self.distance_m, 3),
+            "failures": [one.as_dict() for one in self.failures],
+            "parameters": {name: _by_value(known) for name, known in self.parameters.items()},
+            "plans": {name: one.as_dict() for name, one in sorted(self.plans.items())},
+            "requirements": {name: one.as_dict() for name, one in self.requirements.items()},
+        }
+
+
+def group_key(row: ScenarioRow) -> tuple[str, str, str]:
+    """Return what rows that have failed alike have in common: outcome, path and reason."""
+    return row.outcome, row.failed_path, _DECIMAL.sub("…", row.why_failed)
+
+
+def _by_value(known: Mapping[str, OutcomeCount]) -> list[dict[str, Any]]:
+    """A line for each value; of a parameter with very many values, for each stretch of them."""
+    values = sorted(((json.loads(key), one) for key, one in known.items()), key=_order)
+    if len(values) <= MOST_VALUES:
+        return [{"value": value, **one.as_dict()} for value, one in values]
+    size = -(-len(values) // MOST_VALUES)
+    parts = [values[start : start + size] for start in range(0, len(values), size)]
+    return [
+        {"from": part[0][0], "to": part[-1][0], **_sum(one for _, one in part).as_dict()}
+        for part in parts
+    ]
+
+
+def _order(pair: tuple[Any, OutcomeCount]) -> tuple[bool, float, str]:
+    """Numbers by size, then all else by its text."""
+    value = pair[0]
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    return not is_number, float(value) if is_number else 0.0, str(value)
+
+
+def _sum(several: Iterable[OutcomeCount]) -> OutcomeCount:
+    total = OutcomeCount()
+    for one in several:
+        total.succeeded += one.succeeded
+        total.failed += one.failed
+        total.errors += one.errors
+    return total
