@@ -9,4 +9,5 @@
 - ``runner``: carries many out; the protocol of pools
 - ``row``: what one scenario came to
 - ``store``: all rows, in SQLite
+- ``summary``: what the rows come to, added up one by one
 """

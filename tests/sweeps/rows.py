@@ -1,0 +1,48 @@
+"""Rows of results, made by hand."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bt_mission.sweeps.row import RequirementMargin, ScenarioRow
+
+LOST = "'look around' aborted: no scan for 1 s: the last is 1.05 s old (code 902)"
+
+
+def row(number: int = 0, **changes: Any) -> ScenarioRow:
+    """A run that has passed, with changes."""
+    given = {
+        "id": f"{number:016x}",
+        "number": number,
+        "seed": number,
+        "world": "dqn_stage4",
+        "robot": "waffle",
+        "outcome": "success",
+        "passed": True,
+        "virtual_s": 20.0,
+        "wall_s": 0.5,
+        "distance_m": 2.0,
+        "collisions": 0,
+        **changes,
+    }
+    return ScenarioRow(**given)
+
+
+def failed(number: int = 0, **changes: Any) -> ScenarioRow:
+    """A run whose mission has failed, with changes."""
+    given = {
+        "outcome": "failure",
+        "passed": False,
+        "reason": LOST,
+        "failed_node": "look around",
+        "failed_path": "explore > look around",
+        "virtual_s": 2.95,
+        **changes,
+    }
+    return row(number, **given)
+
+
+def margin(value: float | None, verdict: str = "", unit: str = "m") -> RequirementMargin:
+    """What a requirement came to: the verdict follows from the margin unless it is given."""
+    told = verdict or ("violated" if value is not None and value < 0 else "holds")
+    return RequirementMargin(told, value, unit, 1.0)

@@ -1,0 +1,155 @@
+"""Rows are added up one by one, and come to the same in any order."""
+
+from __future__ import annotations
+
+import json
+from random import Random
+
+import pytest
+
+from bt_mission.core.statistics import wilson
+from bt_mission.sweeps.summary import MOST_GROUPS, MOST_VALUES, SweepTally, percent
+from tests.sweeps.rows import LOST, failed, margin, row
+
+
+def test_of_nothing_there_is_no_rate():
+    """A sweep without rows has neither a rate nor an interval."""
+    told = SweepTally().as_dict()
+    assert told["scenarios"] == 0
+    assert told["success_rate"] is None
+    assert told["interval"] is None
+
+
+def test_successes_failures_and_errors_are_counted():
+    """What could not run is neither a success nor a failure, and lowers the rate."""
+    rows = [row(0), row(1), failed(2), row(3, outcome="error", passed=False, reason="no world")]
+    told = SweepTally.of(rows).as_dict()
+    assert (told["scenarios"], told["succeeded"], told["failed"], told["errors"]) == (4, 2, 1, 1)
+    assert told["success_rate"] == 0.5
+    assert told["interval"] == wilson(2, 4)
+
+
+def test_a_mission_that_succeeds_with_a_violation_has_failed():
+    """What counts is whether everything came out as it must."""
+    one = row(passed=False, requirements={"keeps clear": margin(-0.1)})
+    tally = SweepTally.of([one])
+    assert tally.count.failed == 1
+    assert tally.failures[0].reason == "requirement violated: keeps clear"
+
+
+def test_goals_collisions_and_times_are_added():
+    """Where the collisions of a run are unknown, they add nothing."""
+    rows = [
+        row(0, collisions=2, orphaned_goals=1, virtual_s=10.5),
+        row(1, collisions=None, orphaned_goals=2, distance_m=None),
+    ]
+    told = SweepTally.of(rows).as_dict()
+    assert (told["collisions"], told["orphaned_goals"]) == (2, 3)
+    assert (told["virtual_s"], told["distance_m"]) == (30.5, 2.0)
+
+
+def test_values_of_a_parameter_are_in_order():
+    """Numbers by size and not by their texts; true and 1 are two values."""
+    values = [10, 9.5, "b", True, 1]
+    rows = [row(number, parameters={"speed": value}) for number, value in enumerate(values)]
+    told = SweepTally.of(rows).as_dict()["parameters"]["speed"]
+    assert [one["value"] for one in told] == [1, 9.5, 10, True, "b"]
+
+
+def test_very_many_values_are_told_by_stretches():
+    """A sampled parameter has no line for each draw; no scenario is left out."""
+    rows = [
+        row(n, passed=n % 2 == 0, parameters={"speed": n / 1000}) for n in range(MOST_VALUES * 3)
+    ]
+    told = SweepTally.of(rows).as_dict()["parameters"]["speed"]
+    assert len(told) == MOST_VALUES
+    assert (told[0]["from"], told[0]["to"]) == (0.0, 0.002)
+    assert sum(one["scenarios"] for one in told) == len(rows)
+    assert sum(one["succeeded"] for one in told) == len(rows) // 2
+
+
+def test_plans_are_counted_by_name():
+    """Scenarios without a plan of faults have no line."""
+    told = SweepTally.of([row(0, plan="lost"), failed(1, plan="lost"), row(2)]).as_dict()["plans"]
+    assert {name: one["succeeded"] for name, one in told.items()} == {"lost": 1}
+
+
+def test_failures_are_grouped_by_leaf_and_reason():
+    """The most frequent comes first; its example is the run with the smallest number."""
+    rows = [failed(5), failed(3), failed(1, failed_path="explore > drive", failed_node="drive")]
+    groups = SweepTally.of(rows).failures
+    assert [(one.count, one.node, one.example.number) for one in groups] == [
+        (2, "look around", 3),
+        (1, "drive", 1),
+    ]
+    assert groups[0].reason == LOST
+
+
+def test_decimal_numbers_in_a_reason_make_no_group_of_their_own():
+    """What was measured differs from run to run; codes and whole numbers tell reasons apart."""
+    reasons = ["1.05 s old (code 902)", "1.10 s old (code 902)", "1.05 s old (code 903)"]
+    groups = SweepTally.of(failed(n, reason=text) for n, text in enumerate(reasons)).failures
+    assert [(one.count, one.reason) for one in groups] == [
+        (2, "… s old (code 902)"),
+        (1, "1.05 s old (code 903)"),
+    ]
+
+
+def test_kinds_of_failures_are_bounded():
+    """Reasons that all differ do not fill the memory; each failure is still counted."""
+    rows = [failed(n, reason=f"goal {n} lost") for n in range(MOST_GROUPS + 20)]
+    groups = SweepTally.of(rows).failures
+    assert len(groups) == MOST_GROUPS + 1
+    assert (groups[0].count, groups[0].reason) == (20, "other reasons")
+
+
+def test_the_smallest_margin_of_each_requirement_is_kept():
+    """With the scenario that had it; verdicts are counted."""
+    rows = [
+        row(0, requirements={"keeps clear": margin(0.3), "looks": margin(None)}),
+        failed(1, requirements={"keeps clear": margin(-0.2), "looks": margin(None, "open")}),
+    ]
+    told = SweepTally.of(rows).as_dict()["requirements"]
+    assert told["keeps clear"] == {
+        "holds": 1,
+        "violated": 1,
+        "open": 0,
+        "unknown": 0,
+        "least_margin": -0.2,
+        "unit": "m",
+        "scenario": rows[1].id,
+    }
+    assert told["looks"]["least_margin"] is None
+
+
+def test_the_order_of_rows_does_not_matter():
+    """Workers give their rows in any order."""
+    rows = [
+        failed(
+            n,
+            reason=f"{n % 3}.5 m away",
+            passed=n % 4 == 0,
+            plan=f"plan {n % 2}",
+            parameters={"speed": n % 5},
+            requirements={"keeps clear": margin(0.01 * (n % 7))},
+        )
+        for n in range(60)
+    ]
+    told = json.dumps(SweepTally.of(rows).as_dict())
+    Random(1).shuffle(rows)
+    assert json.dumps(SweepTally.of(rows).as_dict()) == told
+
+
+@pytest.mark.parametrize(
+    ("share", "text"),
+    [(1, "100.0 %"), (0, "0.0 %"), (0.987, "98.7 %"), (0.99999, "99.999 %"), (1e-5, "0.001 %")],
+)
+def test_a_rare_failure_does_not_vanish_by_rounding(share, text):
+    """Only all is 100 %, and only none is 0 %."""
+    assert percent(share) == text
+
+
+def test_the_count_as_text():
+    """In a line: the count, the rate and its interval."""
+    text = str(SweepTally.of([row(n, passed=n > 12) for n in range(1000)]).count)
+    assert text == ("987 of 1,000 succeeded (98.7 %; with a certainty of 95 %, 97.8 to 99.2 %)")
