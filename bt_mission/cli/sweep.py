@@ -9,7 +9,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bt_mission.cli.argument_types import count, seconds, seed, share
+from bt_mission.cli.argument_types import count, seconds, seed, share, whole
+from bt_mission.cli.check import permissions_of
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
 from bt_mission.cli.options import (
     add_fault_option,
@@ -144,7 +145,7 @@ def add_parser(commands: Any) -> None:
     )
     parser.add_argument(
         "--record-worst",
-        type=partial(_whole, least=0),
+        type=whole,
         default=WORST,
         metavar="N",
         help=f"record so many of the worst again, with a page each (default: {WORST}; 0 is none)",
@@ -157,12 +158,6 @@ def add_parser(commands: Any) -> None:
     parser.add_argument("--json", action="store_true", help="print one JSON object at the end")
     add_plain_option(parser)
     parser.set_defaults(command=sweep)
-
-
-def _whole(text: str, least: int) -> int:
-    if not text.isdecimal() or int(text) < least:
-        raise argparse.ArgumentTypeError(f"expected an integer from {least}, got '{text}'")
-    return int(text)
 
 
 def seeds(text: str) -> range | tuple[int, ...]:
@@ -224,8 +219,6 @@ def plan_of(options: argparse.Namespace) -> SweepPlan:
         InputError: With what is wrong.
     """
     from bt_mission.faults.located import faults_in_texts
-    from bt_mission.language.permissions import ANYTHING
-    from bt_mission.cli.check import NO_PYTHON
     from bt_mission.sweeps.base import BaseChanges, load_base, requirements_in_files
     from bt_mission.sweeps.fault_plans import read_fault_plans
     from bt_mission.sweeps.plan import SweepPlan
@@ -241,7 +234,7 @@ def plan_of(options: argparse.Namespace) -> SweepPlan:
         world=options.world,
         robot=options.robot,
         limit=options.limit,
-        permissions=NO_PYTHON if options.no_python else ANYTHING,
+        permissions=permissions_of(options),
     )
     base = load_base(mission_file(options), changes, parameters)
     return SweepPlan(

@@ -10,10 +10,10 @@ from collections import deque
 from collections.abc import AsyncIterator, Iterable, Iterator
 from contextlib import AsyncExitStack, contextmanager, suppress
 from dataclasses import dataclass
-from itertools import islice
 from typing import Any, Self
 
 import dask
+from dask.utils import parse_bytes
 from distributed import (
     Client,
     Future,
@@ -38,6 +38,8 @@ WORKER_MEMORY = "2GiB"
 """What a worker on this machine may take; one that takes 95 % of it is ended, and its scenario
 begun again elsewhere. A simulation takes 0.3 to 0.4 GB, with its camera 0.2 GB more."""
 
+LEAST_MEMORY = 100_000_000
+
 AHEAD = 2
 """Scenarios that wait or run at each worker: one runs, the next is there when it has ended."""
 
@@ -49,6 +51,21 @@ LOST_S = 15.0
 
 class PoolError(BtMissionError):
     """Workers that are not there, or cannot be used; it says what to do."""
+
+
+def memory(text: str) -> str:
+    """Return an amount of memory, such as ``2GiB``, as it is written.
+
+    Raises:
+        PoolError: Where it is none.
+    """
+    try:
+        amount = parse_bytes(text)
+    except ValueError:
+        amount = 0
+    if amount < LEAST_MEMORY:
+        raise PoolError(f"--worker-memory: expected an amount such as 2GiB or 800MB, got '{text}'")
+    return text
 
 
 @dataclass(frozen=True)
@@ -268,12 +285,18 @@ class ScenarioPool:
         wrong = {name: one for name, one in found.items() if one != ours}
         if wrong:
             name, one = next(iter(wrong.items()))
-            what = f"no bt-mission ({_line(one)})" if isinstance(one, Exception) else "another bt-mission, or other packages or shipped missions"
+            what = (
+                f"no bt-mission ({_line(one)})"
+                if isinstance(one, Exception)
+                else "another bt-mission, or other packages or shipped missions"
+            )
             raise PoolError(
                 f"{len(wrong)} of {len(found)} workers cannot take part, their traces would "
                 f"differ: {name} has {what}; here is {told()}"
             )
-        threads = {name: one["nthreads"] for name, one in info["workers"].items() if one["nthreads"] != 1}
+        threads = {
+            name: one["nthreads"] for name, one in info["workers"].items() if one["nthreads"] != 1
+        }
         if threads:
             name, count = next(iter(threads.items()))
             raise PoolError(
@@ -306,7 +329,7 @@ class _BundlePlugin(WorkerPlugin):  # type: ignore[misc] # distributed publishes
         self.bundle = bundle
         self.is_local = is_local
 
-    def setup(self, worker: Any) -> None:
+    def setup(self, worker: Any) -> None:  # noqa: ARG002 - named by distributed
         """Make the worker ready."""
         if self.is_local:
             signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -317,7 +340,7 @@ class _BundlePlugin(WorkerPlugin):  # type: ignore[misc] # distributed publishes
 
         self.scenarios = ScenarioWorker(self.bundle)
 
-    def teardown(self, worker: Any) -> None:
+    def teardown(self, worker: Any) -> None:  # noqa: ARG002 - likewise
         """Remove its files."""
         self.scenarios.close()
 

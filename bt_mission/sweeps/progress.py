@@ -10,6 +10,7 @@ from bt_mission.sweeps.row import ScenarioRow
 from bt_mission.sweeps.summary import SweepTally
 
 MOST_REASONS = 4
+MOST_TOLD = 20
 
 
 @dataclass
@@ -56,12 +57,20 @@ class SweepProgress:
         if count.scenarios:
             lines.append(f"  {count}")
         failures = self.tally.failures
-        for one in failures[:MOST_REASONS]:
-            lines.append(f"  {one.count:,} x {one.reason}")
+        lines += [f"  {one.count:,} x {one.reason}" for one in failures[:MOST_REASONS]]
         if len(failures) > MOST_REASONS:
             rest = sum(one.count for one in failures[MOST_REASONS:])
             lines.append(f"  {rest:,} x for {len(failures) - MOST_REASONS} other reasons")
         return [escape_control(one) for one in lines]
+
+    def told(self) -> list[str]:
+        """What it came to, for people: a line, and more for failures and requirements."""
+        tally = self.tally
+        lines = [f"{self.name}: {tally.count}"]
+        lines += [f"  {one.count:,} x {one.reason}" for one in tally.failures[:MOST_TOLD]]
+        for name, margin in tally.requirements.items():
+            lines.append(f"  requirement {name}: {margin}")
+        return lines
 
 
 def duration(seconds: float) -> str:

@@ -101,9 +101,7 @@ class ScenarioRow:
         return f"requirement violated: {', '.join(violated)}"
 
 
-def row_of(
-    scenario: ConcreteScenario, result: ScenarioResult, *, wall_s: float
-) -> ScenarioRow:
+def row_of(scenario: ConcreteScenario, result: ScenarioResult, *, wall_s: float) -> ScenarioRow:
     """Return the row of a scenario that was carried out."""
     report = result.report
     margins = {

@@ -58,16 +58,23 @@ class ResultStore:
         Raises:
             StoreError: Where there are results already, or they cannot be written.
         """
-        if (folder / FILE).exists():
-            raise StoreError(
-                f"{folder}: has results of a sweep; add --resume to go on with it, or name another "
-                "folder with -o"
-            )
         store = cls._writable(folder)
-        store._begin(about)
-        return store
+        if store.is_empty:
+            return store.begin(about)
+        store.close()
+        raise StoreError(
+            f"{folder}: has results of a sweep; add --resume to go on with it, or name another "
+            "folder with -o"
+        )
 
-    def _begin(self, about: Mapping[str, Any]) -> None:
+    @property
+    def is_empty(self) -> bool:
+        """Was the file just made, or its maker killed before it had begun?"""
+        found = self._connection.execute("SELECT count(*) FROM sqlite_master").fetchone()
+        return not found[0]
+
+    def begin(self, about: Mapping[str, Any]) -> Self:
+        """Make the tables."""
         columns = ", ".join(
             f"{one.name} {_column(str(one.type))}{' PRIMARY KEY' if one.name == 'id' else ''}"
             for one in fields(ScenarioRow)
@@ -81,6 +88,7 @@ class ResultStore:
                 "INSERT OR REPLACE INTO about VALUES (?, ?)",
                 [("format", str(FORMAT)), ("sweep", json.dumps(about, sort_keys=True))],
             )
+        return self
 
     @classmethod
     def resume(cls, folder: Path, about: Mapping[str, Any]) -> Self:
@@ -89,10 +97,11 @@ class ResultStore:
         Raises:
             StoreError: For results of another sweep, with what differs.
         """
-        if not (folder / FILE).exists():
-            return cls.create(folder, about)
         store = cls._writable(folder)
+        if store.is_empty:
+            return store.begin(about)
         try:
+            store.check_format()
             _refuse_other(folder, store.about, json.loads(json.dumps(about)))
         except BaseException:
             store.close()
@@ -111,7 +120,7 @@ class ResultStore:
             raise StoreError(f"{folder}: no results of a sweep are there (no {FILE})")
         connection = sqlite3.connect(f"{file.resolve().as_uri()}?mode=ro", uri=True)
         store = cls(file.parent, connection)
-        store._check_format()
+        store.check_format()
         return store
 
     @classmethod
@@ -126,7 +135,6 @@ class ResultStore:
         except OSError as error:
             lock.close()
             raise StoreError(f"{folder}: another sweep writes its results there") from error
-        is_new = not (folder / FILE).exists()
         try:
             connection = sqlite3.connect(folder / FILE, isolation_level=None)
             connection.execute("PRAGMA journal_mode=WAL")
@@ -134,12 +142,10 @@ class ResultStore:
         except sqlite3.Error as error:
             lock.close()
             raise StoreError(f"{folder / FILE}: {error}") from error
-        store = cls(folder, connection, lock)
-        if not is_new:
-            store._check_format()
-        return store
+        return cls(folder, connection, lock)
 
-    def _check_format(self) -> None:
+    def check_format(self) -> None:
+        """Refuse what is no file of ours, or of another version. Raises StoreError."""
         try:
             found = self._connection.execute("SELECT value FROM about WHERE key = 'format'")
             row = found.fetchone()

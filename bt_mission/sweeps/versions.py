@@ -1,4 +1,4 @@
-"""What carries scenarios out, so that no two versions are mixed in one sweep: traces would differ."""
+"""Versions of what carries scenarios out: of two versions in one sweep, traces would differ."""
 
 from __future__ import annotations
 
@@ -31,7 +31,9 @@ def fingerprint() -> str:
             digest.update(f"{root.name}/{path.relative_to(root).as_posix()}\n".encode())
             digest.update(path.read_bytes())
     # A mission may include trees of the shipped ones; worlds and robots come with each sweep.
-    shipped = {path.name: path for folder in folders("missions")[1:] for path in folder.glob("*.y*ml")}
+    shipped = {
+        path.name: path for folder in folders("missions")[1:] for path in folder.glob("*.y*ml")
+    }
     for name, path in sorted(shipped.items()):
         digest.update(f"{name}\n".encode() + path.read_bytes())
     return digest.hexdigest()[:DIGITS]
