@@ -54,7 +54,8 @@ examples:
 parameters of --vary: inputs of the mission, world, robot, start.x, start.y (m), start.yaw (degrees)
 
 exit codes: 0 all was carried out, however the missions ended; 1 the success rate is not surely at
---fail-below or above, or a scenario could not run; 2 bad input, 130 interrupted
+--fail-below or above, a scenario could not run, or the workers are gone; 2 bad input; 130
+interrupted
 """
 
 
@@ -208,8 +209,15 @@ def _sweep(options: argparse.Namespace) -> int:
         for row in store.rows():
             if not (options.retry_errors and row.is_error):
                 progress.tally.add(row)
-        stopped_by = run_interruptible(_carry_out(options, plan, store, progress))
-        return _finish(options, store, progress, stopped_by)
+        why_stopped, code = "", SUCCESS
+        try:
+            signal = run_interruptible(_carry_out(options, plan, store, progress))
+            if signal:
+                why_stopped, code = f"stopped by {signal}", INTERRUPTED
+        except BtMissionError as error:  # the workers are gone, or the disk is full
+            why_stopped, code = str(error), MISSION_FAILED
+        _tell(options, store, progress, why_stopped)
+        return code or _judge(options, progress)
 
 
 def plan_of(options: argparse.Namespace) -> SweepPlan:
@@ -289,32 +297,33 @@ def _shown(options: argparse.Namespace, progress: SweepProgress, workers: Any) -
     )
 
 
-def _finish(
-    options: argparse.Namespace, store: ResultStore, progress: SweepProgress, stopped_by: str
-) -> int:
-    count = progress.tally.count
-    if stopped_by:
-        left = progress.total - count.scenarios
+def _tell(
+    options: argparse.Namespace, store: ResultStore, progress: SweepProgress, why_stopped: str
+) -> None:
+    if why_stopped:
+        left = progress.total - progress.tally.count.scenarios
         print(
-            f"stopped by {stopped_by}, {left:,} scenarios are left; the same with --resume goes on",
+            f"{why_stopped}\n{left:,} scenarios are left; the same command with --resume goes on",
             file=sys.stderr,
         )
     if options.json:
-        about = {"results": str(store.folder), "of": progress.total}
+        about = {"of": progress.total, "results": str(store.folder), "stopped": why_stopped}
         print(json.dumps({**progress.tally.as_dict(), **about}))
     else:
         print("\n".join(map(escape_control, progress.told())))
-    if stopped_by:
-        return INTERRUPTED
+
+
+def _judge(options: argparse.Namespace, progress: SweepProgress) -> int:
+    count = progress.tally.count
     if count.errors:
+        print(f"{count.errors:,} scenarios could not run", file=sys.stderr)
         return MISSION_FAILED
-    if options.fail_below is not None:
-        low, _ = count.interval or (0.0, 0.0)
-        if low < options.fail_below:
-            print(
-                f"the success rate is not surely {options.fail_below:g} or above: its interval "
-                f"begins at {low:.4f}",
-                file=sys.stderr,
-            )
-            return MISSION_FAILED
+    low, _ = count.interval or (0.0, 0.0)
+    if options.fail_below is not None and low < options.fail_below:
+        print(
+            f"the success rate is not surely {options.fail_below:g} or above: its interval begins "
+            f"at {low:.4f}",
+            file=sys.stderr,
+        )
+        return MISSION_FAILED
     return SUCCESS

@@ -12,7 +12,6 @@ from contextlib import AsyncExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any, Self
 
-import dask
 from dask.utils import parse_bytes
 from distributed import (
     Client,
@@ -100,6 +99,7 @@ class ScenarioPool:
         self._bundle = bundle
         self._options = options or PoolOptions()
         self._client: Client
+        self._has_dashboard = False
         self._stack = AsyncExitStack()
 
     async def __aenter__(self) -> Self:
@@ -125,9 +125,7 @@ class ScenarioPool:
     @property
     def dashboard(self) -> str:
         """Link to Dask's dashboard; empty where there is none."""
-        if self._is_local and self._options.dashboard is None:
-            return ""
-        return str(self._client.dashboard_link or "")
+        return str(self._client.dashboard_link) if self._has_dashboard else ""
 
     async def rows(self, scenarios: Iterable[ConcreteScenario]) -> AsyncIterator[ScenarioRow]:
         """Carry scenarios out, and give what each came to, in the order in which they end.
@@ -212,8 +210,7 @@ class ScenarioPool:
         status = self._client.status
         if status != "running":
             raise PoolError(
-                f"the scheduler is gone (the connection is {status}); what has ended is kept: "
-                "start it, and go on with --resume"
+                f"the scheduler is gone (the connection is {status}); what has ended is kept"
             )
 
     # ---- the cluster ---------------------------------------------------------------------
@@ -226,7 +223,8 @@ class ScenarioPool:
         return _AsyncContext(self._connect, self._disconnect)
 
     async def _connect(self) -> Client:
-        dask.config.set({"distributed.worker.daemon": True, "distributed.admin.tick.limit": "1h"})
+        # What it has to say of a lost connection is told as an error of ours.
+        logging.getLogger("distributed").setLevel(logging.CRITICAL)
         if self._options.scheduler is not None:
             return await self._join(self._options.scheduler)
         with _interrupts_ignored():
@@ -275,6 +273,7 @@ class ScenarioPool:
         """
         client = self._client
         info = await client.scheduler.identity()
+        self._has_dashboard = "dashboard" in info["services"]
         if not info["workers"]:
             raise PoolError(
                 f"{self._options.scheduler}: the scheduler has no workers; start some with "
