@@ -38,7 +38,6 @@ if TYPE_CHECKING:
     from bt_mission.sweeps.store import ResultStore
 
 MOST_UNASKED = 100_000
-WORST = 20
 
 EPILOG = """\
 examples:
@@ -147,9 +146,9 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--record-worst",
         type=whole,
-        default=WORST,
         metavar="N",
-        help=f"record so many of the worst again, with a page each (default: {WORST}; 0 is none)",
+        help="run so many of the worst once more, recorded, with a page each (default: 20, or as "
+        "many as have failed or are a tenth of all where that is less; 0 is none)",
     )
     parser.add_argument(
         "--yes",
@@ -270,11 +269,14 @@ def _ask(options: argparse.Namespace, plan: SweepPlan) -> None:
 async def _carry_out(
     options: argparse.Namespace, plan: SweepPlan, store: ResultStore, progress: SweepProgress
 ) -> None:
-    from bt_mission.sweeps.sweep import left, sweep
+    from bt_mission.sweeps.sweep import left, record, sweep, to_record
 
-    if next(left(plan, store, retry_errors=options.retry_errors), None) is None:
+    def is_done() -> bool:
+        return next(left(plan, store, retry_errors=options.retry_errors), None) is None
+
+    if is_done() and not to_record(store, plan, options.record_worst):
         return
-    announce(f"starting {options.workers or 'the'} workers")
+    announce("starting the workers" if options.scheduler is None else "joining the workers")
     async with pool_for(options, plan.base.bundle) as pool:
         if pool.dashboard:
             print(f"dashboard of Dask: {pool.dashboard}", file=sys.stderr, flush=True)
@@ -286,6 +288,14 @@ async def _carry_out(
                 show()
 
             await sweep(plan, store, pool, on_row, retry_errors=options.retry_errors)
+            worst = to_record(store, plan, options.record_worst)
+            progress.to_record = len(worst)
+
+            def on_recorded() -> None:
+                progress.recorded += 1
+                show()
+
+            await record(store, pool, worst, on_recorded)
 
 
 def _shown(options: argparse.Namespace, progress: SweepProgress, workers: Any) -> Any:

@@ -148,6 +148,26 @@ class ScenarioPool:
                 reason = f"it has killed its worker {MOST_KILLS} times, alone there"
                 yield row_of_error(scenario, reason, attempts=2 * MOST_KILLS)
 
+    async def recordings(
+        self, scenarios: Iterable[ConcreteScenario]
+    ) -> AsyncIterator[tuple[ConcreteScenario, bytes, bytes]]:
+        """Carry scenarios out once more, and give the recording of each with its page.
+
+        Those that cannot be recorded are left out.
+        """
+        futures = {
+            self._client.submit(_record, one, key=f"record-{one.id}", pure=False): one
+            for one in scenarios
+        }
+        ended = as_completed(
+            list(futures), self._client.loop, with_results=True, raise_errors=False
+        )
+        for _ in range(len(futures)):
+            future, result = await self._next(ended)
+            if future.status == "finished":
+                yield futures[future], *result
+            future.release()
+
     # ---- scenarios -----------------------------------------------------------------------
 
     def _room(self) -> int:
@@ -351,6 +371,11 @@ def _carry_out(scenario: ConcreteScenario, wanted: str) -> ScenarioRow:
         raise OtherVersionError(worker.address)
     row: ScenarioRow = worker.plugins[PLUGIN].scenarios.carry_out(scenario)
     return row
+
+
+def _record(scenario: ConcreteScenario) -> tuple[bytes, bytes]:
+    found: tuple[bytes, bytes] = get_worker().plugins[PLUGIN].scenarios.record(scenario)
+    return found
 
 
 def _fingerprint_there() -> str:

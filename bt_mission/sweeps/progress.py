@@ -22,12 +22,16 @@ class SweepProgress:
         total: Scenarios of the whole sweep.
         tally: What the rows come to, those of before `--resume` included.
         here: Rows of this start.
+        to_record: How many of the worst are recorded when all have ended.
+        recorded: How many of them are.
     """
 
     name: str
     total: int
     tally: SweepTally = field(default_factory=SweepTally)
     here: int = 0
+    to_record: int = 0
+    recorded: int = 0
     _wall: Stopwatch | None = field(default=None, init=False)
 
     def add(self, row: ScenarioRow) -> None:
@@ -52,6 +56,8 @@ class SweepProgress:
         if self.here:
             left = self.total - count.scenarios
             parts += [f"{self.rate:.3g}/s", f"{duration(left / self.rate)} left"]
+        if self.to_record:
+            parts.append(f"{self.recorded} of the worst {self.to_record} recorded")
         parts.append(f"{workers} worker{'s' * (workers != 1)}")
         lines = ["   ".join(parts)]
         if count.scenarios:

@@ -21,6 +21,7 @@ from bt_mission.scenarios.run import run_scenario
 from bt_mission.scenarios.scenario import Scenario
 from bt_mission.sweeps.bundle import Bundle
 from bt_mission.sweeps.concrete import ConcreteScenario
+from bt_mission.sweeps.recording import record_scenario, write_page_of
 from bt_mission.sweeps.row import ScenarioRow, row_of, row_of_error
 from bt_mission.sweeps.versions import fingerprint
 
@@ -62,6 +63,22 @@ class ScenarioWorker:
         # JSON is YAML, and leaves no doubt about what is a text.
         text = json.dumps(dict(scenario.data), ensure_ascii=False)
         return load_scenario(read_text(text, str(place.with_name(f"{scenario.id}.scenario.yaml"))))
+
+    def record(self, scenario: ConcreteScenario) -> tuple[bytes, bytes]:
+        """Carry a concrete scenario out once more; gives its recording, and the page of that.
+
+        Raises:
+            BtMissionError: Where it cannot be carried out.
+        """
+        recording = Path(self._folder.name) / f"{scenario.id}.mcap"
+        page = recording.with_suffix(".html")
+        try:
+            record_scenario(self.load(scenario), recording)
+            write_page_of(recording, page)
+            return recording.read_bytes(), page.read_bytes()
+        finally:
+            recording.unlink(missing_ok=True)
+            page.unlink(missing_ok=True)
 
     def carry_out(self, scenario: ConcreteScenario) -> ScenarioRow:
         """Carry a concrete scenario out; whatever goes wrong is its row."""

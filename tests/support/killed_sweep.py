@@ -13,7 +13,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from bt_mission.sweeps.row import ScenarioRow
-from bt_mission.sweeps.store import FILE, ResultStore, StoreError
+from bt_mission.sweeps.store import ResultStore, StoreError
 
 LONGEST_S = 120.0
 LOOK_S = 0.05
@@ -95,9 +95,7 @@ class KilledSweep:
 
     def _popen(self, name: str, command: list[str]) -> subprocess.Popen[bytes]:
         with (self._folder / f"{name}.log").open("ab") as log:
-            return subprocess.Popen(
-                command, stdout=log, stderr=log, cwd=self._folder
-            )
+            return subprocess.Popen(command, stdout=log, stderr=log, cwd=self._folder)
 
     def _kill(self, victim: str) -> None:
         self.killed.append(victim)
