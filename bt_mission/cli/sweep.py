@@ -279,7 +279,9 @@ async def _carry_out(
     announce("starting the workers" if options.scheduler is None else "joining the workers")
     async with pool_for(options, plan.base.bundle) as pool:
         if pool.dashboard:
-            print(f"dashboard of Dask: {pool.dashboard}", file=sys.stderr, flush=True)
+            print(
+                f"Dask's dashboard, where it is on: {pool.dashboard}", file=sys.stderr, flush=True
+            )
         progress.start()
         with _shown(options, progress, lambda: pool.workers) as show:
 
@@ -326,7 +328,8 @@ def _tell(
 def _judge(options: argparse.Namespace, progress: SweepProgress) -> int:
     count = progress.tally.count
     if count.errors:
-        print(f"{count.errors:,} scenarios could not run", file=sys.stderr)
+        what = "a scenario" if count.errors == 1 else f"{count.errors:,} scenarios"
+        print(f"{what} could not run", file=sys.stderr)
         return MISSION_FAILED
     low, _ = count.interval or (0.0, 0.0)
     if options.fail_below is not None and low < options.fail_below:

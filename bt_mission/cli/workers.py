@@ -7,6 +7,7 @@ import asyncio
 import signal
 import sys
 from collections.abc import Coroutine
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.argument_types import count, port
@@ -59,6 +60,8 @@ def refuse_worker_options(options: argparse.Namespace) -> None:
                     "started with what they have"
                 )
     require_dask()
+    if options.dashboard is not None and find_spec("bokeh") is None:
+        raise BtMissionError("--dashboard: Dask draws it with Bokeh: pip install bokeh")
 
 
 def require_dask() -> None:

@@ -22,6 +22,8 @@ from distributed import (
     as_completed,
     get_worker,
 )
+from distributed.comm import parse_address
+from distributed.comm.registry import get_backend
 
 from bt_mission.core.dds.middleware import prepare_middleware
 from bt_mission.core.errors import BtMissionError
@@ -264,6 +266,7 @@ class ScenarioPool:
 
     async def _join(self, address: str) -> Client:
         try:
+            get_backend(parse_address(address)[0])
             client = await Client(address, asynchronous=True, timeout=CONNECT_S)
         except (OSError, ValueError, TimeoutError, ImportError) as error:
             raise PoolError(
@@ -293,7 +296,8 @@ class ScenarioPool:
         """
         client = self._client
         info = await client.scheduler.identity()
-        self._has_dashboard = "dashboard" in info["services"]
+        is_wanted = not self._is_local or self._options.dashboard is not None
+        self._has_dashboard = is_wanted and "dashboard" in info["services"]
         if not info["workers"]:
             raise PoolError(
                 f"{self._options.scheduler}: the scheduler has no workers; start some with "
@@ -386,8 +390,9 @@ def _id_of(future: Future) -> str:
     return str(future.key).removeprefix("scenario-")
 
 
-def _dashboard(port: int | None) -> str | None:
-    return None if port is None else f"127.0.0.1:{port}"
+def _dashboard(port: int | None) -> str:
+    """Return where Dask serves its pages; it always does, if only its metrics."""
+    return f"127.0.0.1:{port or 0}"
 
 
 def _line(error: BaseException) -> str:
