@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator, Iterable
+from collections.abc import AsyncGenerator, Iterable
 from typing import Protocol
 
 from bt_mission.sweeps.concrete import ConcreteScenario
@@ -13,7 +13,7 @@ from bt_mission.sweeps.work import ScenarioWorker
 class ScenarioRunner(Protocol):
     """Carries concrete scenarios of one bundle out."""
 
-    def rows(self, scenarios: Iterable[ConcreteScenario]) -> AsyncIterator[ScenarioRow]:
+    def rows(self, scenarios: Iterable[ConcreteScenario]) -> AsyncGenerator[ScenarioRow, None]:
         """Yield the row of each scenario, in the order in which they end."""
 
 
@@ -27,7 +27,9 @@ class SerialRunner:
     def __init__(self, worker: ScenarioWorker) -> None:
         self._worker = worker
 
-    async def rows(self, scenarios: Iterable[ConcreteScenario]) -> AsyncIterator[ScenarioRow]:
+    async def rows(
+        self, scenarios: Iterable[ConcreteScenario]
+    ) -> AsyncGenerator[ScenarioRow, None]:
         """Yield the row of each scenario, in their order."""
         for one in scenarios:
             yield self._worker.carry_out(one)
