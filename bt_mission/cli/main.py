@@ -26,6 +26,7 @@ from bt_mission.cli import (
     serve,
     services,
     sweep,
+    sweep_report,
     topics,
     tree,
     verify,
@@ -41,7 +42,8 @@ PARSERS: tuple[Callable[[Any], None], ...] = (
     *(one.add_parser for one in (run, watch, check, convert, tree)),
     check.add_schema_parser,
     *(one.add_parser for one in (serve, actions, topics, services, node_command)),
-    *(one.add_parser for one in (replay, fork, report, verify, sweep, falsify, diff, doctor)),
+    *(one.add_parser for one in (replay, fork, report, verify)),
+    *(one.add_parser for one in (sweep, sweep_report, falsify, diff, doctor)),
 )
 
 TRACEBACK = "BT_MISSION_TRACEBACK"

@@ -11,7 +11,7 @@ from bt_mission.scenarios.run import run_scenario
 from bt_mission.scenarios.scenario import Scenario, ScenarioResult
 
 
-class ScenarioRunner:
+class ScenarioProcess:
     """Carries out any number of scenarios in a process whose memory does not grow with them.
 
     The nodes, the servers and the physics of a run refer to each other, so Python frees them when

@@ -51,6 +51,7 @@ class BaseScenario:
         data: What stands in the scenario's file, with names of the bundle.
         bundle: All files.
         is_scenario: Was it written as one?
+        changes: What the user has said besides the file.
     """
 
     path: Path
@@ -58,6 +59,7 @@ class BaseScenario:
     data: Mapping[str, Any]
     bundle: Bundle
     is_scenario: bool
+    changes: BaseChanges = field(default_factory=BaseChanges)
 
     def concrete(
         self,
@@ -124,7 +126,7 @@ def load_base(
         data["faults"] = [*data.get("faults", ()), *changes.faults]
     if changes.limit is not None:
         data["limit"] = changes.limit
-    return BaseScenario(Path(path), mission, data, bundle, written)
+    return BaseScenario(Path(path), mission, data, bundle, written, changes)
 
 
 def _add(data: dict[str, Any], key: str, more: Mapping[str, Any]) -> None:

@@ -121,6 +121,7 @@ class SweepPlan:
             "sample_seed": self.sample_seed,
             "seeds": _told_seeds(self.seeds),
             "plans": {name: list(faults) for name, faults in self.plans.items()},
+            "scenarios": self.count,
         }
 
     @property

@@ -25,7 +25,6 @@ from distributed import (
 from distributed.comm import parse_address
 from distributed.comm.registry import get_backend
 
-from bt_mission.core.dds.middleware import prepare_middleware
 from bt_mission.core.errors import BtMissionError
 from bt_mission.sweeps.bundle import Bundle
 from bt_mission.sweeps.concrete import ConcreteScenario
@@ -356,12 +355,11 @@ class _BundlePlugin(WorkerPlugin):  # type: ignore[misc] # distributed publishes
         """Make the worker ready."""
         if self.is_local:
             signal.signal(signal.SIGINT, signal.SIG_IGN)
-        os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-        prepare_middleware()
         # Loads rclpy and MuJoCo.
-        from bt_mission.sweeps.work import ScenarioWorker  # noqa: PLC0415 - not in the client
+        from bt_mission.scenarios.runner import ScenarioProcess  # noqa: PLC0415 - not in the client
+        from bt_mission.sweeps.work import ScenarioWorker  # noqa: PLC0415 - likewise
 
-        self.scenarios = ScenarioWorker(self.bundle)
+        self.scenarios = ScenarioWorker(self.bundle, ScenarioProcess().run)
 
     def teardown(self, worker: Any) -> None:  # noqa: ARG002 - likewise
         """Remove its files."""

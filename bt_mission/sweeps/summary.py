@@ -150,23 +150,27 @@ class RequirementTally:
     Attributes:
         verdicts: How often each came out.
         least: The smallest margin; None where none was measured.
+        unit: That of the smallest margin: of a formula with several measures, whichever decides.
+        units: Those of all margins.
         example: The id of the scenario that had it.
     """
 
-    unit: str = ""
     verdicts: Counter[str] = field(default_factory=Counter)
     least: float | None = None
+    unit: str = ""
+    units: set[str] = field(default_factory=set)
     example: str = ""
     number: int = 0
 
     def add(self, row: ScenarioRow, one: RequirementMargin) -> None:
         """Count a row's."""
         self.verdicts[one.verdict] += 1
-        self.unit = self.unit or one.unit
         if one.margin is None:
             return
+        self.units.add(one.unit)
         if self.least is None or (one.margin, row.number) < (self.least, self.number):
-            self.least, self.number, self.example = one.margin, row.number, row.id
+            self.least, self.unit = one.margin, one.unit
+            self.number, self.example = row.number, row.id
 
     def as_dict(self) -> dict[str, Any]:
         """As JSON has it."""

@@ -6,6 +6,7 @@ import json
 import os
 import socket
 import traceback
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -18,7 +19,7 @@ from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.core.yaml.document import read_text
 from bt_mission.scenarios.loader import load_scenario
 from bt_mission.scenarios.run import run_scenario
-from bt_mission.scenarios.scenario import Scenario
+from bt_mission.scenarios.scenario import Scenario, ScenarioResult
 from bt_mission.sweeps.bundle import Bundle
 from bt_mission.sweeps.concrete import ConcreteScenario
 from bt_mission.sweeps.recording import record_scenario, write_page_of
@@ -31,12 +32,14 @@ class ScenarioWorker:
 
     Args:
         bundle: The files of all scenarios.
+        run: Carries one out, as `run_scenario` does.
 
     Use it as a context manager, or close it: it has a folder of its own.
     """
 
-    def __init__(self, bundle: Bundle) -> None:
+    def __init__(self, bundle: Bundle, run: Callable[..., ScenarioResult] = run_scenario) -> None:
         self._bundle = bundle
+        self._run = run
         self._folder = TemporaryDirectory(prefix="bt_mission_", ignore_cleanup_errors=True)
         self.name = f"{socket.gethostname()}:{os.getpid()}"
         bundle.write_to(Path(self._folder.name))
@@ -84,7 +87,7 @@ class ScenarioWorker:
         """Carry a concrete scenario out; whatever goes wrong is its row."""
         watch = Stopwatch()
         try:
-            result = run_scenario(self.load(scenario), with_coverage=True)
+            result = self._run(self.load(scenario), with_coverage=True)
             row = row_of(scenario, result, wall_s=watch.elapsed_s)
         except InputError as error:
             row = row_of_error(scenario, "; ".join(one.message for one in error.faults))

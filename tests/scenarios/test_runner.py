@@ -14,7 +14,7 @@ import pytest
 from bt_mission.core.dds.discovery import RANGE
 from bt_mission.core.dds.middleware import LOOPBACK, PROFILES
 from bt_mission.core.errors import BtMissionError
-from bt_mission.scenarios.runner import ScenarioRunner
+from bt_mission.scenarios.runner import ScenarioProcess
 from bt_mission.sessions.stage import Stage
 from bt_mission.testing.live_graph import command
 from sim.physics.physics import Physics
@@ -32,13 +32,13 @@ FAULTY = "faults: ['at 0.5: spawn_box ahead 1.0', 'at 1.0: drop scan lasting 0.3
 
 
 @pytest.fixture
-def runner(monkeypatch: pytest.MonkeyPatch) -> Iterator[ScenarioRunner]:
+def runner(monkeypatch: pytest.MonkeyPatch) -> Iterator[ScenarioProcess]:
     """One that has had its first scenario; what it sets in the process is put back."""
     for name in (RANGE, *PROFILES):
         monkeypatch.setenv(name, os.environ.get(name, ""))
     gc.disable()
     try:
-        yield ScenarioRunner()
+        yield ScenarioProcess()
     finally:
         gc.enable()
         gc.unfreeze()

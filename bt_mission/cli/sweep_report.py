@@ -1,0 +1,181 @@
+"""``bt-mission sweep-report``: the results of a sweep as tables, a page, CSV and JSON."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from bt_mission.cli.argument_types import count
+from bt_mission.cli.exits import SUCCESS
+from bt_mission.cli.options import add_force_option, refuse_existing
+from bt_mission.core.errors import BtMissionError
+from bt_mission.core.terminal.streams import unescaped
+
+if TYPE_CHECKING:
+    from bt_mission.sweeps.report.columns import SweepColumns
+    from bt_mission.sweeps.store import ResultStore
+
+WORST = 20
+UNSEEN_WIDTH = 140
+"""Columns of what goes to a file or another program."""
+SHOWN = 5
+"""Of the worst, in the table unless more are asked for."""
+
+EPILOG = """\
+examples:
+  bt-mission sweep-report explore_sweep                 a table, and the page explore_sweep/sweep.html
+  bt-mission sweep-report explore_sweep --html out.html the page in a place of its own
+  bt-mission sweep-report explore_sweep --csv -         every row, for a spreadsheet or pandas
+  bt-mission sweep-report explore_sweep --json          counts, rates, failures by reason, margins
+  bt-mission sweep-report explore_sweep --scenario 12   write the scenario of row 12 as a file
+
+A sweep may still be running; what is there is reported.
+
+columns of --csv: those of the results, parameter.NAME of each parameter, verdict.NAME and
+margin.NAME of each requirement; a text that a spreadsheet would take for a formula begins with '
+
+exit codes: 0 success, 2 no such results, or a file that cannot be written
+"""
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command to the command line."""
+    parser = commands.add_parser(
+        "sweep-report",
+        help="tables and a page of the results of a sweep",
+        description="Tells what a sweep came to: success with its interval, by each parameter and "
+        "each pair of them, margins of requirements, what of the tree was reached, failures by "
+        "leaf and reason with the command that repeats each, and the worst runs. The page needs no "
+        "network and no other file; its charts are drawn by Plotly (pip install "
+        "'bt-mission[sweep]').",
+        epilog=EPILOG,
+    )
+    parser.add_argument("folder", type=Path, help="of the results (bt-mission sweep -o)")
+    parser.add_argument(
+        "--html",
+        type=Path,
+        metavar="FILE",
+        help="where the page goes (default: sweep.html among the results, which is replaced)",
+    )
+    parser.add_argument(
+        "--csv",
+        type=Path,
+        metavar="FILE",
+        help="write every row as CSV; - is the standard output, and nothing else is printed",
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.add_argument(
+        "--worst",
+        type=count,
+        metavar="N",
+        help=f"tell of so many of the worst runs (default: {WORST} in the page, {SHOWN} here)",
+    )
+    parser.add_argument(
+        "--scenario",
+        metavar="ID",
+        help="write the scenario with this id or number as a file among the results, with all that "
+        "it needs, and print its path: bt-mission run takes it",
+    )
+    add_force_option(parser)
+    parser.set_defaults(command=sweep_report)
+
+
+def sweep_report(options: argparse.Namespace) -> int:
+    """Report; gives the exit code."""
+    _refuse_mixed(options)
+    is_stdout = str(options.csv) == "-"
+    refuse_existing(options, options.html, None if is_stdout else options.csv)
+    from bt_mission.sweeps.store import ResultStore
+
+    with ResultStore.read(options.folder) as store:
+        if options.scenario is not None:
+            return _write_scenario(store, options.scenario)
+        if options.csv is not None:
+            _write_csv(store, None if is_stdout else options.csv)
+        if options.json:
+            _print_json(store, options.worst or WORST)
+        elif options.csv is None:
+            return _tell(store, options)
+        if options.html is not None:
+            _write_page(store, options)
+    return SUCCESS
+
+
+def _refuse_mixed(options: argparse.Namespace) -> None:
+    """Refuse two things that both want the standard output."""
+    if options.json and str(options.csv) == "-":
+        raise BtMissionError("--json and --csv - both print: name a file for the one or the other")
+    if options.scenario is not None and (options.json or options.csv or options.html):
+        raise BtMissionError("--scenario goes alone")
+
+
+def _write_scenario(store: ResultStore, name: str) -> int:
+    from bt_mission.sweeps.repeat import Repeater, find_row
+
+    print(Repeater(store).write(find_row(store, name)))
+    return SUCCESS
+
+
+def _write_csv(store: ResultStore, path: Path | None) -> None:
+    from bt_mission.sweeps.csv_table import write_csv
+
+    if path is None:
+        write_csv(store.rows, unescaped(sys.stdout))  # its cells are escaped, its line ends not
+        return
+    try:
+        with path.open("w", encoding="utf-8", newline="") as file:
+            write_csv(store.rows, file)
+    except OSError as error:
+        raise BtMissionError(f"{path}: cannot write the rows: {error.strerror or error}") from error
+    print(path, file=sys.stderr)
+
+
+def _print_json(store: ResultStore, worst: int) -> None:
+    from bt_mission.sweeps.report.columns import SweepColumns
+
+    columns = SweepColumns.of(store.rows())
+    about = {"results": str(store.folder), "of": store.about.get("scenarios")}
+    print(json.dumps({**columns.tally.as_dict(), "worst": columns.worst.ids(worst), **about}))
+
+
+def _tell(store: ResultStore, options: argparse.Namespace) -> int:
+    """Print the tables, and make the page."""
+    from rich.text import Text
+
+    from bt_mission.core.terminal.console import EscapingConsole
+    from bt_mission.sweeps.repeat import Repeater
+    from bt_mission.sweeps.report.columns import SweepColumns
+    from bt_mission.sweeps.report.terminal import told
+    from bt_mission.sweeps.worst import rows_of
+
+    columns = SweepColumns.of(store.rows())
+    width = None if sys.stdout.isatty() else UNSEEN_WIDTH
+    console = EscapingConsole(sys.stdout, width=width)
+    worst = rows_of(store, columns.worst.ids(options.worst or SHOWN))
+    name = str(store.about.get("mission", store.folder))
+    for one in told(name, columns, worst, Repeater(store)):
+        console.print(one, soft_wrap=isinstance(one, Text))  # a command is not broken
+    try:
+        _write_page(store, options, columns)
+    except BtMissionError as error:
+        if options.html is not None:
+            raise
+        print(error, file=sys.stderr)  # the tables are there without the page
+    return SUCCESS
+
+
+def _write_page(
+    store: ResultStore, options: argparse.Namespace, columns: SweepColumns | None = None
+) -> None:
+    from bt_mission.sweeps.report.page import write_sweep_page
+
+    path = write_sweep_page(store, options.html, worst=options.worst or WORST, columns=columns)
+    print(f"\nthe page: {path}" if not options.json else path, file=_stream(options))
+
+
+def _stream(options: argparse.Namespace) -> Any:
+    """Where the page's name goes: not among what programs read."""
+    return sys.stderr if options.json or options.csv is not None else sys.stdout

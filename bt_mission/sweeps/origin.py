@@ -1,0 +1,84 @@
+"""What a sweep was made from: kept beside its rows, so that each of them can be repeated."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from typing import Any, Self
+
+from bt_mission.coverage.record import coverage_places
+from bt_mission.sweeps.bundle import Bundle
+from bt_mission.sweeps.plan import SweepPlan
+from bt_mission.sweeps.store import ResultStore
+
+ORIGIN_KEY = "origin"
+"""The key of the store's value."""
+
+
+@dataclass(frozen=True)
+class SweepOrigin:
+    """What is known of a sweep besides what it is: where its files were, and all that they held.
+
+    Attributes:
+        path: The mission or the scenario as the user has named it.
+        command: The line that has begun the sweep; empty where Python has.
+        is_scenario: Is it a scenario rather than a mission?
+        options: What `bt-mission run` must be told for every row: ``set``, ``fault``, ``world`` and
+            ``robot``. None where its options cannot say it.
+        bundle: All files.
+        places: What there is to reach in the mission (`coverage_places`).
+    """
+
+    path: str
+    command: str
+    is_scenario: bool
+    options: Mapping[str, Any] | None
+    bundle: Bundle
+    places: tuple[str, ...] = field(default=())
+
+    def save(self, store: ResultStore) -> None:
+        """Keep it beside the rows."""
+        store.set_value(ORIGIN_KEY, json.dumps(asdict(self), ensure_ascii=False))
+
+    @classmethod
+    def of(cls, store: ResultStore) -> Self | None:
+        """Read that of results; None where they have none."""
+        text = store.value(ORIGIN_KEY)
+        if text is None:
+            return None
+        found = json.loads(text)
+        found["bundle"] = Bundle(**found["bundle"])
+        found["places"] = tuple(found["places"])
+        return cls(**found)
+
+
+def origin_of(plan: SweepPlan, command: str = "") -> SweepOrigin:
+    """Return what a plan was made from.
+
+    Args:
+        command: The line that has begun the sweep.
+    """
+    base, changes = plan.base, plan.base.changes
+    options: dict[str, Any] | None = {
+        "set": dict(changes.set),
+        "fault": list(changes.faults),
+        "world": changes.world,
+        "robot": changes.robot,
+    }
+    if changes.requirements or changes.limit is not None:
+        options = None
+    return SweepOrigin(
+        path=str(base.path),
+        command=command,
+        is_scenario=base.is_scenario,
+        options=options,
+        bundle=base.bundle,
+        places=coverage_places(base.mission),
+    )
+
+
+def resume_command(command: str) -> str:
+    """Return the line that goes on with a sweep."""
+    words: Sequence[str] = command.split()
+    return command if not command or "--resume" in words else f"{command} --resume"

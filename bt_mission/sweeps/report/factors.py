@@ -1,0 +1,215 @@
+"""How success depends on what was varied: levels of a parameter, and pairs of parameters."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from bt_mission.core.statistics import wilson
+from bt_mission.sweeps.report.columns import Flags, Floats, SweepColumns
+
+Counts: TypeAlias = npt.NDArray[np.int64]
+
+MOST_LEVELS = 16
+"""Numbers of which each has a level; of more, stretches are the levels."""
+STRETCHES = 12
+MOST_CELLS = 9
+"""Levels of a number in a map of two parameters."""
+MOST_NAMES = 40
+MOST_MAPS = 6
+
+
+@dataclass(frozen=True)
+class Level:
+    """One value of a parameter, or a stretch of them, with what the runs there came to."""
+
+    label: str
+    at: float
+    passed: int
+    total: int
+
+    @property
+    def rate(self) -> float:
+        """The share that passed."""
+        return self.passed / self.total
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """The Wilson interval of the share."""
+        return wilson(self.passed, self.total)
+
+
+@dataclass(frozen=True)
+class Factor:
+    """A parameter with the runs at each of its levels.
+
+    Attributes:
+        is_number: Have its levels a distance from each other?
+        indices: The level of each row; -1 where it has none.
+        is_cut: Were names left out?
+    """
+
+    name: str
+    is_number: bool
+    levels: tuple[Level, ...]
+    indices: Counts
+    is_cut: bool = False
+
+    @property
+    def spread(self) -> float:
+        """How much the success differs between levels: the variance that they explain."""
+        totals = np.array([one.total for one in self.levels])
+        rates = np.array([one.rate for one in self.levels])
+        return float(np.average((rates - np.average(rates, weights=totals)) ** 2, weights=totals))
+
+
+def factor(
+    name: str, values: Sequence[Any], passed: Flags, most_levels: int = MOST_LEVELS
+) -> Factor:
+    """Return a parameter's levels.
+
+    Args:
+        values: One for each row; None where a row has none.
+        passed: Did each row pass?
+        most_levels: Numbers that have a level each.
+    """
+    known = [one for one in values if one is not None]
+    if known and all(isinstance(one, int | float) and not isinstance(one, bool) for one in known):
+        return _of_numbers(name, values, passed, most_levels)
+    return _of_names(name, values, passed)
+
+
+def _of_numbers(name: str, values: Sequence[Any], passed: Flags, most_levels: int) -> Factor:
+    numbers = np.array([np.nan if one is None else one for one in values], np.float64)
+    is_known = np.isfinite(numbers)
+    distinct, indices = np.unique(numbers[is_known], return_inverse=True)
+    at, labels = distinct, [short(one) for one in distinct]
+    if len(distinct) > most_levels:
+        edges = round_edges(distinct[0], distinct[-1], min(STRETCHES, most_levels))
+        indices = np.searchsorted(edges, numbers[is_known], side="right") - 1
+        indices = np.minimum(indices, len(edges) - 2)
+        at = (edges[1:] + edges[:-1]) / 2
+        dash = "–" if edges[0] >= 0 else " to "
+        labels = [
+            f"{short(low)}{dash}{short(high)}"
+            for low, high in zip(edges[:-1], edges[1:], strict=True)
+        ]
+    everywhere = np.full(len(numbers), -1, np.int64)
+    everywhere[is_known] = indices
+    return _factor(name, (labels, list(at)), everywhere, passed, is_number=True)
+
+
+def _of_names(name: str, values: Sequence[Any], passed: Flags) -> Factor:
+    names: dict[str, int] = {}
+    indices = np.array(
+        [-1 if one is None else names.setdefault(_label(one), len(names)) for one in values],
+        np.int64,
+    )
+    made = _factor(name, (list(names), list(range(len(names)))), indices, passed, is_number=False)
+    if len(made.levels) <= MOST_NAMES:
+        return made
+    worst = sorted(made.levels, key=lambda one: (one.rate, one.label))[:MOST_NAMES]
+    return Factor(name, is_number=False, levels=tuple(worst), indices=indices, is_cut=True)
+
+
+def _factor(
+    name: str,
+    levels: tuple[list[str], list[Any]],
+    indices: Counts,
+    passed: Flags,
+    *,
+    is_number: bool,
+) -> Factor:
+    """Count the rows of each level, and leave out stretches without any."""
+    labels, at = levels
+    total = np.bincount(indices[indices >= 0], minlength=len(labels))
+    good = np.bincount(indices[(indices >= 0) & passed], minlength=len(labels))
+    kept = np.flatnonzero(total)
+    renumbered = np.full(len(labels) + 1, -1, np.int64)
+    renumbered[kept] = np.arange(len(kept))
+    found = tuple(Level(labels[n], float(at[n]), int(good[n]), int(total[n])) for n in kept)
+    return Factor(name, is_number, found, renumbered[indices])
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two parameters, and what the runs at each pair of levels came to.
+
+    Attributes:
+        passed: Rows are levels of the second, columns of the first.
+        total: Likewise.
+    """
+
+    first: Factor
+    second: Factor
+    passed: Counts
+    total: Counts
+
+    @property
+    def spread(self) -> float:
+        """How much the success differs between cells beyond what each parameter explains."""
+        is_known = self.total > 0
+        weights = self.total[is_known]
+        rates = self.passed[is_known] / weights
+        whole = float(
+            np.average((rates - np.average(rates, weights=weights)) ** 2, weights=weights)
+        )
+        return whole - max(self.first.spread, self.second.spread)
+
+
+def factors_of(columns: SweepColumns) -> list[Factor]:
+    """Return what was varied, as curves and bars have it; what has one level only is left out."""
+    passed = columns.passed
+    made = (factor(name, values, passed) for name, values in columns.values.items())
+    return [one for one in made if len(one.levels) > 1]
+
+
+def pairs_of(columns: SweepColumns, most: int = MOST_MAPS) -> tuple[list[Pair], int]:
+    """Return the pairs of parameters that tell most, and how many are left out."""
+    passed = columns.passed
+    made = [factor(name, values, passed, MOST_CELLS) for name, values in columns.values.items()]
+    shown = [one for one in made if len(one.levels) > 1 and not one.is_cut]
+    pairs = [_pair(first, second, passed) for first, second in combinations(shown, 2)]
+    pairs.sort(key=lambda one: -round(one.spread, 9))
+    return pairs[:most], max(0, len(pairs) - most)
+
+
+def _pair(first: Factor, second: Factor, passed: Flags) -> Pair:
+    shape = (len(second.levels), len(first.levels))
+    is_known = (first.indices >= 0) & (second.indices >= 0)
+    cells = second.indices * shape[1] + first.indices
+    size = shape[0] * shape[1]
+    total = np.bincount(cells[is_known], minlength=size)
+    good = np.bincount(cells[is_known & passed], minlength=size)
+    return Pair(first, second, good.reshape(shape), total.reshape(shape))
+
+
+def round_edges(low: float, high: float, most: int) -> Floats:
+    """Return the ends of at most so many equal stretches that hold all from `low` to `high`.
+
+    They are multiples of 1, 2, 2.5 or 5 times a power of ten, so 0 is one of them.
+    """
+    least = (high - low) / most
+    scale = 10.0 ** math.floor(math.log10(least))
+    for factor_ in (1, 2, 2.5, 5, 10, 20):
+        step = factor_ * scale
+        first, last = math.floor(low / step + 1e-9), math.ceil(high / step - 1e-9)
+        if last - first <= most:
+            break
+    edges: Floats = np.arange(first, last + 1) * step
+    return edges
+
+
+def short(value: float) -> str:
+    """A number with five digits at most."""
+    return f"{value:.5g}"
+
+
+def _label(value: Any) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)

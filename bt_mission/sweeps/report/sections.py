@@ -1,0 +1,363 @@
+"""The parts of the page that are text and tables."""
+
+from __future__ import annotations
+
+import os
+import shlex
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+import numpy as np
+
+from bt_mission.core.text import escape_markup
+from bt_mission.sweeps.origin import SweepOrigin, resume_command
+from bt_mission.sweeps.repeat import Repeater, told_parameters
+from bt_mission.sweeps.report.columns import SweepColumns
+from bt_mission.sweeps.report.coverage import ReachedNode, reached_nodes
+from bt_mission.sweeps.report.factors import Level
+from bt_mission.sweeps.row import ScenarioRow
+from bt_mission.sweeps.summary import FailureGroup, percent, span
+from bt_mission.views.html_report.markup import element, hint, number, rows, table
+
+MOST_GROUPS = 50
+MOST_PATH = 6
+ENDS = {
+    "success": "the mission succeeded",
+    "failure": "the mission failed",
+    "interrupted": "interrupted",
+    "error": "could not run",
+}
+RECORDINGS = "recordings"
+"""The folder of the results for recordings of single scenarios, named by their ids."""
+
+
+def line(cells: Iterable[str], names: Sequence[str] = (), **attributes: object) -> str:
+    """Return a row of a table, of cells that are markup already."""
+    padded = [*names, *[""] * 20]
+    return element(
+        "tr",
+        "".join(
+            element("td", cell, class_=name or None)
+            for cell, name in zip(cells, padded, strict=False)
+        ),
+        **attributes,
+    )
+
+
+def command_line(command: str) -> str:
+    """Return a command that can be copied as a whole."""
+    words = (
+        element("span", escape_markup(shlex.quote(word) if word != "&&" else word), class_="word")
+        for word in shlex.split(command)
+    )
+    return element("code", " ".join(words), class_="command")
+
+
+def facts(columns: SweepColumns) -> str:
+    """Return the figures of the head."""
+    tally = columns.tally
+    count = tally.count
+    told = {
+        "succeeded": f"{count.succeeded:,}",
+        "failed": f"{count.failed:,}",
+        "could not run": f"{count.errors:,}",
+        "orphaned goals": f"{tally.orphaned_goals:,}",
+        "collisions": f"{tally.collisions:,}",
+        "driven": _length(tally.distance_m),
+        "time of the missions": _duration(tally.virtual_s),
+        "wall time, all workers": _duration(tally.wall_s),
+    }
+    cells = (
+        element("div", element("dt", name) + element("dd", value)) for name, value in told.items()
+    )
+    return element("dl", rows(cells), class_="facts")
+
+
+def varied_table(about: Mapping[str, Any], columns: SweepColumns) -> str:
+    """Return what was varied, and what was not."""
+    lines = []
+    for told in about.get("vary", ()):
+        name, _, values = str(told).partition("=")
+        lines.append((name, values.replace(",", ", ").replace("..", " to ")))
+    if about.get("plans"):
+        lines.append(("plans of faults", ", ".join(about["plans"])))
+    seeds = about.get("seeds")
+    own = "its own for each draw" if about.get("sample") else "that of the mission"
+    lines.append(("seeds", str(seeds or own).replace("..", " to ")))
+    if about.get("sample"):
+        lines.append(("draws", f"{about['sample']:,}, by Latin hypercube"))
+    inputs = about.get("scenario", {}).get("inputs", {})
+    varied = {name.removeprefix("inputs.") for name in columns.values}
+    if fixed := {name: value for name, value in inputs.items() if name not in varied}:
+        lines.append(("inputs", ", ".join(f"{name} = {value}" for name, value in fixed.items())))
+    return element(
+        "div",
+        element(
+            "table",
+            rows(
+                element("tr", element("th", escape_markup(name), scope="row") + _cell(value))
+                for name, value in lines
+            ),
+        ),
+        class_="scroll varied",
+    )
+
+
+def _cell(text: str) -> str:
+    return element("td", escape_markup(text))
+
+
+def levels_table(name: str, levels: Sequence[Level]) -> str:
+    """Return the figures of a chart of success, folded up."""
+    content = table(
+        (escape_markup(name), "succeeded", "share", "95 %"),
+        (
+            line(
+                (
+                    escape_markup(one.label),
+                    f"{one.passed:,} of {one.total:,}",
+                    percent(one.rate),
+                    span(*one.interval),
+                )
+            )
+            for one in levels
+        ),
+    )
+    return element("details", element("summary", "as a table") + content)
+
+
+def failures(columns: SweepColumns, repeater: Repeater) -> str:
+    """Return what has not passed, by leaf and reason, with an example of each."""
+    groups = columns.tally.failures
+    if not groups:
+        return hint("Every scenario has succeeded.")
+    shown = groups[:MOST_GROUPS]
+    missing = len(groups) - len(shown)
+    more = f"{missing} more kinds are in the output of sweep-report --json." if missing else ""
+    total = columns.tally.count.scenarios
+    return element(
+        "ol", rows(_failure(one, total, repeater) for one in shown), class_="failures"
+    ) + hint(more)
+
+
+def _failure(one: FailureGroup, total: int, repeater: Repeater) -> str:
+    leaf = one.node or ENDS[one.example.outcome]
+    head = (
+        element("b", f"{one.count:,}") + " " + element("span", escape_markup(leaf), class_="leaf")
+    )
+    head += element("small", f"{percent(one.count / total)} of all")
+    example = (
+        f"For example scenario {one.example.number}: {told_parameters(one.example)}, "
+        f"after {number(one.example.virtual_s, 2)} s"
+    )
+    return element(
+        "li",
+        rows(
+            [
+                element("p", head, class_="count"),
+                element("p", escape_markup(one.reason), class_="why"),
+                _way(one.path),
+                element("p", escape_markup(example), class_="hint"),
+                command_line(repeater.command(one.example)),
+            ]
+        ),
+    )
+
+
+def _way(path: str) -> str:
+    names = path.split(" > ") if path else []
+    if len(names) > MOST_PATH:
+        names = [names[0], "…", *names[2 - MOST_PATH :]]
+    return element("p", escape_markup(" › ".join(names)), class_="hint way") if names else ""
+
+
+def worst_table(
+    worst: Sequence[ScenarioRow], folder: Path, repeater: Repeater, near: Path | None = None
+) -> str:
+    """Return the worst runs, with links to what is recorded of them.
+
+    Args:
+        folder: Of the results.
+        near: The folder of the page; None is that of the results.
+    """
+    if not worst:
+        return hint("No scenario could run.")
+    lines = (
+        line(
+            (
+                f"{row.number}<small>{escape_markup(row.id)}</small>",
+                _outcome(row),
+                escape_markup(told_parameters(row)),
+                _least(row),
+                f"{number(row.virtual_s, 2)} s",
+                _links(row, folder, near or folder) + command_line(repeater.command(row)),
+            ),
+            ("", "outcome", "values", "margin", "time", "repeat"),
+            id=f"scenario-{row.id}",
+        )
+        for row in worst
+    )
+    return table(
+        ("scenario", "outcome", "values", "smallest margin", "time", "see it, repeat it"),
+        lines,
+        "scroll worst",
+    )
+
+
+def _outcome(row: ScenarioRow) -> str:
+    name = "success" if row.passed else "failure"
+    told = "succeeded" if row.passed else row.why_failed
+    return element("span", "", class_=f"dot {name}") + escape_markup(_cut(told, 140))
+
+
+def _least(row: ScenarioRow) -> str:
+    """The requirement that was nearest to a violation; those that count something come last."""
+    known = [
+        (not one.unit, one.margin, name, one.unit)
+        for name, one in row.requirements.items()
+        if one.margin is not None
+    ]
+    below = [one for one in known if one[1] < 0]
+    if not known:
+        return ""
+    _, margin, name, unit = min(below or known)
+    return f"{number(margin)} {escape_markup(unit)}<small>{escape_markup(name)}</small>"
+
+
+def _links(row: ScenarioRow, folder: Path, near: Path) -> str:
+    links = []
+    recordings = Path(os.path.relpath(folder / RECORDINGS, near)).as_posix()
+    for suffix, text in ((".html", "report"), (".mcap", "recording")):
+        if (folder / RECORDINGS / f"{row.id}{suffix}").is_file():
+            links.append(element("a", text, href=quote(f"{recordings}/{row.id}{suffix}")))
+    return element("p", " · ".join(links), class_="links") if links else ""
+
+
+def requirements_table(columns: SweepColumns) -> str:
+    """Return what became of each requirement."""
+    lines = []
+    for name, one in columns.tally.requirements.items():
+        margins = columns.margins(name)
+        known = margins[np.isfinite(margins)]
+        unit = one.unit if len(one.units) == 1 else ""
+        middle = f"{number(float(np.median(known)))} {unit}" if len(known) else ""
+        least = "" if one.least is None else f"{number(one.least)} {one.unit}"
+        counts = [f"{one.verdicts[key]:,}" for key in ("holds", "violated", "open", "unknown")]
+        violated = "violated" if one.verdicts["violated"] else ""
+        lines.append(
+            line(
+                map(escape_markup, (name, *counts, least, middle, one.example)),
+                ("", "", f"verdict {violated}".strip(), "", "", "", "", "id"),
+            )
+        )
+    head = ("requirement", "holds", "violated", "open", "unknown", "smallest margin")
+    return table((*head, "median", "smallest in"), lines)
+
+
+def coverage_section(columns: SweepColumns, places: tuple[str, ...]) -> str:
+    """Return how often each node was reached, and which outcomes and branches it had."""
+    total = sum(count for text, count in columns.coverage.items() if text)
+    if not places or not total:
+        return ""
+    nodes = reached_nodes(places, columns.coverage)
+    seen = sum(1 for one in nodes if one.runs)
+    ways = [count for one in nodes for count in one.ways.values()]
+    told = (
+        f"{seen} of {len(nodes)} nodes were reached, and {sum(1 for one in ways if one)} of "
+        f"{len(ways)} outcomes and branches."
+    )
+    never = [line_ for one in nodes for line_ in _never(one)]
+    missing = ""
+    if never:
+        content = element("ul", rows(element("li", escape_markup(one)) for one in never))
+        missing = element("details", element("summary", "what no run has reached") + content)
+    return (
+        element("p", told)
+        + missing
+        + table(
+            ("node", "reached by", "outcomes and branches"),
+            (_node(one, total) for one in nodes),
+            "scroll coverage",
+        )
+    )
+
+
+def _never(one: ReachedNode) -> Iterator[str]:
+    where = f"{one.name} ({one.place})"
+    if not one.runs:
+        yield where
+    else:
+        missing = [_way_told(way) for way, count in one.ways.items() if not count]
+        if missing:
+            yield f"{where}: {', '.join(missing)}"
+
+
+def _node(one: ReachedNode, total: int) -> str:
+    share = one.runs / total
+    meter = element(
+        "span",
+        element("span", "", style=f"width:{number(100 * share, 1)}%"),
+        class_="meter",
+        aria_hidden="true",
+    )
+    ways = " ".join(
+        element("span", f"{escape_markup(_way_told(way))} <b>{_of(count, total)}</b>", class_="way")
+        for way, count in one.ways.items()
+        if count
+    )
+    never = [_way_told(way) for way, count in one.ways.items() if not count and one.runs]
+    if never:
+        ways += element("small", escape_markup(f"never {', '.join(never)}"))
+    name = element("span", escape_markup(one.name), style=f"padding-left:{min(one.depth, 8)}em")
+    return line(
+        (name, f"{meter}{_of(one.runs, total)}", ways),
+        ("node", "reached", "ways"),
+        class_=None if one.runs else "never",
+    )
+
+
+def _way_told(way: str) -> str:
+    return way.removeprefix("outcome ")
+
+
+def _of(count: int, total: int) -> str:
+    return "never" if not count else "always" if count == total else percent(count / total)
+
+
+def made_with(about: Mapping[str, Any], origin: SweepOrigin | None, versions: Sequence[str]) -> str:
+    """Return what the sweep was made with, and how it is gone on with."""
+    lines = []
+    if origin is not None and origin.command:
+        lines += [
+            hint("The sweep again, or on with it where it was stopped:"),
+            command_line(resume_command(origin.command)),
+        ]
+    lines += [
+        element("p", escape_markup(f"Versions: {one}"), class_="versions") for one in versions
+    ]
+    if digest := about.get("mission_hash"):
+        told = f"Files of the mission, its worlds and robots (SHA-256): {digest}"
+        lines.append(element("p", escape_markup(told), class_="hint"))
+    if origin is not None:
+        text = origin.bundle.files.get(origin.bundle.mission, "")
+        summary = element("summary", escape_markup(origin.path))
+        lines.append(element("details", summary + element("pre", escape_markup(text))))
+    return rows(lines)
+
+
+def _cut(text: str, most: int) -> str:
+    return text if len(text) <= most else f"{text[: most - 1]}…"
+
+
+def _length(metres: float) -> str:
+    return f"{metres:,.0f} m" if metres < 10_000 else f"{metres / 1000:,.0f} km"
+
+
+def _duration(seconds: float) -> str:
+    """A time in the unit that suits it."""
+    for unit, size in (("days", 86400), ("h", 3600), ("min", 60)):
+        if seconds >= 2 * size:
+            return f"{number(seconds / size, 1)} {unit}"
+    return f"{number(seconds, 1)} s"

@@ -1,0 +1,98 @@
+"""The results of a sweep for a terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+
+from rich.console import RenderableType
+from rich.padding import Padding
+from rich.table import Table
+from rich.text import Text
+
+from bt_mission.sweeps.repeat import Repeater, told_parameters
+from bt_mission.sweeps.report.columns import SweepColumns
+from bt_mission.sweeps.report.factors import Factor, factors_of
+from bt_mission.sweeps.row import ScenarioRow
+from bt_mission.sweeps.summary import FailureGroup, percent, span
+from bt_mission.views.html_report.markup import number
+
+MOST_GROUPS = 8
+
+
+def told(
+    name: str, columns: SweepColumns, worst: Sequence[ScenarioRow], repeater: Repeater
+) -> Iterator[RenderableType]:
+    """Yield the tables, each with its heading.
+
+    Args:
+        name: Of the mission.
+        worst: Rows that are told of one by one.
+    """
+    tally = columns.tally
+    yield Text(f"{name}: {tally.count}")
+    yield Text(
+        f"{tally.count.failed:,} failed, {tally.count.errors:,} could not run; "
+        f"{tally.orphaned_goals:,} goals orphaned, {tally.collisions:,} collisions"
+    )
+    for factor in factors_of(columns):
+        yield from _section(f"by {factor.name}", _levels(factor))
+    if tally.requirements:
+        yield from _section("requirements", _requirements(columns))
+    if tally.failures:
+        yield from _section("failures", *_failures(tally.failures, repeater))
+    if worst:
+        yield from _section("the worst", _worst(worst))
+
+
+def _section(title: str, *parts: RenderableType) -> Iterator[RenderableType]:
+    yield Text(f"\n{title}", style="bold")
+    for one in parts:
+        yield one if isinstance(one, Text) else Padding(one, (0, 0, 0, 2))
+
+
+def _table(columns: Iterable[str], right: str = "") -> Table:
+    """A table without lines; of the columns whose place in `right` has a mark, cells are to it."""
+    table = Table(box=None, padding=(0, 2, 0, 0), header_style="dim")
+    for place, name in enumerate(columns):
+        is_right = right[place : place + 1] == ">"
+        table.add_column(name, justify="right" if is_right else "left", no_wrap=is_right)
+    return table
+
+
+def _levels(factor: Factor) -> Table:
+    table = _table((factor.name, "scenarios", "succeeded", "share", "95 %"), " >>> ")
+    for one in factor.levels:
+        table.add_row(
+            Text(one.label),
+            f"{one.total:,}",
+            f"{one.passed:,}",
+            percent(one.rate),
+            span(*one.interval),
+        )
+    return table
+
+
+def _requirements(columns: SweepColumns) -> Table:
+    table = _table(("", "holds", "violated", "open", "unknown", "smallest margin"), " >>>>>")
+    for name, one in columns.tally.requirements.items():
+        counts = [f"{one.verdicts[key]:,}" for key in ("holds", "violated", "open", "unknown")]
+        least = "" if one.least is None else f"{number(one.least)} {one.unit}".strip()
+        table.add_row(Text(name), *counts, least)
+    return table
+
+
+def _failures(groups: Sequence[FailureGroup], repeater: Repeater) -> Iterator[RenderableType]:
+    for one in groups[:MOST_GROUPS]:
+        yield Text.assemble((f"  {one.count:,} times ", "bold"), one.reason)
+        yield Text(f"    {repeater.command(one.example)}", style="dim")
+    if len(groups) > MOST_GROUPS:
+        yield Text(f"  and {len(groups) - MOST_GROUPS:,} other kinds: see --json or the page")
+
+
+def _worst(rows: Sequence[ScenarioRow]) -> Table:
+    table = _table(("id", "scenario", "values", "outcome"), " >")
+    for row in rows:
+        outcome = Text("succeeded" if row.passed else row.why_failed, no_wrap=True)
+        outcome.overflow = "ellipsis"
+        table.add_row(row.id, str(row.number), Text(told_parameters(row)), outcome)
+    return table
