@@ -21,6 +21,12 @@ from bt_mission.cli.options import (
     mission_file,
 )
 from bt_mission.cli.run import announce, leaving_at_once
+from bt_mission.cli.workers import (
+    add_worker_options,
+    is_alone,
+    pool_for,
+    refuse_worker_options,
+)
 from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
@@ -79,6 +85,7 @@ def add_parser(commands: Any) -> None:
         metavar="FOLDER",
         help="where the result is written (default: found/NAME)",
     )
+    add_worker_options(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON object at the end")
     parser.set_defaults(command=falsify)
 
@@ -131,6 +138,8 @@ def falsify(options: argparse.Namespace) -> int:
 def _falsify(options: argparse.Namespace) -> int:
     if options.simplify < 0:
         raise BtMissionError(f"--simplify: expected runs, 0 or more, got {options.simplify}")
+    if not is_alone(options):
+        refuse_worker_options(options)
     announce(f"loading {options.file}, starting the simulation")
     from bt_mission.core.dds.middleware import prepare_middleware
     from bt_mission.core.interrupts import InterruptSignals
@@ -156,21 +165,25 @@ def _falsify(options: argparse.Namespace) -> int:
             wanted,
             lambda state: progress.show(state) and not interrupts.count,
         )
-        _carry_out(session)
+        asyncio.run(_carry_out(session, options))
         progress.end()
     return _tell(session, folder, options)
 
 
-def _carry_out(session: SearchSession) -> None:
-    from rclpy.logging import LoggingSeverity, set_logger_level
+async def _carry_out(session: SearchSession, options: argparse.Namespace) -> None:
+    if is_alone(options):
+        from rclpy.logging import LoggingSeverity, set_logger_level
 
-    from bt_mission.sweeps.runner import SerialRunner
-    from bt_mission.sweeps.work import ScenarioWorker
+        from bt_mission.sweeps.runner import SerialRunner
+        from bt_mission.sweeps.work import ScenarioWorker
 
-    # What thousands of broken runs warn of would bury the progress; the recording has it.
-    set_logger_level("", LoggingSeverity.FATAL)
-    with ScenarioWorker(session.base.bundle) as worker:
-        asyncio.run(session.run(SerialRunner(worker)))
+        # What thousands of broken runs warn of would bury the progress; the recording has it.
+        set_logger_level("", LoggingSeverity.FATAL)
+        with ScenarioWorker(session.base.bundle) as worker:
+            await session.run(SerialRunner(worker))
+        return
+    async with pool_for(options, session.base.bundle) as pool:
+        await session.run(pool)
 
 
 def _changes(options: argparse.Namespace) -> Any:

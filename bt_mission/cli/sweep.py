@@ -22,6 +22,7 @@ from bt_mission.cli.options import (
     mission_file,
 )
 from bt_mission.cli.run import announce, leaving_at_once
+from bt_mission.cli.sweep_report import tell_results, write_page
 from bt_mission.cli.workers import (
     add_worker_options,
     has_terminal,
@@ -30,7 +31,6 @@ from bt_mission.cli.workers import (
     run_interruptible,
 )
 from bt_mission.core.errors import BtMissionError
-from bt_mission.core.text import escape_control
 
 if TYPE_CHECKING:
     from bt_mission.sweeps.plan import SweepPlan
@@ -318,11 +318,15 @@ def _tell(
             f"{why_stopped}\n{left:,} scenarios are left; the same command with --resume goes on",
             file=sys.stderr,
         )
-    if options.json:
-        about = {"of": progress.total, "results": str(store.folder), "stopped": why_stopped}
-        print(json.dumps({**progress.tally.as_dict(), **about}))
-    else:
-        print("\n".join(map(escape_control, progress.told())))
+    if not options.json:
+        tell_results(store, options.report)
+        return
+    about = {"of": progress.total, "results": str(store.folder), "stopped": why_stopped}
+    try:
+        about["report"] = str(write_page(store, options.report, None))
+    except BtMissionError as error:
+        about["report_lacks"] = str(error)
+    print(json.dumps({**progress.tally.as_dict(), **about}))
 
 
 def _judge(options: argparse.Namespace, progress: SweepProgress) -> int:

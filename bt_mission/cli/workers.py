@@ -79,6 +79,11 @@ def require_dask() -> None:
         ) from error
 
 
+def is_alone(options: argparse.Namespace) -> bool:
+    """Is one process enough: that of the command itself?"""
+    return options.workers == 1 and options.scheduler is None
+
+
 def pool_for(options: argparse.Namespace, bundle: Bundle) -> ScenarioPool:
     """Return the workers that the options name, ready to be entered."""
     from bt_mission.sweeps.pool import WORKER_MEMORY, PoolOptions, ScenarioPool, memory

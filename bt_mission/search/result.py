@@ -5,30 +5,20 @@ from __future__ import annotations
 import os
 import re
 import textwrap
-from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import Kind, find, folders
 from bt_mission.core.yaml.dump import to_yaml
-from bt_mission.executive.report import Report
-from bt_mission.faults.located import planned_on
-from bt_mission.recording.verification import read_verified_run
-from bt_mission.recording.writer import RunRecorder
 from bt_mission.scenarios.loader import load_scenario
-from bt_mission.scenarios.run import stop_at
-from bt_mission.scenarios.scenario import Scenario
 from bt_mission.scenarios.writer import mission_as_data
 from bt_mission.search.guide import CLEARANCE, Failure
 from bt_mission.search.search import Found
 from bt_mission.search.sentence import sentence
-from bt_mission.sessions.session import summarise
-from bt_mission.sessions.stage import Stage
 from bt_mission.sweeps.base import BaseScenario
-from bt_mission.views.html_report.page import page_of
+from bt_mission.sweeps.recording import record_scenario, write_page_of
 
 TEST = '''"""{sentence}
 
@@ -78,14 +68,14 @@ def write_found(base: BaseScenario, found: Found, folder: Path) -> FoundFiles:
     recording, page = folder / f"{name}.mcap", folder / f"{name}.html"
     data = scenario_data(base, found, folder)
     _write(scenario, to_yaml(data))
-    report = record(load_scenario(scenario), recording)
+    report = record_scenario(load_scenario(scenario), recording)
     told = sentence(found.failure, report, found.candidate)
     full = textwrap.fill(f"{told[0].upper()}{told[1:]}.", 90, break_on_hyphens=False)
     head = f"{textwrap.indent(full, '# ')}\n#\n#   bt-mission run {scenario}\n\n"
     _write(scenario, head + to_yaml(data))
     quoted = full.replace("\\", "\\\\").replace('"', "'")
     _write(test, TEST.format(sentence=quoted, name=name, file=scenario.name))
-    _write(page, page_of(read_verified_run(recording)))
+    write_page_of(recording, page)
     is_same = report.trace_sha256 == found.row.trace_sha256
     return FoundFiles(folder, scenario, test, recording, page, told, is_same)
 
@@ -109,29 +99,6 @@ def scenario_data(base: BaseScenario, found: Found, folder: Path) -> dict[str, A
         data["requirements"] = requirements
     data["expect"] = _expected(found)
     return data
-
-
-def record(scenario: Scenario, path: Path) -> Report:
-    """Carry a scenario out, and record it. Raises BtMissionError where it cannot be written."""
-    path.unlink(missing_ok=True)
-    with ExitStack() as stack:
-        images = Path(stack.enter_context(TemporaryDirectory()))
-        stage = stack.enter_context(
-            Stage(
-                scenario.mission,
-                image_folder=images,
-                say=lambda _: None,
-                options=scenario.stage_options,
-            )
-        )
-        stop_at(stage, scenario.limit)
-        with_outcomes = stack.enter_context(planned_on(stage, scenario.faults))
-        recorder = stack.enter_context(RunRecorder(stage, path))
-        while not stage.is_done:
-            stage.step()
-        report = with_outcomes(summarise(stage, 0.0))
-        recorder.finish(report.as_dict())
-        return report
 
 
 # ---- the scenario's file ---------------------------------------------------------------------

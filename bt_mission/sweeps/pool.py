@@ -7,7 +7,7 @@ import logging
 import os
 import signal
 from collections import deque
-from collections.abc import AsyncIterator, Iterable, Iterator
+from collections.abc import AsyncGenerator, AsyncIterator, Iterable, Iterator
 from contextlib import AsyncExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any, Self
@@ -128,7 +128,9 @@ class ScenarioPool:
         """Link to Dask's dashboard; empty where there is none."""
         return str(self._client.dashboard_link) if self._has_dashboard else ""
 
-    async def rows(self, scenarios: Iterable[ConcreteScenario]) -> AsyncIterator[ScenarioRow]:
+    async def rows(
+        self, scenarios: Iterable[ConcreteScenario]
+    ) -> AsyncGenerator[ScenarioRow, None]:
         """Carry scenarios out, and give what each came to, in the order in which they end.
 
         They are made as workers get free, so there may be any number of them. One that dies with
@@ -356,10 +358,14 @@ class _BundlePlugin(WorkerPlugin):  # type: ignore[misc] # distributed publishes
         if self.is_local:
             signal.signal(signal.SIGINT, signal.SIG_IGN)
         # Loads rclpy and MuJoCo.
+        from rclpy.logging import LoggingSeverity, set_logger_level  # noqa: PLC0415 - likewise
+
         from bt_mission.scenarios.runner import ScenarioProcess  # noqa: PLC0415 - not in the client
         from bt_mission.sweeps.work import ScenarioWorker  # noqa: PLC0415 - likewise
 
         self.scenarios = ScenarioWorker(self.bundle, ScenarioProcess().run)
+        # What thousands of broken runs warn of would bury the progress; their rows have the reason.
+        set_logger_level("", LoggingSeverity.FATAL)
 
     def teardown(self, worker: Any) -> None:  # noqa: ARG002 - likewise
         """Remove its files."""

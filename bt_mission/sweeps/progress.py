@@ -10,7 +10,6 @@ from bt_mission.sweeps.row import ScenarioRow
 from bt_mission.sweeps.summary import SweepTally
 
 MOST_REASONS = 4
-MOST_TOLD = 20
 
 
 @dataclass
@@ -68,15 +67,6 @@ class SweepProgress:
             rest = sum(one.count for one in failures[MOST_REASONS:])
             lines.append(f"  {rest:,} x for {len(failures) - MOST_REASONS} other reasons")
         return [escape_control(one) for one in lines]
-
-    def told(self) -> list[str]:
-        """What it came to, for people: a line, and more for failures and requirements."""
-        tally = self.tally
-        lines = [f"{self.name}: {tally.count}"]
-        lines += [f"  {one.count:,} x {one.reason}" for one in tally.failures[:MOST_TOLD]]
-        for name, margin in tally.requirements.items():
-            lines.append(f"  requirement {name}: {margin}")
-        return lines
 
 
 def duration(seconds: float) -> str:

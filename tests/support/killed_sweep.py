@@ -51,8 +51,7 @@ class KilledSweep:
         try:
             for victim in victims:
                 self._start()
-                more = self._count() + self._draws.randint(1, 3)
-                self._wait(lambda more=more: self._count() >= more or not self._is_alive("client"))
+                self._wait_for(self._count() + self._draws.randint(1, 3))
                 self._pass(self._draws.uniform(0, 0.3))
                 self._kill(victim)
             self._start()
@@ -136,6 +135,9 @@ class KilledSweep:
                 return len(store.ids())
         except StoreError:
             return 0
+
+    def _wait_for(self, count: int) -> None:
+        self._wait(lambda: self._count() >= count or not self._is_alive("client"))
 
     def _pass(self, seconds: float) -> None:
         """Let the processes go on for a while."""
