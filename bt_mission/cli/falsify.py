@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import asyncio
 import json
 import sys
 from pathlib import Path
@@ -140,6 +139,8 @@ def _falsify(options: argparse.Namespace) -> int:
         raise BtMissionError(f"--simplify: expected runs, 0 or more, got {options.simplify}")
     if not is_alone(options):
         refuse_worker_options(options)
+    import asyncio
+
     announce(f"loading {options.file}, starting the simulation")
     from bt_mission.core.dds.middleware import prepare_middleware
     from bt_mission.core.interrupts import InterruptSignals

@@ -7,7 +7,6 @@ import io
 import os
 import sys
 from collections.abc import Callable, Sequence
-from importlib import metadata
 from typing import Any
 
 from bt_mission.cli import (
@@ -69,6 +68,8 @@ class Version(argparse.Action):
 
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
         """Print and leave."""
+        from importlib import metadata
+
         print(f"bt-mission {metadata.version('bt-mission')}")
         parser.exit()
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import asyncio
 import signal
 import sys
 from collections.abc import Coroutine
@@ -103,6 +102,8 @@ def run_interruptible(main: Coroutine[Any, Any, None]) -> str:
     Returns:
         The name of the signal that has cancelled it; empty where none has.
     """
+    import asyncio
+
     got: list[str] = []
 
     async def run() -> None:
