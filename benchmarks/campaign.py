@@ -11,7 +11,7 @@ results; a second run goes on where the first was stopped. A finding is
 - a goal that a server still carries out, by its own status topic, and that the run's end does not
   name as orphaned (not looked at where a server was killed),
 - a collision with something that stands still, though every fault was one that the servers can
-  notice (they are told nothing false by lidar, odometry or wheels, the base is not told old commands
+  notice (they are told nothing false by lidar, odometry or wheels, the base is told no old commands
   with fresh stamps, and nobody pushes or places obstacles).
 
 ``--show N`` prints scenario N as a test that repeats it.

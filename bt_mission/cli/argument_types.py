@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 import math
 
+LAST_PORT = 65535
+
 
 def seconds(text: str, expected: str = "seconds, 0 or more") -> float:
     """Read a time, s."""
@@ -25,6 +27,27 @@ def speed(text: str) -> float:
 def count(text: str) -> int:
     """Read a number of things, 1 or more."""
     return _integer(text, 1)
+
+
+def whole(text: str) -> int:
+    """Read an integer, 0 or more."""
+    return _integer(text, 0)
+
+
+def port(text: str) -> int:
+    """Read the number of a port; 0 is any that is free."""
+    value = _integer(text, 0)
+    if value > LAST_PORT:
+        raise argparse.ArgumentTypeError(f"expected a port from 0 to {LAST_PORT}, got '{text}'")
+    return value
+
+
+def share(text: str) -> float:
+    """Read a share, from 0 to 1."""
+    value = _number(text)
+    if not 0 <= value <= 1:
+        raise argparse.ArgumentTypeError(f"expected a share from 0 to 1, got '{text}'")
+    return value
 
 
 def seed(text: str) -> int:

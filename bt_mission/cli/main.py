@@ -7,7 +7,6 @@ import io
 import os
 import sys
 from collections.abc import Callable, Sequence
-from importlib import metadata
 from typing import Any
 
 from bt_mission.cli import (
@@ -17,6 +16,7 @@ from bt_mission.cli import (
     convert,
     diff,
     doctor,
+    falsify,
     fork,
     node_command,
     replay,
@@ -24,6 +24,7 @@ from bt_mission.cli import (
     run,
     serve,
     services,
+    sweep,
     sweep_report,
     topics,
     tree,
@@ -40,7 +41,8 @@ PARSERS: tuple[Callable[[Any], None], ...] = (
     *(one.add_parser for one in (run, watch, check, convert, tree)),
     check.add_schema_parser,
     *(one.add_parser for one in (serve, actions, topics, services, node_command)),
-    *(one.add_parser for one in (replay, fork, report, sweep_report, verify, diff, doctor)),
+    *(one.add_parser for one in (replay, fork, report, verify)),
+    *(one.add_parser for one in (sweep, sweep_report, falsify, diff, doctor)),
 )
 
 TRACEBACK = "BT_MISSION_TRACEBACK"
@@ -66,6 +68,8 @@ class Version(argparse.Action):
 
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
         """Print and leave."""
+        from importlib import metadata
+
         print(f"bt-mission {metadata.version('bt-mission')}")
         parser.exit()
 

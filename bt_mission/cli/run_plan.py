@@ -40,7 +40,7 @@ class RunPlan:
             visible=options.visible,
             network=options.network,
             watched=options.tui,
-            props=_obstacles() if self.faults else own.props,
+            props=_props_for(self.faults),
         )
 
     def faults_in(self, session: Any) -> AddOutcomes:
@@ -89,7 +89,9 @@ def _written_faults(options: argparse.Namespace) -> tuple[WrittenFault, ...]:
     return faults_in_texts(options.fault)
 
 
-def _obstacles() -> int:
-    from bt_mission.faults.world import MOST_OBSTACLES
+def _props_for(faults: tuple[WrittenFault, ...]) -> int:
+    if not faults:
+        return 0
+    from bt_mission.faults.located import props_for
 
-    return MOST_OBSTACLES
+    return props_for(faults)

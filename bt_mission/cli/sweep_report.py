@@ -98,9 +98,10 @@ def sweep_report(options: argparse.Namespace) -> int:
         if options.json:
             _print_json(store, options.worst or WORST)
         elif options.csv is None:
-            return _tell(store, options)
+            tell_results(store, options.html, options.worst)
+            return SUCCESS
         if options.html is not None:
-            _write_page(store, options)
+            print(write_page(store, options.html, options.worst), file=sys.stderr)
     return SUCCESS
 
 
@@ -141,8 +142,16 @@ def _print_json(store: ResultStore, worst: int) -> None:
     print(json.dumps({**columns.tally.as_dict(), "worst": columns.worst.ids(worst), **about}))
 
 
-def _tell(store: ResultStore, options: argparse.Namespace) -> int:
-    """Print the tables, and make the page."""
+def tell_results(store: ResultStore, page: Path | None = None, worst: int | None = None) -> None:
+    """Print the tables of a sweep, and make its page.
+
+    Args:
+        page: Where that goes; None is among the results.
+        worst: So many of the worst runs are told of.
+
+    Raises:
+        BtMissionError: Where the page cannot be made in the place that was named.
+    """
     from rich.text import Text
 
     from bt_mission.core.terminal.console import EscapingConsole
@@ -154,28 +163,28 @@ def _tell(store: ResultStore, options: argparse.Namespace) -> int:
     columns = SweepColumns.of(store.rows())
     width = None if sys.stdout.isatty() else UNSEEN_WIDTH
     console = EscapingConsole(sys.stdout, width=width)
-    worst = rows_of(store, columns.worst.ids(options.worst or SHOWN))
+    shown = rows_of(store, columns.worst.ids(worst or SHOWN))
     name = str(store.about.get("mission", store.folder))
-    for one in told(name, columns, worst, Repeater(store)):
+    for one in told(name, columns, shown, Repeater(store)):
         console.print(one, soft_wrap=isinstance(one, Text))  # a command is not broken
     try:
-        _write_page(store, options, columns)
+        written = write_page(store, page, worst, columns)
     except BtMissionError as error:
-        if options.html is not None:
+        if page is not None:
             raise
         print(error, file=sys.stderr)  # the tables are there without the page
-    return SUCCESS
+    else:
+        print(f"\nthe page: {written}")
 
 
-def _write_page(
-    store: ResultStore, options: argparse.Namespace, columns: SweepColumns | None = None
-) -> None:
+def write_page(
+    store: ResultStore, page: Path | None, worst: int | None, columns: SweepColumns | None = None
+) -> Path:
+    """Make the page of a sweep; gives its path.
+
+    Raises:
+        BtMissionError: Where it cannot be made.
+    """
     from bt_mission.sweeps.report.page import write_sweep_page
 
-    path = write_sweep_page(store, options.html, worst=options.worst or WORST, columns=columns)
-    print(f"\nthe page: {path}" if not options.json else path, file=_stream(options))
-
-
-def _stream(options: argparse.Namespace) -> Any:
-    """Where the page's name goes: not among what programs read."""
-    return sys.stderr if options.json or options.csv is not None else sys.stdout
+    return write_sweep_page(store, page, worst=worst or WORST, columns=columns)

@@ -52,7 +52,7 @@ class StartForm(Written):
 class ExpectForm(Written):
     """What must come out; without a word of it, success and no violated requirement."""
 
-    outcome: Literal["success", "failure", "interrupted"] = "success"
+    outcome: Literal["success", "failure", "interrupted", "any"] = "success"
     reason: Annotated[fields.Line | None, AfterValidator(lambda text: text and _pattern(text))] = (
         None
     )
@@ -60,7 +60,7 @@ class ExpectForm(Written):
     after: Time | None = None
     before: Time | None = None
     violated: list[fields.Line] = []
-    orphaned_goals: Count = 0
+    orphaned_goals: Count | Literal["any"] = 0
     collisions: Count | None = None
 
 

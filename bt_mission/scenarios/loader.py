@@ -232,6 +232,6 @@ def _expectation(written: ScenarioFile) -> Expectation:
         after=expect.after,
         before=expect.before,
         violated=tuple(expect.violated),
-        orphaned_goals=expect.orphaned_goals,
+        orphaned_goals=None if expect.orphaned_goals == "any" else expect.orphaned_goals,
         collisions=expect.collisions,
     )

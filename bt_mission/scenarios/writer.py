@@ -68,7 +68,7 @@ def scenario_text(run: TestedRun, name: str, folder: Path) -> str:
     report = run.report
     data: dict[str, Any] = {
         "scenario": name,
-        **_mission(run.mission, folder),
+        **mission_as_data(run.mission, folder),
         "seed": run.mission.seed,
     }
     if isinstance(run.options.world, World):
@@ -102,7 +102,7 @@ def refuse_untellable(run: TestedRun) -> None:
         except CannotTellError as error:
             problems += error.parts
     try:
-        _mission(run.mission, Path())
+        mission_as_data(run.mission, Path())
     except CannotTellError as error:
         problems += error.parts
     if problems:
@@ -189,7 +189,15 @@ def _unusual(run: TestedRun) -> Iterator[str]:
 # ---- the mission and its place ---------------------------------------------------------------
 
 
-def _mission(mission: Mission, folder: Path) -> dict[str, Any]:
+def mission_as_data(mission: Mission, folder: Path) -> dict[str, Any]:
+    """Return the keys of a scenario that name a mission, and what differs from its file.
+
+    Args:
+        folder: Where the scenario will be written; paths are relative to that.
+
+    Raises:
+        CannotTellError: With what is no data.
+    """
     document = mission.document
     if document is None:
         raise CannotTellError(["the mission is no file and no text"])

@@ -6,6 +6,7 @@
 - ``base``: the mission or scenario that is varied
 - ``plan``: the scenarios of a sweep, by number
 - ``work``: carries a concrete scenario out
+- ``runner``: carries many out; the protocol of pools
 - ``row``: what one scenario came to
 - ``store``: all rows, in SQLite
 - ``summary``: what the rows come to, added up one by one

@@ -18,8 +18,6 @@ from bt_mission.sweeps.concrete import ConcreteScenario
 from bt_mission.sweeps.space import VARY_OPTION, Choices, Interval, Parameter
 
 NO_PLAN = ""
-AT_ONCE = 1_000_000
-"""So many scenarios are made at once, at most; ids of so many take 200 MB."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +99,9 @@ class SweepPlan:
         seen: set[str] = set()
         for number in range(start, self.count):
             made = self.scenario(number)
-            if made.id not in seen:
+            if self.sample is None:
+                yield made
+            elif made.id not in seen:
                 seen.add(made.id)
                 yield made
 

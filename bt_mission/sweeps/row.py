@@ -101,9 +101,7 @@ class ScenarioRow:
         return f"requirement violated: {', '.join(violated)}"
 
 
-def row_of(
-    scenario: ConcreteScenario, result: ScenarioResult, *, wall_s: float, coverage: str = ""
-) -> ScenarioRow:
+def row_of(scenario: ConcreteScenario, result: ScenarioResult, *, wall_s: float) -> ScenarioRow:
     """Return the row of a scenario that was carried out."""
     report = result.report
     margins = {
@@ -137,7 +135,7 @@ def row_of(
         ticks=report.ticks,
         least_margin=min(known, default=None),
         requirements=margins,
-        coverage=coverage,
+        coverage=result.coverage.as_hex() if result.coverage else "",
         trace_sha256=report.trace_sha256,
     )
 

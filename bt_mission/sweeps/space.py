@@ -96,7 +96,8 @@ def parse_parameter(text: str, option: str = VARY_OPTION) -> Parameter:
         raise _wrong(text, f"expected NAME=VALUES, such as {EXAMPLES}", option)
     if found := _INTERVAL.fullmatch(written):
         is_whole = all(re.fullmatch(r"[+-]?\d+", one) for one in found.groups())
-        return _interval(name, float(found[1]), float(found[2]), is_whole, text, option)
+        made = Interval(name, float(found[1]), float(found[2]), is_whole)
+        return _checked(made, text, option)
     try:
         values = read_text(f"[{written}]").data
     except InputError:
@@ -143,15 +144,13 @@ def refuse_repeated(parameters: Sequence[Parameter], option: str = VARY_OPTION) 
             raise _wrong(one, f"{quoted(one)} is given twice", option)
 
 
-def _interval(
-    name: str, low: float, high: float, is_whole: bool, source: str, option: str
-) -> Interval:
-    if not low < high:
-        message = f"{quoted(name)}: expected the lower end first, got {low:g}..{high:g}"
+def _checked(one: Interval, source: str, option: str) -> Interval:
+    if not one.low < one.high:
+        message = f"{quoted(one.name)}: expected the lower end first, got {one.low:g}..{one.high:g}"
         raise _wrong(source, message, option)
-    if name in ("world", "robot"):
-        raise _wrong(source, f"{quoted(name)} has names, not numbers between two ends", option)
-    return Interval(name, low, high, is_whole)
+    if one.name in ("world", "robot"):
+        raise _wrong(source, f"{quoted(one.name)} has names, not numbers between two ends", option)
+    return one
 
 
 def _wrong(source: str, message: str, option: str) -> InputError:

@@ -58,17 +58,28 @@ class ResultStore:
         Raises:
             StoreError: Where there are results already, or they cannot be written.
         """
-        if (folder / FILE).exists():
-            raise StoreError(
-                f"{folder}: has results of a sweep; add --resume to go on with it, or name another "
-                "folder with -o"
-            )
         store = cls._writable(folder)
+        if store.is_empty:
+            return store.begin(about)
+        store.close()
+        raise StoreError(
+            f"{folder}: has results of a sweep; add --resume to go on with it, or name another "
+            "folder with -o"
+        )
+
+    @property
+    def is_empty(self) -> bool:
+        """Was the file just made, or its maker killed before it had begun?"""
+        found = self._connection.execute("SELECT count(*) FROM sqlite_master").fetchone()
+        return not found[0]
+
+    def begin(self, about: Mapping[str, Any]) -> Self:
+        """Make the tables."""
         columns = ", ".join(
             f"{one.name} {_column(str(one.type))}{' PRIMARY KEY' if one.name == 'id' else ''}"
             for one in fields(ScenarioRow)
         )
-        with store._transaction("begin the results") as connection:
+        with self._transaction("begin the results") as connection:
             connection.execute(f"CREATE TABLE IF NOT EXISTS scenarios ({columns}) WITHOUT ROWID")
             connection.execute(
                 "CREATE TABLE IF NOT EXISTS about (key TEXT PRIMARY KEY, value TEXT) WITHOUT ROWID"
@@ -77,7 +88,7 @@ class ResultStore:
                 "INSERT OR REPLACE INTO about VALUES (?, ?)",
                 [("format", str(FORMAT)), ("sweep", json.dumps(about, sort_keys=True))],
             )
-        return store
+        return self
 
     @classmethod
     def resume(cls, folder: Path, about: Mapping[str, Any]) -> Self:
@@ -86,10 +97,11 @@ class ResultStore:
         Raises:
             StoreError: For results of another sweep, with what differs.
         """
-        if not (folder / FILE).exists():
-            return cls.create(folder, about)
         store = cls._writable(folder)
+        if store.is_empty:
+            return store.begin(about)
         try:
+            store.check_format()
             _refuse_other(folder, store.about, json.loads(json.dumps(about)))
         except BaseException:
             store.close()
@@ -108,7 +120,7 @@ class ResultStore:
             raise StoreError(f"{folder}: no results of a sweep are there (no {FILE})")
         connection = sqlite3.connect(f"{file.resolve().as_uri()}?mode=ro", uri=True)
         store = cls(file.parent, connection)
-        store._check_format()
+        store.check_format()
         return store
 
     @classmethod
@@ -123,7 +135,6 @@ class ResultStore:
         except OSError as error:
             lock.close()
             raise StoreError(f"{folder}: another sweep writes its results there") from error
-        is_new = not (folder / FILE).exists()
         try:
             connection = sqlite3.connect(folder / FILE, isolation_level=None)
             connection.execute("PRAGMA journal_mode=WAL")
@@ -131,12 +142,10 @@ class ResultStore:
         except sqlite3.Error as error:
             lock.close()
             raise StoreError(f"{folder / FILE}: {error}") from error
-        store = cls(folder, connection, lock)
-        if not is_new:
-            store._check_format()
-        return store
+        return cls(folder, connection, lock)
 
-    def _check_format(self) -> None:
+    def check_format(self) -> None:
+        """Refuse what is no file of ours, or of another version. Raises StoreError."""
         try:
             found = self._connection.execute("SELECT value FROM about WHERE key = 'format'")
             row = found.fetchone()
@@ -178,9 +187,12 @@ class ResultStore:
         with self._transaction("write a row") as connection:
             connection.execute(f"INSERT OR REPLACE INTO scenarios VALUES ({marks})", values)  # noqa: S608 - question marks only
 
-    def ids(self) -> set[str]:
-        """The ids of all rows."""
-        return {one for (one,) in self._connection.execute("SELECT id FROM scenarios")}
+    def ids(self, *, without_errors: bool = False) -> set[str]:
+        """The ids of all rows, or of those of scenarios that could run."""
+        query = "SELECT id FROM scenarios"
+        if without_errors:
+            query += " WHERE outcome != 'error'"
+        return {one for (one,) in self._connection.execute(query)}
 
     def rows(self, where: str = "", *values: Any) -> Iterator[ScenarioRow]:
         """All rows, in the order of their numbers.
@@ -195,6 +207,14 @@ class ResultStore:
                 yield _row(dict(zip(_NAMES, found, strict=True)))
         except sqlite3.DatabaseError as error:
             raise StoreError(f"{self.folder / FILE}: {error}") from error
+
+    def worst(self, most: int, *, only_failed: bool = False) -> list[ScenarioRow]:
+        """Those that have not passed, then those with the smallest margins; errors are left out."""
+        where = "outcome != 'error'" + (" AND NOT passed" if only_failed else "")
+        order = "passed, least_margin IS NULL, least_margin, number"
+        query = f"SELECT {', '.join(_NAMES)} FROM scenarios WHERE {where} ORDER BY {order} LIMIT ?"  # noqa: S608 - no text of a user's
+        found = self._connection.execute(query, (most,))
+        return [_row(dict(zip(_NAMES, one, strict=True))) for one in found]
 
     # ---- ends ----------------------------------------------------------------------------
 

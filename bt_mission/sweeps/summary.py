@@ -80,6 +80,7 @@ class OutcomeCount:
 
 def percent(share: float) -> str:
     """A share in per cent, with so many digits that a rare failure does not vanish."""
+    share = round(share, 12)
     for digits in range(1, 9):
         text = f"{100 * share:.{digits}f}"
         if float(text) not in (0, 100) or share in (0, 1):

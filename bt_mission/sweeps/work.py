@@ -6,6 +6,8 @@ import json
 import os
 import socket
 import traceback
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import TracebackType
@@ -17,10 +19,12 @@ from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.core.yaml.document import read_text
 from bt_mission.scenarios.loader import load_scenario
 from bt_mission.scenarios.run import run_scenario
-from bt_mission.scenarios.scenario import Scenario
+from bt_mission.scenarios.scenario import Scenario, ScenarioResult
 from bt_mission.sweeps.bundle import Bundle
 from bt_mission.sweeps.concrete import ConcreteScenario
+from bt_mission.sweeps.recording import record_scenario, write_page_of
 from bt_mission.sweeps.row import ScenarioRow, row_of, row_of_error
+from bt_mission.sweeps.versions import fingerprint
 
 
 class ScenarioWorker:
@@ -28,12 +32,14 @@ class ScenarioWorker:
 
     Args:
         bundle: The files of all scenarios.
+        run: Carries one out, as `run_scenario` does.
 
-    Use it as a context manager: it has a folder of its own.
+    Use it as a context manager, or close it: it has a folder of its own.
     """
 
-    def __init__(self, bundle: Bundle) -> None:
+    def __init__(self, bundle: Bundle, run: Callable[..., ScenarioResult] = run_scenario) -> None:
         self._bundle = bundle
+        self._run = run
         self._folder = TemporaryDirectory(prefix="bt_mission_", ignore_cleanup_errors=True)
         self.name = f"{socket.gethostname()}:{os.getpid()}"
         bundle.write_to(Path(self._folder.name))
@@ -44,6 +50,10 @@ class ScenarioWorker:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None
     ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Remove its folder."""
         self._folder.cleanup()
 
     def load(self, scenario: ConcreteScenario) -> Scenario:
@@ -57,11 +67,27 @@ class ScenarioWorker:
         text = json.dumps(dict(scenario.data), ensure_ascii=False)
         return load_scenario(read_text(text, str(place.with_name(f"{scenario.id}.scenario.yaml"))))
 
+    def record(self, scenario: ConcreteScenario) -> tuple[bytes, bytes]:
+        """Carry a concrete scenario out once more; gives its recording, and the page of that.
+
+        Raises:
+            BtMissionError: Where it cannot be carried out.
+        """
+        recording = Path(self._folder.name) / f"{scenario.id}.mcap"
+        page = recording.with_suffix(".html")
+        try:
+            record_scenario(self.load(scenario), recording)
+            write_page_of(recording, page)
+            return recording.read_bytes(), page.read_bytes()
+        finally:
+            recording.unlink(missing_ok=True)
+            page.unlink(missing_ok=True)
+
     def carry_out(self, scenario: ConcreteScenario) -> ScenarioRow:
         """Carry a concrete scenario out; whatever goes wrong is its row."""
         watch = Stopwatch()
         try:
-            result = run_scenario(self.load(scenario))
+            result = self._run(self.load(scenario), with_coverage=True)
             row = row_of(scenario, result, wall_s=watch.elapsed_s)
         except InputError as error:
             row = row_of_error(scenario, "; ".join(one.message for one in error.faults))
@@ -71,4 +97,4 @@ class ScenarioWorker:
             where = traceback.extract_tb(error.__traceback__)[-1]
             place = f"{Path(where.filename).name}:{where.lineno}"
             row = row_of_error(scenario, f"{type(error).__name__} at {place}: {error}")
-        return row
+        return replace(row, versions=fingerprint(), worker=self.name)

@@ -6,7 +6,7 @@ import ctypes
 import os
 from pathlib import Path
 
-from bt_mission.core.dds.discovery import MACHINE, RANGE
+from bt_mission.core.dds.discovery import MACHINE, PROCESS, RANGE
 from bt_mission.core.errors import BtMissionError
 
 FAST_DDS = Path(__file__).resolve().parent / "fast_dds.xml"
@@ -23,8 +23,9 @@ PROFILES = ("FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_FILE")
 def prepare_middleware() -> None:
     """Make ready for rclpy, with settings of Fast DDS for processes that die without a word.
 
-    The file says which, and why. Where only this machine is to find the process, its sockets are
-    bound to the loopback interface. Settings of the user's own stay.
+    The file says which, and why. Where only this machine is to find the process, or nobody, its
+    sockets are bound to the loopback interface, and it has no shared memory. Settings of the user's
+    own stay.
 
     Raises:
         BtMissionError: When it cannot be loaded, or the domain id is none.
@@ -32,7 +33,8 @@ def prepare_middleware() -> None:
     refuse_absent_middleware()
     ours = ("", str(FAST_DDS), str(LOOPBACK))
     if all(os.environ.get(name, "") in ours for name in PROFILES):
-        is_local = os.environ.get(RANGE) == MACHINE and not os.environ.get("ROS_STATIC_PEERS")
+        found_by, peers = os.environ.get(RANGE), os.environ.get("ROS_STATIC_PEERS")
+        is_local = found_by == PROCESS or (found_by == MACHINE and not peers)
         os.environ[PROFILES[0]] = str(LOOPBACK if is_local else FAST_DDS)
 
 

@@ -7,11 +7,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from bt_mission.faults import PlannedFault
+from bt_mission.faults.faults import FAULTS
 from bt_mission.faults.planned import AtTime
 from bt_mission.faults.values import planned_fault
 from bt_mission.testing.generators.draws import Draws, maybe, number, one_of
 
 MOST_FAULTS = 5
+STEP_S = 0.25
 LATEST_S = 20.0
 LONGEST_S = 3.0
 
@@ -40,6 +42,25 @@ class FaultDraw:
     ends: bool = True
 
 
+@dataclass(frozen=True)
+class FaultChoice:
+    """What faults are drawn from.
+
+    Attributes:
+        names: Of :data:`DRAWN` and :data:`IN_LEAVES`.
+        leaves: Names or paths of leaves in which exceptions may be raised.
+        actions: Of a mission; none are :data:`ACTIONS`.
+        times: The first and the last, s since the start, in steps of :data:`STEP_S`.
+        lasting: The shortest and the longest, s.
+    """
+
+    names: Sequence[str]
+    leaves: Sequence[str] = ()
+    actions: Sequence[str] = ()
+    times: tuple[float, float] = (STEP_S, LATEST_S)
+    lasting: tuple[float, float] = (STEP_S, LONGEST_S)
+
+
 def drawn_faults(
     draws: Draws, names: Sequence[str] = (), leaves: Sequence[str] = ()
 ) -> tuple[PlannedFault, ...]:
@@ -51,21 +72,22 @@ def drawn_faults(
         leaves: Names or paths of leaves in which exceptions may be raised.
     """
     count = draws.whole(0, MOST_FAULTS)
-    return tuple(
-        fault for _ in range(count) for fault in _faults(draws, names or GRAPH_FAULTS, leaves)
-    )
+    choice = FaultChoice(names or GRAPH_FAULTS, leaves)
+    return tuple(fault for _ in range(count) for fault in drawn_fault(draws, choice))
 
 
-def _faults(draws: Draws, names: Sequence[str], leaves: Sequence[str]) -> tuple[PlannedFault, ...]:
+def drawn_fault(draws: Draws, choice: FaultChoice) -> tuple[PlannedFault, ...]:
     """One fault, and what it needs before it."""
-    time = number(draws, 0.25, LATEST_S, 0.25)
-    name = one_of(draws, names)
+    time = number(draws, *choice.times, STEP_S)
+    name = one_of(draws, choice.names)
     if name in IN_LEAVES:
         method = one_of(draws, ("update", "initialise", "terminate"))
-        return (planned_fault(AtTime(time), name, one_of(draws, leaves), method=method),)
+        return (planned_fault(AtTime(time), name, one_of(draws, choice.leaves), method=method),)
     arguments, options = DRAWN[name].make(draws)
+    if choice.actions and "action" in FAULTS[name].parameters:
+        arguments = (one_of(draws, choice.actions), *arguments[1:])
     if DRAWN[name].ends:
-        options = options | {"lasting": number(draws, 0.25, LONGEST_S, 0.25)}
+        options = options | {"lasting": number(draws, *choice.lasting, STEP_S)}
     found = planned_fault(AtTime(time), name, *arguments, **options)
     if name in OF_A_BOX:
         return (planned_fault(AtTime(time), "spawn_box", 1.0, 0.0, even_into_the_robot=True), found)

@@ -25,6 +25,8 @@ def _no_settings(monkeypatch: pytest.MonkeyPatch) -> None:
     [
         ("LOCALHOST", "", LOOPBACK),
         ("LOCALHOST", "192.0.2.7", FAST_DDS),
+        ("OFF", "", LOOPBACK),
+        ("OFF", "192.0.2.7", LOOPBACK),
         ("SUBNET", "", FAST_DDS),
         ("", "", FAST_DDS),
     ],
@@ -32,9 +34,9 @@ def _no_settings(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_what_this_machine_alone_may_find_is_bound_to_the_loopback_interface(
     monkeypatch: pytest.MonkeyPatch, reach: str, peers: str, profile: object
 ) -> None:
-    """Unless other machines are named as peers; a later command decides anew."""
+    """Unless other machines are named as peers; likewise what nobody may find."""
     monkeypatch.setenv("ROS_STATIC_PEERS", peers)
-    for one in ("SUBNET", "LOCALHOST", reach):
+    for one in ("SUBNET", "LOCALHOST", "OFF", reach):
         monkeypatch.setenv(RANGE, one)
         prepare_middleware()
     assert os.environ[PROFILES[0]] == str(profile)

@@ -1,0 +1,346 @@
+"""``bt-mission sweep``: many scenarios of one mission, on all processors or on a cluster."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from bt_mission.cli.argument_types import count, seconds, seed, share, whole
+from bt_mission.cli.check import permissions_of
+from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
+from bt_mission.cli.options import (
+    add_fault_option,
+    add_mission_file,
+    add_plain_option,
+    add_python_option,
+    add_require_option,
+    add_set_option,
+    mission_file,
+)
+from bt_mission.cli.run import announce, leaving_at_once
+from bt_mission.cli.sweep_report import tell_results, write_page
+from bt_mission.cli.workers import (
+    add_worker_options,
+    has_terminal,
+    pool_for,
+    refuse_worker_options,
+    run_interruptible,
+)
+from bt_mission.core.errors import BtMissionError
+
+if TYPE_CHECKING:
+    from bt_mission.sweeps.plan import SweepPlan
+    from bt_mission.sweeps.progress import SweepProgress
+    from bt_mission.sweeps.store import ResultStore
+
+MOST_UNASKED = 100_000
+
+EPILOG = """\
+examples:
+  bt-mission sweep explore --seeds 1000
+  bt-mission sweep explore --seeds 50 --vary speed=0.1,0.2,0.26 --vary world=dqn_stage1,dqn_stage4
+  bt-mission sweep explore --sample 500 --vary speed=0.05..0.26 --vary stopping_distance=0.3..0.8
+  bt-mission sweep explore --seeds 100 --fault-plan sensors.yaml -o sensors
+  bt-mission sweep explore --seeds 1000 --resume          go on where it was stopped
+  bt-mission sweep explore --seeds 1000 --fail-below 0.95 for CI: are 95 % certain?
+  bt-mission sweep explore --seeds 100000 --scheduler tcp://10.0.0.1:8786
+  bt-mission sweep-report explore_sweep                   the table and the page, at any time
+
+parameters of --vary: inputs of the mission, world, robot, start.x, start.y (m), start.yaw (degrees)
+
+exit codes: 0 all was carried out, however the missions ended; 1 the success rate is not surely at
+--fail-below or above, a scenario could not run, or the workers are gone; 2 bad input; 130
+interrupted
+"""
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command to the command line."""
+    parser = commands.add_parser(
+        "sweep",
+        help="carry out a mission with many seeds, values, worlds and faults",
+        description="Carries out every combination of seeds and values in simulations of their "
+        "own, as many at a time as this machine has processors, or on a cluster of Dask. Each "
+        "result is kept as it comes: a sweep that was stopped or killed goes on with --resume.",
+        epilog=EPILOG,
+    )
+    add_mission_file(parser)
+    parser.add_argument(
+        "--seeds",
+        type=seeds,
+        metavar="N",
+        help="run each with the seeds 0 to N-1; or A..B, or a list such as 3,5,8 (default: the "
+        "mission's own)",
+    )
+    parser.add_argument(
+        "--vary",
+        action="append",
+        default=[],
+        metavar="NAME=VALUES",
+        help="a parameter and its values, such as speed=0.1,0.2; with --sample also an interval, "
+        "such as speed=0.1..0.26; may be repeated",
+    )
+    parser.add_argument(
+        "--sample",
+        type=count,
+        metavar="N",
+        help="draw N points of the parameters' space (a Latin hypercube) instead of taking every "
+        "combination; without --seeds each has a seed of its own",
+    )
+    parser.add_argument(
+        "--sample-seed", type=seed, default=0, metavar="N", help="the draws follow from it"
+    )
+    parser.add_argument(
+        "--fault-plan",
+        action="append",
+        default=[],
+        type=Path,
+        metavar="FILE",
+        help="faults that go wrong together, or several such plans by name; each point is run with "
+        "each plan (docs/reference/sweeps.md); may be repeated",
+    )
+    add_fault_option(parser)
+    add_set_option(parser)
+    parser.add_argument("--world", help="a world's name or file instead of the mission's")
+    parser.add_argument("--robot", help="a robot's name or file instead of the mission's")
+    add_require_option(parser)
+    add_python_option(parser)
+    parser.add_argument(
+        "--limit",
+        type=partial(seconds, expected="seconds above 0, such as 120"),
+        metavar="S",
+        help="interrupt a mission after so many seconds of its time (default: 600)",
+    )
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        metavar="FOLDER",
+        help="where the results go (default: the name of the mission with _sweep)",
+    )
+    parser.add_argument(
+        "--resume", action="store_true", help="go on with the results that are in that folder"
+    )
+    parser.add_argument(
+        "--retry-errors",
+        action="store_true",
+        help="with --resume: carry out again what could not run",
+    )
+    add_worker_options(parser)
+    parser.add_argument(
+        "--fail-below",
+        type=share,
+        metavar="SHARE",
+        help="exit with 1 unless the success rate is surely (95 %%) at this share or above",
+    )
+    parser.add_argument(
+        "--report",
+        type=Path,
+        metavar="FILE",
+        help="where the page goes (default: sweep.html among the results)",
+    )
+    parser.add_argument(
+        "--record-worst",
+        type=whole,
+        metavar="N",
+        help="run so many of the worst once more, recorded, with a page each (default: 20, or as "
+        "many as have failed or are a tenth of all where that is less; 0 is none)",
+    )
+    parser.add_argument(
+        "--yes",
+        action="store_true",
+        help=f"do not ask before a sweep of more than {MOST_UNASKED:,} scenarios",
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON object at the end")
+    add_plain_option(parser)
+    parser.set_defaults(command=sweep)
+
+
+def seeds(text: str) -> range | tuple[int, ...]:
+    """Read seeds: how many, from where to where, or which."""
+    low, dots, high = text.partition("..")
+    parts = [low, high] if dots else text.split(",")
+    if not all(one.strip().isdecimal() for one in parts):
+        raise argparse.ArgumentTypeError(
+            f"expected a number of seeds, A..B, or a list such as 3,5,8; got '{text}'"
+        )
+    values = [int(one) for one in parts]
+    if dots:
+        found: range | tuple[int, ...] = range(values[0], values[1] + 1)
+    else:
+        found = range(values[0]) if len(values) == 1 else tuple(values)
+    if not found:
+        raise argparse.ArgumentTypeError(f"'{text}' is no seed at all")
+    if not dots and len(values) != len(set(values)):
+        raise argparse.ArgumentTypeError(f"a seed stands twice in '{text}'")
+    return found
+
+
+def sweep(options: argparse.Namespace) -> int:
+    """Carry the sweep out; gives the exit code."""
+    with leaving_at_once():
+        return _sweep(options)
+
+
+def _sweep(options: argparse.Namespace) -> int:
+    if options.retry_errors and not options.resume:
+        raise BtMissionError("--retry-errors goes with --resume")
+    refuse_worker_options(options)
+    announce(f"loading {options.file}")
+    from bt_mission.core.dds.middleware import prepare_middleware
+
+    prepare_middleware()
+    from bt_mission.sweeps.preparation import refuse_impossible
+    from bt_mission.sweeps.progress import SweepProgress
+    from bt_mission.sweeps.store import ResultStore
+
+    plan = plan_of(options)
+    refuse_impossible(plan)
+    _ask(options, plan)
+    folder = options.output or Path(f"{plan.base.path.name.partition('.')[0]}_sweep")
+    opened = ResultStore.resume if options.resume else ResultStore.create
+    with opened(folder, plan.as_dict()) as store:
+        progress = SweepProgress(plan.base.mission.name, plan.count)
+        for row in store.rows():
+            if not (options.retry_errors and row.is_error):
+                progress.tally.add(row)
+        why_stopped, code = "", SUCCESS
+        try:
+            signal = run_interruptible(_carry_out(options, plan, store, progress))
+            if signal:
+                why_stopped, code = f"stopped by {signal}", INTERRUPTED
+        except BtMissionError as error:  # the workers are gone, or the disk is full
+            why_stopped, code = str(error), MISSION_FAILED
+        _tell(options, store, progress, why_stopped)
+        return code or _judge(options, progress)
+
+
+def plan_of(options: argparse.Namespace) -> SweepPlan:
+    """Read all that the options say.
+
+    Raises:
+        InputError: With what is wrong.
+    """
+    from bt_mission.faults.located import faults_in_texts
+    from bt_mission.sweeps.base import BaseChanges, load_base, requirements_in_files
+    from bt_mission.sweeps.fault_plans import read_fault_plans
+    from bt_mission.sweeps.plan import SweepPlan
+    from bt_mission.sweeps.space import parse_parameter, refuse_repeated
+
+    parameters = tuple(parse_parameter(one) for one in options.vary)
+    refuse_repeated(parameters)
+    faults_in_texts(options.fault)
+    changes = BaseChanges(
+        set=dict(options.set),
+        requirements=requirements_in_files(options.require),
+        faults=options.fault,
+        world=options.world,
+        robot=options.robot,
+        limit=options.limit,
+        permissions=permissions_of(options),
+    )
+    base = load_base(mission_file(options), changes, parameters)
+    return SweepPlan(
+        base,
+        parameters,
+        options.seeds,
+        options.sample,
+        options.sample_seed,
+        read_fault_plans(options.fault_plan),
+    )
+
+
+def _ask(options: argparse.Namespace, plan: SweepPlan) -> None:
+    """Ask before a sweep that may be larger than was meant."""
+    if plan.count <= MOST_UNASKED or options.yes:
+        return
+    told = f"{plan.count:,} scenarios"
+    if not has_terminal():
+        raise BtMissionError(f"{told}: say --yes if so many are meant")
+    print(f"{told}. Go on? [y/N] ", end="", file=sys.stderr, flush=True)
+    if sys.stdin.readline().strip().lower() not in ("y", "yes"):
+        raise BtMissionError("nothing was carried out")
+
+
+async def _carry_out(
+    options: argparse.Namespace, plan: SweepPlan, store: ResultStore, progress: SweepProgress
+) -> None:
+    from bt_mission.sweeps.sweep import left, record, sweep, to_record
+
+    def is_done() -> bool:
+        return next(left(plan, store, retry_errors=options.retry_errors), None) is None
+
+    if is_done() and not to_record(store, plan, options.record_worst):
+        return
+    announce("starting the workers" if options.scheduler is None else "joining the workers")
+    async with pool_for(options, plan.base.bundle) as pool:
+        if pool.dashboard:
+            print(
+                f"Dask's dashboard, where it is on: {pool.dashboard}", file=sys.stderr, flush=True
+            )
+        progress.start()
+        with _shown(options, progress, lambda: pool.workers) as show:
+
+            def on_row(row: Any) -> None:
+                progress.add(row)
+                show()
+
+            await sweep(plan, store, pool, on_row, retry_errors=options.retry_errors)
+            worst = to_record(store, plan, options.record_worst)
+            progress.to_record = len(worst)
+
+            def on_recorded() -> None:
+                progress.recorded += 1
+                show()
+
+            await record(store, pool, worst, on_recorded)
+
+
+def _shown(options: argparse.Namespace, progress: SweepProgress, workers: Any) -> Any:
+    from bt_mission.views.terminal.progress import shown_progress
+
+    quiet = options.json and not sys.stderr.isatty()
+    return shown_progress(
+        lambda: progress.lines(workers()), sys.stderr, plain=options.plain, quiet=quiet
+    )
+
+
+def _tell(
+    options: argparse.Namespace, store: ResultStore, progress: SweepProgress, why_stopped: str
+) -> None:
+    if why_stopped:
+        left = progress.total - progress.tally.count.scenarios
+        print(
+            f"{why_stopped}\n{left:,} scenarios are left; the same command with --resume goes on",
+            file=sys.stderr,
+        )
+    if not options.json:
+        tell_results(store, options.report)
+        return
+    about = {"of": progress.total, "results": str(store.folder), "stopped": why_stopped}
+    try:
+        about["report"] = str(write_page(store, options.report, None))
+    except BtMissionError as error:
+        about["report_lacks"] = str(error)
+    print(json.dumps({**progress.tally.as_dict(), **about}))
+
+
+def _judge(options: argparse.Namespace, progress: SweepProgress) -> int:
+    count = progress.tally.count
+    if count.errors:
+        what = "a scenario" if count.errors == 1 else f"{count.errors:,} scenarios"
+        print(f"{what} could not run", file=sys.stderr)
+        return MISSION_FAILED
+    low, _ = count.interval or (0.0, 0.0)
+    if options.fail_below is not None and low < options.fail_below:
+        print(
+            f"the success rate is not surely {options.fail_below:g} or above: its interval begins "
+            f"at {low:.4f}",
+            file=sys.stderr,
+        )
+        return MISSION_FAILED
+    return SUCCESS

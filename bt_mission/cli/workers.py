@@ -1,0 +1,137 @@
+"""Options and ends of commands whose scenarios are carried out by many workers."""
+
+from __future__ import annotations
+
+import argparse
+import signal
+import sys
+from collections.abc import Coroutine
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
+
+from bt_mission.cli.argument_types import count, port
+from bt_mission.core.errors import BtMissionError
+
+if TYPE_CHECKING:
+    from bt_mission.sweeps.bundle import Bundle
+    from bt_mission.sweeps.pool import ScenarioPool
+
+
+def add_worker_options(parser: argparse.ArgumentParser) -> None:
+    """Add where the scenarios are carried out."""
+    parser.add_argument(
+        "--workers",
+        type=count,
+        metavar="N",
+        help="processes on this machine (default: one for each processor)",
+    )
+    parser.add_argument(
+        "--worker-memory",
+        metavar="SIZE",
+        help="what each of them may take (default: 2GiB); one that takes more is ended",
+    )
+    parser.add_argument(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="a scheduler of Dask that is there, such as tcp://10.0.0.1:8786, with workers of one "
+        "thread each; docs/how-to/cluster.md",
+    )
+    parser.add_argument(
+        "--dashboard",
+        type=port,
+        metavar="PORT",
+        help="serve Dask's dashboard of the workers on this machine at 127.0.0.1:PORT",
+    )
+
+
+def refuse_worker_options(options: argparse.Namespace) -> None:
+    """Refuse options that would be ignored, and the lack of Dask.
+
+    Raises:
+        BtMissionError: With what to do instead.
+    """
+    if options.scheduler is not None:
+        for name in ("workers", "worker_memory", "dashboard"):
+            if getattr(options, name) is not None:
+                option = f"--{name.replace('_', '-')}"
+                raise BtMissionError(
+                    f"{option} is for workers on this machine: those of {options.scheduler} were "
+                    "started with what they have"
+                )
+    require_dask()
+    if options.dashboard is not None and find_spec("bokeh") is None:
+        raise BtMissionError("--dashboard: Dask draws it with Bokeh: pip install bokeh")
+
+
+def require_dask() -> None:
+    """Refuse to go on without Dask.
+
+    Raises:
+        BtMissionError: With what to install.
+    """
+    try:
+        import distributed  # noqa: F401
+    except ImportError as error:
+        raise BtMissionError(
+            f"many scenarios are carried out by Dask, which is not here ({error}): "
+            "pip install 'bt-mission[sweep]'"
+        ) from error
+
+
+def is_alone(options: argparse.Namespace) -> bool:
+    """Is one process enough: that of the command itself?"""
+    return options.workers == 1 and options.scheduler is None
+
+
+def pool_for(options: argparse.Namespace, bundle: Bundle) -> ScenarioPool:
+    """Return the workers that the options name, ready to be entered."""
+    from bt_mission.sweeps.pool import WORKER_MEMORY, PoolOptions, ScenarioPool, memory
+
+    given = PoolOptions(
+        workers=options.workers,
+        scheduler=options.scheduler,
+        memory=memory(options.worker_memory or WORKER_MEMORY),
+        dashboard=options.dashboard,
+    )
+    return ScenarioPool(bundle, given)
+
+
+def run_interruptible(main: Coroutine[Any, Any, None]) -> str:
+    """Run a coroutine to its end; Ctrl-C and SIGTERM cancel it, a second one leaves at once.
+
+    Returns:
+        The name of the signal that has cancelled it; empty where none has.
+    """
+    import asyncio
+
+    got: list[str] = []
+
+    async def run() -> None:
+        loop = asyncio.get_running_loop()
+        task = asyncio.ensure_future(main)
+
+        def stop(number: signal.Signals) -> None:
+            if got:
+                loop.remove_signal_handler(number)
+                signal.raise_signal(signal.SIGKILL if number == signal.SIGTERM else number)
+            got.append(number.name)
+            task.cancel()
+
+        for number in (signal.SIGINT, signal.SIGTERM):
+            loop.add_signal_handler(number, stop, number)
+        try:
+            await task
+        except asyncio.CancelledError:
+            if not got:
+                raise
+        finally:
+            for number in (signal.SIGINT, signal.SIGTERM):
+                loop.remove_signal_handler(number)
+
+    asyncio.run(run())
+    return got[0] if got else ""
+
+
+def has_terminal() -> bool:
+    """Is there somebody to ask?"""
+    return sys.stdin.isatty() and sys.stderr.isatty()

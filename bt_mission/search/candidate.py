@@ -1,0 +1,40 @@
+"""A scenario that may be tried, in parts that can be left out, replaced or rounded."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from bt_mission.faults.planned import PlannedFault
+from bt_mission.sweeps.base import BaseScenario
+from bt_mission.sweeps.concrete import ConcreteScenario
+
+OBSTACLES = ("spawn_box", "spawn_cylinder")
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """What a scenario has besides its base.
+
+    Attributes:
+        seed: None is that of the base.
+        values: Of the world, the start and inputs, by the names of parameters of sweeps; what is
+            not there is as in the base.
+        faults: Obstacles that appear included.
+        limit: The run is interrupted at this time, s; None is the limit of the base.
+    """
+
+    seed: int | None = None
+    values: Mapping[str, Any] = field(default_factory=dict)
+    faults: tuple[PlannedFault, ...] = ()
+    limit: float | None = None
+
+    def concrete(self, base: BaseScenario, number: int) -> ConcreteScenario:
+        """Return what a worker carries out."""
+        faults = [one.text for one in self.faults]
+        made = base.concrete(self.values, number=number, seed=self.seed, faults=faults)
+        if self.limit is None:
+            return made
+        data = {**made.data, "limit": self.limit}
+        return ConcreteScenario(number, data, made.parameters, made.plan, made.bundle_digest)

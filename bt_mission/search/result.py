@@ -1,0 +1,188 @@
+"""What a search has found, as a folder: a scenario, its test, its recording and its report."""
+
+from __future__ import annotations
+
+import os
+import re
+import textwrap
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from bt_mission.core.errors import BtMissionError
+from bt_mission.core.files import Kind, find, folders
+from bt_mission.core.yaml.dump import to_yaml
+from bt_mission.scenarios.loader import load_scenario
+from bt_mission.scenarios.writer import mission_as_data
+from bt_mission.search.guide import CLEARANCE, Failure
+from bt_mission.search.search import Found
+from bt_mission.search.sentence import sentence
+from bt_mission.sweeps.base import BaseScenario
+from bt_mission.sweeps.recording import record_scenario, write_page_of
+
+TEST = '''"""{sentence}
+
+Found by bt-mission falsify; it passes once the mission is mended. To look at it:
+bt-mission run {file}
+"""
+
+from pathlib import Path
+
+import bt_mission
+
+
+def test_{name}():
+    scenario = Path(__file__).with_name("{file}")
+    result = bt_mission.run_scenario(scenario)
+    assert result.passed, str(result)
+'''
+
+
+@dataclass(frozen=True)
+class FoundFiles:
+    """What was written of a find.
+
+    Attributes:
+        sentence: What breaks.
+        repeats: Is the trace of the scenario's run, from its file, that of the search?
+    """
+
+    folder: Path
+    scenario: Path
+    test: Path
+    recording: Path
+    report: Path
+    sentence: str
+    repeats: bool
+
+
+def write_found(base: BaseScenario, found: Found, folder: Path) -> FoundFiles:
+    """Write a find into a folder, and run it once more from there.
+
+    Raises:
+        BtMissionError: When it cannot be written.
+    """
+    name = _name(found.failure)
+    scenario = folder / f"{name}.scenario.yaml"
+    test = folder / f"test_{name}.py"
+    recording, page = folder / f"{name}.mcap", folder / f"{name}.html"
+    data = scenario_data(base, found, folder)
+    _write(scenario, to_yaml(data))
+    report = record_scenario(load_scenario(scenario), recording)
+    told = sentence(found.failure, report, found.candidate)
+    full = textwrap.fill(f"{told[0].upper()}{told[1:]}.", 90, break_on_hyphens=False)
+    head = f"{textwrap.indent(full, '# ')}\n#\n#   bt-mission run {scenario}\n\n"
+    _write(scenario, head + to_yaml(data))
+    quoted = full.replace("\\", "\\\\").replace('"', "'")
+    _write(test, TEST.format(sentence=quoted, name=name, file=scenario.name))
+    write_page_of(recording, page)
+    is_same = report.trace_sha256 == found.row.trace_sha256
+    return FoundFiles(folder, scenario, test, recording, page, told, is_same)
+
+
+def scenario_data(base: BaseScenario, found: Found, folder: Path) -> dict[str, Any]:
+    """Return what stands in the file of the scenario; paths are relative to its folder."""
+    made = dict(found.candidate.concrete(base, 0).data)
+    of_mission = _mission(base, found, folder)
+    for key in ("mission", "world", "robot", "inputs", "expect"):
+        made.pop(key, None)
+    requirements = {k: v for k, v in made.pop("requirements", {}).items() if k != CLEARANCE}
+    name = f"{base.mission.name}: {_phrase(found.failure)}"
+    head = {"scenario": name[:200], **of_mission}
+    if found.candidate.seed is None and "seed" not in base.data:
+        made.pop("seed")  # the mission says it
+    if found.row.outcome != "interrupted" and "limit" not in base.data:
+        made.pop("limit", None)  # the run ends by itself
+    rest = {key: one for key, one in made.items() if key not in ("scenario", "description")}
+    data = {**head, **rest}
+    if requirements:
+        data["requirements"] = requirements
+    data["expect"] = _expected(found)
+    return data
+
+
+# ---- the scenario's file ---------------------------------------------------------------------
+
+
+def _mission(base: BaseScenario, found: Found, folder: Path) -> dict[str, Any]:
+    """Return mission, world, robot and inputs, as far as they are not what the mission says."""
+    values = found.candidate.values
+    inputs = {
+        **base.mission.inputs,
+        **{one: value for one, value in values.items() if one in base.mission.inputs},
+    }
+    made = found.candidate.concrete(base, 0).data
+    mission = replace(base.mission, inputs=inputs)
+    told: dict[str, Any]
+    if isinstance(made.get("mission"), dict):
+        told = {"mission": made["mission"]}
+        for key in ("robot", "inputs"):
+            if made.get(key):
+                told[key] = made[key]
+        if told.get("robot") in (None, made["mission"].get("robot", "waffle")):
+            told.pop("robot", None)
+    else:
+        told = mission_as_data(mission, folder)
+        told.pop("world", None)
+        told["mission"] = _by_name("missions", Path(base.mission.file), told["mission"])
+    world = made.get("world")
+    if isinstance(world, dict):
+        told["world"] = world
+    elif isinstance(world, str):
+        given = next(path for path, name in base.bundle.worlds.items() if name == world)
+        file = find("worlds", given, near=base.mission.file)
+        if given != _own_world(base):
+            relative = Path(os.path.relpath(file.resolve(), folder.resolve())).as_posix()
+            told["world"] = _by_name("worlds", file, relative)
+    return told
+
+
+def _own_world(base: BaseScenario) -> str | None:
+    """Return the world that the mission itself says."""
+    document = base.mission.document
+    head = document.data if document is not None and isinstance(document.data, dict) else {}
+    found = head.get("world")
+    return found if isinstance(found, str) else None
+
+
+def _by_name(kind: Kind, file: Path, relative: str) -> str:
+    """Return the name of a file that is installed with bt-mission, or else its path."""
+    return file.stem if file.resolve().parent == folders(kind)[-1].resolve() else relative
+
+
+def _expected(found: Found) -> dict[str, Any]:
+    """Return what should hold: of all else any end will do."""
+    row, failure = found.row, found.failure
+    if failure.kind == "failed":
+        return {"outcome": "success"}
+    expected: dict[str, Any] = {"outcome": "any"}
+    if failure.kind == "collision":
+        expected["collisions"] = 0
+    if failure.kind != "orphaned" and row.orphaned_goals:
+        expected["orphaned_goals"] = "any"
+    return expected
+
+
+def _phrase(failure: Failure) -> str:
+    match failure.kind:
+        case "violated":
+            return f"violates '{failure.what}'"
+        case "collision":
+            return "touches something"
+        case "orphaned":
+            return "orphans a goal"
+    return f"fails in '{failure.what}'"
+
+
+def _name(failure: Failure) -> str:
+    text = failure.what if failure.kind == "violated" else f"{failure.kind} {failure.what}"
+    words = re.findall(r"[a-z0-9]+", text.lower()) or [failure.kind]
+    return "_".join(words)[:60].rstrip("_")
+
+
+def _write(path: Path, text: str) -> None:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8", errors="replace")
+    except OSError as error:
+        raise BtMissionError(f"cannot write {path}: {error.strerror or error}") from error

@@ -1,0 +1,216 @@
+"""Makes a candidate small: each step is checked by running it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from contextlib import aclosing
+from dataclasses import replace
+from typing import Any
+
+from bt_mission.faults.planned import AtTime, PlannedFault, Value
+from bt_mission.search.candidate import Candidate
+from bt_mission.search.search import Found, Search
+from bt_mission.search.space import SearchSpace
+
+AT_ONCE = 4
+"""Candidates that are tried at once, however many workers there are."""
+
+MOST_RUNS = 150
+"""Runs at most, unless told otherwise."""
+
+MOST_GROWTH = 1.25
+"""A number may grow to so much of itself when it is made rounder."""
+
+MOST_ROUNDER = 5
+"""Rounder numbers that are tried in the place of one."""
+
+
+async def simplify(search: Search, space: SearchSpace, most_runs: int = MOST_RUNS) -> None:
+    """Make what a search has found small, as long as the same failure is there.
+
+    First the fewest faults and obstacles, then default values for all else, then the roundest
+    numbers, and the shortest run. `search.state` has the smallest so far at any time.
+    """
+    simplifier = _Simplifier(search, space, most_runs)
+    await simplifier.fewest_faults()
+    await simplifier.defaults()
+    before = None
+    while before != search.state.found:
+        before = search.state.found
+        await simplifier.round_numbers()
+        await simplifier.fewest_faults()
+    await simplifier.shortest()
+
+
+class _Simplifier:
+    """Replaces what a search has found, step by step."""
+
+    def __init__(self, search: Search, space: SearchSpace, most_runs: int) -> None:
+        self._space = space
+        assert search.state.found is not None, "it is made small once it is found"
+        self._search = search
+        self._most = most_runs
+        self._failure = search.state.found.failure
+        self._tried: set[str] = set()
+
+    @property
+    def _now(self) -> Candidate:
+        found = self._search.state.found
+        assert found is not None, "it stays found"
+        return found.candidate
+
+    async def fewest_faults(self) -> None:
+        """Leave faults out, half of them at once while that works (delta debugging).
+
+        A. Zeller, R. Hildebrandt: "Simplifying and Isolating Failure-Inducing Input", IEEE
+        Transactions on Software Engineering 28 (2002), 183-200.
+        """
+        size = len(self._now.faults)
+        while size >= 1:
+            faults = self._now.faults
+            fewer = [
+                replace(self._now, faults=faults[:start] + faults[start + size :])
+                for start in range(0, len(faults), size)
+            ]
+            if not await self._first_that_fails(fewer):
+                size //= 2
+            size = min(size, len(self._now.faults))
+
+    async def defaults(self) -> None:
+        """Take what the mission says for the seed, the world, the start and inputs."""
+        now = self._now
+        await self._first_that_fails([replace(now, seed=None, values={})])
+        await self._first_that_fails([replace(self._now, seed=None)])
+        for names in _kinds_of_values(self._now):
+            left = {name: one for name, one in self._now.values.items() if name not in names}
+            await self._first_that_fails([replace(self._now, values=left)])
+
+    async def round_numbers(self) -> None:
+        """Take rounder numbers, the roundest first; and leave arguments of faults out."""
+        for index in range(len(self._now.faults)):
+            fault = self._now.faults[index]
+            for name in _parts(fault):
+                fault = self._now.faults[index]
+                await self._first_that_fails(
+                    [_with_fault(self._now, index, one) for one in _simpler(fault, name)]
+                )
+        for name in self._now.values:
+            value = self._now.values[name]
+            if isinstance(value, float):
+                rounder = ({**self._now.values, name: one} for one in rounder_numbers(value))
+                await self._first_that_fails([replace(self._now, values=one) for one in rounder])
+
+    async def shortest(self) -> None:
+        """End the run soon after a violation; what ends the mission or comes after it stays."""
+        found = self._search.state.found
+        assert found is not None, "it stays found"
+        margin = found.row.requirements.get(self._failure.what)
+        if self._failure.kind != "violated" or margin is None or margin.at is None:
+            return
+        ends = sorted({math.ceil(margin.at + 0.1 + more) for more in (0, 1, 3, 10)})
+        sooner = [float(one) for one in ends if one < found.row.virtual_s]
+        latest = max((_time(one) for one in self._now.faults), default=0.0)
+        await self._first_that_fails(
+            [replace(self._now, limit=one) for one in sooner if one > latest]
+        )
+
+    async def _first_that_fails(self, candidates: Sequence[Candidate]) -> bool:
+        """Try candidates in their order; take the first that fails in the same way."""
+        search, state = self._search, self._search.state
+        new = [one for one in candidates if self._is_worth_a_run(one)]
+        for start in range(0, len(new), AT_ONCE):
+            left = self._most - state.simplifying_runs
+            some = new[start : start + min(AT_ONCE, left)]
+            if not some or state.is_interrupted:
+                return False
+            first = state.runs + state.simplifying_runs
+            async with aclosing(search.tried(some, first)) as tried:
+                async for candidate, row in tried:
+                    state.simplifying_runs += 1
+                    is_found = self._failure in search.guide.failures(row)
+                    if is_found:
+                        state.found = Found(candidate, row, self._failure)
+                    state.is_interrupted = not search.watch(state)
+                    if is_found or state.is_interrupted:
+                        return is_found
+        return False
+
+    def _is_worth_a_run(self, candidate: Candidate) -> bool:
+        """Is it another one, within the ranges, and not tried before?"""
+        if candidate == self._now or not self._space.allows(candidate):
+            return False
+        scenario = candidate.concrete(self._search.base, 0).id
+        is_new = scenario not in self._tried
+        self._tried.add(scenario)
+        return is_new
+
+
+# ---- simpler faults ------------------------------------------------------------------------
+
+BEGINS, LASTING = "begins", "lasting"
+
+
+def _with_fault(candidate: Candidate, index: int, fault: PlannedFault) -> Candidate:
+    faults = (*candidate.faults[:index], fault, *candidate.faults[index + 1 :])
+    return replace(candidate, faults=faults)
+
+
+def _parts(fault: PlannedFault) -> list[str]:
+    return [BEGINS, *([] if fault.lasting is None else [LASTING]), *fault.arguments]
+
+
+def _simpler(fault: PlannedFault, part: str) -> Iterator[PlannedFault]:
+    """Yield a fault with a part of it left out or rounder, the simplest first."""
+    if part == BEGINS:
+        for time in rounder_numbers(_time(fault)):
+            if time >= 0:
+                yield replace(fault, begins=AtTime(time))
+    elif part == LASTING:
+        assert fault.lasting is not None, "it has one"
+        for lasting in rounder_numbers(fault.lasting):
+            if lasting > 0:
+                yield replace(fault, lasting=lasting)
+    elif part in fault.arguments:
+        if not fault.kind.parameters[part].is_required and part not in ("ahead", "at"):
+            left = {name: one for name, one in fault.arguments.items() if name != part}
+            yield replace(fault, arguments=left)
+        for value in _rounder_values(fault.arguments[part]):
+            yield replace(fault, arguments={**fault.arguments, part: value})
+
+
+def _rounder_values(value: Value) -> Iterator[Value]:
+    if isinstance(value, float):
+        yield from rounder_numbers(value)
+    elif isinstance(value, int) and not isinstance(value, bool) and value > 1:
+        yield 1
+
+
+def _time(fault: PlannedFault) -> float:
+    return float(getattr(fault.begins, "time_s", 0.0))
+
+
+def _kinds_of_values(candidate: Candidate) -> list[tuple[str, ...]]:
+    """Return the names of values that are left out together: a start is one place."""
+    start = tuple(name for name in candidate.values if name.startswith("start."))
+    others: list[tuple[str, ...]] = [
+        (name,) for name in candidate.values if not name.startswith("start.")
+    ]
+    return [*others, *([start] if start else [])]
+
+
+def rounder_numbers(value: float) -> list[float]:
+    """Return numbers near one that have fewer digits, the roundest first."""
+    found: dict[float, Any] = {}
+    size = 10.0 ** math.floor(math.log10(abs(value))) if value else 1.0
+    for unit in (10 * size, 5 * size, size, size / 2, size / 10):
+        for share in (math.floor(value / unit), math.ceil(value / unit)):
+            rounder = round(share * unit, 6)
+            if _digits(rounder) < _digits(value) and abs(rounder) <= MOST_GROWTH * abs(value):
+                found.setdefault(rounder)
+    return sorted(found, key=lambda one: (_digits(one), abs(one - value)))[:MOST_ROUNDER]
+
+
+def _digits(value: float) -> int:
+    """Return how many digits a number is written with; zeros at its ends do not count."""
+    return len(f"{abs(value):.6f}".rstrip("0").replace(".", "").strip("0"))

@@ -1,0 +1,88 @@
+"""Carries the scenarios of a plan out, and keeps each row as it comes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+
+from bt_mission.core.errors import BtMissionError
+from bt_mission.sweeps.concrete import ConcreteScenario
+from bt_mission.sweeps.plan import SweepPlan
+from bt_mission.sweeps.pool import ScenarioPool
+from bt_mission.sweeps.recording import FOLDER
+from bt_mission.sweeps.row import ScenarioRow
+from bt_mission.sweeps.runner import ScenarioRunner
+from bt_mission.sweeps.store import ResultStore
+from bt_mission.sweeps.versions import VERSIONS_KEY, fingerprint, told
+
+MOST_RECORDED = 20
+
+
+async def sweep(
+    plan: SweepPlan,
+    store: ResultStore,
+    runner: ScenarioRunner,
+    on_row: Callable[[ScenarioRow], None],
+    *,
+    retry_errors: bool = False,
+) -> None:
+    """Carry out what is left of a plan.
+
+    Args:
+        store: Has the rows that are there already; the others are added as they come.
+        on_row: Told of each after it was written.
+        retry_errors: Carry out again what could not run, or killed its workers.
+    """
+    store.set_value(f"{VERSIONS_KEY} {fingerprint()}", told())
+    async for row in runner.rows(left(plan, store, retry_errors=retry_errors)):
+        store.add(row)
+        on_row(row)
+
+
+def left(
+    plan: SweepPlan, store: ResultStore, *, retry_errors: bool = False
+) -> Iterator[ConcreteScenario]:
+    """What is not carried out yet."""
+    done = store.ids(without_errors=retry_errors)
+    return (one for one in plan.scenarios() if one.id not in done)
+
+
+def to_record(store: ResultStore, plan: SweepPlan, most: int | None) -> list[ConcreteScenario]:
+    """The worst scenarios that have no recording yet.
+
+    Args:
+        most: So many; None is twenty, or as many as have failed or are a tenth of all where that is
+            less.
+    """
+    rows = store.worst(MOST_RECORDED if most is None else most)
+    if most is None:
+        tenth = plan.count // 10
+        rows = [row for number, row in enumerate(rows) if not row.passed or number < tenth]
+    made = (plan.scenario(row.number) for row in rows)
+    return [one for one in made if not _recording(store, one).exists()]
+
+
+async def record(
+    store: ResultStore,
+    pool: ScenarioPool,
+    scenarios: Sequence[ConcreteScenario],
+    on_recorded: Callable[[], None],
+) -> None:
+    """Record scenarios among the results, each with its page.
+
+    Raises:
+        BtMissionError: Where they cannot be written.
+    """
+    async for one, recording, page in pool.recordings(scenarios):
+        path = _recording(store, one)
+        try:
+            path.parent.mkdir(exist_ok=True)
+            path.with_suffix(".html").write_bytes(page)
+            path.write_bytes(recording)
+        except OSError as error:
+            raise BtMissionError(f"cannot write {path}: {error.strerror or error}") from error
+        on_recorded()
+
+
+def _recording(store: ResultStore, scenario: ConcreteScenario) -> Path:
+    return store.folder / FOLDER / f"{scenario.id}.mcap"

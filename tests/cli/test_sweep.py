@@ -1,0 +1,134 @@
+"""``bt-mission sweep`` with workers: what it prints, keeps and exits with."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bt_mission.sweeps.store import ResultStore
+from bt_mission.testing.live_graph import command
+from tests.support.processes import read_until, started
+
+pytestmark = pytest.mark.process
+
+TURNS = """\
+mission: turns
+world: empty_arena
+inputs: {angle: 30}
+requirements:
+  turns little: always abs(yaw) < 50 deg
+tree:
+  sequence:
+    - turn: {angle: $angle}
+    - check: angle < 80
+      name: small
+"""
+
+POISON = """\
+mission: poison
+world: empty_arena
+inputs: {bad: 0}
+tree:
+  sequence:
+    - python: leaves.py:Poison
+      inputs: {bad: $bad}
+    - wait: 0.2
+"""
+
+LEAVES = """\
+import os
+import signal
+
+import py_trees
+
+
+class Poison(py_trees.behaviour.Behaviour):
+    bad: float
+
+    def update(self):
+        if self.bad > 0:
+            os.kill(os.getpid(), signal.SIGKILL)
+        return py_trees.common.Status.SUCCESS
+"""
+
+
+def sweep(folder: Path, *words: str) -> tuple[int, dict[str, Any], str]:
+    """Run it in a folder; gives its exit code, its object and its standard error."""
+    ended = subprocess.run(
+        command("sweep", *words, "--workers", "2", "--json"),
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    return ended.returncode, json.loads(ended.stdout or "{}"), ended.stderr
+
+
+def test_a_sweep_from_its_start_to_its_end(tmp_path: Path) -> None:
+    """Counts, rows, recordings of the worst with their pages; again, nothing is left to do."""
+    (tmp_path / "turns.yaml").write_text(TURNS)
+    words = ("turns.yaml", "--vary", "angle=30,60,90", "--seeds", "2")
+    code, told, error = sweep(tmp_path, *words)
+    assert code == 0, error
+    keys = ("scenarios", "succeeded", "failed", "errors", "orphaned_goals", "collisions", "of")
+    assert [told[key] for key in keys] == [6, 2, 4, 0, 0, 0, 6]
+    assert told["success_rate"] == pytest.approx(1 / 3)
+    assert told["interval"] == pytest.approx([0.0968, 0.7], abs=1e-4)
+    reasons = {one["reason"]: one["count"] for one in told["failures"]}
+    assert reasons == {
+        "requirement violated: turns little": 2,
+        "'small' does not hold (angle = 90)": 2,
+    }
+    folder = tmp_path / "turns_sweep"
+    with ResultStore.read(folder) as store:
+        rows = list(store.rows())
+    assert [row.number for row in rows] == list(range(6))
+    assert {row.parameters["angle"]: row.passed for row in rows} == {30: True, 60: False, 90: False}
+    failed = {row.id for row in rows if not row.passed}
+    assert {one.stem for one in (folder / "recordings").glob("*.mcap")} == failed
+    assert {one.stem for one in (folder / "recordings").glob("*.html")} == failed
+    code, again, error = sweep(tmp_path, *words, "--resume", "--fail-below", "0.2")
+    assert code == 1
+    assert again["failures"] == told["failures"]
+    assert "not surely 0.2 or above: its interval begins at 0.0968" in error
+
+
+def test_a_scenario_that_kills_its_workers_does_not_stop_the_rest(tmp_path: Path) -> None:
+    """It is marked, the others come out as ever."""
+    (tmp_path / "poison.yaml").write_text(POISON)
+    (tmp_path / "leaves.py").write_text(LEAVES)
+    words = ("poison.yaml", "--vary", "bad=0,-1,-2,1", "--record-worst", "0")
+    code, told, error = sweep(tmp_path, *words)
+    assert code == 1
+    assert (told["succeeded"], told["errors"]) == (3, 1)
+    assert [one["reason"] for one in told["failures"]] == [
+        "it has killed its worker 3 times, alone there"
+    ]
+    assert "a scenario could not run" in error
+
+
+def test_ctrl_c_ends_it_with_what_is_there(tmp_path: Path) -> None:
+    """And the same command goes on."""
+    (tmp_path / "turns.yaml").write_text(TURNS)
+    words = ("sweep", "turns.yaml", "--seeds", "400", "--workers", "1", "--record-worst", "0")
+    here = os.getcwd()  # noqa: PTH109 - the folder of the process
+    os.chdir(tmp_path)
+    try:
+        with started(*words) as process:
+            read_until(process, " of 400 ")
+            process.send_signal(signal.SIGINT)
+            rest = process.communicate(timeout=60)[0]
+            assert process.returncode == 130, rest
+    finally:
+        os.chdir(here)
+    assert "stopped by SIGINT" in rest
+    assert "the same command with --resume goes on" in rest
+    assert "succeeded (" in rest
+    with ResultStore.read(tmp_path / "turns_sweep") as store:
+        assert 0 < len(store.ids()) < 400

@@ -1,0 +1,114 @@
+"""What ``bt-mission sweep`` refuses, before a worker starts."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from bt_mission.cli import main
+from bt_mission.sweeps.store import ResultStore
+
+MISSION = """\
+mission: turns
+world: empty_arena
+inputs: {angle: 30, on: true}
+tree:
+  turn: {angle: $angle}
+"""
+PLANS = "plans:\n  lost: ['at 1.0: drop scan lasting 1']\n  odd: ['at 1.0: drip scan']\n"
+
+
+@pytest.fixture
+def mission(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    """A mission in the working folder."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "turns.yaml").write_text(MISSION)
+    (tmp_path / "plans.yaml").write_text(PLANS)
+    (tmp_path / "nothing.yaml").write_text("plans: {}\n")
+    (tmp_path / "topic.yaml").write_text("faults: ['at 1.0: drop /nowhere lasting 1']\n")
+    return "turns.yaml"
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("--vary speed=0.1", "no input 'speed' (the mission's inputs: angle, on)"),
+        ("--vary angl=1,2", "did you mean 'angle'?"),
+        ("--vary angle=1,x", "input 'angle' expects a number, got string 'x'"),
+        ("--vary angle=1..9", "draw some of them with --sample N"),
+        ("--vary angle=", "'angle': expected values"),
+        ("--vary angle=1 --vary angle=2", "'angle' is given twice"),
+        ("--vary world=nowhere", "no such world"),
+        ("--vary robot=crane", "no such robot"),
+        ("--sample 3 --vary on=1..5", "on=1"),
+        ("--fault-plan plans.yaml", "drip"),
+        ("--fault-plan nothing.yaml", "expected plans"),
+        ("--fault-plan turns.yaml", "expected 'faults: [at 5.0: drop scan lasting 2]'"),
+        ("--fault-plan plans2.yaml", "no such file"),
+        ("--fault-plan topic.yaml", "/nowhere"),
+        ("--fault drop", "expected"),
+        ("--require turns.yaml", "expected a mapping 'requirements:'"),
+        ("--retry-errors", "--retry-errors goes with --resume"),
+        ("--workers 2 --scheduler tcp://127.0.0.1:1", "--workers is for workers on this machine"),
+        ("--scheduler tcp://127.0.0.1:1", "no scheduler of Dask answers at tcp://127.0.0.1:1"),
+        ("--scheduler nonsense://x", "no scheduler of Dask answers at nonsense://x"),
+        ("--worker-memory much", "--worker-memory: expected an amount such as 2GiB"),
+        ("--seeds 1000000000", "1,000,000,000 scenarios: say --yes if so many are meant"),
+        ("-o turns.yaml", "cannot write turns.yaml"),
+    ],
+)
+def test_bad_input_is_told_in_words(
+    mission: str, capsys: pytest.CaptureFixture[str], words: str, message: str
+) -> None:
+    """With exit code 2 where the input is at fault; a scheduler may come later."""
+    code = main(["sweep", mission, *words.split()])
+    error = capsys.readouterr().err
+    assert message in error
+    assert code == (1 if "memory" in message or "answers" in message else 2)
+    assert "Traceback" not in error
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("--workers 0", "expected an integer from 1, got '0'"),
+        ("--seeds 0", "'0' is no seed at all"),
+        ("--seeds 3..1", "'3..1' is no seed at all"),
+        ("--seeds 1,1", "a seed stands twice"),
+        ("--seeds many", "expected a number of seeds, A..B, or a list"),
+        ("--sample 0", "expected an integer from 1"),
+        ("--fail-below 95", "expected a share from 0 to 1, got '95'"),
+        ("--dashboard 99999", "expected a port from 0 to 65535"),
+        ("--record-worst -1", "expected an integer from 0"),
+    ],
+)
+def test_options_that_are_none(
+    mission: str, capsys: pytest.CaptureFixture[str], words: str, message: str
+) -> None:
+    """The parser says what it expects."""
+    with pytest.raises(SystemExit) as left:
+        main(["sweep", mission, *(f"{one}" for one in words.split())])
+    assert left.value.code == 2
+    assert message in capsys.readouterr().err
+
+
+def test_what_is_to_be_installed(
+    mission: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where there is no Dask."""
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    assert main(["sweep", mission]) == 2
+    assert "pip install 'bt-mission[sweep]'" in capsys.readouterr().err
+
+
+def test_results_of_another_sweep_stay_as_they_are(
+    mission: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It says what differs."""
+    ResultStore.create(tmp_path / "turns_sweep", {"mission": "turns", "seeds": "0..4"}).close()
+    assert main(["sweep", mission, "--seeds", "3"]) == 2
+    assert "add --resume to go on with it" in capsys.readouterr().err
+    assert main(["sweep", mission, "--seeds", "3", "--resume"]) == 2
+    assert 'seeds was "0..4", is "0..2"' in capsys.readouterr().err

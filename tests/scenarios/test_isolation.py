@@ -1,0 +1,51 @@
+"""Simulations of processes side by side; each has the robot's topics under the same names."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from typing import Any
+
+from bt_mission.scenarios.run import run_scenario
+from tests.support import side_by_side
+from tests.support.project import ROOT
+
+COUNT = 16
+PROGRAM = "tests.support.side_by_side"
+
+
+def found_by(count: int) -> dict[str, Any]:
+    """What so many simulations of one domain have found while all were there."""
+    done = subprocess.run(
+        [sys.executable, "-m", PROGRAM, str(count)],
+        cwd=ROOT,
+        env=os.environ | {"PYTHONPATH": str(ROOT), "OPENBLAS_NUM_THREADS": "1"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    told: dict[str, Any] = json.loads(done.stdout)
+    return told
+
+
+def test_no_simulation_finds_another_or_is_found(tmp_path):
+    """Each has its own nodes, publishers and readers; two visible processes have each other.
+
+    The trace of each is that of a run by itself: no message of another was taken for its own.
+    """
+    found = found_by(COUNT)
+    assert len(found["stages"]) == COUNT
+    for one in found["stages"]:
+        assert one["found"] == one["own"]
+        assert one["counts"] == [[1, 1]] * len(side_by_side.TOPICS)
+    for one in found["visible"]:
+        assert len(one["found"]) == 2
+        assert all(name.startswith("visible_") for name in one["found"])
+        assert one["topics"] == ["/parameter_events"]
+    path = tmp_path / "it.scenario.yaml"
+    mission = "".join(f"  {line}\n" for line in side_by_side.MISSION.splitlines())
+    path.write_text(f"scenario: it\nmission:\n{mission}", encoding="utf-8")
+    alone = run_scenario(path).report.trace_sha256
+    assert {one["trace"] for one in found["stages"]} == {alone}

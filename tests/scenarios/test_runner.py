@@ -1,0 +1,115 @@
+"""Many scenarios in one process: each is as in a process of its own, and leaves nothing there."""
+
+from __future__ import annotations
+
+import gc
+import json
+import os
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from bt_mission.core.dds.discovery import RANGE
+from bt_mission.core.dds.middleware import LOOPBACK, PROFILES
+from bt_mission.core.errors import BtMissionError
+from bt_mission.scenarios.runner import ScenarioProcess
+from bt_mission.sessions.stage import Stage
+from bt_mission.testing.live_graph import command
+from sim.physics.physics import Physics
+
+TURN = """\
+scenario: turn
+mission:
+  mission: turns
+  world: empty_arena
+  tree: {turn: {angle: "uniform(5, 10)"}, timeout: 20}
+"""
+LEG = "scenario: leg\nmission: explore\ninputs: {legs: 1}\n"
+WRONG = "faults: ['at 0.5: drop no_such_topic']\n"
+FAULTY = "faults: ['at 0.5: spawn_box ahead 1.0', 'at 1.0: drop scan lasting 0.3']\n"
+
+
+@pytest.fixture
+def runner(monkeypatch: pytest.MonkeyPatch) -> Iterator[ScenarioProcess]:
+    """One that has had its first scenario; what it sets in the process is put back."""
+    for name in (RANGE, *PROFILES):
+        monkeypatch.setenv(name, os.environ.get(name, ""))
+    gc.disable()
+    try:
+        yield ScenarioProcess()
+    finally:
+        gc.enable()
+        gc.unfreeze()
+
+
+@pytest.fixture
+def written(tmp_path: Path):
+    """``written(name, text)``: a scenario's file."""
+
+    def write(name: str, text: str) -> Path:
+        path = tmp_path / f"{name}.scenario.yaml"
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return write
+
+
+def by_itself(*arguments: object) -> str:
+    """The hash of the trace of ``bt-mission run``, a process for one run."""
+    done = subprocess.run(
+        command("run", *map(str, arguments), "--json"), capture_output=True, text=True, check=True
+    )
+    told: str = json.loads(done.stdout)["trace_sha256"]
+    return told
+
+
+def test_the_tenth_run_is_that_of_a_process_of_its_own(runner, written):
+    """With the mission's file as with the scenario's; whatever ran before, and broke."""
+    turn, leg = written("turn", TURN), written("leg", LEG)
+    faulty = written("faulty", LEG + FAULTY)
+    for seed in range(6):
+        runner.run(turn, seed=seed)
+    with pytest.raises(BtMissionError):
+        runner.run(written("wrong", TURN + WRONG))
+    first = [runner.run(one, seed=3).report.trace_sha256 for one in (leg, faulty, leg, faulty)]
+    assert first[:2] == first[2:]
+    assert first[0] == by_itself("explore", "--set", "legs=1", "--seed", 3)
+    assert first[0] == by_itself(leg, "--seed", 3)
+    assert first[1] == by_itself(faulty, "--seed", 3)
+
+
+def in_use() -> tuple[int, int, int]:
+    """Stages and models that Python has not freed; files that are open; threads."""
+    alive = [one for one in gc.get_objects() if type(one) in (Stage, Physics)]
+    files, threads = (len(list(Path("/proc/self", one).iterdir())) for one in ("fd", "task"))
+    return len(alive), files, threads
+
+
+def test_nothing_of_a_run_stays(runner, written):
+    """Neither where it came to an end nor where its stage could not be set up."""
+    turn, wrong = written("turn", TURN), written("wrong", TURN + WRONG)
+    runner.run(turn)
+    before = in_use()
+    for seed in range(3):
+        runner.run(turn, seed=seed)
+        assert in_use() == before
+    with pytest.raises(BtMissionError):
+        runner.run(wrong)
+    runner.run(turn)
+    assert in_use() == before
+
+
+def test_no_process_is_to_find_it(runner):
+    """Nor has it a part of the shared memory, of which there is little in a container."""
+    assert os.environ[RANGE] == "OFF"
+    assert os.environ[PROFILES[0]] == str(LOOPBACK)
+
+
+def test_a_scenario_is_given_back_with_what_it_reached(runner, written):
+    """As from `run_scenario`."""
+    result = runner.run(written("turn", TURN), seed=2, with_coverage=True)
+    assert result.scenario.mission.seed == 2
+    assert result.coverage is not None
+    assert result.coverage.reached == ("0 turn: reached", "0 turn: outcome succeeded")

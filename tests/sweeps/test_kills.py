@@ -1,0 +1,47 @@
+"""Parts of a cluster are killed while a sweep runs: nothing is lost, doubled or different."""
+
+from __future__ import annotations
+
+import random
+from pathlib import Path
+
+import pytest
+
+from bt_mission.sweeps.base import BaseChanges, load_base
+from bt_mission.sweeps.plan import SweepPlan
+from bt_mission.sweeps.space import parse_parameter
+from bt_mission.sweeps.work import ScenarioWorker
+from tests.support.killed_sweep import KilledSweep
+
+MISSION = """\
+mission: turns
+world: empty_arena
+inputs: {angle: 30}
+requirements:
+  is slow: always speed < 1
+tree:
+  repeat: {count: 4}
+  do:
+    sequence:
+      - turn: {angle: $angle}
+      - turn: {angle: "uniform(-20, 20)"}
+"""
+OPTIONS = ("--seeds", "8", "--vary", "angle=30,60")
+
+
+@pytest.mark.process
+def test_worker_scheduler_and_client_are_killed(tmp_path: Path):
+    """After all of it the rows are those of a serial run, in this process."""
+    mission = tmp_path / "turns.yaml"
+    mission.write_text(MISSION)
+    sweep = KilledSweep(tmp_path, mission, OPTIONS, random.Random(7))
+    rows = sweep.run(["worker", "client", "scheduler"])
+    base = load_base(mission, BaseChanges(), [parse_parameter("angle=30,60")])
+    plan = SweepPlan(base, (parse_parameter("angle=30,60"),), seeds=range(8))
+    with ScenarioWorker(base.bundle) as worker:
+        serial = [worker.carry_out(one) for one in plan.scenarios()]
+    told = [(one.number, one.id, one.outcome, one.trace_sha256) for one in rows]
+    assert told == [(one.number, one.id, one.outcome, one.trace_sha256) for one in serial]
+    assert [one.outcome for one in rows] == ["success"] * 16
+    assert len({one.trace_sha256 for one in rows}) == 16
+    assert len({one.worker for one in rows}) > 2, "no part of it was killed in time"

@@ -1,0 +1,160 @@
+"""Which scenarios a sweep has."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from bt_mission.core.diagnostics import InputError
+from bt_mission.sweeps.base import BaseChanges, BaseScenario, load_base
+from bt_mission.sweeps.plan import SweepPlan
+from bt_mission.sweeps.space import Choices, Interval, parse_parameter
+
+MISSION = """\
+mission: m
+world: empty_arena
+seed: 5
+inputs: {speed: 0.1, legs: 2}
+tree: {wait: speed}
+"""
+
+
+@pytest.fixture
+def base(tmp_path: Path) -> BaseScenario:
+    """A mission in a file."""
+    file = tmp_path / "m.yaml"
+    file.write_text(MISSION)
+    worlds = [Choices("world", ("dqn_stage1", "empty_arena"))]
+    return load_base(file, BaseChanges(), worlds)
+
+
+def test_every_point_is_run_with_every_plan_and_every_seed(base: BaseScenario):
+    """Seeds change last: a part of a sweep speaks of all points."""
+    parameters = (Choices("speed", (0.1, 0.2)), Choices("world", ("dqn_stage1", "empty_arena")))
+    plans = {"none": [], "lost": ["at 1.0: drop scan lasting 1"]}
+    plan = SweepPlan(base, parameters, seeds=(3, 4), plans=plans)
+    assert plan.count == 16
+    told = [
+        (one.data["seed"], one.plan, one.data["inputs"]["speed"], one.data["world"])
+        for one in plan.scenarios()
+    ]
+    assert told[:4] == [
+        (3, "none", 0.1, "dqn_stage1"),
+        (3, "lost", 0.1, "dqn_stage1"),
+        (3, "none", 0.1, "empty_arena"),
+        (3, "lost", 0.1, "empty_arena"),
+    ]
+    assert len(set(told)) == 16
+    assert [one.number for one in plan.scenarios()] == list(range(16))
+    assert len({one.id for one in plan.scenarios()}) == 16
+    assert plan.scenario(1).data["faults"] == ["at 1.0: drop scan lasting 1"]
+
+
+def test_without_a_word_it_is_the_mission_itself(base: BaseScenario):
+    """With its own seed."""
+    (one,) = SweepPlan(base).scenarios()
+    assert one.data["seed"] == 5
+    assert one.parameters == {}
+
+
+def test_a_sample_is_evenly_spread_and_repeats(base: BaseScenario):
+    """Each tenth of the interval has one of ten draws, which have seeds of their own."""
+    parameters = (Interval("speed", 0.0, 1.0), Choices("legs", (1, 2)))
+    plan = SweepPlan(base, parameters, sample=10, sample_seed=3)
+    values = [one.parameters["speed"] for one in plan.scenarios()]
+    assert sorted(int(value * 10) for value in values) == list(range(10))
+    assert [one.data["seed"] for one in plan.scenarios()] == list(range(10))
+    assert [one.parameters["legs"] for one in plan.scenarios()].count(1) == 5
+    again = SweepPlan(base, parameters, sample=10, sample_seed=3)
+    assert [one.id for one in again.scenarios()] == [one.id for one in plan.scenarios()]
+    other = SweepPlan(base, parameters, sample=10, sample_seed=4)
+    assert [one.id for one in other.scenarios()] != [one.id for one in plan.scenarios()]
+
+
+def test_draws_that_repeat_each_other_are_run_once(base: BaseScenario):
+    """Five draws of two values with one seed are two scenarios."""
+    plan = SweepPlan(base, (Choices("legs", (1, 2)),), seeds=(0,), sample=5)
+    assert len(list(plan.scenarios())) == 2
+
+
+def test_an_interval_asks_for_a_sample(base: BaseScenario):
+    """It has no end of values."""
+    with pytest.raises(InputError, match="--sample N"):
+        SweepPlan(base, (Interval("speed", 0.0, 1.0),))
+
+
+def test_a_grid_of_a_milliard_is_counted_at_once(base: BaseScenario):
+    """Nothing of it is made before it is wanted."""
+    plan = SweepPlan(base, (Choices("legs", (1, 2)),), seeds=range(500_000_000))
+    assert plan.count == 1_000_000_000
+    assert plan.scenario(999_999_999).data["seed"] == 499_999_999
+    assert plan.as_dict()["seeds"] == "0..499999999"
+
+
+def test_the_id_follows_from_all_that_a_run_follows_from(tmp_path: Path):
+    """Files, seed, values, faults; not from where the files lie."""
+    ids = []
+    changes = [
+        (MISSION, BaseChanges(), 1),
+        (MISSION, BaseChanges(), 2),
+        (MISSION, BaseChanges(set={"speed": "0.3"}), 1),
+        (MISSION.replace("tree:", "tree: # a word\n "), BaseChanges(), 1),
+        (MISSION, BaseChanges(faults=["at 1.0: drop scan lasting 1"]), 1),
+        (MISSION, BaseChanges(world="dqn_stage1"), 1),
+        (MISSION, BaseChanges(requirements={"slow": "always speed < 1"}), 1),
+        (MISSION, BaseChanges(limit=9.0), 1),
+        (MISSION, BaseChanges(), 1),
+    ]
+    for number, (text, change, seed) in enumerate(changes):
+        file = tmp_path / str(number) / "m.yaml"
+        file.parent.mkdir()
+        file.write_text(text)
+        ids.append(load_base(file, change).concrete({}, seed=seed).id)
+    assert len(set(ids)) == len(ids) - 1
+    assert ids[0] == ids[-1]
+
+
+def test_a_world_of_the_users_own_has_its_file_in_the_bundle(tmp_path: Path):
+    """Under its name, beside another of the same name."""
+    file = tmp_path / "m.yaml"
+    file.write_text(MISSION)
+    for folder in ("a", "b"):
+        world = tmp_path / folder / "hall.yaml"
+        world.parent.mkdir()
+        world.write_text(f"# {folder}\nname: hall\nsize: [4, 4]\n")
+    texts = tuple(str(tmp_path / folder / "hall.yaml") for folder in ("a", "b"))
+    base = load_base(file, BaseChanges(), [Choices("world", texts)])
+    assert [base.concrete({"world": one}).data["world"] for one in texts] == ["hall", "hall_2"]
+    assert base.bundle.files["worlds/hall.yaml"].startswith("# a")
+    assert base.bundle.files["worlds/hall_2.yaml"].startswith("# b")
+
+
+def test_a_scenario_is_varied_as_a_mission_is(tmp_path: Path):
+    """Its faults, obstacles and expectations stay."""
+    (tmp_path / "m.yaml").write_text(MISSION)
+    file = tmp_path / "s.scenario.yaml"
+    file.write_text(
+        "scenario: s\nmission: m.yaml\nworld: dqn_stage1\nseed: 9\ninputs: {legs: 3}\n"
+        "faults: ['at 1.0: drop scan lasting 1']\nexpect: {outcome: failure}\n"
+    )
+    base = load_base(file, BaseChanges(faults=["at 2.0: drop odom lasting 1"]))
+    one = base.concrete({"speed": 0.4})
+    assert one.data["inputs"] == {"legs": 3, "speed": 0.4}
+    assert one.data["faults"] == ["at 1.0: drop scan lasting 1", "at 2.0: drop odom lasting 1"]
+    assert (one.data["seed"], one.data["world"]) == (9, "dqn_stage1")
+    assert one.data["expect"] == {"outcome": "failure"}
+
+
+def test_parameters_of_the_place_and_of_inputs(base: BaseScenario):
+    """An input may have the name of a place."""
+    made = base.concrete({"start.x": 1.0, "start.yaw": 90, "inputs.legs": 4})
+    assert made.data["start"] == {"x": 1.0, "yaw": 90}
+    assert made.data["inputs"]["legs"] == 4
+
+
+def test_texts_of_parameters_name_the_sweep(base: BaseScenario):
+    """So that the same command goes on, and another one is told what differs."""
+    plan = SweepPlan(base, (parse_parameter("speed=0.1,0.2"),), seeds=range(3))
+    assert plan.as_dict()["vary"] == ["speed=0.1,0.2"]
+    assert plan.as_dict()["seeds"] == "0..2"

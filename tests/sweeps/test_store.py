@@ -1,0 +1,138 @@
+"""The results of a sweep on disk."""
+
+from __future__ import annotations
+
+import sqlite3
+from pathlib import Path
+
+import pytest
+
+from bt_mission.sweeps.row import RequirementMargin, ScenarioRow
+from bt_mission.sweeps.store import FILE, ResultStore, StoreError
+
+ROW = ScenarioRow(
+    id="a1",
+    number=3,
+    seed=7,
+    world="hall",
+    parameters={"speed": 0.1, "zones": ["a"]},
+    faults=("at 1.0: drop scan",),
+    outcome="failure",
+    reason="'drive' aborted: ünlucky",
+    requirements={"slow": RequirementMargin("violated", -0.25, "m/s", 1.5)},
+    least_margin=-0.25,
+    trace_sha256="ff",
+)
+
+
+def test_rows_come_back_as_they_were(tmp_path: Path):
+    """In the order of their numbers, and each only once."""
+    other = ScenarioRow(id="b2", number=1, seed=0, outcome="success", passed=True)
+    with ResultStore.create(tmp_path, {"sweep": 1}) as store:
+        store.add(ROW)
+        store.add(other)
+        store.add(ROW)
+    with ResultStore.read(tmp_path) as store:
+        assert list(store.rows()) == [other, ROW]
+        assert list(store.rows("passed = ?", 0)) == [ROW]
+        assert store.ids() == {"a1", "b2"}
+
+
+def test_others_read_it_as_columns(tmp_path: Path):
+    """With the SQLite of anybody."""
+    with ResultStore.create(tmp_path, {}) as store:
+        store.add(ROW)
+        found = sqlite3.connect(tmp_path / FILE).execute(
+            "SELECT seed, outcome, passed, json_extract(parameters, '$.speed'), "
+            "json_extract(requirements, '$.slow.margin') FROM scenarios"
+        )
+        assert found.fetchall() == [(7, "failure", 0, 0.1, -0.25)]
+
+
+def test_results_are_not_overwritten_without_a_word(tmp_path: Path):
+    """It says what to do."""
+    ResultStore.create(tmp_path, {"seeds": "0..1"}).close()
+    with pytest.raises(StoreError, match="add --resume to go on with it, or name another folder"):
+        ResultStore.create(tmp_path, {"seeds": "0..1"})
+
+
+def test_a_folder_of_another_sweep_is_refused(tmp_path: Path):
+    """With what differs, and nothing of it changed."""
+    with ResultStore.create(tmp_path, {"seeds": "0..1", "mission": "m"}) as store:
+        store.add(ROW)
+    with pytest.raises(StoreError, match=r'seeds was "0..1", is "0..9"'):
+        ResultStore.resume(tmp_path, {"seeds": "0..9", "mission": "m"})
+    with ResultStore.resume(tmp_path, {"seeds": "0..1", "mission": "m"}) as store:
+        assert store.ids() == {"a1"}
+
+
+def test_a_sweep_that_was_killed_as_it_began_goes_on(tmp_path: Path):
+    """The file is there, and nothing in it."""
+    sqlite3.connect(tmp_path / FILE).close()
+    (tmp_path / FILE).touch()
+    with ResultStore.resume(tmp_path, {"seeds": "0..1"}) as store:
+        assert store.about == {"seeds": "0..1"}
+
+
+def test_two_sweeps_do_not_write_into_one_folder(tmp_path: Path):
+    """The second is refused while the first writes; who reads is not."""
+    with ResultStore.create(tmp_path, {}) as store:
+        store.add(ROW)
+        with pytest.raises(StoreError, match="another sweep writes its results there"):
+            ResultStore.resume(tmp_path, {})
+        with ResultStore.read(tmp_path) as reader:
+            assert reader.ids() == {"a1"}
+    ResultStore.resume(tmp_path, {}).close()
+
+
+@pytest.mark.parametrize("content", [b"", b"no database at all, but long enough to be read" * 40])
+def test_a_file_of_something_else_is_refused(tmp_path: Path, content: bytes):
+    """In words."""
+    (tmp_path / FILE).write_bytes(content)
+    with pytest.raises(StoreError, match="not results of a sweep"):
+        ResultStore.read(tmp_path)
+
+
+def test_results_of_a_later_version_are_refused(tmp_path: Path):
+    """With both versions."""
+    ResultStore.create(tmp_path, {}).close()
+    with sqlite3.connect(tmp_path / FILE) as connection:
+        connection.execute("UPDATE about SET value = '9' WHERE key = 'format'")
+    with pytest.raises(StoreError, match="results of version 9; this bt-mission has 1"):
+        ResultStore.read(tmp_path)
+
+
+def test_a_folder_that_is_a_file_is_refused(tmp_path: Path):
+    """It cannot hold results."""
+    (tmp_path / "x").write_text("")
+    with pytest.raises(StoreError, match="cannot write"):
+        ResultStore.create(tmp_path / "x", {})
+
+
+def test_a_full_disk_is_told_and_what_is_there_stays(tmp_path: Path):
+    """A limit of pages stands for the disk."""
+    with ResultStore.create(tmp_path, {}) as store:
+        store.add(ROW)
+        connection = store._connection
+        pages = connection.execute("PRAGMA page_count").fetchone()[0]
+        connection.execute(f"PRAGMA max_page_count = {pages}")
+        large = ScenarioRow(id="c", number=1, seed=0, reason="x" * 100_000)
+        with pytest.raises(StoreError, match="cannot write a row: database or disk is full"):
+            store.add(large)
+    with ResultStore.read(tmp_path) as store:
+        assert "a1" in store.ids()
+
+
+def test_the_worst_are_those_that_failed_then_those_with_the_smallest_margins(tmp_path: Path):
+    """What could not run has nothing to be recorded."""
+    rows = [
+        ScenarioRow("far", 0, 0, outcome="success", passed=True, least_margin=2.0),
+        ScenarioRow("near", 1, 0, outcome="success", passed=True, least_margin=0.1),
+        ScenarioRow("none", 2, 0, outcome="success", passed=True),
+        ScenarioRow("failed", 3, 0, outcome="failure", least_margin=0.5),
+        ScenarioRow("error", 4, 0, outcome="error"),
+    ]
+    with ResultStore.create(tmp_path, {}) as store:
+        for row in rows:
+            store.add(row)
+        assert [one.id for one in store.worst(9)] == ["failed", "near", "far", "none"]
