@@ -24,7 +24,7 @@ BUNDLE = Bundle(
     {"mine/hall.yaml": "hall"},
     {"waffle": "waffle"},
 )
-ABOUT = {
+ABOUT: dict[str, Any] = {
     "mission": "go",
     "mission_hash": BUNDLE.digest,
     "scenario": {"scenario": "go", "mission": "go.yaml", "robot": "waffle"},
@@ -39,7 +39,7 @@ PLACES = ("0 go: reached", "0 go: outcome success", "0 go: outcome failure", "0.
 
 def origin(**changes: Any) -> SweepOrigin:
     """What the sweep was made from."""
-    given = {
+    given: dict[str, Any] = {
         "path": "mine/go.yaml",
         "command": "bt-mission sweep mine/go.yaml --seeds 10 --vary speed=0.1,0.2",
         "is_scenario": False,

@@ -57,6 +57,12 @@ def test_what_could_not_run_is_left_out():
     assert ids([row(0, outcome="error", passed=False)]) == []
 
 
+def test_runs_without_a_margin_are_the_best():
+    """Nothing is known that was near to going wrong."""
+    rows = [row(0), *(row(n, requirements={"clear": margin(n / 10)}) for n in (2, 1))]
+    assert ids(rows) == [1, 2, 0]
+
+
 def test_the_rows_are_read_from_the_results(tmp_path):
     """In the order of the ids."""
     store = write_results(tmp_path / "r", [row(0), failed(1), failed(2)], None)

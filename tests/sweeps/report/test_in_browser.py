@@ -28,10 +28,10 @@ def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
         yield page
 
 
-def opened(chromium: Page, store: ResultStore, **options: int) -> Page:
+def opened(chromium: Page, store: ResultStore, *, width: int = 1280, scripts: bool = True) -> Page:
     """The page of results in the browser."""
     chromium.problems.clear()
-    chromium.open(write_sweep_page(store), **{"width": 1280, "height": 900, **options})
+    chromium.open(write_sweep_page(store), width=width, height=900, scripts=scripts)
     return chromium
 
 
