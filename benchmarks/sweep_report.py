@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import csv
+import os
 import resource
 import sqlite3
 import tempfile
@@ -84,13 +85,16 @@ def _near(one: RequirementMargin, random: Random) -> float | None:
 def measure(folder: Path) -> None:
     """Time each output."""
     with ResultStore.read(folder) as store:
-        watch = Stopwatch()
+        watch, begun = Stopwatch(), os.times()
         columns = SweepColumns.of(store.rows())
         print(f"rows read and added up: {watch.elapsed_s:.1f} s")
         watch = Stopwatch()
         path = write_sweep_page(store, columns=columns)
         size = path.stat().st_size / 1e6
+        ended = os.times()
+        processor_s = ended.user + ended.system - begun.user - begun.system
         print(f"page from them: {watch.elapsed_s:.1f} s, {size:.2f} MB")
+        print(f"processor time of both: {processor_s:.1f} s")
         watch = Stopwatch()
         with (folder / "rows.csv").open("w", newline="") as file:
             write_csv(store.rows, file)
