@@ -200,13 +200,15 @@ def _sweep(options: argparse.Namespace) -> int:
     from bt_mission.sweeps.progress import SweepProgress
     from bt_mission.sweeps.store import ResultStore
 
+    given = options.file
     plan = plan_of(options)
     refuse_impossible(plan)
     _ask(options, plan)
     folder = options.output or Path(f"{plan.base.path.name.partition('.')[0]}_sweep")
     opened = ResultStore.resume if options.resume else ResultStore.create
     with opened(folder, plan.as_dict()) as store:
-        origin_of(plan, shlex.join(["bt-mission", *options.words])).save(store)
+        line = shlex.join(["bt-mission", *options.words])
+        origin_of(plan, line, str(given)).save(store)
         progress = SweepProgress(plan.base.mission.name, plan.count)
         for row in store.rows():
             if not (options.retry_errors and row.is_error):

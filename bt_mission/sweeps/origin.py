@@ -53,11 +53,12 @@ class SweepOrigin:
         return cls(**found)
 
 
-def origin_of(plan: SweepPlan, command: str = "") -> SweepOrigin:
+def origin_of(plan: SweepPlan, command: str = "", path: str = "") -> SweepOrigin:
     """Return what a plan was made from.
 
     Args:
         command: The line that has begun the sweep.
+        path: What the user has called the mission; where it is empty, its file.
     """
     base, changes = plan.base, plan.base.changes
     options: dict[str, Any] | None = {
@@ -69,7 +70,7 @@ def origin_of(plan: SweepPlan, command: str = "") -> SweepOrigin:
     if changes.requirements or changes.limit is not None:
         options = None
     return SweepOrigin(
-        path=str(base.path),
+        path=path or str(base.path),
         command=command,
         is_scenario=base.is_scenario,
         options=options,

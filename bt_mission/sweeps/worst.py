@@ -87,6 +87,12 @@ class WorstRows:
         chosen = sorted(order)[:most]
         return [id_ for *_, id_ in sorted((one[0], *one[2:]) for one in chosen)]
 
+    def nearest(self, row: ScenarioRow) -> str | None:
+        """Name the requirement by whose margin a row counts; None where it has none."""
+        shares = [(self._scales[name].share(one), name) for name, one in margins_of(row)]
+        least, name = min(shares, default=(math.inf, ""))
+        return name if least < math.inf else None
+
     def _least(self, margins: Iterable[tuple[str, float]]) -> float:
         return min((self._scales[name].share(one) for name, one in margins), default=math.inf)
 

@@ -146,6 +146,15 @@ def test_the_origin_is_read_as_it_was_written(results):
     assert found.bundle.digest == BUNDLE.digest
 
 
+def test_a_shipped_mission_is_called_as_the_user_has(tmp_path):
+    """The command is one that works in every folder."""
+    mission = tmp_path / "turn.yaml"
+    mission.write_text(MISSION)
+    plan = SweepPlan(load_base(mission, BaseChanges()))
+    assert origin_of(plan).path == str(mission)
+    assert origin_of(plan, path="turn").path == "turn"
+
+
 def test_the_line_that_goes_on_with_a_sweep():
     """It has --resume once."""
     assert resume_command("bt-mission sweep a") == "bt-mission sweep a --resume"

@@ -45,6 +45,19 @@ def test_a_margin_that_is_always_the_same_tells_nothing():
     assert ids(rows) == [1, 2, 0]
 
 
+def test_the_requirement_that_counts_is_named():
+    """Its margin is the one that is shown."""
+    rows = [
+        row(n, requirements={"clear": margin(metres), "late": margin(one), "same": margin(0.0)})
+        for n, (metres, one) in enumerate(((0.4, 50.0), (0.6, 5.0), (0.5, 55.0)))
+    ]
+    found = WorstRows()
+    for one in rows:
+        found.add(one)
+    assert [found.nearest(one) for one in rows] == ["clear", "late", "clear"]
+    assert found.nearest(row(9)) is None
+
+
 def test_a_frequent_failure_does_not_hide_a_rare_one():
     """Of each kind of failure one is taken in turn."""
     rows = [failed(n) for n in range(50)]

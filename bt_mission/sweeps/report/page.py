@@ -98,7 +98,9 @@ class SweepPage:
             ("Failures", sections.failures(self._columns, self._repeater)),
             (
                 "The worst",
-                sections.worst_table(worst, self._store.folder, self._repeater, near),
+                sections.worst_table(
+                    worst, self._columns.worst, self._store.folder, self._repeater, near
+                ),
             ),
             ("Requirements", self._requirements()),
             ("Duration", self._duration()),

@@ -18,6 +18,7 @@ from bt_mission.sweeps.report.factors import Level
 from bt_mission.sweeps.report.markup import command_line, line
 from bt_mission.sweeps.row import ScenarioRow
 from bt_mission.sweeps.summary import FailureGroup, percent, span
+from bt_mission.sweeps.worst import WorstRows
 from bt_mission.views.html_report.markup import element, hint, number, rows, table
 
 MOST_GROUPS = 50
@@ -152,11 +153,16 @@ def _way(path: str) -> str:
 
 
 def worst_table(
-    worst: Sequence[ScenarioRow], folder: Path, repeater: Repeater, near: Path | None = None
+    worst: Sequence[ScenarioRow],
+    found: WorstRows,
+    folder: Path,
+    repeater: Repeater,
+    near: Path | None = None,
 ) -> str:
     """Return the worst runs, with links to what is recorded of them.
 
     Args:
+        found: Has found them.
         folder: Of the results.
         near: The folder of the page; None is that of the results.
     """
@@ -168,7 +174,7 @@ def worst_table(
                 f"{row.number}<small>{escape_markup(row.id)}</small>",
                 _outcome(row),
                 escape_markup(told_parameters(row)),
-                _least(row),
+                _least(row, found),
                 f"{number(row.virtual_s, 2)} s",
                 _links(row, folder, near or folder) + command_line(repeater.command(row)),
             ),
@@ -190,18 +196,15 @@ def _outcome(row: ScenarioRow) -> str:
     return element("span", "", class_=f"dot {name}") + escape_markup(_cut(told, 140))
 
 
-def _least(row: ScenarioRow) -> str:
-    """The requirement that was nearest to a violation; those that count something come last."""
-    known = [
-        (not one.unit, one.margin, name, one.unit)
-        for name, one in row.requirements.items()
-        if one.margin is not None
-    ]
-    below = [one for one in known if one[1] < 0]
-    if not known:
+def _least(row: ScenarioRow, found: WorstRows) -> str:
+    """The margin by which a run is among the worst."""
+    name = found.nearest(row)
+    if name is None:
         return ""
-    _, margin, name, unit = min(below or known)
-    return f"{number(margin)} {escape_markup(unit)}<small>{escape_markup(name)}</small>"
+    one = row.requirements[name]
+    assert one.margin is not None, "it has counted"
+    told = escape_markup(f"{number(one.margin)} {one.unit}".strip())
+    return f"{told}<small>{escape_markup(name)}</small>"
 
 
 def _links(row: ScenarioRow, folder: Path, near: Path) -> str:
