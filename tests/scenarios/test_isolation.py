@@ -9,6 +9,7 @@ import sys
 from typing import Any
 
 from bt_mission.scenarios.run import run_scenario
+from bt_mission.testing.live_graph import own_domain
 from tests.support import side_by_side
 from tests.support.project import ROOT
 
@@ -18,14 +19,16 @@ PROGRAM = "tests.support.side_by_side"
 
 def found_by(count: int) -> dict[str, Any]:
     """What so many simulations of one domain have found while all were there."""
-    done = subprocess.run(
-        [sys.executable, "-m", PROGRAM, str(count)],
-        cwd=ROOT,
-        env=os.environ | {"PYTHONPATH": str(ROOT), "OPENBLAS_NUM_THREADS": "1"},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    with own_domain() as domain:
+        one_domain = {"ROS_DOMAIN_ID": str(domain), "OPENBLAS_NUM_THREADS": "1"}
+        done = subprocess.run(
+            [sys.executable, "-m", PROGRAM, str(count)],
+            cwd=ROOT,
+            env=os.environ | one_domain | {"PYTHONPATH": str(ROOT)},
+            capture_output=True,
+            text=True,
+            check=True,
+        )
     told: dict[str, Any] = json.loads(done.stdout)
     return told
 
