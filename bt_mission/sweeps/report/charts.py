@@ -24,8 +24,12 @@ PASSED, FAILED, CURVE = "#2f86c9", "#d9603b", "#2f86c9"
 BAND = "rgba(47, 134, 201, 0.25)"
 RATES = ((0.0, "#b5402a"), (0.5, "#f2e3c4"), (1.0, "#2f7fb8"))
 HATCHED = {
-    "shape": "/", "fillmode": "overlay", "fgcolor": "#ffffff", "fgopacity": 0.5,
-    "size": 6, "solidity": 0.2,
+    "shape": "/",
+    "fillmode": "overlay",
+    "fgcolor": "#ffffff",
+    "fgopacity": 0.5,
+    "size": 6,
+    "solidity": 0.2,
 }
 BINS = 40
 MOST_LETTERS = 24
@@ -50,8 +54,12 @@ def _curve(one: Factor) -> Figure:
         [
             {"type": "scatter", "x": at, "y": list(high), **edge},
             {
-                "type": "scatter", "x": at, "y": list(low), **edge,
-                "fill": "tonexty", "fillcolor": BAND,
+                "type": "scatter",
+                "x": at,
+                "y": list(low),
+                **edge,
+                "fill": "tonexty",
+                "fillcolor": BAND,
             },
             {
                 "type": "scatter",
