@@ -134,6 +134,7 @@ def _parsed(parser: Parser, arguments: Sequence[str] | None) -> Any:
     """
     mine, for_ros = split(sys.argv[1:] if arguments is None else arguments)
     options, rest = parser.parse_known_args(mine)
+    options.words = mine
     if getattr(options, "takes_ros_args", False):
         options.ros_args = for_ros
     elif for_ros:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import shlex
 import sys
 from functools import partial
 from pathlib import Path
@@ -194,6 +195,7 @@ def _sweep(options: argparse.Namespace) -> int:
     from bt_mission.core.dds.middleware import prepare_middleware
 
     prepare_middleware()
+    from bt_mission.sweeps.origin import origin_of
     from bt_mission.sweeps.preparation import refuse_impossible
     from bt_mission.sweeps.progress import SweepProgress
     from bt_mission.sweeps.store import ResultStore
@@ -204,6 +206,7 @@ def _sweep(options: argparse.Namespace) -> int:
     folder = options.output or Path(f"{plan.base.path.name.partition('.')[0]}_sweep")
     opened = ResultStore.resume if options.resume else ResultStore.create
     with opened(folder, plan.as_dict()) as store:
+        origin_of(plan, shlex.join(["bt-mission", *options.words])).save(store)
         progress = SweepProgress(plan.base.mission.name, plan.count)
         for row in store.rows():
             if not (options.retry_errors and row.is_error):

@@ -26,7 +26,7 @@ SHOWN = 5
 
 EPILOG = """\
 examples:
-  bt-mission sweep-report explore_sweep                 a table, and the page explore_sweep/sweep.html
+  bt-mission sweep-report explore_sweep                 a table, and the page sweep.html there
   bt-mission sweep-report explore_sweep --html out.html the page in a place of its own
   bt-mission sweep-report explore_sweep --csv -         every row, for a spreadsheet or pandas
   bt-mission sweep-report explore_sweep --json          counts, rates, failures by reason, margins

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.text import escape_control
 from bt_mission.core.yaml.dump import to_yaml
 from bt_mission.scenarios.scenario import TIME_IS_UP
 from bt_mission.sweeps.concrete import ConcreteScenario, varied
@@ -98,9 +99,10 @@ class Repeater:
         bundle = self.origin.bundle
         bundle.write_to(self._store.folder / SCENARIOS)
         path = self._path(row)
-        text = "".join(f"# {line}\n" for line in self._remarks(row)) + to_yaml(dict(scenario.data))
+        remarks = "".join(f"# {escape_control(line)}\n" for line in self._remarks(row))
+        data = {"scenario": scenario.data["scenario"], **scenario.data}
         try:
-            path.write_text(text, encoding="utf-8")
+            path.write_text(remarks + to_yaml(data), encoding="utf-8")
         except OSError as error:
             raise BtMissionError(f"cannot write {path}: {error.strerror or error}") from error
         return path

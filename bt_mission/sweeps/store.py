@@ -208,14 +208,6 @@ class ResultStore:
         except sqlite3.DatabaseError as error:
             raise StoreError(f"{self.folder / FILE}: {error}") from error
 
-    def worst(self, most: int, *, only_failed: bool = False) -> list[ScenarioRow]:
-        """Those that have not passed, then those with the smallest margins; errors are left out."""
-        where = "outcome != 'error'" + (" AND NOT passed" if only_failed else "")
-        order = "passed, least_margin IS NULL, least_margin, number"
-        query = f"SELECT {', '.join(_NAMES)} FROM scenarios WHERE {where} ORDER BY {order} LIMIT ?"  # noqa: S608 - no text of a user's
-        found = self._connection.execute(query, (most,))
-        return [_row(dict(zip(_NAMES, one, strict=True))) for one in found]
-
     # ---- ends ----------------------------------------------------------------------------
 
     def _transaction(self, what: str) -> _Transaction:

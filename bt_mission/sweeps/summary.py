@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -198,9 +198,13 @@ class SweepTally:
     virtual_s: float = 0.0
     wall_s: float = 0.0
     distance_m: float = 0.0
-    parameters: dict[str, dict[str, OutcomeCount]] = field(default_factory=dict)
-    plans: dict[str, OutcomeCount] = field(default_factory=dict)
-    requirements: dict[str, RequirementTally] = field(default_factory=dict)
+    parameters: dict[str, defaultdict[str, OutcomeCount]] = field(
+        default_factory=lambda: defaultdict(lambda: defaultdict(OutcomeCount))
+    )
+    plans: dict[str, OutcomeCount] = field(default_factory=lambda: defaultdict(OutcomeCount))
+    requirements: dict[str, RequirementTally] = field(
+        default_factory=lambda: defaultdict(RequirementTally)
+    )
     _groups: dict[tuple[str, str, str], FailureGroup] = field(
         default_factory=dict, init=False, repr=False
     )
@@ -222,12 +226,11 @@ class SweepTally:
         self.wall_s += row.wall_s
         self.distance_m += row.distance_m or 0.0
         for name, value in row.parameters.items():
-            known = self.parameters.setdefault(name, {})
-            known.setdefault(json.dumps(value), OutcomeCount()).add(row)
+            self.parameters[name][json.dumps(value)].add(row)
         if row.plan:
-            self.plans.setdefault(row.plan, OutcomeCount()).add(row)
+            self.plans[row.plan].add(row)
         for name, one in row.requirements.items():
-            self.requirements.setdefault(name, RequirementTally()).add(row, one)
+            self.requirements[name].add(row, one)
         if not row.passed:
             self._group_of(row).add(row)
 

@@ -14,8 +14,7 @@ from bt_mission.sweeps.row import ScenarioRow
 from bt_mission.sweeps.runner import ScenarioRunner
 from bt_mission.sweeps.store import ResultStore
 from bt_mission.sweeps.versions import VERSIONS_KEY, fingerprint, told
-
-MOST_RECORDED = 20
+from bt_mission.sweeps.worst import WORST, worst_rows
 
 
 async def sweep(
@@ -48,13 +47,13 @@ def left(
 
 
 def to_record(store: ResultStore, plan: SweepPlan, most: int | None) -> list[ConcreteScenario]:
-    """The worst scenarios that have no recording yet.
+    """The worst scenarios that have no recording yet: those that the page tells of.
 
     Args:
         most: So many; None is twenty, or as many as have failed or are a tenth of all where that is
             less.
     """
-    rows = store.worst(MOST_RECORDED if most is None else most)
+    rows = worst_rows(store, WORST if most is None else most)
     if most is None:
         tenth = plan.count // 10
         rows = [row for number, row in enumerate(rows) if not row.passed or number < tenth]

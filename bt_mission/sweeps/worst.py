@@ -6,6 +6,7 @@ import math
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from typing import TypeAlias
 
 from bt_mission.sweeps.row import ScenarioRow
 from bt_mission.sweeps.store import ResultStore
@@ -43,18 +44,22 @@ def margins_of(row: ScenarioRow) -> Iterator[tuple[str, float]]:
             yield name, one.margin
 
 
+_Ranked: TypeAlias = tuple[int, str, bool, int, tuple[tuple[str, float], ...]]
+"""Number, id, has it passed, kind of failure, margins by requirement."""
+
+
 class WorstRows:
     """Finds the worst rows; rows are added one by one, and only ids are kept.
 
     Failed ones are taken first, of each kind of failure in turn the one with the smallest margin,
     so that a frequent failure does not hide the others; then those that have passed with the
-    smallest margins. A margin counts as a multiple of the requirement's mean one. What could not run has no
-    margin and is left out.
+    smallest margins. A margin counts as a multiple of the requirement's mean one. What could not
+    run has no margin and is left out.
     """
 
     def __init__(self) -> None:
         self._scales: dict[str, MarginScale] = defaultdict(MarginScale)
-        self._rows: list[tuple[int, str, bool, int, tuple[tuple[str, float], ...]]] = []
+        self._rows: list[_Ranked] = []
         self._kinds: dict[tuple[str, str, str], int] = {}
 
     def add(self, row: ScenarioRow) -> None:
@@ -79,8 +84,8 @@ class WorstRows:
             turn = 0 if passed else turns[kind]
             turns[kind] += 1
             order.append((passed, turn, least, number, id_))
-        chosen = [(passed, least, number, id_) for passed, _, least, number, id_ in sorted(order)]
-        return [id_ for *_, id_ in sorted(chosen[:most])]
+        chosen = sorted(order)[:most]
+        return [id_ for *_, id_ in sorted((one[0], *one[2:]) for one in chosen)]
 
     def _least(self, margins: Iterable[tuple[str, float]]) -> float:
         return min((self._scales[name].share(one) for name, one in margins), default=math.inf)

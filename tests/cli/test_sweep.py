@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import subprocess
 from pathlib import Path
@@ -93,6 +94,11 @@ def test_a_sweep_from_its_start_to_its_end(tmp_path: Path) -> None:
     failed = {row.id for row in rows if not row.passed}
     assert {one.stem for one in (folder / "recordings").glob("*.mcap")} == failed
     assert {one.stem for one in (folder / "recordings").glob("*.html")} == failed
+    page = (folder / "sweep.html").read_text(encoding="utf-8")
+    assert set(re.findall(r'href="recordings/(.*?)\.html"', page)) == failed
+    lines = re.sub("<.*?>", "", page)
+    assert "bt-mission run turns.yaml --seed 0 --set angle=60" in lines
+    assert "bt-mission sweep turns.yaml --vary angle=30,60,90 --seeds 2" in lines
     code, again, error = sweep(tmp_path, *words, "--resume", "--fail-below", "0.2")
     assert code == 1
     assert again["failures"] == told["failures"]

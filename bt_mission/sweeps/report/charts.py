@@ -6,13 +6,12 @@ for values: every text of others goes through :func:`plain`, and none stands in 
 
 from __future__ import annotations
 
-import html
 from collections.abc import Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
 
-from bt_mission.core.text import escape_control
+from bt_mission.core.text import escape_control, escape_markup
 from bt_mission.sweeps.report.columns import Flags, Floats
 from bt_mission.sweeps.report.factors import Factor, Level, Pair, round_edges, short
 from bt_mission.sweeps.summary import percent, span
@@ -38,7 +37,7 @@ MOST_LETTERS = 24
 def plain(text: str, most: int = 300) -> str:
     """Return a text that Plotly shows as it is, cut after so many characters."""
     shown = escape_control(text)
-    return html.escape(shown if len(shown) <= most else f"{shown[: most - 1]}…")
+    return escape_markup(shown if len(shown) <= most else f"{shown[: most - 1]}…")
 
 
 def success_figure(one: Factor) -> Figure:
@@ -49,18 +48,18 @@ def success_figure(one: Factor) -> Figure:
 def _curve(one: Factor) -> Figure:
     at = [level.at for level in one.levels]
     low, high = zip(*(level.interval for level in one.levels), strict=True)
-    edge = {"mode": "lines", "line": {"width": 0}, "hoverinfo": "skip", "showlegend": False}
+    edge = {
+        "type": "scatter",
+        "x": at,
+        "mode": "lines",
+        "line": {"width": 0},
+        "hoverinfo": "skip",
+        "showlegend": False,
+    }
     return _figure(
         [
-            {"type": "scatter", "x": at, "y": list(high), **edge},
-            {
-                "type": "scatter",
-                "x": at,
-                "y": list(low),
-                **edge,
-                "fill": "tonexty",
-                "fillcolor": BAND,
-            },
+            {**edge, "y": list(high)},
+            {**edge, "y": list(low), "fill": "tonexty", "fillcolor": BAND},
             {
                 "type": "scatter",
                 "x": at,

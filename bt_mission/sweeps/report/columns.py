@@ -60,10 +60,13 @@ class SweepColumns:
         self.worst.add(row)
         values = {**row.parameters, PLAN: row.plan} if row.plan else row.parameters
         for name, value in values.items():
-            self.values.setdefault(name, [None] * self._count).append(value)
+            if name not in self.values:
+                self.values[name] = [None] * self._count
+            self.values[name].append(value)
         for name, margin in margins_of(row):
             column = self._margins[name]
-            column.extend([math.nan] * (self._count - len(column)))
+            if len(column) < self._count:
+                column.extend([math.nan] * (self._count - len(column)))
             column.append(margin)
         self._passed.append(row.passed)
         self._is_error.append(row.is_error)
@@ -95,7 +98,8 @@ class SweepColumns:
 
     def margins(self, name: str) -> Floats:
         """The margins of a requirement; NaN where a run has none."""
-        known = np.frombuffer(self._margins[name], np.float64) if name in self._margins else []
         found = np.full(self._count, np.nan)
-        found[: len(known)] = known
+        if name in self._margins:
+            known = np.frombuffer(self._margins[name], np.float64)
+            found[: len(known)] = known
         return found

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations, pairwise
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -22,6 +22,7 @@ STRETCHES = 12
 MOST_CELLS = 9
 """Levels of a number in a map of two parameters."""
 MOST_NAMES = 40
+EN_DASH = "\u2013"
 MOST_MAPS = 6
 
 
@@ -95,11 +96,8 @@ def _of_numbers(name: str, values: Sequence[Any], passed: Flags, most_levels: in
         indices = np.searchsorted(edges, numbers[is_known], side="right") - 1
         indices = np.minimum(indices, len(edges) - 2)
         at = (edges[1:] + edges[:-1]) / 2
-        dash = "–" if edges[0] >= 0 else " to "
-        labels = [
-            f"{short(low)}{dash}{short(high)}"
-            for low, high in zip(edges[:-1], edges[1:], strict=True)
-        ]
+        dash = EN_DASH if edges[0] >= 0 else " to "
+        labels = [f"{short(low)}{dash}{short(high)}" for low, high in pairwise(edges)]
     everywhere = np.full(len(numbers), -1, np.int64)
     everywhere[is_known] = indices
     return _factor(name, (labels, list(at)), everywhere, passed, is_number=True)
@@ -195,6 +193,8 @@ def round_edges(low: float, high: float, most: int) -> Floats:
 
     They are multiples of 1, 2, 2.5 or 5 times a power of ten, so 0 is one of them.
     """
+    if low == high:
+        low, high = low - 0.5, high + 0.5
     least = (high - low) / most
     scale = 10.0 ** math.floor(math.log10(least))
     for factor_ in (1, 2, 2.5, 5, 10, 20):
@@ -202,8 +202,7 @@ def round_edges(low: float, high: float, most: int) -> Floats:
         first, last = math.floor(low / step + 1e-9), math.ceil(high / step - 1e-9)
         if last - first <= most:
             break
-    edges: Floats = np.arange(first, last + 1) * step
-    return edges
+    return np.arange(first, last + 1, dtype=np.float64) * step
 
 
 def short(value: float) -> str:

@@ -20,6 +20,7 @@ from bt_mission.sweeps.report.charts import (
     success_figure,
 )
 from bt_mission.sweeps.report.columns import SweepColumns
+from bt_mission.sweeps.report.coverage import coverage_section
 from bt_mission.sweeps.report.factors import factors_of, pairs_of
 from bt_mission.sweeps.store import ResultStore
 from bt_mission.sweeps.summary import percent, span
@@ -51,7 +52,9 @@ def write_sweep_page(
         BtMissionError: Where Plotly is not installed, or the file cannot be written.
     """
     path = store.folder / PAGE if output is None else output
-    page = SweepPage(store, columns or SweepColumns.of(store.rows()), worst).text(path.parent)
+    if columns is None:
+        columns = SweepColumns.of(store.rows())
+    page = SweepPage(store, columns, worst).text(path.parent)
     try:
         path.write_text(page, encoding="utf-8", errors="replace")
     except OSError as error:
@@ -87,7 +90,7 @@ class SweepPage:
         """
         plotly = plotly_script()
         places = self._repeater.origin.places if self._repeater.origin else ()
-        coverage = sections.coverage_section(self._columns, places)
+        coverage = coverage_section(self._columns, places)
         worst = rows_of(self._store, self._columns.worst.ids(self._worst))
         parts = [
             ("What was varied", sections.varied_table(self._about, self._columns)),
@@ -214,7 +217,8 @@ class SweepPage:
         columns = self._columns
         if not columns.tally.requirements:
             return ""
-        parts, constant = [], []
+        parts: list[str] = []
+        constant: list[str] = []
         for name, one in columns.tally.requirements.items():
             margins = columns.margins(name)
             known = margins[np.isfinite(margins)]

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import os
-import shlex
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -15,14 +14,15 @@ from bt_mission.core.text import escape_markup
 from bt_mission.sweeps.origin import SweepOrigin, resume_command
 from bt_mission.sweeps.repeat import Repeater, told_parameters
 from bt_mission.sweeps.report.columns import SweepColumns
-from bt_mission.sweeps.report.coverage import ReachedNode, reached_nodes
 from bt_mission.sweeps.report.factors import Level
+from bt_mission.sweeps.report.markup import command_line, line
 from bt_mission.sweeps.row import ScenarioRow
 from bt_mission.sweeps.summary import FailureGroup, percent, span
 from bt_mission.views.html_report.markup import element, hint, number, rows, table
 
 MOST_GROUPS = 50
 MOST_PATH = 6
+ARROW = " \u203a "
 ENDS = {
     "success": "the mission succeeded",
     "failure": "the mission failed",
@@ -31,28 +31,6 @@ ENDS = {
 }
 RECORDINGS = "recordings"
 """The folder of the results for recordings of single scenarios, named by their ids."""
-
-
-def line(cells: Iterable[str], names: Sequence[str] = (), **attributes: object) -> str:
-    """Return a row of a table, of cells that are markup already."""
-    padded = [*names, *[""] * 20]
-    return element(
-        "tr",
-        "".join(
-            element("td", cell, class_=name or None)
-            for cell, name in zip(cells, padded, strict=False)
-        ),
-        **attributes,
-    )
-
-
-def command_line(command: str) -> str:
-    """Return a command that can be copied as a whole."""
-    words = (
-        element("span", escape_markup(shlex.quote(word) if word != "&&" else word), class_="word")
-        for word in shlex.split(command)
-    )
-    return element("code", " ".join(words), class_="command")
 
 
 def facts(columns: SweepColumns) -> str:
@@ -170,7 +148,7 @@ def _way(path: str) -> str:
     names = path.split(" > ") if path else []
     if len(names) > MOST_PATH:
         names = [names[0], "…", *names[2 - MOST_PATH :]]
-    return element("p", escape_markup(" › ".join(names)), class_="hint way") if names else ""
+    return element("p", escape_markup(ARROW.join(names)), class_="hint way") if names else ""
 
 
 def worst_table(
@@ -254,76 +232,6 @@ def requirements_table(columns: SweepColumns) -> str:
         )
     head = ("requirement", "holds", "violated", "open", "unknown", "smallest margin")
     return table((*head, "median", "smallest in"), lines)
-
-
-def coverage_section(columns: SweepColumns, places: tuple[str, ...]) -> str:
-    """Return how often each node was reached, and which outcomes and branches it had."""
-    total = sum(count for text, count in columns.coverage.items() if text)
-    if not places or not total:
-        return ""
-    nodes = reached_nodes(places, columns.coverage)
-    seen = sum(1 for one in nodes if one.runs)
-    ways = [count for one in nodes for count in one.ways.values()]
-    told = (
-        f"{seen} of {len(nodes)} nodes were reached, and {sum(1 for one in ways if one)} of "
-        f"{len(ways)} outcomes and branches."
-    )
-    never = [line_ for one in nodes for line_ in _never(one)]
-    missing = ""
-    if never:
-        content = element("ul", rows(element("li", escape_markup(one)) for one in never))
-        missing = element("details", element("summary", "what no run has reached") + content)
-    return (
-        element("p", told)
-        + missing
-        + table(
-            ("node", "reached by", "outcomes and branches"),
-            (_node(one, total) for one in nodes),
-            "scroll coverage",
-        )
-    )
-
-
-def _never(one: ReachedNode) -> Iterator[str]:
-    where = f"{one.name} ({one.place})"
-    if not one.runs:
-        yield where
-    else:
-        missing = [_way_told(way) for way, count in one.ways.items() if not count]
-        if missing:
-            yield f"{where}: {', '.join(missing)}"
-
-
-def _node(one: ReachedNode, total: int) -> str:
-    share = one.runs / total
-    meter = element(
-        "span",
-        element("span", "", style=f"width:{number(100 * share, 1)}%"),
-        class_="meter",
-        aria_hidden="true",
-    )
-    ways = " ".join(
-        element("span", f"{escape_markup(_way_told(way))} <b>{_of(count, total)}</b>", class_="way")
-        for way, count in one.ways.items()
-        if count
-    )
-    never = [_way_told(way) for way, count in one.ways.items() if not count and one.runs]
-    if never:
-        ways += element("small", escape_markup(f"never {', '.join(never)}"))
-    name = element("span", escape_markup(one.name), style=f"padding-left:{min(one.depth, 8)}em")
-    return line(
-        (name, f"{meter}{_of(one.runs, total)}", ways),
-        ("node", "reached", "ways"),
-        class_=None if one.runs else "never",
-    )
-
-
-def _way_told(way: str) -> str:
-    return way.removeprefix("outcome ")
-
-
-def _of(count: int, total: int) -> str:
-    return "never" if not count else "always" if count == total else percent(count / total)
 
 
 def made_with(about: Mapping[str, Any], origin: SweepOrigin | None, versions: Sequence[str]) -> str:
