@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bt_mission.cli.argument_types import count, seed
+from bt_mission.cli.argument_types import count, seed, whole
 from bt_mission.cli.check import permissions_of
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
 from bt_mission.cli.options import (
@@ -121,7 +121,7 @@ def _add_search_options(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--simplify",
-        type=int,
+        type=whole,
         default=150,
         metavar="RUNS",
         help="so many runs at most to make a find small, 0 to leave it (default: 150)",
@@ -135,8 +135,6 @@ def falsify(options: argparse.Namespace) -> int:
 
 
 def _falsify(options: argparse.Namespace) -> int:
-    if options.simplify < 0:
-        raise BtMissionError(f"--simplify: expected runs, 0 or more, got {options.simplify}")
     if not is_alone(options):
         refuse_worker_options(options)
     import asyncio
