@@ -8,7 +8,7 @@ import pytest
 
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.yaml.document import read_text
-from bt_mission.search.ranges import RangesFile, Span
+from bt_mission.search.ranges import RangesFile, Span, StartRanges
 from bt_mission.search.session import load_search
 from bt_mission.sweeps.base import BaseChanges
 from tests.search.conftest import MISSION
@@ -38,6 +38,7 @@ limit: 40
     ranges = file.ranges
     assert ranges.seeds == range(3, 6)
     assert [one.name for one in file.parameters] == ["speed", "rounds", "world"]
+    assert isinstance(ranges.start, StartRanges)
     assert (ranges.start.x, ranges.start.y) == (Span(-1, 1), Span(0, 0))
     assert ranges.obstacles.ahead == Span(0.5, 0.5)
     assert ranges.faults.times == Span(0, 9.5)
