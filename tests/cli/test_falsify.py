@@ -40,7 +40,16 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-SEARCH = ("falsify", "careless.yaml", "--require", "safe.yaml", "--within", "ranges.yaml")
+SEARCH = (
+    "falsify",
+    "careless.yaml",
+    "--require",
+    "safe.yaml",
+    "--within",
+    "ranges.yaml",
+    "--workers",
+    "1",
+)
 
 
 def test_what_is_found_fails_until_the_mission_is_mended(
