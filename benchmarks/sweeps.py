@@ -24,9 +24,8 @@ from pathlib import Path
 
 from measuring import spread
 
-from bt_mission.core.dds.middleware import prepare_middleware
 from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.scenarios.runner import ScenarioProcess
+from bt_mission.scenarios.runner import ScenarioProcess, prepare_process
 from bt_mission.sweeps.base import BaseChanges, load_base
 from bt_mission.sweeps.concrete import ConcreteScenario
 from bt_mission.sweeps.plan import SweepPlan
@@ -203,7 +202,7 @@ def main() -> None:
     options = parser.parse_args()
     options.count = options.count or counts[options.what]
     options.rounds = options.rounds or rounds[options.what]
-    prepare_middleware()
+    prepare_process()
     asyncio.run(whats[options.what](options))  # type: ignore[arg-type]
 
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import json
-import sys
+from collections.abc import Callable, Coroutine
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bt_mission.cli.argument_types import count, seed
+from bt_mission.cli import falsify_cover, falsify_results
+from bt_mission.cli.argument_types import count, seed, whole
 from bt_mission.cli.check import permissions_of
-from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
 from bt_mission.cli.options import (
     add_fault_option,
     add_mission_file,
@@ -29,10 +28,12 @@ from bt_mission.cli.workers import (
 from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
-    from bt_mission.search.result import FoundFiles
+    from bt_mission.core.interrupts import InterruptSignals
+    from bt_mission.search.ranges import RangesFile
     from bt_mission.search.search import SearchState
     from bt_mission.search.session import SearchSession
     from bt_mission.sweeps.base import BaseScenario
+    from bt_mission.sweeps.runner import ScenarioRunner
 
 AIMS = ("violated", "failed", "orphaned", "collision", "anything")
 STRATEGIES = ("random", "optuna", "cma")
@@ -42,6 +43,7 @@ EPILOG = """\
 examples:
   bt-mission falsify explore                    is there a run that violates a requirement?
   bt-mission falsify explore --find collision   ... in which the robot touches something?
+  bt-mission falsify explore --cover            what of its tree does no run reach?
   bt-mission falsify mine.yaml --require safe.yaml --within ranges.yaml --budget 200
 
 a file of ranges, in which everything may be left out (docs/reference/search.md):
@@ -104,6 +106,12 @@ def _add_search_options(parser: argparse.ArgumentParser) -> None:
         "anything)",
     )
     parser.add_argument(
+        "--cover",
+        action="store_true",
+        help="instead drive towards nodes, outcomes and branches of the tree that no run has "
+        "reached, and list those that stay",
+    )
+    parser.add_argument(
         "--within", type=Path, metavar="RANGES.yaml", help="what may vary, and by how much"
     )
     parser.add_argument(
@@ -121,7 +129,7 @@ def _add_search_options(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--simplify",
-        type=int,
+        type=whole,
         default=150,
         metavar="RUNS",
         help="so many runs at most to make a find small, 0 to leave it (default: 150)",
@@ -135,22 +143,48 @@ def falsify(options: argparse.Namespace) -> int:
 
 
 def _falsify(options: argparse.Namespace) -> int:
-    if options.simplify < 0:
-        raise BtMissionError(f"--simplify: expected runs, 0 or more, got {options.simplify}")
     if not is_alone(options):
         refuse_worker_options(options)
-    import asyncio
-
+    if options.cover:
+        for name in ("find", "output"):
+            if getattr(options, name) is not None:
+                raise BtMissionError(f"--cover lists what was reached: it has no --{name}")
     announce(f"loading {options.file}, starting the simulation")
     from bt_mission.core.dds.middleware import prepare_middleware
     from bt_mission.core.interrupts import InterruptSignals
     from bt_mission.search.ranges import read_ranges
-    from bt_mission.search.session import SearchOptions, SearchSession, aim_of, load_search
+    from bt_mission.search.session import load_search
 
     ranges = read_ranges(options.within)
     base = load_search(mission_file(options), _changes(options), ranges, options.find)
-    folder = _folder(options, base)
+    folder = None if options.cover else _folder(options, base)
     prepare_middleware()
+    with InterruptSignals(most=1) as interrupts:
+        if folder is None:
+            return _cover(base, ranges, options, interrupts)
+        session = _searched(base, ranges, options, interrupts)
+    return falsify_results.tell(session, folder, options)
+
+
+def _searched(
+    base: BaseScenario,
+    ranges: RangesFile,
+    options: argparse.Namespace,
+    interrupts: InterruptSignals,
+) -> SearchSession:
+    """Search; gives what it has come to."""
+    import asyncio
+
+    from bt_mission.cli.search_progress import SearchProgress
+    from bt_mission.search.session import SearchOptions, SearchSession, aim_of
+
+    progress = SearchProgress()
+
+    def watch(state: SearchState) -> bool:
+        runs = state.runs + state.simplifying_runs
+        progress.show(runs, lambda: falsify_results.progress_line(state, options.budget))
+        return not interrupts.count
+
     wanted = SearchOptions(
         aim_of(base, options.find),
         options.budget,
@@ -158,20 +192,42 @@ def _falsify(options: argparse.Namespace) -> int:
         options.search_seed,
         options.simplify,
     )
-    with InterruptSignals(most=1) as interrupts:
-        progress = Progress(options.budget)
-        session = SearchSession(
-            base,
-            ranges,
-            wanted,
-            lambda state: progress.show(state) and not interrupts.count,
-        )
-        asyncio.run(_carry_out(session, options))
-        progress.end()
-    return _tell(session, folder, options)
+    session = SearchSession(base, ranges, wanted, watch)
+    asyncio.run(_carry_out(base, session.run, options))
+    progress.end()
+    return session
 
 
-async def _carry_out(session: SearchSession, options: argparse.Namespace) -> None:
+def _cover(
+    base: BaseScenario,
+    ranges: RangesFile,
+    options: argparse.Namespace,
+    interrupts: InterruptSignals,
+) -> int:
+    """Drive towards what was not reached; gives the exit code."""
+    import asyncio
+
+    from bt_mission.cli.search_progress import SearchProgress
+    from bt_mission.search.cover import CoverSession, CoverState
+
+    progress = SearchProgress()
+
+    def watch(state: CoverState) -> bool:
+        progress.show(state.runs, lambda: falsify_cover.progress_line(state, options.budget))
+        return not interrupts.count
+
+    session = CoverSession(base, ranges, options.strategy, options.search_seed, watch)
+    asyncio.run(_carry_out(base, lambda runner: session.run(runner, options.budget), options))
+    progress.end()
+    return falsify_cover.tell(session, options)
+
+
+async def _carry_out(
+    base: BaseScenario,
+    search: Callable[[ScenarioRunner], Coroutine[Any, Any, None]],
+    options: argparse.Namespace,
+) -> None:
+    """Search with the workers that the options name."""
     if is_alone(options):
         from rclpy.logging import LoggingSeverity, set_logger_level
 
@@ -180,16 +236,18 @@ async def _carry_out(session: SearchSession, options: argparse.Namespace) -> Non
 
         # What thousands of broken runs warn of would bury the progress; the recording has it.
         set_logger_level("", LoggingSeverity.FATAL)
-        with ScenarioWorker(session.base.bundle) as worker:
-            await session.run(SerialRunner(worker))
+        with ScenarioWorker(base.bundle) as worker:
+            await search(SerialRunner(worker))
         return
-    async with pool_for(options, session.base.bundle) as pool:
-        await session.run(pool)
+    async with pool_for(options, base.bundle) as pool:
+        await search(pool)
 
 
 def _changes(options: argparse.Namespace) -> Any:
+    from bt_mission.faults.located import faults_in_texts
     from bt_mission.sweeps.base import BaseChanges, requirements_in_files
 
+    faults_in_texts(options.fault)  # what is wrong is told of the option, not of the scenario
     return BaseChanges(
         set=dict(options.set),
         requirements=requirements_in_files(options.require),
@@ -213,138 +271,3 @@ def _folder(options: argparse.Namespace, base: BaseScenario) -> Path:
     if folder.is_dir() and any(folder.iterdir()):
         raise BtMissionError(f"{folder}: holds something already; name another folder with -o")
     return folder
-
-
-class Progress:
-    """The line on standard error that says how far a search is.
-
-    Args:
-        budget: Runs at most.
-    """
-
-    def __init__(self, budget: int) -> None:
-        from bt_mission.core.wall_clock import Stopwatch
-
-        self._budget = budget
-        self._watch = Stopwatch()
-        self._is_terminal = sys.stderr.isatty()
-        self._next_s = 0.0
-
-    def show(self, state: SearchState) -> bool:
-        """Show it, at most a few times a second; on what is no terminal, every ten seconds."""
-        elapsed_s = self._watch.elapsed_s
-        if elapsed_s >= self._next_s:
-            self._next_s = elapsed_s + (0.2 if self._is_terminal else 10.0)
-            end = "" if self._is_terminal else "\n"
-            start = "\r\033[K" if self._is_terminal else ""
-            print(f"{start}{self._line(state, elapsed_s)}", end=end, file=sys.stderr, flush=True)
-        return True
-
-    def end(self) -> None:
-        """Leave the line."""
-        if self._is_terminal:
-            print("\r\033[K", end="", file=sys.stderr, flush=True)
-
-    def _line(self, state: SearchState, elapsed_s: float) -> str:
-        runs = state.runs + state.simplifying_runs
-        rate = f"{runs / elapsed_s:.1f} runs a second" if elapsed_s > 1 else ""
-        if state.found:
-            size = len(state.found.candidate.faults)
-            faults = "1 fault" if size == 1 else f"{size} faults"
-            what = f"found; made smaller in {state.simplifying_runs} runs, now {faults}"
-        else:
-            margin = "" if state.smallest is None else smallest(state.smallest)
-            what = f"{state.runs} of {self._budget} runs{margin and ', '}{margin}"
-        return ", ".join(filter(None, (what, rate)))
-
-
-def smallest(found: tuple[float, str]) -> str:
-    """Return the smallest margin in words."""
-    share, name = found
-    return f"smallest margin {share:.0%} of the usual one ('{name}')"
-
-
-def _tell(session: SearchSession, folder: Path, options: argparse.Namespace) -> int:
-    """Write what was found, and say it; gives the exit code."""
-    from bt_mission.search.result import write_found
-
-    state = session.state
-    files = write_found(session.base, state.found, folder) if state.found else None
-    if options.json:
-        print(json.dumps(_as_dict(session, files, options)))
-    else:
-        print("\n".join(_lines(session, files)))
-    if state.is_interrupted:
-        return INTERRUPTED
-    return MISSION_FAILED if state.found else SUCCESS
-
-
-def _as_dict(
-    session: SearchSession, files: FoundFiles | None, options: argparse.Namespace
-) -> dict[str, Any]:
-    state = session.state
-    told: dict[str, Any] = {
-        "mission": session.base.mission.name,
-        "searched_for": session.aim,
-        "strategy": options.strategy,
-        "search_seed": options.search_seed,
-        "budget": options.budget,
-        "runs": state.runs,
-        "errors": state.errors,
-        "interrupted": state.is_interrupted,
-        "smallest_margin": None
-        if state.smallest is None
-        else {"share": state.smallest[0], "requirement": state.smallest[1]},
-        "found": None,
-    }
-    if files is not None and state.found is not None:
-        told["found"] = {
-            "kind": state.found.failure.kind,
-            "what": state.found.failure.what,
-            "sentence": files.sentence,
-            "faults": [one.text for one in state.found.candidate.faults],
-            "simplifying_runs": state.simplifying_runs,
-            "repeats": files.repeats,
-            "trace_sha256": state.found.row.trace_sha256,
-            "folder": str(files.folder),
-            "scenario": str(files.scenario),
-            "test": str(files.test),
-            "recording": str(files.recording),
-            "report": str(files.report),
-        }
-    return told
-
-
-def _lines(session: SearchSession, files: FoundFiles | None) -> list[str]:
-    state = session.state
-    told: list[str] = []
-    errors = f"; {state.errors} could not run: {state.first_error}" if state.errors else ""
-    if files is None:
-        what = "interrupted" if state.is_interrupted else f"nothing found ({SOUGHT[session.aim]})"
-        runs = "1 run" if state.runs == 1 else f"{state.runs} runs"
-        told.append(f"{session.base.mission.name}: {what} in {runs}{errors}")
-        if state.smallest is not None:
-            told.append(f"  {smallest(state.smallest)}")
-        return told
-    told.append(f"{session.base.mission.name}: {files.sentence}")
-    if state.runs == 1:
-        told.append("  it breaks as it is, with nothing varied: there is nothing to search for")
-    else:
-        told.append(f"  found in {state.runs} runs, made small in {state.simplifying_runs}{errors}")
-    if not files.repeats:
-        told.append("  the run of the file has another trace than the one of the search")
-    told += [
-        f"  {files.scenario}: bt-mission run repeats it",
-        f"  {files.test}: fails until the mission is mended",
-        f"  {files.recording}, {files.report}: the run",
-    ]
-    return told
-
-
-SOUGHT = {
-    "violated": "no violated requirement",
-    "failed": "no mission that fails",
-    "orphaned": "no orphaned goal",
-    "collision": "no collision",
-    "anything": "no violated requirement, failed mission, orphaned goal or collision",
-}

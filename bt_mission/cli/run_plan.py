@@ -40,7 +40,7 @@ class RunPlan:
             visible=options.visible,
             network=options.network,
             watched=options.tui,
-            props=_props_for(self.faults),
+            props=_obstacles() if self.faults else own.props,
         )
 
     def faults_in(self, session: Any) -> AddOutcomes:
@@ -89,9 +89,7 @@ def _written_faults(options: argparse.Namespace) -> tuple[WrittenFault, ...]:
     return faults_in_texts(options.fault)
 
 
-def _props_for(faults: tuple[WrittenFault, ...]) -> int:
-    if not faults:
-        return 0
-    from bt_mission.faults.located import props_for
+def _obstacles() -> int:
+    from bt_mission.faults.world import MOST_OBSTACLES
 
-    return props_for(faults)
+    return MOST_OBSTACLES

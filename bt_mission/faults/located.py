@@ -14,7 +14,6 @@ from bt_mission.faults.plan import FaultPlan, FaultProblem
 from bt_mission.faults.planned import PlannedFault
 from bt_mission.faults.targets import StageTarget
 from bt_mission.faults.text import parse_fault
-from bt_mission.faults.world import MOST_OBSTACLES, SPAWNING
 from bt_mission.language.expressions.values import ExpressionError
 from bt_mission.sessions.stage import Stage
 
@@ -65,14 +64,6 @@ def faults_in_texts(texts: Sequence[str]) -> tuple[WrittenFault, ...]:
     if wrong:
         raise InputError(wrong)
     return tuple(found)
-
-
-def props_for(written: Sequence[WrittenFault]) -> int:
-    """Return how many obstacles must be able to appear on the stage of these faults.
-
-    Where none does, the stage is cheaper; its trace is the same.
-    """
-    return MOST_OBSTACLES if any(one.planned.name in SPAWNING for one in written) else 0
 
 
 def planned_on(

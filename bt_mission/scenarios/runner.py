@@ -11,6 +11,19 @@ from bt_mission.scenarios.run import run_scenario
 from bt_mission.scenarios.scenario import Scenario, ScenarioResult
 
 
+def prepare_process() -> None:
+    """Make ready for scenarios a process that does nothing else; call it before all of ROS.
+
+    No process finds this one from now on: it has no port and no shared memory, so that any number
+    of them fit beside each other, and one that is killed leaves nothing behind.
+
+    Raises:
+        BtMissionError: For a middleware or a domain that is none.
+    """
+    isolate(visible=False)
+    prepare_middleware()
+
+
 class ScenarioProcess:
     """Carries out any number of scenarios in a process whose memory does not grow with them.
 
@@ -18,16 +31,9 @@ class ScenarioProcess:
     it looks for such cycles. It does not know of the megabytes of MuJoCo behind a few of its
     objects, and looks too seldom; the heap is in pieces by then. So it is told to look after each
     run, and to leave out what was there after the first one: modules, message types, caches.
-
-    No process finds this one from now on. It leaves nothing in shared memory when it is killed.
-
-    Raises:
-        BtMissionError: For a middleware or a domain that is none.
     """
 
     def __init__(self) -> None:
-        isolate(visible=False)
-        prepare_middleware()
         self._is_frozen = False
 
     def run(

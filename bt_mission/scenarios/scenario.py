@@ -12,7 +12,8 @@ from bt_mission.core.text import escape_control
 from bt_mission.core.yaml.document import Document, Key
 from bt_mission.coverage.record import CoverageRecord
 from bt_mission.executive.report import Report
-from bt_mission.faults.located import WrittenFault, props_for
+from bt_mission.faults.located import WrittenFault
+from bt_mission.faults.world import MOST_OBSTACLES
 from bt_mission.language.mission import Mission
 from bt_mission.requirements.monitor import RequirementResult
 from bt_mission.sessions.stage_robot import StageOptions
@@ -80,7 +81,7 @@ class Scenario:
     @property
     def stage_options(self) -> StageOptions:
         """How its stage is set up."""
-        return StageOptions(world=self.world, start=self.start, props=props_for(self.faults))
+        return StageOptions(world=self.world, start=self.start, props=MOST_OBSTACLES)
 
     def judge(self, report: Report) -> ScenarioResult:
         """Compare what came out with what must."""

@@ -7,6 +7,7 @@
 - ``strategies``: which candidates are tried next
 - ``search``: tries them, until one breaks the mission
 - ``simplify``: makes a candidate small, each step checked by running it
+- ``cover``: drives towards what of the tree was not reached
 - ``sentence``: what breaks, in a sentence
 - ``result``: the folder with the scenario, its test, its recording and its report
 """

@@ -9,7 +9,14 @@ from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import Field, PlainValidator
 
-from bt_mission.core.diagnostics import Diagnostic, InputError, describe, did_you_mean, quoted
+from bt_mission.core.diagnostics import (
+    Diagnostic,
+    InputError,
+    describe,
+    did_you_mean,
+    in_order,
+    quoted,
+)
 from bt_mission.core.files import look_for, names
 from bt_mission.core.yaml.document import Document, read, read_text
 from bt_mission.core.yaml.models import validate
@@ -127,15 +134,12 @@ class RangesFile:
     def __init__(self, document: Document | None = None) -> None:
         self.document = read_text("{}") if document is None else document
         self.ranges = validate(self.document, Ranges)
-        self.parameters = self._parameters()
         wrong = [*self._wrong_kinds()]
-        if wrong:
-            raise InputError(wrong)
+        self.parameters = self._parameters(wrong)
 
-    def _parameters(self) -> tuple[Parameter, ...]:
-        """Return inputs and worlds, as a sweep varies them."""
+    def _parameters(self, wrong: list[Diagnostic]) -> tuple[Parameter, ...]:
+        """Return inputs and worlds, as a sweep varies them; raise what is wrong."""
         found: list[Parameter] = []
-        wrong: list[Diagnostic] = []
         for name, values in self.ranges.inputs.items():
             try:
                 found += _input(name, values)
@@ -145,7 +149,7 @@ class RangesFile:
                     for one in error.faults
                 ]
         if wrong:
-            raise InputError(wrong)
+            raise InputError(in_order(wrong))
         if self.ranges.worlds:
             found += read_parameters({"world": self.ranges.worlds}, self.document.file)
         return tuple(found)

@@ -107,23 +107,30 @@ class Search:
                         return
             strategy.tell(scores)
 
-    async def tried(
+    def tried(
         self, candidates: Sequence[Candidate], first: int
     ) -> AsyncGenerator[tuple[Candidate, ScenarioRow], None]:
-        """Carry candidates out; yields each with its row, in their order.
+        """Carry candidates out; yields each with its row, in their order."""
+        return carry_out(self.base, self.runner, candidates, first)
 
-        Args:
-            first: The number of the first.
-        """
-        made = [one.concrete(self.base, first + n) for n, one in enumerate(candidates)]
-        ended: dict[int, ScenarioRow] = {}
-        due = 0
-        async with aclosing(self.runner.rows(made)) as rows:
-            async for row in rows:
-                ended[row.number - first] = row
-                while due in ended:
-                    yield candidates[due], ended.pop(due)
-                    due += 1
+
+async def carry_out(
+    base: BaseScenario, runner: ScenarioRunner, candidates: Sequence[Candidate], first: int
+) -> AsyncGenerator[tuple[Candidate, ScenarioRow], None]:
+    """Carry candidates out; yields each with its row, in their order.
+
+    Args:
+        first: The number of the first.
+    """
+    made = [one.concrete(base, first + n) for n, one in enumerate(candidates)]
+    ended: dict[int, ScenarioRow] = {}
+    due = 0
+    async with aclosing(runner.rows(made)) as rows:
+        async for row in rows:
+            ended[row.number - first] = row
+            while due in ended:
+                yield candidates[due], ended.pop(due)
+                due += 1
 
 
 async def run_as_it_is(

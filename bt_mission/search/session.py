@@ -10,7 +10,7 @@ from pathlib import Path
 
 from bt_mission.core.diagnostics import Diagnostic, InputError
 from bt_mission.search.guide import CLEARANCE, CLEARANCE_FORMULA, Aim, Guide, default_aim
-from bt_mission.search.ranges import RangesFile
+from bt_mission.search.ranges import Ranges, RangesFile
 from bt_mission.search.search import Found, Search, SearchState, Watch, run_as_it_is
 from bt_mission.search.simplify import MOST_RUNS, simplify
 from bt_mission.search.space import SearchSpace
@@ -75,6 +75,7 @@ def _check_ends(base: BaseScenario, ranges: RangesFile) -> None:
     """Load the mission with the ends of each input."""
     wrong: list[Diagnostic] = []
     with ScenarioWorker(base.bundle) as worker:
+        worker.load(base.concrete({}))  # as it is, before any other
         for one in ranges.parameters:
             if one.name == "world":
                 continue
@@ -125,8 +126,7 @@ class SearchSession:
         if failures := guide.failures(row):
             state.found = Found(space.as_it_is(), row, failures[0])
         elif self._watch(state):
-            if ranges.limit is None and "limit" not in self.base.data:
-                ranges = ranges.model_copy(update={"limit": _limit(row)})
+            ranges = with_limit(ranges, self.base, row)
             space = SearchSpace(self.base, ranges, self._ranges.parameters, row.virtual_s)
             strategy = STRATEGIES[options.strategy].make(space, options.seed)
             await search.find(strategy, options.budget)
@@ -136,5 +136,9 @@ class SearchSession:
             await simplify(search, space, options.simplifying_runs)
 
 
-def _limit(row: ScenarioRow) -> float:
-    return float(math.ceil(max(LONGER * row.virtual_s, row.virtual_s + AT_LEAST_LONGER_S)))
+def with_limit(ranges: Ranges, base: BaseScenario, row: ScenarioRow) -> Ranges:
+    """Return ranges with the time at which runs end, where neither they nor the base say it."""
+    if ranges.limit is not None or "limit" in base.data:
+        return ranges
+    limit = math.ceil(max(LONGER * row.virtual_s, row.virtual_s + AT_LEAST_LONGER_S))
+    return ranges.model_copy(update={"limit": float(limit)})

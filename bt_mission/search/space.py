@@ -53,9 +53,11 @@ class SearchSpace:
         self._free = FreeSpace(base)
         self._limit = ranges.limit
         whole_run = Span(0.0, max(STEP_S, latest_s))
+        usual = Span(STEP_S, whole_run.high)
         self._obstacles: ObstacleRanges = ranges.obstacles
         self._obstacle_times: Span = ranges.obstacles.times or whole_run
         self._fault_times: Span = ranges.faults.times or whole_run
+        self._drawn_times = _steps(ranges.obstacles.times or usual)
         self._lasting: Span = ranges.faults.lasting
         kinds = faults_of(ranges.faults.kinds)
         leaves = leaves_of(base.mission)
@@ -63,8 +65,8 @@ class SearchSpace:
             kinds if leaves else tuple(one for one in kinds if one != "raise_in_leaf"),
             leaves,
             actions_of(base.mission),
-            _steps(self._fault_times),
-            _steps(self._lasting),
+            _steps(ranges.faults.times or usual),
+            _steps(Span(max(STEP_S, self._lasting.low), self._lasting.high)),
         )
         self._most_faults = ranges.faults.most if self._choice.names else 0
 
@@ -126,7 +128,7 @@ class SearchSpace:
 
     def _drawn_obstacle(self, draws: Draws) -> PlannedFault:
         ranges = self._obstacles
-        begins = AtTime(_within(draws, _steps(self._obstacle_times), STEP_S))
+        begins = AtTime(_within(draws, self._drawn_times, STEP_S))
         ahead = _within(draws, ranges.ahead, PLACE_STEP)
         left = _within(draws, ranges.left, PLACE_STEP)
         options: dict[str, Any] = {}
@@ -145,6 +147,6 @@ def _within(draws: Draws, span: Span, step: float) -> float:
 
 
 def _steps(span: Span) -> Span:
-    """Return a span of times whose ends are steps, at least one from 0."""
-    low = max(STEP_S, round(span.low / STEP_S) * STEP_S)
+    """Return a span of times whose ends are steps."""
+    low = round(span.low / STEP_S) * STEP_S
     return Span(low, max(low, round(span.high / STEP_S) * STEP_S))

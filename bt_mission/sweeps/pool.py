@@ -360,9 +360,13 @@ class _BundlePlugin(WorkerPlugin):  # type: ignore[misc] # distributed publishes
         # Loads rclpy and MuJoCo.
         from rclpy.logging import LoggingSeverity, set_logger_level  # noqa: PLC0415 - likewise
 
-        from bt_mission.scenarios.runner import ScenarioProcess  # noqa: PLC0415 - not in the client
+        from bt_mission.scenarios.runner import (  # noqa: PLC0415 - not in the client
+            ScenarioProcess,
+            prepare_process,
+        )
         from bt_mission.sweeps.work import ScenarioWorker  # noqa: PLC0415 - likewise
 
+        prepare_process()
         self.scenarios = ScenarioWorker(self.bundle, ScenarioProcess().run)
         # What thousands of broken runs warn of would bury the progress; their rows have the reason.
         set_logger_level("", LoggingSeverity.FATAL)

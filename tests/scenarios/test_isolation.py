@@ -9,6 +9,7 @@ import sys
 from typing import Any
 
 from bt_mission.scenarios.run import run_scenario
+from bt_mission.testing.live_graph import own_domain
 from tests.support import side_by_side
 from tests.support.project import ROOT
 
@@ -18,14 +19,16 @@ PROGRAM = "tests.support.side_by_side"
 
 def found_by(count: int) -> dict[str, Any]:
     """What so many simulations of one domain have found while all were there."""
-    done = subprocess.run(
-        [sys.executable, "-m", PROGRAM, str(count)],
-        cwd=ROOT,
-        env=os.environ | {"PYTHONPATH": str(ROOT), "OPENBLAS_NUM_THREADS": "1"},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    with own_domain() as domain:
+        one_domain = {"ROS_DOMAIN_ID": str(domain), "OPENBLAS_NUM_THREADS": "1"}
+        done = subprocess.run(
+            [sys.executable, "-m", PROGRAM, str(count)],
+            cwd=ROOT,
+            env=os.environ | one_domain | {"PYTHONPATH": str(ROOT)},
+            capture_output=True,
+            text=True,
+            check=True,
+        )
     told: dict[str, Any] = json.loads(done.stdout)
     return told
 
@@ -33,13 +36,15 @@ def found_by(count: int) -> dict[str, Any]:
 def test_no_simulation_finds_another_or_is_found(tmp_path):
     """Each has its own nodes, publishers and readers; two visible processes have each other.
 
-    The trace of each is that of a run by itself: no message of another was taken for its own.
+    None has a port of the domain, so any number of them leaves room for others. The trace of each
+    is that of a run by itself: no message of another was taken for its own.
     """
     found = found_by(COUNT)
     assert len(found["stages"]) == COUNT
     for one in found["stages"]:
         assert one["found"] == one["own"]
         assert one["counts"] == [[1, 1]] * len(side_by_side.TOPICS)
+    assert not found["port"]
     for one in found["visible"]:
         assert len(one["found"]) == 2
         assert all(name.startswith("visible_") for name in one["found"])

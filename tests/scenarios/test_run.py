@@ -10,8 +10,6 @@ import pytest
 import bt_mission
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.errors import BtMissionError
-from bt_mission.faults.faults import FAULTS
-from bt_mission.faults.world import SPAWNING
 from bt_mission.scenarios.loader import load_scenario
 from bt_mission.scenarios.run import look_for_names, run_scenario
 
@@ -139,16 +137,3 @@ def test_what_a_run_reaches_is_recorded_where_asked_for(scenario: Any) -> None:
     assert recorded.coverage.reached == ("0 turn: reached", "0 turn: outcome succeeded")
     assert "0 turn: outcome canceled by timeout" in recorded.coverage.missing
     assert recorded.report.trace_sha256 == plain.report.trace_sha256
-
-
-def test_a_stage_has_room_for_obstacles_where_a_fault_lets_one_appear(scenario: Any) -> None:
-    """Where none does, the run costs less."""
-    with_box = "faults: ['at 0.5: spawn_box ahead 1.0']\n"
-    without = "faults: ['at 0.5: drop scan lasting 0.2']\n"
-    rooms = [load_scenario(scenario(text)).stage_options.props for text in ("", without, with_box)]
-    assert rooms == [0, 0, 4]
-
-
-def test_every_fault_that_lets_an_obstacle_appear_is_known_as_one() -> None:
-    """By its name."""
-    assert {name for name in FAULTS if name.startswith("spawn_")} == set(SPAWNING)

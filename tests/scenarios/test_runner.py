@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 
 from bt_mission.core.dds.discovery import RANGE
-from bt_mission.core.dds.middleware import LOOPBACK, PROFILES
+from bt_mission.core.dds.middleware import ALONE, PROFILES
 from bt_mission.core.errors import BtMissionError
-from bt_mission.scenarios.runner import ScenarioProcess
+from bt_mission.scenarios.runner import ScenarioProcess, prepare_process
 from bt_mission.sessions.stage import Stage
 from bt_mission.testing.live_graph import command
 from sim.physics.physics import Physics
@@ -32,10 +32,8 @@ FAULTY = "faults: ['at 0.5: spawn_box ahead 1.0', 'at 1.0: drop scan lasting 0.3
 
 
 @pytest.fixture
-def runner(monkeypatch: pytest.MonkeyPatch) -> Iterator[ScenarioProcess]:
-    """One that has had its first scenario; what it sets in the process is put back."""
-    for name in (RANGE, *PROFILES):
-        monkeypatch.setenv(name, os.environ.get(name, ""))
+def runner() -> Iterator[ScenarioProcess]:
+    """One where Python does not look for cycles by itself, as little as it does that."""
     gc.disable()
     try:
         yield ScenarioProcess()
@@ -101,10 +99,13 @@ def test_nothing_of_a_run_stays(runner, written):
     assert in_use() == before
 
 
-def test_no_process_is_to_find_it(runner):
-    """Nor has it a part of the shared memory, of which there is little in a container."""
+def test_no_process_is_to_find_one_that_only_runs_scenarios(monkeypatch):
+    """It needs no port, and no shared memory, of which there is little in a container."""
+    for name in (RANGE, *PROFILES):
+        monkeypatch.setenv(name, "")
+    prepare_process()
     assert os.environ[RANGE] == "OFF"
-    assert os.environ[PROFILES[0]] == str(LOOPBACK)
+    assert os.environ[PROFILES[0]] == str(ALONE)
 
 
 def test_a_scenario_is_given_back_with_what_it_reached(runner, written):

@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import multiprocessing
 import os
+import socket
 import sys
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -20,9 +21,10 @@ import rclpy
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 
-from bt_mission.core.dds.discovery import MACHINE, RANGE, isolate
+from bt_mission.core.dds.discovery import MACHINE, RANGE
 from bt_mission.core.dds.middleware import prepare_middleware
 from bt_mission.language.loader import load_text
+from bt_mission.scenarios.runner import prepare_process
 from bt_mission.sessions.stage import Stage
 
 MISSION = """\
@@ -39,8 +41,7 @@ FORK = multiprocessing.get_context("fork")
 
 def simulate(pipe: Connection) -> None:
     """Run a mission; look at the graph before its end, and again when told to."""
-    isolate(visible=False)
-    prepare_middleware()
+    prepare_process()
     with (
         TemporaryDirectory() as folder,
         Stage(load_text(MISSION), image_folder=Path(folder), say=lambda _: None) as stage,
@@ -82,6 +83,17 @@ def look(pipe: Connection) -> None:
     pipe.recv()
 
 
+def has_port() -> bool:
+    """Has any process the port of which a ROS domain has its first?"""
+    port = 7400 + 250 * int(os.environ.get("ROS_DOMAIN_ID", "0")) + 10
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as one:
+        try:
+            one.bind(("127.0.0.1", port))
+        except OSError:
+            return True
+    return False
+
+
 def started(work: Any) -> tuple[Any, Connection]:
     """Start a process; gives it with a pipe to it."""
     ours, theirs = FORK.Pipe()
@@ -96,6 +108,7 @@ def main(count: int) -> None:
     stages = [started(simulate) for _ in range(count)]
     for _, pipe in stages:
         pipe.recv()
+    is_taken = has_port()
     visible = [started(look) for _ in range(2)]
     seen = [pipe.recv() for _, pipe in visible]
     for _, pipe in stages:
@@ -105,7 +118,7 @@ def main(count: int) -> None:
         pipe.send("go")
     for process, _ in (*stages, *visible):
         process.join()
-    sys.stdout.write(json.dumps({"stages": found, "visible": seen}))
+    sys.stdout.write(json.dumps({"stages": found, "visible": seen, "port": is_taken}))
 
 
 if __name__ == "__main__":

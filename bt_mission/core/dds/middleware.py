@@ -11,6 +11,7 @@ from bt_mission.core.errors import BtMissionError
 
 FAST_DDS = Path(__file__).resolve().parent / "fast_dds.xml"
 LOOPBACK = FAST_DDS.with_name("fast_dds_loopback.xml")
+ALONE = FAST_DDS.with_name("fast_dds_alone.xml")
 
 LAST_DOMAIN = 232
 """Beyond it the ports of DDS would be beyond 65535."""
@@ -23,19 +24,20 @@ PROFILES = ("FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_FILE")
 def prepare_middleware() -> None:
     """Make ready for rclpy, with settings of Fast DDS for processes that die without a word.
 
-    The file says which, and why. Where only this machine is to find the process, or nobody, its
-    sockets are bound to the loopback interface, and it has no shared memory. Settings of the user's
-    own stay.
+    The file says which, and why. Where only this machine is to find the process, its sockets are
+    bound to the loopback interface; where no process is to find it, it listens on none. Settings
+    of the user's own stay.
 
     Raises:
         BtMissionError: When it cannot be loaded, or the domain id is none.
     """
     refuse_absent_middleware()
-    ours = ("", str(FAST_DDS), str(LOOPBACK))
+    ours = ("", str(FAST_DDS), str(LOOPBACK), str(ALONE))
     if all(os.environ.get(name, "") in ours for name in PROFILES):
-        found_by, peers = os.environ.get(RANGE), os.environ.get("ROS_STATIC_PEERS")
-        is_local = found_by == PROCESS or (found_by == MACHINE and not peers)
-        os.environ[PROFILES[0]] = str(LOOPBACK if is_local else FAST_DDS)
+        found_by = os.environ.get(RANGE)
+        is_local = found_by == MACHINE and not os.environ.get("ROS_STATIC_PEERS")
+        file = ALONE if found_by == PROCESS else LOOPBACK if is_local else FAST_DDS
+        os.environ[PROFILES[0]] = str(file)
 
 
 def refuse_absent_middleware() -> None:

@@ -8,7 +8,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from bt_mission.executive.report import Report
-from bt_mission.faults.located import faults_in_texts, planned_on, props_for
+from bt_mission.faults.located import faults_in_texts, planned_on
+from bt_mission.faults.world import MOST_OBSTACLES
 from bt_mission.language.checks.requirements import with_requirements
 from bt_mission.recording.forks.change import ForkChange, refuse_earlier
 from bt_mission.recording.forks.fork import ForkedRun, ForkResult
@@ -47,7 +48,7 @@ def forked_stage(
     forked = ForkedRun(source, change, step_ns, mission)
     faults = faults_in_texts([*source.faults, *change.faults])
     refuse_earlier(faults[len(source.faults) :], source.seconds(step_ns))
-    options = source.options(props=props_for(faults))
+    options = source.options(props=MOST_OBSTACLES if faults else 0)
     with (
         TemporaryDirectory() as folder,
         Stage(mission, image_folder=Path(folder), say=lambda _: None, options=options) as stage,

@@ -9,7 +9,7 @@ from xml.etree import ElementTree as ET
 import pytest
 
 from bt_mission.core.dds.discovery import RANGE
-from bt_mission.core.dds.middleware import FAST_DDS, LOOPBACK, PROFILES, prepare_middleware
+from bt_mission.core.dds.middleware import ALONE, FAST_DDS, LOOPBACK, PROFILES, prepare_middleware
 
 NAMESPACE = "{http://www.eprosima.com}"
 
@@ -25,8 +25,8 @@ def _no_settings(monkeypatch: pytest.MonkeyPatch) -> None:
     [
         ("LOCALHOST", "", LOOPBACK),
         ("LOCALHOST", "192.0.2.7", FAST_DDS),
-        ("OFF", "", LOOPBACK),
-        ("OFF", "192.0.2.7", LOOPBACK),
+        ("OFF", "", ALONE),
+        ("OFF", "192.0.2.7", ALONE),
         ("SUBNET", "", FAST_DDS),
         ("", "", FAST_DDS),
     ],
@@ -34,7 +34,7 @@ def _no_settings(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_what_this_machine_alone_may_find_is_bound_to_the_loopback_interface(
     monkeypatch: pytest.MonkeyPatch, reach: str, peers: str, profile: object
 ) -> None:
-    """Unless other machines are named as peers; likewise what nobody may find."""
+    """Unless other machines are named as peers; what nobody may find has no port."""
     monkeypatch.setenv("ROS_STATIC_PEERS", peers)
     for one in ("SUBNET", "LOCALHOST", "OFF", reach):
         monkeypatch.setenv(RANGE, one)

@@ -1,0 +1,136 @@
+"""`bt-mission falsify`: what is found is in a folder, and fails until the mission is mended."""
+
+from __future__ import annotations
+
+import json
+import re
+import runpy
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bt_mission.cli import main
+from bt_mission.core.yaml.document import read
+from bt_mission.recording.verification import read_verified_run
+
+DEFECT = """\
+mission: careless
+world: empty_arena
+inputs: {gap: 0.2}
+tree:
+  sequence:
+    - explore_forward: {fwd_velocity: 0.2, stopping_distance: $gap}
+      name: drive
+      cancel_when: current_distance_travelled > 0.8
+      on_cancel: success
+      timeout: 15
+"""
+REQUIRED = "requirements:\n  keeps its distance: always clearance > 0.3\n"
+BOXES = "obstacles: {most: 2, ahead: 0.9..1.1, left: -0.1..0.1}\nfaults: {most: 0}\n"
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Go to a folder with a mission that keeps 0.2 m, where 0.3 m are required."""
+    (tmp_path / "careless.yaml").write_text(DEFECT)
+    (tmp_path / "safe.yaml").write_text(REQUIRED)
+    (tmp_path / "ranges.yaml").write_text(BOXES)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+SEARCH = (
+    "falsify",
+    "careless.yaml",
+    "--require",
+    "safe.yaml",
+    "--within",
+    "ranges.yaml",
+    "--workers",
+    "1",
+)
+
+
+def test_what_is_found_fails_until_the_mission_is_mended(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A scenario, a test, a recording, a report and a sentence; the run repeats exactly."""
+    assert main([*SEARCH, "--json", "--budget", "40", "--simplify", "12"]) == 1
+    told = json.loads(capsys.readouterr().out)
+    found = told["found"]
+    assert (found["kind"], found["what"]) == ("violated", "keeps its distance")
+    told_so = r"requirement 'keeps its distance' is violated by 0\.\d+ m at \d\.\d s when a "
+    assert re.match(told_so + r"(box|cylinder) appears \S+ m ahead", found["sentence"])
+    assert len(found["faults"]) == 1
+    assert found["repeats"] is True
+    assert told["runs"] <= 40
+    scenario = folder / found["scenario"]
+    assert scenario == folder / "found" / "careless" / "keeps_its_distance.scenario.yaml"
+    data = read(scenario).data
+    assert data["mission"] == "../../careless.yaml"
+    assert data["expect"] == {"outcome": "any"}
+    run = read_verified_run(folder / found["recording"])
+    assert run.summary is not None
+    assert "keeps its distance" in (folder / found["report"]).read_text()
+
+    assert main(["run", found["scenario"], "--json"]) == 1
+    report = json.loads(capsys.readouterr().out)
+    assert report["trace_sha256"] == found["trace_sha256"]
+
+    test = runpy.run_path(found["test"])["test_keeps_its_distance"]
+    with pytest.raises(AssertionError, match="requirement keeps its distance: violated by"):
+        test()
+    (folder / "careless.yaml").write_text(DEFECT.replace("gap: 0.2", "gap: 0.5"))
+    test()
+    assert main(["run", found["scenario"]]) == 0
+
+
+def test_nothing_is_found(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The smallest margin is told, and nothing is written."""
+    (folder / "careless.yaml").write_text(DEFECT.replace("gap: 0.2", "gap: 0.5"))
+    assert main([*SEARCH, "--budget", "3"]) == 0
+    out = capsys.readouterr().out
+    assert out.startswith("careless: nothing found (no violated requirement) in 3 runs")
+    assert re.search(r"smallest margin \d+% of the usual one \('keeps its distance'\)", out)
+    assert not (folder / "found").exists()
+
+
+def test_a_mission_that_breaks_as_it_is(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """There is nothing to search for; the folder is there all the same."""
+    (folder / "safe.yaml").write_text("requirements:\n  is slow: always speed < 0.1\n")
+    assert main([*SEARCH, "-o", "out"]) == 1
+    out = capsys.readouterr().out
+    assert "requirement 'is slow' is violated by 0.1 m/s" in out
+    assert "with nothing going wrong" in out
+    assert "it breaks as it is, with nothing varied: there is nothing to search for" in out
+    assert (folder / "out" / "test_is_slow.py").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--budget", "0"], "argument --budget: expected an integer from 1, got '0'"),
+        (["--simplify", "-1"], "argument --simplify: expected an integer from 0, got '-1'"),
+        (["--find", "bugs"], "invalid choice: 'bugs'"),
+        (["--within", "nothing.yaml"], "nothing.yaml: error: no such file"),
+        (["--world", "nowhere"], "no world 'nowhere'"),
+        (["--require", "careless.yaml"], "expected a mapping 'requirements:'"),
+        (["--fault", "at 5.0: drip scan"], "there is no fault 'drip'"),
+        (["-o", "careless.yaml"], "careless.yaml: is a file; name a folder with -o"),
+        (["-o", "."], ".: holds something already; name another folder with -o"),
+    ],
+)
+def test_bad_input(
+    folder: Path, capsys: pytest.CaptureFixture[str], words: list[str], message: str
+) -> None:
+    """A line that says what is wrong; nothing runs."""
+    code: Any
+    try:
+        code = main(["falsify", "careless.yaml", "--workers", "1", *words])
+    except SystemExit as leaving:
+        code = leaving.code
+    assert code == 2
+    err = capsys.readouterr().err
+    assert message in err
+    assert "Traceback" not in err

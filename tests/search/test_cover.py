@@ -1,0 +1,87 @@
+"""A search for what no run has reached."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import AsyncGenerator, Iterable
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from bt_mission.cli import main
+from bt_mission.coverage.record import CoverageRecord, coverage_places
+from bt_mission.search.cover import CoverSession
+from bt_mission.search.ranges import RangesFile
+from bt_mission.sweeps.base import BaseScenario
+from bt_mission.sweeps.concrete import ConcreteScenario
+from bt_mission.sweeps.row import ScenarioRow
+from tests.search.conftest import MISSION, row
+
+
+class CoveringRunner:
+    """Reaches the first place always, and of the others the one of each scenario's number."""
+
+    def __init__(self, places: tuple[str, ...], most: int) -> None:
+        self._places = places
+        self._most = most
+
+    async def rows(
+        self, scenarios: Iterable[ConcreteScenario]
+    ) -> AsyncGenerator[ScenarioRow, None]:
+        for one in scenarios:
+            bits = 1 | 1 << min(one.number, self._most)
+            text = CoverageRecord(self._places, bits).as_hex()
+            yield replace(row(one, 0.5), coverage=text)
+
+
+def covered(base: BaseScenario, most: int, budget: int) -> CoverSession:
+    """Search with a runner that reaches no place after so many."""
+    session = CoverSession(base, RangesFile(), "random", 0, lambda _: True)
+    places = coverage_places(base.mission)
+    asyncio.run(session.run(CoveringRunner(places, most), budget))
+    return session
+
+
+def test_it_ends_when_everything_is_reached(base: BaseScenario) -> None:
+    """And tells by which scenario each place was."""
+    count = len(coverage_places(base.mission))
+    state = covered(base, count - 1, 100).state
+    assert state.record.missing == ()
+    assert [new for _, _, new in state.first] == [(one,) for one in state.record.places]
+
+
+def test_what_it_cannot_reach_is_listed(base: BaseScenario) -> None:
+    """Once the budget is used up."""
+    state = covered(base, 3, 20).state
+    assert state.runs == 20
+    assert state.record.missing == state.record.places[4:]
+    assert not state.is_interrupted
+
+
+def test_on_the_command_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Faults of servers reach ways to end that the mission alone does not."""
+    (tmp_path / "short.yaml").write_text(MISSION.replace("0.4}", "1.4}"))
+    (tmp_path / "ranges.yaml").write_text("faults: {kinds: [kill_server, abort_goal]}")
+    monkeypatch.chdir(tmp_path)
+    words = ["falsify", "short.yaml", "--cover", "--within", "ranges.yaml", "--workers", "1"]
+    assert main([*words, "--budget", "20", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["runs"] == 20
+    assert "0 drive: outcome succeeded" in told["reached"]
+    assert {"0 drive: outcome aborted", "0 drive: outcome server lost"} <= set(told["reached"])
+    assert "0 drive: outcome canceled by another client" in told["missing"]
+    assert told["scenarios"][0]["faults"] == []
+    assert len(told["reached"]) + len(told["missing"]) == told["places"]
+
+
+@pytest.mark.parametrize(("option", "value"), [("--find", "failed"), ("--output", "here")])
+def test_options_that_would_be_ignored(
+    capsys: pytest.CaptureFixture[str], option: str, value: str
+) -> None:
+    """Are refused."""
+    assert main(["falsify", "square", "--workers", "1", "--cover", option, value]) == 2
+    assert capsys.readouterr().err == f"--cover lists what was reached: it has no {option}\n"

@@ -1,0 +1,96 @@
+"""What is found is made small: each step is a run that fails in the same way."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+
+import pytest
+
+from bt_mission.core.yaml.document import read_text
+from bt_mission.faults.text import parse_fault
+from bt_mission.search.candidate import Candidate
+from bt_mission.search.guide import Failure
+from bt_mission.search.ranges import RangesFile
+from bt_mission.search.search import Found, Search
+from bt_mission.search.simplify import rounder_numbers, simplify
+from bt_mission.search.space import SearchSpace
+from bt_mission.sweeps.concrete import ConcreteScenario
+from tests.search.conftest import Judge, row
+
+BOX = "at 3.25: spawn_box ahead 0.85 left 0.15 size (0.35, 0.35, 0.3)"
+OTHERS = (
+    "at 2.75: drop scan share 0.75 lasting 1.25",
+    "at 7.0: lidar_dead lasting 0.5",
+    "at 1.0: spawn_cylinder ahead 1.5 left 0.0 radius 0.1",
+    "at 9.25: delay odom 0.35 jitter 0.05 lasting 2.75",
+)
+
+
+def simplified(search: Search, texts: tuple[str, ...], most: int = 150) -> Candidate:
+    """Make small what was found with these faults, seed 99 and another speed."""
+    faults = tuple(map(parse_fault, texts))
+    candidate = Candidate(99, {"speed": 0.237}, faults)
+    of_it = row(candidate.concrete(search.base, 1), -0.1)
+    search.state.found = Found(candidate, of_it, Failure("violated", "keeps its distance"))
+    file = RangesFile(read_text("inputs: {speed: 0.1..0.25}"))
+    space = SearchSpace(search.base, file.ranges, file.parameters, 20.0)
+    asyncio.run(simplify(search, space, most))
+    return search.state.found.candidate
+
+
+def needs(*parts: str) -> Judge:
+    """Return a judge for which a scenario breaks with faults that have these parts."""
+
+    def judge(one: ConcreteScenario) -> float:
+        faults = one.data.get("faults", ())
+        return -0.1 if all(any(part in text for text in faults) for part in parts) else 0.4
+
+    return judge
+
+
+def test_what_does_not_matter_goes(search_by: Callable[[Judge], Search]) -> None:
+    """Faults, the seed, inputs, arguments; numbers are round; the run ends after the violation."""
+    made = simplified(search_by(needs("spawn_box")), (*OTHERS, BOX))
+    assert [one.text for one in made.faults] == ["at 0.0: spawn_box ahead 0.8"]
+    assert (made.seed, made.values) == (None, {})
+    assert made.limit == 8.0
+
+
+def test_what_matters_stays(search_by: Callable[[Judge], Search]) -> None:
+    """Two faults that break it together, with the numbers that they need."""
+    made = simplified(search_by(needs("spawn_box", "0.35 jitter")), (*OTHERS, BOX))
+    assert [one.name for one in made.faults] == ["delay", "spawn_box"]
+    assert made.faults[0].arguments["by"] == 0.35
+
+
+def test_the_runs_are_bounded(search_by: Callable[[Judge], Search]) -> None:
+    """Then the smallest so far counts."""
+    search = search_by(needs("spawn_box"))
+    made = simplified(search, (*OTHERS, BOX), most=3)
+    assert search.state.simplifying_runs == 3
+    assert len(made.faults) < 5
+
+
+def test_another_failure_does_not_count(search_by: Callable[[Judge], Search]) -> None:
+    """Where nothing less fails, all stays as it was found."""
+    search = search_by(lambda _: 0.4)
+    made = simplified(search, (BOX,))
+    assert [one.text for one in made.faults] == [parse_fault(BOX).text]
+    assert (made.seed, made.values) == (99, {"speed": 0.237})
+
+
+@pytest.mark.parametrize(
+    ("value", "first"), [(3.25, 0.0), (0.237, 0.0), (12.75, 0.0), (-0.55, 0.0), (0.5, 0.0)]
+)
+def test_rounder_numbers_have_fewer_digits(value: float, first: float) -> None:
+    """The roundest comes first, and none is much larger."""
+    found = rounder_numbers(value)
+    assert found[0] == first
+    assert value not in found
+    assert all(abs(one) <= 1.25 * abs(value) for one in found)
+
+
+def test_nothing_is_rounder_than_zero() -> None:
+    """So there is nothing to try."""
+    assert rounder_numbers(0.0) == []

@@ -1,0 +1,106 @@
+"""Candidates: drawn within the ranges, and equal for equal draws."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from bt_mission.core.yaml.document import read_text
+from bt_mission.faults.text import parse_fault
+from bt_mission.search.candidate import OBSTACLES, Candidate
+from bt_mission.search.ranges import RangesFile
+from bt_mission.search.space import SearchSpace
+from bt_mission.search.starts import FreeSpace
+from bt_mission.search.strategies import RandomStrategy
+from bt_mission.sweeps.base import BaseChanges, BaseScenario, load_base
+from bt_mission.sweeps.work import ScenarioWorker
+
+RANGES = """\
+seeds: 3..5
+inputs: {speed: 0.1..0.2, rounds: [1, 2]}
+start: {x: -1..1, y: -0.5..0.5}
+obstacles: {most: 2, times: 1..4, ahead: 0.5..1, left: -0.2..0.2, size: 0.1..0.2, lasting: 1..2}
+faults: {most: 2, kinds: [lidar_dead, slow_server], times: 0..9.5, lasting: 0.5..1}
+"""
+
+
+def space_of(base: BaseScenario, text: str) -> SearchSpace:
+    """Return all that a file of ranges allows."""
+    file = RangesFile(read_text(text))
+    return SearchSpace(base, file.ranges, file.parameters, 10.0)
+
+
+def test_everything_is_within_the_ranges(base: BaseScenario) -> None:
+    """Also the actions of faults, which are those of the mission."""
+    space = space_of(base, RANGES)
+    drawn = RandomStrategy(space, 0).ask(200)
+    assert {one.seed for one in drawn} == {3, 4, 5}
+    assert {one.values["rounds"] for one in drawn} == {1, 2}
+    assert all(0.1 <= one.values["speed"] <= 0.2 for one in drawn)
+    assert all(abs(one.values["start.y"]) <= 0.5 for one in drawn)
+    assert {len(one.faults) for one in drawn} == {0, 1, 2, 3, 4}
+    faults = [fault for one in drawn for fault in one.faults]
+    assert {one.name for one in faults} == {"lidar_dead", "slow_server", *OBSTACLES}
+    assert {one.arguments.get("action") for one in faults} == {None, "explore_forward"}
+    assert all(space.allows(one) for one in drawn)
+
+
+def test_what_is_drawn_can_run(base: BaseScenario) -> None:
+    """Every fault of every kind is one that a scenario may have."""
+    kinds = "[network, hardware, camera, messages, servers, code, battery, clock]"
+    space = space_of(base, f"faults: {{most: 10, kinds: {kinds}}}")
+    with ScenarioWorker(base.bundle) as worker:
+        for number, one in enumerate(RandomStrategy(space, 0).ask(30)):
+            worker.load(one.concrete(base, number))
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [
+        "at 5.0: spawn_box 0.7 0.0",
+        "at 2.0: spawn_box 1.2 0.0",
+        "at 2.0: spawn_box 0.7 0.3",
+        "at 2.0: spawn_box 0.7 0.0 size (0.4, 0.4, 0.3)",
+        "at 9.75: lidar_dead lasting 1",
+        "at 2: lidar_dead lasting 2",
+    ],
+)
+def test_what_lies_outside_of_the_ranges(base: BaseScenario, fault: str) -> None:
+    """A time, a place, a size, or how long it lasts."""
+    space = space_of(base, RANGES)
+    assert space.allows(Candidate(faults=(parse_fault("at 2.0: spawn_box 0.7 0.1"),)))
+    assert not space.allows(Candidate(faults=(parse_fault(fault),)))
+    assert not space.allows(Candidate(values={"speed": 0.3}))
+
+
+def test_the_base_stands_in_what_is_not_varied(base: BaseScenario) -> None:
+    """A candidate without a word of its own is the mission as it is."""
+    data = Candidate().concrete(base, 0).data
+    assert data["seed"] == 5
+    assert "faults" not in data
+    assert "limit" not in data
+    assert Candidate(limit=9.0).concrete(base, 0).data["limit"] == 9.0
+
+
+def test_starts_are_where_the_robot_has_room(base: BaseScenario) -> None:
+    """A place in a wall, or behind it, is moved to the nearest free one."""
+    free = FreeSpace(base)
+    assert free.nearest(None, 0.3, 0.4) == (0.3, 0.4)
+    x, y = free.nearest(None, 5.0, 0.0)
+    assert 1.5 < x < 2.0
+    assert y == pytest.approx(0.0, abs=0.06)
+
+
+def test_any_place_of_a_world_with_pillars(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """The worlds' own place is one; no place lies in a pillar."""
+    path = tmp_path_factory.mktemp("mission") / "short.yaml"
+    path.write_text("mission: short\nworld: turtlebot3_world\ntree: {wait: 1}\n")
+    base = load_base(path, BaseChanges())
+    space = space_of(base, "start: anywhere")
+    for one in RandomStrategy(space, 0).ask(50):
+        x, y = one.values["start.x"], one.values["start.y"]
+        assert min(math.dist((x, y), (a, b)) for a in PILLARS for b in PILLARS) > 0.3
+
+
+PILLARS = (-1.1, 0.0, 1.1)
