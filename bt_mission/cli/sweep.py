@@ -200,7 +200,6 @@ def _sweep(options: argparse.Namespace) -> int:
     from bt_mission.sweeps.progress import SweepProgress
     from bt_mission.sweeps.store import ResultStore
 
-    given = options.file
     plan = plan_of(options)
     refuse_impossible(plan)
     _ask(options, plan)
@@ -208,7 +207,7 @@ def _sweep(options: argparse.Namespace) -> int:
     opened = ResultStore.resume if options.resume else ResultStore.create
     with opened(folder, plan.as_dict()) as store:
         line = shlex.join(["bt-mission", *options.words])
-        origin_of(plan, line, str(given)).save(store)
+        origin_of(plan, line, str(options.file)).save(store)
         progress = SweepProgress(plan.base.mission.name, plan.count)
         for row in store.rows():
             if not (options.retry_errors and row.is_error):
