@@ -24,7 +24,7 @@ from tests.support.browser import browser  # noqa: E402 - found by the line abov
 
 PICTURE = ROOT / "docs" / "images" / "sweep.png"
 SPEEDS, DISTANCES = "speed=0.06,0.1,0.15,0.2,0.26", "stopping_distance=0.3,0.5,0.7,0.9"
-WIDTH, HEIGHT = 1180, 1260
+WIDTH, HEIGHT = 1180, 1150
 COLOURS = 64
 
 
