@@ -37,8 +37,8 @@ if TYPE_CHECKING:
     from bt_mission.sweeps.runner import ScenarioRunner
 
 AIMS = ("violated", "failed", "orphaned", "collision", "anything")
-STRATEGIES = ("random", "optuna", "cma")
-DEFAULT_STRATEGY = "random"
+STRATEGIES = ("optuna", "random")
+DEFAULT_STRATEGY = "optuna"
 
 EPILOG = """\
 examples:
