@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Coroutine
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -36,8 +37,8 @@ if TYPE_CHECKING:
     from bt_mission.sweeps.runner import ScenarioRunner
 
 AIMS = ("violated", "failed", "orphaned", "collision", "anything")
-STRATEGIES = ("random", "optuna", "cma")
-DEFAULT_STRATEGY = "random"
+STRATEGIES = ("optuna", "random")
+DEFAULT_STRATEGY = "optuna"
 
 EPILOG = """\
 examples:
@@ -152,11 +153,17 @@ def _falsify(options: argparse.Namespace) -> int:
     announce(f"loading {options.file}, starting the simulation")
     from bt_mission.core.dds.middleware import prepare_middleware
     from bt_mission.core.interrupts import InterruptSignals
+    from bt_mission.language.checks.requirements import with_requirements
     from bt_mission.search.ranges import read_ranges
     from bt_mission.search.session import load_search
+    from bt_mission.sweeps.base import load_base
 
     ranges = read_ranges(options.within)
-    base = load_search(mission_file(options), _changes(options), ranges, options.find)
+    path, changes = mission_file(options), _changes(options)
+    if options.require:  # what is wrong is told of their files, not of the scenario
+        plain = load_base(path, replace(changes, requirements={}))
+        with_requirements(plain.mission, options.require)
+    base = load_search(path, changes, ranges, options.find)
     folder = None if options.cover else _folder(options, base)
     prepare_middleware()
     with InterruptSignals(most=1) as interrupts:

@@ -97,7 +97,7 @@ class CoverSession:
         state.is_interrupted = not self._watch(state)
         ranges = with_limit(_for_cover(ranges, row.virtual_s), self.base, row)
         space = SearchSpace(self.base, ranges, self._ranges.parameters, row.virtual_s)
-        strategy = STRATEGIES[self._strategy].make(space, self._seed)
+        strategy = STRATEGIES[self._strategy](space, self._seed)
         while state.runs < budget and state.record.missing and not state.is_interrupted:
             asked = strategy.ask(min(BATCH, budget - state.runs))
             scores: list[float] = []

@@ -42,7 +42,7 @@ class SearchOptions:
 
     aim: Aim | None = None
     budget: int = 1000
-    strategy: str = "random"
+    strategy: str = "optuna"
     seed: int = 0
     simplifying_runs: int = MOST_RUNS
 
@@ -128,7 +128,7 @@ class SearchSession:
         elif self._watch(state):
             ranges = with_limit(ranges, self.base, row)
             space = SearchSpace(self.base, ranges, self._ranges.parameters, row.virtual_s)
-            strategy = STRATEGIES[options.strategy].make(space, options.seed)
+            strategy = STRATEGIES[options.strategy](space, options.seed)
             await search.find(strategy, options.budget)
         else:
             state.is_interrupted = True

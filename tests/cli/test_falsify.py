@@ -36,6 +36,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "careless.yaml").write_text(DEFECT)
     (tmp_path / "safe.yaml").write_text(REQUIRED)
     (tmp_path / "ranges.yaml").write_text(BOXES)
+    (tmp_path / "unknown.yaml").write_text("requirements:\n  slow: always sped < 1\n")
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -116,6 +117,7 @@ def test_a_mission_that_breaks_as_it_is(folder: Path, capsys: pytest.CaptureFixt
         (["--within", "nothing.yaml"], "nothing.yaml: error: no such file"),
         (["--world", "nowhere"], "no world 'nowhere'"),
         (["--require", "careless.yaml"], "expected a mapping 'requirements:'"),
+        (["--require", "unknown.yaml"], "unknown.yaml:2:16: error: unknown signal 'sped'"),
         (["--fault", "at 5.0: drip scan"], "there is no fault 'drip'"),
         (["-o", "careless.yaml"], "careless.yaml: is a file; name a folder with -o"),
         (["-o", "."], ".: holds something already; name another folder with -o"),
