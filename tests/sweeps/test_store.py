@@ -51,7 +51,8 @@ def test_others_read_it_as_columns(tmp_path: Path):
 
 def test_results_are_not_overwritten_without_a_word(tmp_path: Path):
     """It says what to do."""
-    ResultStore.create(tmp_path, {"seeds": "0..1"}).close()
+    with ResultStore.create(tmp_path, {"seeds": "0..1"}) as store:
+        store.add(ROW)
     with pytest.raises(StoreError, match="add --resume to go on with it, or name another folder"):
         ResultStore.create(tmp_path, {"seeds": "0..1"})
 
@@ -121,3 +122,31 @@ def test_a_full_disk_is_told_and_what_is_there_stays(tmp_path: Path):
             store.add(large)
     with ResultStore.read(tmp_path) as store:
         assert "a1" in store.ids()
+<<<<<<< HEAD
+=======
+
+
+def test_the_worst_are_those_that_failed_then_those_with_the_smallest_margins(tmp_path: Path):
+    """What could not run has nothing to be recorded."""
+    rows = [
+        ScenarioRow("far", 0, 0, outcome="success", passed=True, least_margin=2.0),
+        ScenarioRow("near", 1, 0, outcome="success", passed=True, least_margin=0.1),
+        ScenarioRow("none", 2, 0, outcome="success", passed=True),
+        ScenarioRow("failed", 3, 0, outcome="failure", least_margin=0.5),
+        ScenarioRow("error", 4, 0, outcome="error"),
+    ]
+    with ResultStore.create(tmp_path, {}) as store:
+        for row in rows:
+            store.add(row)
+        assert [one.id for one in store.worst(9)] == ["failed", "near", "far", "none"]
+
+
+def test_results_in_which_nothing_is_are_begun_anew(tmp_path: Path):
+    """No worker could be used, say: there is nothing to lose."""
+    ResultStore.create(tmp_path, {"seeds": "0..4"}).close()
+    with ResultStore.create(tmp_path, {"seeds": "0..9"}) as store:
+        assert store.about == {"seeds": "0..9"}
+        store.add(ROW)
+    with pytest.raises(StoreError, match="has results of a sweep"):
+        ResultStore.create(tmp_path, {"seeds": "0..9"})
+>>>>>>> 5129829 (Workers that cannot take part are refused and sent away; sweeps share a scheduler)
