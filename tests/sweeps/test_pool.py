@@ -183,7 +183,7 @@ async def _all(pool: ScenarioPool) -> list[ScenarioRow]:
         (
             "first",
             2,
-            r"1 of 1 workers cannot take part, .* has 2 threads, .* start workers with --nthreads 1",
+            r"1 of 1 workers cannot take part, .* has 2 threads, .* with --nthreads 1",
         ),
     ],
 )

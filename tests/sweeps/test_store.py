@@ -122,23 +122,6 @@ def test_a_full_disk_is_told_and_what_is_there_stays(tmp_path: Path):
             store.add(large)
     with ResultStore.read(tmp_path) as store:
         assert "a1" in store.ids()
-<<<<<<< HEAD
-=======
-
-
-def test_the_worst_are_those_that_failed_then_those_with_the_smallest_margins(tmp_path: Path):
-    """What could not run has nothing to be recorded."""
-    rows = [
-        ScenarioRow("far", 0, 0, outcome="success", passed=True, least_margin=2.0),
-        ScenarioRow("near", 1, 0, outcome="success", passed=True, least_margin=0.1),
-        ScenarioRow("none", 2, 0, outcome="success", passed=True),
-        ScenarioRow("failed", 3, 0, outcome="failure", least_margin=0.5),
-        ScenarioRow("error", 4, 0, outcome="error"),
-    ]
-    with ResultStore.create(tmp_path, {}) as store:
-        for row in rows:
-            store.add(row)
-        assert [one.id for one in store.worst(9)] == ["failed", "near", "far", "none"]
 
 
 def test_results_in_which_nothing_is_are_begun_anew(tmp_path: Path):
@@ -149,4 +132,3 @@ def test_results_in_which_nothing_is_are_begun_anew(tmp_path: Path):
         store.add(ROW)
     with pytest.raises(StoreError, match="has results of a sweep"):
         ResultStore.create(tmp_path, {"seeds": "0..9"})
->>>>>>> 5129829 (Workers that cannot take part are refused and sent away; sweeps share a scheduler)
