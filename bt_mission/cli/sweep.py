@@ -289,6 +289,8 @@ async def _carry_out(
         progress.start()
         with _shown(options, progress, lambda: pool.workers) as show:
 
+            pool.on_wait = show
+
             def on_row(row: Any) -> None:
                 progress.add(row)
                 show()
@@ -323,7 +325,8 @@ def _tell(
             file=sys.stderr,
         )
     if not options.json:
-        tell_results(store, options.report)
+        if progress.tally.count.scenarios:
+            tell_results(store, options.report)
         return
     about = {"of": progress.total, "results": str(store.folder), "stopped": why_stopped}
     try:

@@ -85,7 +85,8 @@ def is_alone(options: argparse.Namespace) -> bool:
 
 def pool_for(options: argparse.Namespace, bundle: Bundle) -> ScenarioPool:
     """Return the workers that the options name, ready to be entered."""
-    from bt_mission.sweeps.pool import WORKER_MEMORY, PoolOptions, ScenarioPool, memory
+    from bt_mission.sweeps.cluster import WORKER_MEMORY, PoolOptions, memory
+    from bt_mission.sweeps.pool import ScenarioPool
 
     given = PoolOptions(
         workers=options.workers,

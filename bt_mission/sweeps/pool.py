@@ -3,86 +3,41 @@
 from __future__ import annotations
 
 import asyncio
-import logging
-import os
-import signal
-from collections import deque
-from collections.abc import AsyncGenerator, AsyncIterator, Iterable, Iterator
-from contextlib import AsyncExitStack, contextmanager, suppress
-from dataclasses import dataclass
-from typing import Any, Self
+from collections import Counter, deque
+from collections.abc import AsyncGenerator, AsyncIterator, Callable, Iterable, Iterator
+from contextlib import AsyncExitStack, suppress
+from itertools import count
+from typing import Any, Self, TypeAlias
 
-from dask.utils import parse_bytes
-from distributed import (
-    Client,
-    Future,
-    KilledWorker,
-    LocalCluster,
-    WorkerPlugin,
-    as_completed,
-    get_worker,
-)
-from distributed.comm import parse_address
-from distributed.comm.registry import get_backend
+from distributed import Client, KilledWorker, as_completed
 
-from bt_mission.core.errors import BtMissionError
 from bt_mission.sweeps.bundle import Bundle
+from bt_mission.sweeps.cluster import (
+    CLOSE_S,
+    PoolError,
+    PoolOptions,
+    connected,
+    line_of,
+    refusal,
+    unfit_workers,
+    why_unfit,
+    workers_of,
+)
 from bt_mission.sweeps.concrete import ConcreteScenario
 from bt_mission.sweeps.row import ScenarioRow, row_of_error
-from bt_mission.sweeps.versions import fingerprint, told
-
-MOST_KILLS = 3
-"""A scenario that has killed so many workers is marked, and not tried again."""
-
-WORKER_MEMORY = "2GiB"
-"""What a worker on this machine may take; one that takes 95 % of it is ended, and its scenario
-begun again elsewhere. A simulation takes 0.3 to 0.4 GB, with its camera 0.2 GB more."""
-
-LEAST_MEMORY = 100_000_000
+from bt_mission.sweeps.tasks import BundlePlugin, UnfitWorkerError, about_worker, carry_out, record
 
 AHEAD = 2
 """Scenarios that wait or run at each worker: one runs, the next is there when it has ended."""
 
-PLUGIN = "bt-mission"
-CONNECT_S = "10s"
-LOST_S = 15.0
-"""So long a scheduler may be silent before it counts as lost, s."""
+MOST_TRIES = 2
+"""A scenario is begun again so often where Dask itself fails with it."""
 
+LOOK_S = 1.0
+"""While no scenario ends, it looks so often whether the scheduler lives, s."""
 
-class PoolError(BtMissionError):
-    """Workers that are not there, or cannot be used; it says what to do."""
-
-
-def memory(text: str) -> str:
-    """Return an amount of memory, such as ``2GiB``, as it is written.
-
-    Raises:
-        PoolError: Where it is none.
-    """
-    try:
-        amount = parse_bytes(text)
-    except ValueError:
-        amount = 0
-    if amount < LEAST_MEMORY:
-        raise PoolError(f"--worker-memory: expected an amount such as 2GiB or 800MB, got '{text}'")
-    return text
-
-
-@dataclass(frozen=True)
-class PoolOptions:
-    """Where scenarios are carried out.
-
-    Attributes:
-        workers: Processes on this machine; None is one for each processor.
-        scheduler: Address of a scheduler of Dask instead, such as ``tcp://10.0.0.1:8786``.
-        memory: Of each worker on this machine, such as ``2GiB``.
-        dashboard: Port of Dask's dashboard on this machine's loopback address; None is none.
-    """
-
-    workers: int | None = None
-    scheduler: str | None = None
-    memory: str = WORKER_MEMORY
-    dashboard: int | None = None
+Killed: TypeAlias = list[tuple[ConcreteScenario, int]]
+"""Scenarios whose workers have died, and how many of them."""
 
 
 class ScenarioPool:
@@ -94,27 +49,34 @@ class ScenarioPool:
     Args:
         bundle: The files of all scenarios, which every worker is given.
         options: Where the workers are.
+
+    Attributes:
+        on_wait: Called each second in which no scenario ends.
     """
 
     def __init__(self, bundle: Bundle, options: PoolOptions | None = None) -> None:
+        self.on_wait: Callable[[], None] = lambda: None
         self._bundle = bundle
         self._options = options or PoolOptions()
         self._client: Client
+        self._name: str
         self._has_dashboard = False
         self._stack = AsyncExitStack()
+        self._tries = count()
 
     async def __aenter__(self) -> Self:
-        try:
-            self._client = await self._stack.enter_async_context(self._connected())
-            await self._refuse_other_versions()
-            await self._client.register_plugin(_BundlePlugin(self._bundle, self._is_local), PLUGIN)
-        except BaseException:
-            await self._close()
-            raise
+        async with self._stack:
+            self._client = await self._stack.enter_async_context(connected(self._options))
+            # Several sweeps may share workers: each has files and tasks of its own.
+            self._name = f"bt-mission-{self._client.id}"
+            await self._refuse_unfit_workers()
+            await self._give_bundle()
+            self._stack.push_async_callback(self._take_bundle_back)
+            self._stack = self._stack.pop_all()
         return self
 
     async def __aexit__(self, *_: object) -> None:
-        await self._close()
+        await self._stack.aclose()
 
     # ---- what it offers ------------------------------------------------------------------
 
@@ -135,21 +97,21 @@ class ScenarioPool:
 
         They are made as workers get free, so there may be any number of them. One that dies with
         its worker again and again is tried alone at the end; if it kills its worker there, too, it
-        is told as an error.
+        is told as an error. Where all workers are gone, it waits for others.
 
         Raises:
-            PoolError: Where the scheduler, or all workers, are gone.
+            PoolError: Where the scheduler is gone, or the last worker cannot take part.
         """
-        suspects: list[ConcreteScenario] = []
+        suspects: Killed = []
         async for row in self._rows(iter(scenarios), self._room, suspects):
             yield row
-        for scenario in suspects:
-            again: list[ConcreteScenario] = []
-            async for row in self._rows(iter([scenario]), lambda: 1, again):
+        for scenario, _ in suspects:
+            alone: Killed = []
+            async for row in self._rows(iter([scenario]), lambda: 1, alone):
                 yield row
-            if again:
-                reason = f"it has killed its worker {MOST_KILLS} times, alone there"
-                yield row_of_error(scenario, reason, attempts=2 * MOST_KILLS)
+            for _, kills in alone:
+                reason = f"it has killed its worker {kills} times, alone there"
+                yield row_of_error(scenario, reason, attempts=2 * kills)
 
     async def recordings(
         self, scenarios: Iterable[ConcreteScenario]
@@ -158,17 +120,12 @@ class ScenarioPool:
 
         Those that cannot be recorded are left out.
         """
-        futures = {
-            self._client.submit(_record, one, key=f"record-{one.id}", pure=False): one
-            for one in scenarios
-        }
-        ended = as_completed(
-            list(futures), self._client.loop, with_results=True, raise_errors=False
-        )
-        for _ in range(len(futures)):
+        under_way = {self._submit(record, one, self._name): one for one in scenarios}
+        ended = self._ended(list(under_way))
+        for _ in range(len(under_way)):
             future, result = await self._next(ended)
             if future.status == "finished":
-                yield futures[future], *result
+                yield under_way[future], *result
             future.release()
 
     # ---- scenarios -----------------------------------------------------------------------
@@ -177,256 +134,120 @@ class ScenarioPool:
         return AHEAD * max(self.workers, 1)
 
     async def _rows(
-        self, scenarios: Iterator[ConcreteScenario], room: Any, suspects: list[ConcreteScenario]
+        self,
+        scenarios: Iterator[ConcreteScenario],
+        room: Callable[[], int],
+        killed: Killed,
     ) -> AsyncIterator[ScenarioRow]:
-        ended = as_completed([], self._client.loop, with_results=True, raise_errors=False)
-        under_way: dict[str, ConcreteScenario] = {}
+        """Carry scenarios out.
+
+        Args:
+            room: How many may be under way.
+            killed: Gets those that have killed their workers.
+        """
+        ended = self._ended([])
+        under_way: dict[Any, ConcreteScenario] = {}
         again: deque[ConcreteScenario] = deque()
+        errors: Counter[str] = Counter()
+        wanted = about_worker()
 
         def fill() -> None:
             while len(under_way) < room():
                 one = again.popleft() if again else next(scenarios, None)
                 if one is None:
                     return
-                under_way[one.id] = one
-                ended.add(self._submit(one))
+                future = self._submit(carry_out, one, self._name, wanted)
+                under_way[future] = one
+                ended.add(future)
 
         fill()
         while under_way:
             future, result = await self._next(ended)
-            scenario = under_way.pop(_id_of(future))
+            scenario = under_way.pop(future)
             if future.status == "finished":
                 yield result
             elif future.status == "error":
                 error = await future.exception()
                 if isinstance(error, KilledWorker):
-                    suspects.append(scenario)
-                elif isinstance(error, OtherVersionError):
-                    await self._client.retire_workers([error.worker])
+                    killed.append((scenario, error.allowed_failures + 1))
+                elif isinstance(error, UnfitWorkerError):
+                    await self._retire(error)
+                    again.append(scenario)
+                elif errors[scenario.id] < MOST_TRIES:
+                    errors[scenario.id] += 1
                     again.append(scenario)
                 else:
-                    yield row_of_error(scenario, f"{type(error).__name__}: {error}")
+                    yield row_of_error(scenario, f"{type(error).__name__}: {line_of(error)}")
             else:  # cancelled or lost: the scheduler has forgotten it
-                await self._refuse_lost()
+                self._refuse_lost()
                 again.append(scenario)
             future.release()
             fill()
 
-    def _submit(self, scenario: ConcreteScenario) -> Future:
-        return self._client.submit(
-            _carry_out, scenario, fingerprint(), key=f"scenario-{scenario.id}", pure=False
-        )
+    def _submit(self, what: Callable[..., Any], scenario: ConcreteScenario, *more: Any) -> Any:
+        # A key of its own for each try: Dask takes a key that it has for the same task.
+        key = f"{self._name}-{scenario.id}-{next(self._tries)}"
+        return self._client.submit(what, scenario, *more, key=key, pure=False)
+
+    def _ended(self, futures: list[Any]) -> Any:
+        return as_completed(futures, self._client.loop, with_results=True, raise_errors=False)
 
     async def _next(self, ended: Any) -> Any:
         """Wait for the next scenario to end, and look at times whether the scheduler lives."""
         waiting = asyncio.ensure_future(anext(ended))
         try:
             while True:
-                done, _ = await asyncio.wait([waiting], timeout=LOST_S)
+                done, _ = await asyncio.wait([waiting], timeout=LOOK_S)
                 if done:
                     return waiting.result()
-                await self._refuse_lost()
+                self._refuse_lost()
+                self.on_wait()
         finally:
             waiting.cancel()
 
-    async def _refuse_lost(self) -> None:
+    def _refuse_lost(self) -> None:
         status = self._client.status
         if status != "running":
             raise PoolError(
                 f"the scheduler is gone (the connection is {status}); what has ended is kept"
             )
 
-    # ---- the cluster ---------------------------------------------------------------------
+    # ---- workers -------------------------------------------------------------------------
 
-    @property
-    def _is_local(self) -> bool:
-        return self._options.scheduler is None
-
-    def _connected(self) -> Any:
-        return _AsyncContext(self._connect, self._disconnect)
-
-    async def _connect(self) -> Client:
-        # What it has to say of a lost connection is told as an error of ours.
-        logging.getLogger("distributed").setLevel(logging.CRITICAL)
-        if self._options.scheduler is not None:
-            return await self._join(self._options.scheduler)
-        with _interrupts_ignored():
-            self._cluster = await LocalCluster(
-                n_workers=self._options.workers or os.cpu_count() or 1,
-                threads_per_worker=1,
-                processes=True,
-                memory_limit=self._options.memory,
-                host="127.0.0.1",
-                dashboard_address=_dashboard(self._options.dashboard),
-                worker_dashboard_address=None,
-                silence_logs=logging.CRITICAL,
-                asynchronous=True,
-                scheduler_kwargs={"allowed_failures": MOST_KILLS - 1},
-            )
-        return await Client(self._cluster, asynchronous=True)
-
-    async def _join(self, address: str) -> Client:
-        try:
-            get_backend(parse_address(address)[0])
-            client = await Client(address, asynchronous=True, timeout=CONNECT_S)
-        except (OSError, ValueError, TimeoutError, ImportError) as error:
-            raise PoolError(
-                f"no scheduler of Dask answers at {address} ({_line(error)}); start one with "
-                "`dask scheduler`"
-            ) from error
-        return client
-
-    async def _disconnect(self, client: Client) -> None:
-        with suppress(Exception):  # a scheduler that is gone has no plugins
-            if not self._is_local and client.status == "running":
-                await asyncio.wait_for(client.unregister_worker_plugin(PLUGIN), 5)
-        with suppress(Exception):
-            await asyncio.wait_for(client.close(), 5)
-        if self._is_local:
-            with suppress(Exception):
-                await asyncio.wait_for(self._cluster.close(), 10)
-
-    async def _close(self) -> None:
-        await self._stack.aclose()
-
-    async def _refuse_other_versions(self) -> None:
-        """Refuse workers that would make other traces.
-
-        Raises:
-            PoolError: With what is on which worker.
-        """
-        client = self._client
-        info = await client.scheduler.identity()
-        is_wanted = not self._is_local or self._options.dashboard is not None
+    async def _refuse_unfit_workers(self) -> None:
+        info = await self._client.scheduler.identity()
+        is_wanted = self._options.scheduler is not None or self._options.dashboard is not None
         self._has_dashboard = is_wanted and "dashboard" in info["services"]
         if not info["workers"]:
+            address = self._options.scheduler
             raise PoolError(
-                f"{self._options.scheduler}: the scheduler has no workers; start some with "
-                f"`dask worker {self._options.scheduler} --nthreads 1`"
+                f"{address}: the scheduler has no workers; start some with "
+                f"`dask worker {address} --nthreads 1`"
             )
-        found = await client.run(_fingerprint_there, on_error="return")
-        ours = fingerprint()
-        wrong = {name: one for name, one in found.items() if one != ours}
-        if wrong:
-            name, one = next(iter(wrong.items()))
-            what = (
-                f"no bt-mission ({_line(one)})"
-                if isinstance(one, Exception)
-                else "another bt-mission, or other packages or shipped missions"
-            )
-            raise PoolError(
-                f"{len(wrong)} of {len(found)} workers cannot take part, their traces would "
-                f"differ: {name} has {what}; here is {told()}"
-            )
-        threads = {
-            name: one["nthreads"] for name, one in info["workers"].items() if one["nthreads"] != 1
-        }
-        if threads:
-            name, count = next(iter(threads.items()))
-            raise PoolError(
-                f"{name} has {count} threads; a simulation takes a process of its own: start "
-                "workers with --nthreads 1 (and --nworkers N)"
-            )
+        unfit = await unfit_workers(self._client)
+        if unfit:
+            raise refusal(unfit, len(info["workers"]))
 
+    async def _retire(self, unfit: UnfitWorkerError) -> None:
+        """Send a worker away that has joined later and cannot take part.
 
-class OtherVersionError(Exception):
-    """A worker that joined later has another version.
+        Raises:
+            PoolError: Where no other is left.
+        """
+        await self._client.retire_workers([unfit.address])
+        if not set(await workers_of(self._client)) - {unfit.address}:
+            why = why_unfit(unfit.versions, unfit.threads) or "could not be set up"
+            raise refusal({unfit.address: why}, 1)
 
-    Args:
-        worker: Its address.
-    """
+    async def _give_bundle(self) -> None:
+        plugin = BundlePlugin(self._bundle, self._options.scheduler is None)
+        try:
+            await self._client.register_plugin(plugin, self._name)
+        except Exception as error:
+            raise PoolError(f"a worker cannot be set up: {line_of(error)}") from error
 
-    def __init__(self, worker: str) -> None:
-        super().__init__(worker)
-        self.worker = worker
-
-
-class _BundlePlugin(WorkerPlugin):  # type: ignore[misc] # distributed publishes no types for it
-    """Gives each worker the files of a sweep, also those that join or start again later.
-
-    Args:
-        bundle: The files.
-        is_local: Is it a worker of ours, on this machine? Ctrl-C is then for the client alone.
-    """
-
-    def __init__(self, bundle: Bundle, is_local: bool) -> None:  # noqa: FBT001 - pickled by position
-        self.bundle = bundle
-        self.is_local = is_local
-
-    def setup(self, worker: Any) -> None:  # noqa: ARG002 - named by distributed
-        """Make the worker ready."""
-        if self.is_local:
-            signal.signal(signal.SIGINT, signal.SIG_IGN)
-        # Loads rclpy and MuJoCo.
-        from rclpy.logging import LoggingSeverity, set_logger_level  # noqa: PLC0415 - likewise
-
-        from bt_mission.scenarios.runner import (  # noqa: PLC0415 - not in the client
-            ScenarioProcess,
-            prepare_process,
-        )
-        from bt_mission.sweeps.work import ScenarioWorker  # noqa: PLC0415 - likewise
-
-        prepare_process()
-        self.scenarios = ScenarioWorker(self.bundle, ScenarioProcess().run)
-        # What thousands of broken runs warn of would bury the progress; their rows have the reason.
-        set_logger_level("", LoggingSeverity.FATAL)
-
-    def teardown(self, worker: Any) -> None:  # noqa: ARG002 - likewise
-        """Remove its files."""
-        self.scenarios.close()
-
-
-def _carry_out(scenario: ConcreteScenario, wanted: str) -> ScenarioRow:
-    """Carry a scenario out on the worker that this runs on."""
-    worker = get_worker()
-    if fingerprint() != wanted:
-        raise OtherVersionError(worker.address)
-    row: ScenarioRow = worker.plugins[PLUGIN].scenarios.carry_out(scenario)
-    return row
-
-
-def _record(scenario: ConcreteScenario) -> tuple[bytes, bytes]:
-    found: tuple[bytes, bytes] = get_worker().plugins[PLUGIN].scenarios.record(scenario)
-    return found
-
-
-def _fingerprint_there() -> str:
-    return fingerprint()
-
-
-def _id_of(future: Future) -> str:
-    return str(future.key).removeprefix("scenario-")
-
-
-def _dashboard(port: int | None) -> str:
-    """Return where Dask serves its pages; it always does, if only its metrics."""
-    return f"127.0.0.1:{port or 0}"
-
-
-def _line(error: BaseException) -> str:
-    return (str(error) or type(error).__name__).splitlines()[0]
-
-
-@contextmanager
-def _interrupts_ignored() -> Iterator[None]:
-    """Processes that start now ignore Ctrl-C, which a terminal sends to all of them."""
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
-
-
-class _AsyncContext:
-    """An asynchronous context manager of two coroutines."""
-
-    def __init__(self, enter: Any, leave: Any) -> None:
-        self._enter = enter
-        self._leave = leave
-
-    async def __aenter__(self) -> Any:
-        self._made = await self._enter()
-        return self._made
-
-    async def __aexit__(self, *_: object) -> None:
-        await self._leave(self._made)
+    async def _take_bundle_back(self) -> None:
+        if self._options.scheduler is None or self._client.status != "running":
+            return
+        with suppress(Exception):  # a scheduler that is gone has no plugins
+            await asyncio.wait_for(self._client.unregister_worker_plugin(self._name), CLOSE_S)

@@ -10,6 +10,7 @@ from bt_mission.sweeps.row import ScenarioRow
 from bt_mission.sweeps.summary import SweepTally
 
 MOST_REASONS = 4
+NO_WORKERS = "no worker is left: it waits for others; Ctrl-C ends it, and --resume goes on"
 
 
 @dataclass
@@ -57,7 +58,7 @@ class SweepProgress:
             parts += [f"{self.rate:.3g}/s", f"{duration(left / self.rate)} left"]
         if self.to_record:
             parts.append(f"{self.recorded} of the worst {self.to_record} recorded")
-        parts.append(f"{workers} worker{'s' * (workers != 1)}")
+        parts.append(f"{workers} worker{'s' * (workers != 1)}" if workers else NO_WORKERS)
         lines = ["   ".join(parts)]
         if count.scenarios:
             lines.append(f"  {count}")

@@ -59,7 +59,7 @@ class ResultStore:
             StoreError: Where there are results already, or they cannot be written.
         """
         store = cls._writable(folder)
-        if store.is_empty:
+        if store.is_empty or store.has_no_rows:
             return store.begin(about)
         store.close()
         raise StoreError(
@@ -72,6 +72,12 @@ class ResultStore:
         """Was the file just made, or its maker killed before it had begun?"""
         found = self._connection.execute("SELECT count(*) FROM sqlite_master").fetchone()
         return not found[0]
+
+    @property
+    def has_no_rows(self) -> bool:
+        """Are these results of ours in which nothing is, since no worker could be used, say?"""
+        self.check_format()
+        return not self._connection.execute("SELECT count(*) FROM scenarios").fetchone()[0]
 
     def begin(self, about: Mapping[str, Any]) -> Self:
         """Make the tables."""

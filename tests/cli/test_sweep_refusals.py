@@ -9,6 +9,7 @@ import pytest
 
 from bt_mission.cli import main
 from bt_mission.sweeps.store import ResultStore
+from tests.sweeps.rows import row
 
 MISSION = """\
 mission: turns
@@ -107,7 +108,8 @@ def test_results_of_another_sweep_stay_as_they_are(
     mission: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """It says what differs."""
-    ResultStore.create(tmp_path / "turns_sweep", {"mission": "turns", "seeds": "0..4"}).close()
+    with ResultStore.create(tmp_path / "turns_sweep", {"mission": "turns", "seeds": "0..4"}) as one:
+        one.add(row(0))
     assert main(["sweep", mission, "--seeds", "3"]) == 2
     assert "add --resume to go on with it" in capsys.readouterr().err
     assert main(["sweep", mission, "--seeds", "3", "--resume"]) == 2

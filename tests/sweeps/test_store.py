@@ -51,7 +51,8 @@ def test_others_read_it_as_columns(tmp_path: Path):
 
 def test_results_are_not_overwritten_without_a_word(tmp_path: Path):
     """It says what to do."""
-    ResultStore.create(tmp_path, {"seeds": "0..1"}).close()
+    with ResultStore.create(tmp_path, {"seeds": "0..1"}) as store:
+        store.add(ROW)
     with pytest.raises(StoreError, match="add --resume to go on with it, or name another folder"):
         ResultStore.create(tmp_path, {"seeds": "0..1"})
 
@@ -121,3 +122,13 @@ def test_a_full_disk_is_told_and_what_is_there_stays(tmp_path: Path):
             store.add(large)
     with ResultStore.read(tmp_path) as store:
         assert "a1" in store.ids()
+
+
+def test_results_in_which_nothing_is_are_begun_anew(tmp_path: Path):
+    """No worker could be used, say: there is nothing to lose."""
+    ResultStore.create(tmp_path, {"seeds": "0..4"}).close()
+    with ResultStore.create(tmp_path, {"seeds": "0..9"}) as store:
+        assert store.about == {"seeds": "0..9"}
+        store.add(ROW)
+    with pytest.raises(StoreError, match="has results of a sweep"):
+        ResultStore.create(tmp_path, {"seeds": "0..9"})

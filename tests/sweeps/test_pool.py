@@ -1,0 +1,235 @@
+"""Workers that come, go, and cannot take part: a cluster of Dask within this process."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Callable, Coroutine
+from contextlib import asynccontextmanager
+from typing import Any
+
+import pytest
+from distributed import Scheduler, Worker, get_worker
+
+from bt_mission.sweeps import tasks, work
+from bt_mission.sweeps.bundle import Bundle
+from bt_mission.sweeps.cluster import PoolError, PoolOptions, why_unfit
+from bt_mission.sweeps.concrete import ConcreteScenario
+from bt_mission.sweeps.pool import ScenarioPool
+from bt_mission.sweeps.row import ScenarioRow
+from tests.sweeps.rows import row
+
+OTHER = "other"
+"""What workers are called that have another version."""
+
+EMPTY = Bundle({}, "missions/m.yaml", {}, {})
+HERE = tasks.about_worker()
+
+
+class FakeScenarios:
+    """Says which worker and which bundle a scenario has met."""
+
+    def __init__(self, bundle: Bundle, _: Any) -> None:
+        self.bundle = bundle
+
+    def carry_out(self, scenario: ConcreteScenario) -> ScenarioRow:
+        """Return a row without a run."""
+        return row(scenario.number, worker=str(get_worker().name), plan=self.bundle.mission)
+
+    def close(self) -> None:
+        """It has no folder."""
+
+
+def versions_there() -> dict[str, str]:
+    """The versions of the worker that asks."""
+    return {**HERE, "mujoco": "1.0.0"} if get_worker().name == OTHER else HERE
+
+
+def scenarios(count: int) -> list[ConcreteScenario]:
+    """So many scenarios of nothing."""
+    return [ConcreteScenario(number, {"seed": number}) for number in range(count)]
+
+
+class FakeCluster:
+    """A scheduler, to which workers can be added."""
+
+    def __init__(self, scheduler: Scheduler) -> None:
+        self.options = PoolOptions(scheduler=scheduler.address)
+        self.workers: list[Worker] = []
+
+    async def add(self, name: str, threads: int = 1) -> Worker:
+        """Start a worker."""
+        worker = await Worker(
+            self.options.scheduler, name=name, nthreads=threads, dashboard_address=None
+        )
+        self.workers.append(worker)
+        return worker
+
+
+@asynccontextmanager
+async def cluster() -> AsyncIterator[FakeCluster]:
+    """A scheduler without workers."""
+    async with Scheduler(host="127.0.0.1", port=0, dashboard_address="127.0.0.1:0") as scheduler:
+        made = FakeCluster(scheduler)
+        try:
+            yield made
+        finally:
+            for worker in made.workers:
+                await worker.close()
+
+
+@pytest.fixture(autouse=True)
+def _without_simulation(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(work, "ScenarioWorker", FakeScenarios)
+    monkeypatch.setattr(tasks, "_scenario_process", lambda: FakeProcess)
+    monkeypatch.setattr(tasks, "about_worker", versions_there)
+
+
+class FakeProcess:
+    """Runs nothing."""
+
+    run = None
+
+
+def in_cluster(test: Callable[[FakeCluster], Coroutine[Any, Any, None]]) -> None:
+    """Carry a test out on a cluster of its own."""
+
+    async def main() -> None:
+        async with cluster() as made:
+            await test(made)
+
+    asyncio.run(asyncio.wait_for(main(), 60))
+
+
+def test_a_worker_of_another_version_that_joins_late_is_sent_away() -> None:
+    """What it was given is carried out elsewhere."""
+
+    async def test(made: FakeCluster) -> None:
+        await made.add("first")
+        async with ScenarioPool(EMPTY, made.options) as pool:
+            other = await made.add(OTHER)
+            found = [one async for one in pool.rows(scenarios(12))]
+            assert sorted(one.number for one in found) == list(range(12))
+            assert {one.worker for one in found} == {"first"}
+            await other.finished()
+
+    in_cluster(test)
+
+
+def test_the_last_worker_is_of_another_version() -> None:
+    """It ends with what that worker has, and does not ask it for ever."""
+
+    async def test(made: FakeCluster) -> None:
+        first = await made.add("first")
+        async with ScenarioPool(EMPTY, made.options) as pool:
+            await first.close()
+            await made.add(OTHER)
+            with pytest.raises(PoolError, match=r"mujoco 1\.0\.0 \(here \d"):
+                [one async for one in pool.rows(scenarios(3))]
+
+    in_cluster(test)
+
+
+def test_without_workers_it_waits_for_others() -> None:
+    """It looks on while it waits."""
+
+    async def test(made: FakeCluster) -> None:
+        first = await made.add("first")
+        async with ScenarioPool(EMPTY, made.options) as pool:
+            await first.close()
+            waits: list[int] = []
+            started: list[asyncio.Task[Worker]] = []
+
+            def on_wait() -> None:
+                waits.append(pool.workers)
+                if pool.workers == 0 and not started:
+                    started.append(asyncio.ensure_future(made.add("second")))
+
+            pool.on_wait = on_wait
+            found = [one async for one in pool.rows(scenarios(3))]
+            assert {one.worker for one in found} == {"second"}
+            assert 0 in waits
+
+    in_cluster(test)
+
+
+def test_two_sweeps_share_workers() -> None:
+    """Each has files and tasks of its own, also for scenarios that are called the same."""
+
+    async def test(made: FakeCluster) -> None:
+        await made.add("first")
+        other = Bundle({}, "missions/other.yaml", {}, {})
+        async with ScenarioPool(EMPTY, made.options) as one:
+            async with ScenarioPool(other, made.options) as two:
+                rows = await asyncio.gather(*(_all(pool) for pool in (one, two)))
+            assert [{each.plan for each in part} for part in rows] == [
+                {EMPTY.mission},
+                {other.mission},
+            ]
+            assert [each.plan for each in await _all(one)] == [EMPTY.mission] * 4, (
+                "the second has taken the files of the first away"
+            )
+
+    in_cluster(test)
+
+
+async def _all(pool: ScenarioPool) -> list[ScenarioRow]:
+    return [one async for one in pool.rows(scenarios(4))]
+
+
+@pytest.mark.parametrize(
+    ("name", "threads", "message"),
+    [
+        (None, 1, "the scheduler has no workers; start some with `dask worker tcp://"),
+        (
+            "first",
+            2,
+            r"1 of 1 workers cannot take part, .* has 2 threads, .* with --nthreads 1",
+        ),
+    ],
+)
+def test_who_is_refused_at_the_start(name: str | None, threads: int, message: str) -> None:
+    """In words that say what to do."""
+
+    async def test(made: FakeCluster) -> None:
+        if name:
+            await made.add(name, threads)
+        with pytest.raises(PoolError, match=message):
+            async with ScenarioPool(EMPTY, made.options):
+                pass
+
+    in_cluster(test)
+
+
+def test_a_scheduler_of_another_version(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is refused before Dask has a chance to misunderstand it."""
+    there = {"packages": {"dask": HERE["dask"], "distributed": "2020.1.0"}}
+    monkeypatch.setattr(Scheduler, "versions", lambda _: there)
+
+    async def test(made: FakeCluster) -> None:
+        with pytest.raises(PoolError, match=r"has distributed 2020\.1\.0 \(here 20"):
+            async with ScenarioPool(EMPTY, made.options):
+                pass
+
+    in_cluster(test)
+
+
+@pytest.mark.parametrize(
+    ("found", "why"),
+    [
+        (HERE, ""),
+        (OSError("gone"), ""),
+        (ModuleNotFoundError("No module named 'bt_mission'"), "has no bt-mission"),
+        (
+            Exception("ModuleNotFoundError(\"No module named 'bt_mission.sweeps'\")"),
+            "has another bt-mission, or a broken one (",
+        ),
+        ("0123456789ab", "has another bt-mission"),
+        ({**HERE, "python": "3.9.1"}, "has python 3.9.1 (here 3."),
+        ({**HERE, tasks.SOURCES: "0"}, "has a bt-mission with other sources or shipped missions"),
+    ],
+)
+def test_what_is_said_of_a_worker(found: Any, why: str) -> None:
+    """Nothing where it can take part, or is gone."""
+    told = why_unfit(found, 1)
+    assert told.startswith(why)
+    assert bool(told) == bool(why)
