@@ -27,9 +27,9 @@ from measuring import spread
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.scenarios.runner import ScenarioProcess, prepare_process
 from bt_mission.sweeps.base import BaseChanges, load_base
+from bt_mission.sweeps.cluster import PoolOptions
 from bt_mission.sweeps.concrete import ConcreteScenario
 from bt_mission.sweeps.plan import SweepPlan
-from bt_mission.sweeps.cluster import PoolOptions
 from bt_mission.sweeps.pool import ScenarioPool
 from bt_mission.sweeps.row import ScenarioRow
 from bt_mission.sweeps.store import ResultStore

@@ -7,6 +7,7 @@ import os
 import socket
 import traceback
 from collections.abc import Callable
+from contextlib import redirect_stdout
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -84,10 +85,14 @@ class ScenarioWorker:
             page.unlink(missing_ok=True)
 
     def carry_out(self, scenario: ConcreteScenario) -> ScenarioRow:
-        """Carry a concrete scenario out; whatever goes wrong is its row."""
+        """Carry a concrete scenario out; whatever goes wrong is its row.
+
+        What its leaves print is dropped: that of thousands would bury all else.
+        """
         watch = Stopwatch()
         try:
-            result = self._run(self.load(scenario), with_coverage=True)
+            with Path(os.devnull).open("w") as nowhere, redirect_stdout(nowhere):
+                result = self._run(self.load(scenario), with_coverage=True)
             row = row_of(scenario, result, wall_s=watch.elapsed_s)
         except InputError as error:
             row = row_of_error(scenario, "; ".join(one.message for one in error.faults))

@@ -53,6 +53,7 @@ class Poison(py_trees.behaviour.Behaviour):
     bad: float
 
     def update(self):
+        print("it says much")
         if self.bad > 0:
             os.kill(os.getpid(), signal.SIGKILL)
         return py_trees.common.Status.SUCCESS
@@ -106,7 +107,7 @@ def test_a_sweep_from_its_start_to_its_end(tmp_path: Path) -> None:
 
 
 def test_a_scenario_that_kills_its_workers_does_not_stop_the_rest(tmp_path: Path) -> None:
-    """It is marked, the others come out as ever."""
+    """It is marked, the others come out as ever; what leaves print is not among the results."""
     (tmp_path / "poison.yaml").write_text(POISON)
     (tmp_path / "leaves.py").write_text(LEAVES)
     words = ("poison.yaml", "--vary", "bad=0,-1,-2,1", "--record-worst", "0")
