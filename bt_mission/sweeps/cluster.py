@@ -12,6 +12,7 @@ from contextlib import asynccontextmanager, contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any
 
+import dask
 from dask.utils import parse_bytes
 from distributed import Client, LocalCluster
 from distributed.comm import parse_address
@@ -36,7 +37,8 @@ CONNECT_S = 10.0
 ANSWER_S = 60.0
 """A worker may load bt-mission from a slow disk in so long, s."""
 
-CLOSE_S = 5.0
+CLOSE_S = 20.0
+NEVER = "1000 days"
 MUST_BE_EQUAL = ("dask", "distributed")
 """Packages that the scheduler must have as they are here."""
 
@@ -92,6 +94,9 @@ async def connected(options: PoolOptions) -> AsyncIterator[Client]:
         async with _closing(await _join(options.scheduler)) as client:
             yield client
         return
+    # Dask gives a worker up that has died and is not back in 15 s, or has died again by then; a
+    # sweep would go on with fewer and fewer.
+    dask.config.set({"distributed.deploy.lost-worker-timeout": NEVER})
     with _interrupts_ignored():
         cluster = await LocalCluster(
             n_workers=options.workers or os.cpu_count() or 1,

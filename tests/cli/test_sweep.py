@@ -106,10 +106,14 @@ def test_a_sweep_from_its_start_to_its_end(tmp_path: Path) -> None:
     assert "not surely 0.2 or above: its interval begins at 0.0968" in error
 
 
-def test_a_scenario_that_kills_its_workers_does_not_stop_the_rest(tmp_path: Path) -> None:
+def test_a_scenario_that_kills_its_workers_does_not_stop_the_rest(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """It is marked, the others come out as ever; what leaves print is not among the results."""
     (tmp_path / "poison.yaml").write_text(POISON)
     (tmp_path / "leaves.py").write_text(LEAVES)
+    # A worker that has died stays away for longer than Dask would wait for it.
+    monkeypatch.setenv("DASK_DISTRIBUTED__DEPLOY__LOST_WORKER_TIMEOUT", "0s")
     words = ("poison.yaml", "--vary", "bad=0,-1,-2,1", "--record-worst", "0")
     code, told, error = sweep(tmp_path, *words)
     assert code == 1
