@@ -87,7 +87,7 @@ def add_parser(commands: Any) -> None:
         "--output",
         type=Path,
         metavar="FOLDER",
-        help="where the result is written (default: found/NAME, or found/NAME_2 where that is there)",
+        help="where the result is written (default: found/NAME, or else found/NAME_2)",
     )
     add_worker_options(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON object at the end")
