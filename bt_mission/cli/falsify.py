@@ -190,6 +190,8 @@ def _searched(
     progress = SearchProgress()
 
     def watch(state: SearchState) -> bool:
+        if state.runs == 1 and session.as_it_is is not None:
+            falsify_results.warn_of(session.as_it_is)
         runs = state.runs + state.simplifying_runs
         progress.show(runs, lambda: falsify_results.progress_line(state, options.budget))
         return not interrupts.count

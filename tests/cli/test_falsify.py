@@ -109,6 +109,19 @@ def test_a_mission_that_breaks_as_it_is(folder: Path, capsys: pytest.CaptureFixt
     assert (folder / "found" / "careless_2" / "test_is_slow.py").exists()
 
 
+def test_a_mission_that_fails_as_it_is(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Is warned of where something else is searched for, and told at once where that is it."""
+    (folder / "careless.yaml").write_text(DEFECT.replace("timeout: 15", "timeout: 1"))
+    (folder / "safe.yaml").write_text("requirements:\n  is sane: always speed < 5\n")
+    assert main([*SEARCH, "--budget", "2"]) == 0
+    err = capsys.readouterr().err
+    assert "as it is, with nothing varied, the mission ends in failure: 'drive' " in err
+    assert main([*SEARCH, "--find", "failed", "--json"]) == 1
+    told = json.loads(capsys.readouterr().out)
+    assert (told["runs"], told["found"]["what"]) == (1, "drive")
+    assert read(folder / told["found"]["scenario"]).data["expect"] == {"outcome": "success"}
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
