@@ -22,9 +22,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from rare_defects import RARE
 from rclpy.logging import LoggingSeverity, set_logger_level
 
-from benchmarks.rare_defects import RARE
 from bt_mission.core.dds.middleware import prepare_middleware
 from bt_mission.core.yaml.document import read, read_text
 from bt_mission.core.yaml.dump import to_yaml

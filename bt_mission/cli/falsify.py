@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Coroutine
 from dataclasses import replace
+from itertools import chain
+from itertools import count as numbers
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -85,7 +87,7 @@ def add_parser(commands: Any) -> None:
         "--output",
         type=Path,
         metavar="FOLDER",
-        help="where the result is written (default: found/NAME)",
+        help="where the result is written (default: found/NAME, or else found/NAME_2)",
     )
     add_worker_options(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON object at the end")
@@ -188,6 +190,8 @@ def _searched(
     progress = SearchProgress()
 
     def watch(state: SearchState) -> bool:
+        if state.runs == 1 and session.as_it_is is not None:
+            falsify_results.warn_of(session.as_it_is)
         runs = state.runs + state.simplifying_runs
         progress.show(runs, lambda: falsify_results.progress_line(state, options.budget))
         return not interrupts.count
@@ -266,13 +270,16 @@ def _changes(options: argparse.Namespace) -> Any:
 
 
 def _folder(options: argparse.Namespace, base: BaseScenario) -> Path:
-    """Return where the result goes.
+    """Return where the result goes: by default a folder that is not there yet.
 
     Raises:
         BtMissionError: Where something else is there already.
     """
     stem = base.path.name.removesuffix(".yaml").removesuffix(".scenario")
-    folder: Path = options.output or Path("found") / stem
+    if options.output is None:
+        names = chain([stem], (f"{stem}_{number}" for number in numbers(2)))
+        return next(path for name in names if not (path := Path("found") / name).exists())
+    folder: Path = options.output
     if folder.exists() and not folder.is_dir():
         raise BtMissionError(f"{folder}: is a file; name a folder with -o")
     if folder.is_dir() and any(folder.iterdir()):

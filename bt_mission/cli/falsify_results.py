@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +14,18 @@ if TYPE_CHECKING:
     from bt_mission.search.result import FoundFiles
     from bt_mission.search.search import SearchState
     from bt_mission.search.session import SearchSession
+    from bt_mission.sweeps.row import ScenarioRow
+
+
+def warn_of(as_it_is: ScenarioRow) -> None:
+    """Warn of a mission that does not succeed with nothing varied."""
+    if as_it_is.outcome != "success":
+        end = f"{as_it_is.outcome}: {as_it_is.reason}" if as_it_is.reason else as_it_is.outcome
+        print(
+            f"as it is, with nothing varied, the mission ends in {end}; --find failed tells of it "
+            "at once",
+            file=sys.stderr,
+        )
 
 
 def progress_line(state: SearchState, budget: int) -> str:

@@ -100,12 +100,26 @@ def test_nothing_is_found(folder: Path, capsys: pytest.CaptureFixture[str]) -> N
 def test_a_mission_that_breaks_as_it_is(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """There is nothing to search for; the folder is there all the same."""
     (folder / "safe.yaml").write_text("requirements:\n  is slow: always speed < 0.1\n")
-    assert main([*SEARCH, "-o", "out"]) == 1
+    (folder / "found" / "careless").mkdir(parents=True)
+    assert main(SEARCH) == 1
     out = capsys.readouterr().out
     assert "requirement 'is slow' is violated by 0.1 m/s" in out
     assert "with nothing going wrong" in out
     assert "it breaks as it is, with nothing varied: there is nothing to search for" in out
-    assert (folder / "out" / "test_is_slow.py").exists()
+    assert (folder / "found" / "careless_2" / "test_is_slow.py").exists()
+
+
+def test_a_mission_that_fails_as_it_is(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Is warned of where something else is searched for, and told at once where that is it."""
+    (folder / "careless.yaml").write_text(DEFECT.replace("timeout: 15", "timeout: 1"))
+    (folder / "safe.yaml").write_text("requirements:\n  is sane: always speed < 5\n")
+    assert main([*SEARCH, "--budget", "2"]) == 0
+    err = capsys.readouterr().err
+    assert "as it is, with nothing varied, the mission ends in failure: 'drive' " in err
+    assert main([*SEARCH, "--find", "failed", "--json"]) == 1
+    told = json.loads(capsys.readouterr().out)
+    assert (told["runs"], told["found"]["what"]) == (1, "drive")
+    assert read(folder / told["found"]["scenario"]).data["expect"] == {"outcome": "success"}
 
 
 @pytest.mark.parametrize(
