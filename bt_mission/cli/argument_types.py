@@ -55,6 +55,26 @@ def seed(text: str) -> int:
     return _integer(text, 0)
 
 
+def seeds(text: str) -> range | tuple[int, ...]:
+    """Read seeds: how many, from where to where, or which."""
+    low, dots, high = text.partition("..")
+    parts = [low, high] if dots else text.split(",")
+    if not all(one.strip().isdecimal() for one in parts):
+        raise argparse.ArgumentTypeError(
+            f"expected a number of seeds, A..B, or a list such as 3,5,8; got '{text}'"
+        )
+    values = [int(one) for one in parts]
+    if dots:
+        found: range | tuple[int, ...] = range(values[0], values[1] + 1)
+    else:
+        found = range(values[0]) if len(values) == 1 else tuple(values)
+    if not found:
+        raise argparse.ArgumentTypeError(f"'{text}' is no seed at all")
+    if not dots and len(values) != len(set(values)):
+        raise argparse.ArgumentTypeError(f"a seed stands twice in '{text}'")
+    return found
+
+
 def assignment(text: str) -> tuple[str, str]:
     """Read an input of a mission and its value."""
     name, equals, value = text.partition("=")

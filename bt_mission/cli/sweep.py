@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bt_mission.cli.argument_types import count, seconds, seed, share, whole
+from bt_mission.cli.argument_types import count, seconds, seed, seeds, share, whole
 from bt_mission.cli.check import permissions_of
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
 from bt_mission.cli.options import (
@@ -161,26 +161,6 @@ def add_parser(commands: Any) -> None:
     parser.set_defaults(command=sweep)
 
 
-def seeds(text: str) -> range | tuple[int, ...]:
-    """Read seeds: how many, from where to where, or which."""
-    low, dots, high = text.partition("..")
-    parts = [low, high] if dots else text.split(",")
-    if not all(one.strip().isdecimal() for one in parts):
-        raise argparse.ArgumentTypeError(
-            f"expected a number of seeds, A..B, or a list such as 3,5,8; got '{text}'"
-        )
-    values = [int(one) for one in parts]
-    if dots:
-        found: range | tuple[int, ...] = range(values[0], values[1] + 1)
-    else:
-        found = range(values[0]) if len(values) == 1 else tuple(values)
-    if not found:
-        raise argparse.ArgumentTypeError(f"'{text}' is no seed at all")
-    if not dots and len(values) != len(set(values)):
-        raise argparse.ArgumentTypeError(f"a seed stands twice in '{text}'")
-    return found
-
-
 def sweep(options: argparse.Namespace) -> int:
     """Carry the sweep out; gives the exit code."""
     with leaving_at_once():
@@ -288,7 +268,6 @@ async def _carry_out(
             )
         progress.start()
         with _shown(options, progress, lambda: pool.workers) as show:
-
             pool.on_wait = show
 
             def on_row(row: Any) -> None:
