@@ -21,7 +21,7 @@ def prepare_process() -> None:
         BtMissionError: For a middleware or a domain that is none.
     """
     isolate(visible=False)
-    prepare_middleware()
+    prepare_middleware(alone=True)
 
 
 class ScenarioProcess:

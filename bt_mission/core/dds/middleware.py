@@ -6,7 +6,7 @@ import ctypes
 import os
 from pathlib import Path
 
-from bt_mission.core.dds.discovery import MACHINE, PROCESS, RANGE
+from bt_mission.core.dds.discovery import MACHINE, RANGE
 from bt_mission.core.errors import BtMissionError
 
 FAST_DDS = Path(__file__).resolve().parent / "fast_dds.xml"
@@ -21,12 +21,14 @@ PROFILES = ("FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_FILE")
 """Variables by which Fast DDS is told of settings."""
 
 
-def prepare_middleware() -> None:
+def prepare_middleware(*, alone: bool = False) -> None:
     """Make ready for rclpy, with settings of Fast DDS for processes that die without a word.
 
     The file says which, and why. Where only this machine is to find the process, its sockets are
-    bound to the loopback interface; where no process is to find it, it listens on none. Settings
-    of the user's own stay.
+    bound to the loopback interface. Settings of the user's own stay.
+
+    Args:
+        alone: No other process is ever to find this one, so it listens on no port.
 
     Raises:
         BtMissionError: When it cannot be loaded, or the domain id is none.
@@ -34,9 +36,8 @@ def prepare_middleware() -> None:
     refuse_absent_middleware()
     ours = ("", str(FAST_DDS), str(LOOPBACK), str(ALONE))
     if all(os.environ.get(name, "") in ours for name in PROFILES):
-        found_by = os.environ.get(RANGE)
-        is_local = found_by == MACHINE and not os.environ.get("ROS_STATIC_PEERS")
-        file = ALONE if found_by == PROCESS else LOOPBACK if is_local else FAST_DDS
+        is_local = os.environ.get(RANGE) == MACHINE and not os.environ.get("ROS_STATIC_PEERS")
+        file = ALONE if alone else LOOPBACK if is_local else FAST_DDS
         os.environ[PROFILES[0]] = str(file)
 
 

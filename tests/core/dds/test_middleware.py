@@ -25,8 +25,8 @@ def _no_settings(monkeypatch: pytest.MonkeyPatch) -> None:
     [
         ("LOCALHOST", "", LOOPBACK),
         ("LOCALHOST", "192.0.2.7", FAST_DDS),
-        ("OFF", "", ALONE),
-        ("OFF", "192.0.2.7", ALONE),
+        ("OFF", "", FAST_DDS),
+        ("OFF", "192.0.2.7", FAST_DDS),
         ("SUBNET", "", FAST_DDS),
         ("", "", FAST_DDS),
     ],
@@ -34,12 +34,19 @@ def _no_settings(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_what_this_machine_alone_may_find_is_bound_to_the_loopback_interface(
     monkeypatch: pytest.MonkeyPatch, reach: str, peers: str, profile: object
 ) -> None:
-    """Unless other machines are named as peers; what nobody may find has no port."""
+    """Unless other machines are named as peers."""
     monkeypatch.setenv("ROS_STATIC_PEERS", peers)
     for one in ("SUBNET", "LOCALHOST", "OFF", reach):
         monkeypatch.setenv(RANGE, one)
         prepare_middleware()
     assert os.environ[PROFILES[0]] == str(profile)
+
+
+def test_who_is_alone_for_good_has_no_port(monkeypatch: pytest.MonkeyPatch) -> None:
+    """That is said for a process, and not concluded from its reach, which may change later."""
+    monkeypatch.setenv(RANGE, "OFF")
+    prepare_middleware(alone=True)
+    assert os.environ[PROFILES[0]] == str(ALONE)
 
 
 def test_settings_of_the_users_own_stay(monkeypatch: pytest.MonkeyPatch) -> None:
