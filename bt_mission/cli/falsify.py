@@ -240,13 +240,11 @@ async def _carry_out(
 ) -> None:
     """Search with the workers that the options name."""
     if is_alone(options):
-        from rclpy.logging import LoggingSeverity, set_logger_level
-
+        from bt_mission.scenarios.runner import silence_logs
         from bt_mission.sweeps.runner import SerialRunner
         from bt_mission.sweeps.work import ScenarioWorker
 
-        # What thousands of broken runs warn of would bury the progress; the recording has it.
-        set_logger_level("", LoggingSeverity.FATAL)
+        silence_logs()
         with ScenarioWorker(base.bundle) as worker:
             await search(SerialRunner(worker))
         return

@@ -5,6 +5,8 @@ from __future__ import annotations
 import gc
 from pathlib import Path
 
+from rclpy.logging import LoggingSeverity, set_logger_level
+
 from bt_mission.core.dds.discovery import isolate
 from bt_mission.core.dds.middleware import prepare_middleware
 from bt_mission.scenarios.run import run_scenario
@@ -22,6 +24,14 @@ def prepare_process() -> None:
     """
     isolate(visible=False)
     prepare_middleware(alone=True)
+
+
+def silence_logs() -> None:
+    """Log nothing but what ends the process.
+
+    What thousands of broken runs warn of would bury all else; their reports have the reasons.
+    """
+    set_logger_level("", LoggingSeverity.FATAL)
 
 
 class ScenarioProcess:

@@ -63,18 +63,15 @@ class BundlePlugin(WorkerPlugin):  # type: ignore[misc] # distributed publishes 
 @cache
 def _scenario_process() -> Any:
     """What all sweeps share that this worker ever takes part in."""
-    from rclpy.logging import LoggingSeverity, set_logger_level  # noqa: PLC0415 - likewise
-
     from bt_mission.scenarios.runner import (  # noqa: PLC0415 - likewise
         ScenarioProcess,
         prepare_process,
+        silence_logs,
     )
 
     prepare_process()
-    made = ScenarioProcess()
-    # What thousands of broken runs warn of would bury the progress; their rows have the reason.
-    set_logger_level("", LoggingSeverity.FATAL)
-    return made
+    silence_logs()
+    return ScenarioProcess()
 
 
 def carry_out(scenario: ConcreteScenario, plugin: str, wanted: dict[str, str]) -> ScenarioRow:
