@@ -192,13 +192,13 @@ def main() -> None:
         "kills": kills,
         "resume": resume,
     }
-    counts = {"rate": 20, "memory": 10_000, "kills": 16, "resume": 100_000}
-    rounds = {"rate": 5, "memory": 1, "kills": 20, "resume": 3}
+    counts = {"rate": 30, "memory": 10_000, "kills": 16, "resume": 100_000}
+    rounds = {"rate": 3, "memory": 1, "kills": 20, "resume": 3}
     parser.add_argument("what", choices=whats)
     parser.add_argument("--count", type=int, help="scenarios; of `rate` in a round and a process")
     parser.add_argument("--rounds", type=int)
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
-    parser.add_argument("--legs", type=int, default=2, help="of explore.yaml, with `rate`")
+    parser.add_argument("--legs", type=int, default=4, help="of explore.yaml, with `rate`")
     parser.add_argument("--after", type=int, default=500, help="compare memory with that after N")
     options = parser.parse_args()
     options.count = options.count or counts[options.what]
