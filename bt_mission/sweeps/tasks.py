@@ -19,6 +19,10 @@ from bt_mission.sweeps.versions import fingerprint
 SOURCES = "sources"
 """The key of the fingerprint among the versions of a worker."""
 
+PROFILERS = ("profile", "profile-cycle")
+"""Of Dask, which looks at the stack of each task a hundred times a second, and keeps an hour of it:
+0.2 MB for each second of a simulation."""
+
 
 class UnfitWorkerError(Exception):
     """A worker that cannot take part, since it has joined later with other versions, say.
@@ -46,8 +50,10 @@ class BundlePlugin(WorkerPlugin):  # type: ignore[misc] # distributed publishes 
         self.bundle = bundle
         self.is_local = is_local
 
-    def setup(self, worker: Any) -> None:  # noqa: ARG002 - named by distributed
+    def setup(self, worker: Any) -> None:
         """Make the worker ready."""
+        for one in _profilers(worker):
+            one.stop()
         if self.is_local:
             signal.signal(signal.SIGINT, signal.SIG_IGN)
         # Loads rclpy and MuJoCo.
@@ -55,9 +61,16 @@ class BundlePlugin(WorkerPlugin):  # type: ignore[misc] # distributed publishes 
 
         self.scenarios = ScenarioWorker(self.bundle, _scenario_process().run)
 
-    def teardown(self, worker: Any) -> None:  # noqa: ARG002 - likewise
-        """Remove its files."""
+    def teardown(self, worker: Any) -> None:
+        """Remove its files, and leave the worker as it was."""
         self.scenarios.close()
+        for one in _profilers(worker):
+            one.start()
+
+
+def _profilers(worker: Any) -> list[Any]:
+    callbacks = worker.periodic_callbacks
+    return [callbacks[name] for name in PROFILERS if name in callbacks]
 
 
 @cache

@@ -233,3 +233,17 @@ def test_what_is_said_of_a_worker(found: Any, why: str) -> None:
     told = why_unfit(found, 1)
     assert told.startswith(why)
     assert bool(told) == bool(why)
+
+
+def test_workers_keep_no_profile_while_they_take_part() -> None:
+    """Dask's would grow for an hour; afterwards it goes on."""
+
+    async def test(made: FakeCluster) -> None:
+        worker = await made.add("first")
+        profilers = [worker.periodic_callbacks[name] for name in tasks.PROFILERS]
+        assert [one.is_running() for one in profilers] == [True, True]
+        async with ScenarioPool(EMPTY, made.options):
+            assert [one.is_running() for one in profilers] == [False, False]
+        assert [one.is_running() for one in profilers] == [True, True]
+
+    in_cluster(test)
