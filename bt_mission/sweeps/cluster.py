@@ -97,7 +97,7 @@ async def connected(options: PoolOptions) -> AsyncIterator[Client]:
     # Dask gives a worker up that has died and is not back in 15 s, or has died again by then; a
     # sweep would go on with fewer and fewer.
     dask.config.set({"distributed.deploy.lost-worker-timeout": NEVER})
-    # It also looks at the stack of each process a hundred times a second, and keeps that of an hour.
+    # It looks at the stack of each process a hundred times a second, and keeps that of an hour.
     dask.config.set({"distributed.worker.profile.enabled": False})
     with _interrupts_ignored():
         cluster = await LocalCluster(
