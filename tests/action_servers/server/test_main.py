@@ -37,7 +37,7 @@ def live(fake, waffle, robot_node, monkeypatch):
     executor.add_node(robot)
 
     def spin_until(done: Any) -> None:
-        for _ in range(600):
+        for _ in range(2400):  # twenty a second: the process may begin late on a busy machine
             if done():
                 return
             executor.spin_once(timeout_sec=0.5)
