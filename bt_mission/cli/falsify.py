@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli import falsify_cover, falsify_results
 from bt_mission.cli.argument_types import count, seed, whole
-from bt_mission.cli.check import permissions_of
 from bt_mission.cli.options import (
     add_fault_option,
     add_mission_file,
@@ -24,6 +23,7 @@ from bt_mission.cli.options import (
 from bt_mission.cli.run import announce, leaving_at_once
 from bt_mission.cli.workers import (
     add_worker_options,
+    base_changes,
     is_alone,
     pool_for,
     refuse_worker_options,
@@ -161,7 +161,7 @@ def _falsify(options: argparse.Namespace) -> int:
     from bt_mission.sweeps.base import load_base
 
     ranges = read_ranges(options.within)
-    path, changes = mission_file(options), _changes(options)
+    path, changes = mission_file(options), base_changes(options)
     if options.require:  # what is wrong is told of their files, not of the scenario
         plain = load_base(path, replace(changes, requirements={}))
         with_requirements(plain.mission, options.require)
@@ -250,21 +250,6 @@ async def _carry_out(
         return
     async with pool_for(options, base.bundle) as pool:
         await search(pool)
-
-
-def _changes(options: argparse.Namespace) -> Any:
-    from bt_mission.faults.located import faults_in_texts
-    from bt_mission.sweeps.base import BaseChanges, requirements_in_files
-
-    faults_in_texts(options.fault)  # what is wrong is told of the option, not of the scenario
-    return BaseChanges(
-        set=dict(options.set),
-        requirements=requirements_in_files(options.require),
-        faults=options.fault,
-        world=options.world,
-        robot=options.robot,
-        permissions=permissions_of(options),
-    )
 
 
 def _folder(options: argparse.Namespace, base: BaseScenario) -> Path:

@@ -6,12 +6,12 @@ import argparse
 import json
 import shlex
 import sys
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.argument_types import count, seconds, seed, seeds, share, whole
-from bt_mission.cli.check import permissions_of
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
 from bt_mission.cli.options import (
     add_fault_option,
@@ -26,6 +26,7 @@ from bt_mission.cli.run import announce, leaving_at_once
 from bt_mission.cli.sweep_report import tell_results, write_page
 from bt_mission.cli.workers import (
     add_worker_options,
+    base_changes,
     has_terminal,
     pool_for,
     refuse_worker_options,
@@ -209,24 +210,14 @@ def plan_of(options: argparse.Namespace) -> SweepPlan:
     Raises:
         InputError: With what is wrong.
     """
-    from bt_mission.faults.located import faults_in_texts
-    from bt_mission.sweeps.base import BaseChanges, load_base, requirements_in_files
+    from bt_mission.sweeps.base import load_base
     from bt_mission.sweeps.fault_plans import read_fault_plans
     from bt_mission.sweeps.plan import SweepPlan
     from bt_mission.sweeps.space import parse_parameter, refuse_repeated
 
     parameters = tuple(parse_parameter(one) for one in options.vary)
     refuse_repeated(parameters)
-    faults_in_texts(options.fault)
-    changes = BaseChanges(
-        set=dict(options.set),
-        requirements=requirements_in_files(options.require),
-        faults=options.fault,
-        world=options.world,
-        robot=options.robot,
-        limit=options.limit,
-        permissions=permissions_of(options),
-    )
+    changes = replace(base_changes(options), limit=options.limit)
     base = load_base(mission_file(options), changes, parameters)
     return SweepPlan(
         base,

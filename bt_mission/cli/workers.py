@@ -10,9 +10,11 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.argument_types import count, port
+from bt_mission.cli.check import permissions_of
 from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
+    from bt_mission.sweeps.base import BaseChanges
     from bt_mission.sweeps.bundle import Bundle
     from bt_mission.sweeps.pool import ScenarioPool
 
@@ -76,6 +78,26 @@ def require_dask() -> None:
             f"many scenarios are carried out by Dask, which is not here ({error}): "
             "pip install 'bt-mission[sweep]'"
         ) from error
+
+
+def base_changes(options: argparse.Namespace) -> BaseChanges:
+    """Return what the options say of every scenario.
+
+    Raises:
+        InputError: With what is wrong with requirements or faults.
+    """
+    from bt_mission.faults.located import faults_in_texts
+    from bt_mission.sweeps.base import BaseChanges, requirements_in_files
+
+    faults_in_texts(options.fault)  # what is wrong is told of the option, not of the scenario
+    return BaseChanges(
+        set=dict(options.set),
+        requirements=requirements_in_files(options.require),
+        faults=options.fault,
+        world=options.world,
+        robot=options.robot,
+        permissions=permissions_of(options),
+    )
 
 
 def is_alone(options: argparse.Namespace) -> bool:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import islice
 from math import prod
 from typing import Any
 
@@ -94,20 +93,16 @@ class SweepPlan:
             found[one.name] = one.values[index]
         return {one.name: found[one.name] for one in self.parameters}
 
-    def scenarios(self, start: int = 0) -> Iterator[ConcreteScenario]:
+    def scenarios(self) -> Iterator[ConcreteScenario]:
         """All of them, made when they are taken; draws that repeat an earlier one are left out."""
         seen: set[str] = set()
-        for number in range(start, self.count):
+        for number in range(self.count):
             made = self.scenario(number)
             if self.sample is None:
                 yield made
             elif made.id not in seen:
                 seen.add(made.id)
                 yield made
-
-    def first(self, most: int) -> list[ConcreteScenario]:
-        """The first scenarios."""
-        return list(islice(self.scenarios(), most))
 
     def as_dict(self) -> dict[str, Any]:
         """What the sweep is, for JSON; equal for the same sweep only."""
