@@ -11,6 +11,7 @@ from rclpy.client import Client
 from rclpy.context import Context
 from rclpy.event_handler import EventHandler
 from rclpy.exceptions import InvalidHandle
+from rclpy.guard_condition import GuardCondition
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
 from rclpy.service import Service
@@ -19,6 +20,7 @@ from rclpy.timer import Timer
 from rclpy.waitable import Waitable
 
 from bt_mission.core.errors import BtMissionError
+from bt_mission.virtual_time.arrivals import Arrivals
 
 KINDS = ("subscriptions", "services", "clients", "guards", "waitables", "timers")
 COUNTS = (
@@ -32,20 +34,31 @@ COUNTS = (
 
 
 TELLING_AGAIN = (Subscription, Service, Client, ActionServer, ActionClient)
+_ADDED: dict[type, str] = {
+    Subscription: "subscription",
+    Service: "service",
+    Client: "client",
+    GuardCondition: "guard_condition",
+}
+"""What a wait set calls them."""
 
 
 class Entities:
-    """A snapshot of the entities of some nodes, with a wait set that is kept between waits.
+    """A snapshot of the entities of some nodes, and what has arrived for them.
+
+    A wait set is asked only for what the middleware does not tell of by itself: guard conditions,
+    waitables of others, and which part of an action has something.
 
     Args:
         nodes: In the order in which they are to be served.
         context: The rclpy context of the nodes.
+        arrivals: Counts what arrives; told to do so for these entities.
 
     Raises:
         BtMissionError: For a timer that is not on a ROS clock.
     """
 
-    def __init__(self, nodes: Sequence[Node], context: Context) -> None:
+    def __init__(self, nodes: Sequence[Node], context: Context, arrivals: Arrivals) -> None:
         self.subscriptions = [e for node in nodes for e in node.subscriptions]
         self.services = [e for node in nodes for e in node.services]
         self.clients = [e for node in nodes for e in node.clients]
@@ -54,17 +67,22 @@ class Entities:
         self.waitables = [
             e for node in nodes for e in node.waitables if not isinstance(e, EventHandler)
         ]
-        # Looked at many times in each instant: what stays the same is looked up once.
-        self._handles = [
-            (kind, entities, [entity.handle for entity in entities])
-            for kind, entities in (
-                ("subscription", self.subscriptions),
-                ("service", self.services),
-                ("client", self.clients),
-                ("guard_condition", self.guards),
-            )
+        self._arrivals = arrivals
+        told = [*self.subscriptions, *self.services, *self.clients]
+        told += [one for one in self.waitables if isinstance(one, ActionServer | ActionClient)]
+        untold = set(map(id, arrivals.watch(told)))
+        # What has to be asked for, at each look.
+        self._asked = [
+            entity
+            for entity in (*told, *self.guards, *self.waitables)
+            if id(entity) in untold or not isinstance(entity, TELLING_AGAIN)
         ]
-        self._ends = [(waitable, *_end_of_action(waitable)) for waitable in self.waitables]
+        self._ranks = {
+            id(entity): rank
+            for rank, entity in enumerate(
+                (*self.subscriptions, *self.services, *self.clients, *self.guards, *self.waitables)
+            )
+        }
         self.timers: list[Timer] = [e for node in nodes for e in node.timers]
         for node in nodes:
             for timer in node.timers:
@@ -88,26 +106,17 @@ class Entities:
 
     @cached_property
     def _wait_set(self) -> Any:
-        sizes = self._sizes()
-        sizes[1] += 1
-        with self._context.handle:
-            return _rclpy.WaitSet(*sizes, self._context.handle)
-
-    def _sizes(self) -> list[int]:
-        sizes = [
-            len(self.subscriptions),
-            len(self.guards),
-            0,
-            len(self.clients),
-            len(self.services),
-            0,
-        ]
+        sizes = {name: 0 for name in COUNTS}
+        sizes["num_guard_conditions"] = 1
+        for entity in self._asked:
+            for known, kind in _ADDED.items():
+                sizes[f"num_{kind}s"] += isinstance(entity, known)
         for waitable in self.waitables:
             numbers = waitable.get_num_entities()
-            sizes = [
-                size + getattr(numbers, name) for size, name in zip(sizes, COUNTS, strict=True)
-            ]
-        return sizes
+            for name in COUNTS:
+                sizes[name] += getattr(numbers, name)
+        with self._context.handle:
+            return _rclpy.WaitSet(*sizes.values(), self._context.handle)
 
     def node_of(self, entity: Any) -> Node | None:
         """The node that an entity belongs to; None when it is gone, or its node is not served."""
@@ -153,48 +162,59 @@ class Entities:
             owed: What was ready earlier, was not served, and does not tell again.
             any_held: May a callback group be held by a callback that awaits something?
         """
+        waiting = self._arrivals.waiting()
+        if not waiting and not self._asked:
+            return []
+        ends = [one for one in waiting if isinstance(one.entity, Waitable)]
+        asked = self._askable(owed) if any_held or owed else self._asked
+        found = [one.entity for one in waiting if not isinstance(one.entity, Waitable)]
+        if ends or asked:
+            told = self._tell([one.entity for one in ends] + asked)
+            for one in ends:
+                if one.entity not in told:
+                    one.count = 0
+            found += told
+        found += [entity for entity in owed if entity not in found and self.node_of(entity)]
+        found.sort(key=self._rank)
+        return found
+
+    def _rank(self, entity: Any) -> int:
+        return self._ranks[id(entity)]
+
+    def _tell(self, entities: Sequence[Any]) -> list[Any]:
+        """Ask entities by a wait set; gives those that have something."""
         wait_set = self._wait_set
         wait_set.clear_entities()
         wait_set.add_guard_condition(self._awake)
         self._awake.trigger_guard_condition()
-        for kind, _, handles in self._handles:
-            add = getattr(wait_set, f"add_{kind}")
-            for handle in handles:
-                add(handle)
-        ends = self._askable(owed) if any_held or owed else self._ends
-        for waitable, end, _ in ends:
-            if end is None:
-                waitable.add_to_wait_set(wait_set)
+        for entity in entities:
+            if isinstance(entity, Waitable):
+                entity.add_to_wait_set(wait_set)
             else:
-                end.add_to_waitset(wait_set)
+                kind = next(kind for known, kind in _ADDED.items() if isinstance(entity, known))
+                getattr(wait_set, f"add_{kind}")(entity.handle)
         wait_set.wait(0)
-
-        found: list[Any] = []
-        for kind, entities, handles in self._handles:
-            if entities:
-                pointers = wait_set.get_ready_entities(kind)
-                if pointers:
-                    found += [
-                        entity
-                        for entity, handle in zip(entities, handles, strict=True)
-                        if handle.pointer in pointers
-                    ]
-        for waitable, end, work in ends:
-            # An end is asked first, its waitable if it says yes: most have nothing to serve.
-            if (end is None or True in end.is_ready(wait_set)[work]) and waitable.is_ready(
-                wait_set
-            ):
-                found.append(waitable)
-        found += [entity for entity in owed if entity not in found and self.node_of(entity)]
-        return found
-
-    def _askable(self, owed: Sequence[Any]) -> list[tuple[Any, Any, slice]]:
-        """Waitables but those that would tell that they are ready, and could not be served."""
+        ready = {
+            pointer for kind in _ADDED.values() for pointer in wait_set.get_ready_entities(kind)
+        }
         return [
-            (waitable, end, work)
-            for waitable, end, work in self._ends
-            if end is not None
-            or (waitable not in owed and waitable.callback_group.can_execute(waitable))
+            entity
+            for entity in entities
+            if (
+                _has_work(entity, wait_set)
+                if isinstance(entity, Waitable)
+                else entity.handle.pointer in ready
+            )
+        ]
+
+    def _askable(self, owed: Sequence[Any]) -> list[Any]:
+        """Entities but those that would tell that they are ready, and could not be served."""
+        return [
+            entity
+            for entity in self._asked
+            if not isinstance(entity, Waitable)
+            or isinstance(entity, TELLING_AGAIN)
+            or (entity not in owed and entity.callback_group.can_execute(entity))
         ]
 
     def ns_until_next_timer(
@@ -214,17 +234,15 @@ class Entities:
         return min(waits, default=None)
 
 
-def _end_of_action(waitable: Waitable) -> tuple[Any, slice]:
-    """The handle of an action's server or client, and which of its flags mean work.
+def _has_work(waitable: Waitable, wait_set: Any) -> bool:
+    """Has it something to serve, and not only old results of goals to forget?
 
-    A server's last one tells of old results of goals to forget. Those stay due for a whole
-    instant, at which virtual time would then stand still; they go with the next request.
+    Those stay due for a whole instant, at which virtual time would then stand still; they go with
+    the next request.
     """
-    if isinstance(waitable, ActionServer):
-        return waitable._handle, slice(0, 3)
-    if isinstance(waitable, ActionClient):
-        return waitable._client_handle, slice(None)
-    return None, slice(None)
+    if isinstance(waitable, ActionServer) and True not in waitable._handle.is_ready(wait_set)[:3]:
+        return False
+    return bool(waitable.is_ready(wait_set))
 
 
 def _type_name(action_type: Any) -> str:

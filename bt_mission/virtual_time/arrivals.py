@@ -1,0 +1,207 @@
+"""Which entities were sent something, told by the middleware itself instead of asked for.
+
+A wait set asks every entity, at every instant, several times; most have nothing to say. rcl lets
+one register a C function that is called, with a number of messages, as soon as they can be taken.
+Ours is ``eventfd_write`` of the C library: it adds that number to a counter of the kernel's, from
+whatever thread, without Python's lock; and epoll tells which counters are above zero.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import select
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+from weakref import finalize
+
+from rclpy.action import ActionClient, ActionServer
+from rclpy.client import Client
+from rclpy.exceptions import InvalidHandle
+from rclpy.service import Service
+from rclpy.subscription import Subscription
+from rclpy.waitable import Waitable
+
+_RCL, _RCL_ACTION = "librcl.so", "librcl_action.so"
+_SETTERS: dict[type, tuple[str, tuple[str, ...]]] = {
+    Subscription: (_RCL, ("rcl_subscription_set_on_new_message_callback",)),
+    Service: (_RCL, ("rcl_service_set_on_new_request_callback",)),
+    Client: (_RCL, ("rcl_client_set_on_new_response_callback",)),
+    ActionServer: (
+        _RCL_ACTION,
+        tuple(
+            f"rcl_action_server_set_{part}_service_callback"
+            for part in ("goal", "cancel", "result")
+        ),
+    ),
+    ActionClient: (
+        _RCL_ACTION,
+        tuple(
+            f"rcl_action_client_set_{part}_callback"
+            for part in (
+                "goal_client",
+                "cancel_client",
+                "result_client",
+                "feedback_subscription",
+                "status_subscription",
+            )
+        ),
+    ),
+}
+
+
+@dataclass(eq=False)
+class Arrived:
+    """What has arrived for one entity."""
+
+    entity: Any
+    rank: int = 0
+    """Those that come first are served first."""
+    count: int = 0
+    """Messages that came and were not taken; more than there are where a queue overflowed."""
+
+
+class Arrivals:
+    """Counts what arrives for entities, until it is closed or forgotten."""
+
+    def __init__(self) -> None:
+        self._epoll = select.epoll()
+        self._by_file: dict[int, Arrived] = {}
+        self._waiting: list[Arrived] = []
+        self._links: dict[int, _Link] = {}
+        self._end = finalize(self, _close, self._epoll, self._links)
+        self._end.atexit = False
+
+    def watch(self, entities: Sequence[Any]) -> list[Any]:
+        """Count for these entities, and for no others; they are served in this order.
+
+        Returns:
+            Those of which the middleware does not tell.
+        """
+        kept = {id(entity) for entity in entities}
+        for key in [key for key in self._links if key not in kept]:
+            link = self._links.pop(key)
+            del self._by_file[link.file]
+            link.cut(self._epoll)
+        untold = []
+        for rank, entity in enumerate(entities):
+            link_ = self._links.get(id(entity)) or self._link(entity)
+            if link_ is None:
+                untold.append(entity)
+            else:
+                self._by_file[link_.file].rank = rank
+        told = set(map(id, self._by_file.values()))
+        self._waiting = [one for one in self._waiting if id(one) in told]
+        self._waiting.sort(key=_rank)
+        return untold
+
+    def waiting(self) -> list[Arrived]:
+        """What has something to be served now, in order; it stays until its count is zero."""
+        if self._waiting:
+            self._waiting = [one for one in self._waiting if one.count > 0]
+        found = self._epoll.poll(0)
+        if found:
+            for file, _ in found:
+                one = self._by_file[file]
+                if one not in self._waiting:
+                    self._waiting.append(one)
+                    one.count = 0
+                one.count += os.eventfd_read(file)
+            self._waiting.sort(key=_rank)
+        return self._waiting
+
+    def taken(self, entity: Any) -> None:
+        """Note that one message was taken, or that none was there.
+
+        An action takes several at once: it stays until it is found to have nothing.
+        """
+        link = self._links.get(id(entity))
+        if link is not None and not isinstance(entity, Waitable):
+            self._by_file[link.file].count -= 1
+
+    def close(self) -> None:
+        """Count no more."""
+        self._end()
+        self._by_file.clear()
+        self._waiting.clear()
+
+    def _link(self, entity: Any) -> _Link | None:
+        library, names = next(found for kind, found in _SETTERS.items() if isinstance(entity, kind))
+        setters = [_setter(library, name) for name in names]
+        if None in setters:
+            return None
+        link = _Link(_handle_of(entity), setters)
+        if not link.made:
+            return None
+        self._epoll.register(link.file, select.EPOLLIN)
+        self._links[id(entity)] = link
+        self._by_file[link.file] = Arrived(entity)
+        return link
+
+
+class _Link:
+    """A counter that the middleware adds to, for one entity."""
+
+    def __init__(self, handle: Any, setters: Sequence[Any]) -> None:
+        self.file = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
+        self._handle = handle
+        self._setters = setters
+        self.made = self._set(_function(), self.file)
+        if not self.made:
+            self._set(None, 0)
+            os.close(self.file)
+
+    def _set(self, function: Any, file: int) -> bool:
+        try:
+            with self._handle:
+                pointer = self._handle.pointer
+                # All are asked, so that none is left with a file that is closed.
+                refused = [setter(pointer, function, file) for setter in self._setters]
+                return not any(refused)
+        except InvalidHandle:
+            return False  # destroyed, and with it what calls the function
+
+    def cut(self, epoll: select.epoll) -> None:
+        """Have nothing added any more; only then may the number of the file be used again."""
+        self._set(None, 0)
+        epoll.unregister(self.file)
+        os.close(self.file)
+
+
+def _close(epoll: select.epoll, links: dict[int, _Link]) -> None:
+    for link in links.values():
+        link.cut(epoll)
+    links.clear()
+    epoll.close()
+
+
+def _rank(one: Arrived) -> int:
+    return one.rank
+
+
+def _handle_of(entity: Any) -> Any:
+    if isinstance(entity, ActionServer):
+        return entity._handle
+    if isinstance(entity, ActionClient):
+        return entity._client_handle
+    return entity.handle
+
+
+@cache
+def _function() -> Any:
+    """``eventfd_write``, whose arguments are those of ``rcl_event_callback_t``."""
+    return ctypes.cast(ctypes.CDLL(None).eventfd_write, ctypes.c_void_p)
+
+
+@cache
+def _setter(library: str, name: str) -> Any:
+    """The function of rcl; None where this rcl, or this middleware, has none."""
+    try:
+        found = getattr(ctypes.CDLL(library), name)
+    except (OSError, AttributeError):
+        return None
+    found.argtypes = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p]
+    found.restype = ctypes.c_int
+    return found
