@@ -4,17 +4,43 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from typing import Any, TypeVar
+from dataclasses import dataclass
+from types import CoroutineType, GeneratorType
+from typing import Any
 from weakref import WeakSet
 
 from rclpy.node import Node
-from rclpy.task import Task
+from rclpy.task import Future, Task
 
 from bt_mission.virtual_time.taps import PendingCallback
 
-T = TypeVar("T")
-_Callback = tuple[Any, Any, "Node | None"]
-"""A coroutine, the entity that it serves, and the node of that."""
+
+@dataclass(eq=False)
+class _Begun:
+    """Something begun that is given turns.
+
+    Most await a future for many turns: what waits for is remembered, so that no turn is spent on
+    looking whether it is there.
+    """
+
+    coroutine: Any
+    """Of a callback; the task, for a task."""
+    entity: Any = None
+    """What the callback serves."""
+    node: Node | None = None
+    """Whose the entity is."""
+    awaited: Future | None = None
+    """What the last turn ended at, if that is known."""
+
+    @property
+    def is_stuck(self) -> bool:
+        """Would a turn get it no further?"""
+        awaited, task = self.awaited, self.coroutine
+        return (
+            awaited is not None
+            and not (awaited.done() or awaited.cancelled())
+            and not (isinstance(task, Task) and task.cancelled())
+        )
 
 
 class Tasks:
@@ -29,8 +55,8 @@ class Tasks:
         self.turns = 0
         """Turns that tasks have had so far."""
         self._new: list[Task] = []
-        self._tasks: list[Task] = []
-        self._callbacks: list[_Callback] = []
+        self._tasks: list[_Begun] = []
+        self._callbacks: list[_Begun] = []
         self._away: WeakSet[Node] = WeakSet()
 
     @property
@@ -55,7 +81,7 @@ class Tasks:
         except StopIteration:
             return
         entity.callback_group.beginning_execution(entity)
-        self._callbacks.append((rest, entity, node(entity)))
+        self._callbacks.append(_Begun(rest, entity, node(entity), _awaited_by(rest)))
 
     def node_leaves(self, node: Node) -> None:
         """Leave the callbacks of a node where they are."""
@@ -70,43 +96,63 @@ class Tasks:
 
         What one of them raises comes out of here; the others keep their place.
         """
-        tasks, self._new = self._new, []
-        self._tasks += tasks
+        if self._new:
+            self._tasks += map(_Begun, self._new)
+            self._new = []
         return (
             _give_turns(self._tasks, self._run_task)
             or _give_turns(self._callbacks, self._run_callback)
             or bool(self._new)
         )
 
-    def _run_task(self, task: Task) -> bool | None:
+    def _run_task(self, begun: _Begun) -> bool | None:
+        task: Task = begun.coroutine
         self.turns += 1
         task()
         if task.done():
             task.result()  # raises what the task raised
             return True
-        return None if task.cancelled() else False
+        if task.cancelled():
+            return None
+        begun.awaited = _awaited_by(task._handler)
+        return False
 
-    def _run_callback(self, begun: _Callback) -> bool:
-        coroutine, entity, node = begun
-        if node in self._away:
+    def _run_callback(self, begun: _Begun) -> bool:
+        if begun.node in self._away:
             return False
         try:
-            coroutine.send(None)
+            begun.coroutine.send(None)
         except BaseException as end:
-            entity.callback_group.ending_execution(entity)
+            begun.entity.callback_group.ending_execution(begun.entity)
             if not isinstance(end, StopIteration):
                 raise
             return True
+        begun.awaited = _awaited_by(begun.coroutine)
         return False
 
 
-def _give_turns(begun: list[T], run: Callable[[T], bool | None]) -> bool:
+def _awaited_by(coroutine: Any) -> Future | None:
+    """The future that a suspended coroutine awaits; None where it awaits something else."""
+    inner = coroutine
+    while isinstance(inner, CoroutineType):
+        inner = inner.cr_await
+    if isinstance(inner, GeneratorType) and inner.gi_code is Future.__await__.__code__:
+        frame: Any = inner.gi_frame
+        future: Future = frame.f_locals["self"]
+        return future
+    return None
+
+
+def _give_turns(begun: list[_Begun], run: Callable[[_Begun], bool | None]) -> bool:
     """Run each a little; keep those that go on (False), also where one raises.
 
     Returns:
         Whether any has ended (True). One that was cancelled (None) is dropped.
     """
-    if not begun:
+    for one in begun:
+        if not one.is_stuck:
+            break
+    else:
         return False
     turns = deque(begun)
     begun.clear()
@@ -114,7 +160,7 @@ def _give_turns(begun: list[T], run: Callable[[T], bool | None]) -> bool:
     try:
         while turns:
             one = turns.popleft()
-            ended = run(one)
+            ended = not one.is_stuck and run(one)
             if ended is False:
                 begun.append(one)
             has_ended = has_ended or ended is True

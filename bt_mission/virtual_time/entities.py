@@ -106,7 +106,7 @@ class Entities:
 
     @cached_property
     def _wait_set(self) -> Any:
-        sizes = {name: 0 for name in COUNTS}
+        sizes = dict.fromkeys(COUNTS, 0)
         sizes["num_guard_conditions"] = 1
         for entity in self._asked:
             for known, kind in _ADDED.items():
