@@ -6,8 +6,9 @@ from collections import deque
 from typing import Any
 
 from action_servers.core.maneuver import Refusal
-from action_servers.robot_io.messages import transform_of
+from action_servers.robot_io.messages import planar_pose, transform_of
 from bt_mission.core.cdr.decoder import DecodingError, decoder_of
+from bt_mission.core.cdr.picker import Picker, Texts
 from bt_mission.core.geometry import Pose2D, composed
 
 KEPT = 100
@@ -66,6 +67,43 @@ class Frames:
             for data in (*self._fixed, *self._moving)
             for one in transforms_of(data)
         }
+
+
+class PlaceOnMap:
+    """Where one frame lies on the map, by messages that place it directly."""
+
+    def __init__(self, map_frame: str) -> None:
+        self._map_frame = map_frame
+        self._frame = ""
+        self._picker = Picker(decoder_of(_TRANSFORMS), self._newest)
+
+    def place(self, data: bytes, frame: str) -> Pose2D | None:
+        """Return the frame's place by a serialized message of `tf`.
+
+        None where the message does not tell, is of another type, or holds no finite numbers.
+        """
+        if frame != self._frame:
+            self._frame = frame
+            self._picker = Picker(decoder_of(_TRANSFORMS), self._newest)
+        try:
+            numbers = self._picker.pick(data).numbers
+        except DecodingError:
+            return None
+        return planar_pose(*numbers) if numbers else None
+
+    def _newest(self, texts: Texts) -> list[str]:
+        """Return the paths of the last transform from the map to the frame; none if there is none."""
+        found: list[str] = []
+        for path, text in texts.items():
+            transform = path.removesuffix(".child_frame_id")
+            if transform == path or text != self._frame:
+                continue
+            if texts[f"{transform}.header.frame_id"] == self._map_frame:
+                found = [
+                    *(f"{transform}.transform.translation.{axis}" for axis in "xy"),
+                    *(f"{transform}.transform.rotation.{axis}" for axis in "xyzw"),
+                ]
+        return found
 
 
 def transforms_of(data: bytes) -> list[Any]:

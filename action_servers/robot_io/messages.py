@@ -13,7 +13,9 @@ import numpy as np
 import numpy.typing as npt
 
 from action_servers.core.maneuver import Fields, Grid, Image, Scan
-from bt_mission.core.geometry import Pose2D, Twist2D, set_planar, yaw_of
+from bt_mission.core.cdr.decoder import decoder_of
+from bt_mission.core.cdr.picker import Picked, Picker
+from bt_mission.core.geometry import Pose2D, Twist2D, set_planar, yaw_about_z
 from bt_mission.core.robot.parts import LidarModel
 from bt_mission.core.stamps import NS, set_ns, to_ns
 
@@ -91,14 +93,30 @@ def _has_angles(scan: Any) -> bool:
     )
 
 
-def odometry_of(message: Any) -> OdometryMessage | None:
+_ODOMETRY = (
+    "header.stamp.sec",
+    "header.stamp.nanosec",
+    "pose.pose.position.x",
+    "pose.pose.position.y",
+    *(f"pose.pose.orientation.{axis}" for axis in "xyzw"),
+    "twist.twist.linear.x",
+    "twist.twist.angular.z",
+)
+
+
+def odometry_picker() -> Picker:
+    """Return what picks from a serialized `nav_msgs/Odometry` what :func:`odometry_of` needs."""
+    return Picker(decoder_of("nav_msgs/msg/Odometry"), _ODOMETRY)
+
+
+def odometry_of(picked: Picked) -> OdometryMessage | None:
     """Translate a `nav_msgs/Odometry`; None when a number in it is none."""
-    pose = pose_of(message.pose.pose)
-    linear, angular = message.twist.twist.linear.x, message.twist.twist.angular.z
+    sec, nanosec, x, y, qx, qy, qz, qw, linear, angular = picked.numbers
+    pose = planar_pose(x, y, qx, qy, qz, qw)
     if pose is None or not math.isfinite(linear + angular):
         return None
-    stamp_s = stamp_of(message.header)
-    return OdometryMessage(stamp_s, message.header.frame_id, pose, Twist2D(linear, angular))
+    stamp_s = seconds(sec * NS + nanosec)
+    return OdometryMessage(stamp_s, picked.texts["header.frame_id"], pose, Twist2D(linear, angular))
 
 
 def pose_of(message: Any) -> Pose2D | None:
@@ -112,14 +130,17 @@ def transform_of(message: Any) -> Pose2D | None:
 
 
 def _pose(at: Any, rotation: Any) -> Pose2D | None:
-    yaw = yaw_of(rotation)
+    return planar_pose(at.x, at.y, rotation.x, rotation.y, rotation.z, rotation.w)
+
+
+def planar_pose(x: float, y: float, qx: float, qy: float, qz: float, qw: float) -> Pose2D | None:
+    """Return the pose on the floor of a place (m) and a quaternion; None when one is none."""
+    yaw = yaw_about_z(qx, qy, qz, qw)
     # NaN compares false. Of infinite numbers, yaw may be finite.
     is_usable = (
-        abs(at.x) <= FARTHEST_M
-        and abs(at.y) <= FARTHEST_M
-        and math.isfinite(yaw + rotation.x + rotation.y + rotation.z + rotation.w)
+        abs(x) <= FARTHEST_M and abs(y) <= FARTHEST_M and math.isfinite(yaw + qx + qy + qz + qw)
     )
-    return Pose2D(at.x, at.y, yaw) if is_usable else None
+    return Pose2D(x, y, yaw) if is_usable else None
 
 
 def grid_of(message: Any) -> Grid | None:

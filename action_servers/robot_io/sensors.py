@@ -26,14 +26,14 @@ from tf2_msgs.msg import TFMessage
 
 from action_servers.core.maneuver import Image, Observation
 from action_servers.core.parameters import text
-from action_servers.robot_io.frames import Frames, transforms_of
+from action_servers.robot_io.frames import Frames, PlaceOnMap
 from action_servers.robot_io.messages import (
     grid_of,
     image_of,
     odometry_of,
+    odometry_picker,
     scan_of,
     seconds,
-    transform_of,
 )
 from bt_mission.core.cdr.decoder import decoder_of
 from bt_mission.core.geometry import Pose2D, composed
@@ -183,15 +183,15 @@ class SensorSubscriptions:
         self._node = node
         self._clock = node.get_clock()
         self._log: Any = log_of(node)
-        self._map_frame = wiring.map_frame
         self._scan = Latest(
             decoder_of("sensor_msgs/msg/LaserScan").decode, partial(scan_of, lidar=lidar)
         )
-        self._odometry = Latest(decoder_of("nav_msgs/msg/Odometry").decode, odometry_of)
+        self._odometry = Latest(odometry_picker().pick, odometry_of)
         self._grid = Latest(partial(deserialize_message, message_type=OccupancyGrid), grid_of)
         self._transforms: deque[bytes] = deque(maxlen=100)
         self._map_to_odom: Pose2D | None = None
         self._map_users = 0
+        self._places = PlaceOnMap(wiring.map_frame)
         self._frames = Frames(wiring.map_frame)
         self.camera = CameraStream(node, wiring.camera)
         listen = partial(self._listen, largest=LARGEST_STATE)
@@ -257,16 +257,8 @@ class SensorSubscriptions:
             return None
         # The newest that places the odometry frame counts; other transforms lie in between.
         while self._transforms:
-            transforms = transforms_of(self._transforms.pop())
-            found = _transform(self._map_frame, odometry.frame, transforms)
+            found = self._places.place(self._transforms.pop(), odometry.frame)
             if found is not None:
                 self._map_to_odom = found
                 self._transforms.clear()
         return self._map_to_odom and composed(self._map_to_odom, odometry.pose)
-
-
-def _transform(parent: str, child: str, transforms: list[Any]) -> Pose2D | None:
-    for transform in reversed(transforms):
-        if transform.header.frame_id == parent and transform.child_frame_id == child:
-            return transform_of(transform.transform)
-    return None

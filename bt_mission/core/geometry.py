@@ -30,13 +30,18 @@ def wrap(angle: float) -> float:
 
 
 def yaw_of(q: Any) -> float:
-    """Return the rotation about the vertical axis, rad, of a quaternion with x, y, z and w.
+    """Return the rotation about the vertical axis, rad, of a quaternion with x, y, z and w."""
+    return yaw_about_z(q.x, q.y, q.z, q.w)
+
+
+def yaw_about_z(x: float, y: float, z: float, w: float) -> float:
+    """Return the rotation about the vertical axis, rad, of a quaternion.
 
     This form of the formula does not mind one that is not quite of unit length. NaN for numbers
     that are none, or so large that their squares are.
     """
     try:
-        return math.atan2(2.0 * (q.w * q.z + q.x * q.y), q.w**2 + q.x**2 - q.y**2 - q.z**2)
+        return math.atan2(2.0 * (w * z + x * y), w**2 + x**2 - y**2 - z**2)
     except OverflowError:
         return math.nan
 

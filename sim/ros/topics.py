@@ -23,11 +23,12 @@ from std_srvs.srv import SetBool, Trigger
 from tf2_msgs.msg import TFMessage
 
 from bt_mission.core.cdr.decoder import decoder_of
+from bt_mission.core.cdr.picker import Picker
 from bt_mission.core.cdr.writer import MessageTemplate
 from bt_mission.core.geometry import Pose2D, Twist2D, set_planar
 from bt_mission.core.goal_rate import MOST_WAITING
 from bt_mission.core.ros_log import log_of
-from bt_mission.core.stamps import to_ns
+from bt_mission.core.stamps import NS
 from sim.robot import frames
 from sim.robot.description import description
 from sim.robot.robot import SimulatedRobot
@@ -71,6 +72,16 @@ COMMAND_TYPES: Mapping[CommandType, str] = {
 that with `enable_stamped_cmd_vel: false`. Never both: in one participant of Fast DDS a topic has
 one type."""
 
+_COMMAND: Mapping[CommandType, tuple[str, ...]] = {
+    "stamped": (
+        "header.stamp.sec",
+        "header.stamp.nanosec",
+        "twist.linear.x",
+        "twist.angular.z",
+    ),
+    "plain": ("linear.x", "angular.z"),
+}
+
 
 class RobotPublishers:
     """The topics and services of one robot, apart from its camera.
@@ -106,7 +117,7 @@ class RobotPublishers:
         self._make_lidar()
         self._make_battery()
         self._make_motors()
-        self._command_type = command_type
+        self._commands = Picker(decoder_of(COMMAND_TYPES[command_type]), _COMMAND[command_type])
         node.create_subscription(
             TwistStamped if command_type == "stamped" else Twist,
             self._name("cmd_vel"),
@@ -136,17 +147,14 @@ class RobotPublishers:
 
     def _on_command(self, data: bytes) -> None:
         try:
-            message = decoder_of(COMMAND_TYPES[self._command_type]).decode(data)
-            if self._command_type == "stamped":
-                twist, stamp_ns = message.twist, to_ns(message.header.stamp)
-            else:
-                twist, stamp_ns = message, 0
-            age_s = self._robot.command(twist.linear.x, twist.angular.z, stamp_ns)
+            *stamp, linear, angular = self._commands.pick(data).numbers
+            stamp_ns = stamp[0] * NS + stamp[1] if stamp else 0
+            age_s = self._robot.command(linear, angular, stamp_ns)
         except ValueError as error:
             log_of(self._node).warning(f"cmd_vel refused: {error}", throttle_duration_sec=5.0)
             return
         limit_s = self._robot.command_timeout_s
-        if age_s >= limit_s and (twist.linear.x or twist.angular.z):
+        if age_s >= limit_s and (linear or angular):
             why = f"{age_s:.2f} s old, more than the command timeout of {limit_s:g} s"
             log_of(self._node).warning(f"cmd_vel ignored: {why}", throttle_duration_sec=5.0)
 

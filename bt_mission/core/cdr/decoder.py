@@ -28,7 +28,7 @@ Take = Callable[[bytes], None]
 Step = Callable[[bytes, int], tuple[Any, int]]
 """Reads a value at a place in the data, counted from its head; gives it and the place after it."""
 
-_FORMATS = {
+FORMATS = {
     "bool": "?",
     "byte": "B",
     "char": "B",
@@ -43,6 +43,7 @@ _FORMATS = {
     "float32": "f",
     "float64": "d",
 }
+"""Of :mod:`struct`, by the types of ROS."""
 HEAD = 4
 """Bytes that say how the rest is written."""
 
@@ -101,7 +102,7 @@ class Decoder:
         It does not for sequences, other than of small numbers: an empty one is reckoned with the
         room that keeps its first element in its place, were there one.
         """
-        sizes = {kind: struct.calcsize(form) for kind, form in _FORMATS.items()}
+        sizes = {kind: struct.calcsize(form) for kind, form in FORMATS.items()}
         return not any(
             field.size == -1 and sizes.get(field.type, 8) > 4
             for fields in self.specs.values()
@@ -147,7 +148,7 @@ class Decoder:
             head = data[:2] if len(data) >= HEAD else b""
             step = self._steps.get(head)
             if step is None:
-                step = self._steps[head] = _Compiler(self.specs, _byte_order(head)).message("")
+                step = self._steps[head] = _Compiler(self.specs, byte_order(data)).message("")
             value, end = step(data, HEAD)
         except (struct.error, IndexError, ValueError, KeyError, RecursionError) as error:
             raise DecodingError(
@@ -157,7 +158,13 @@ class Decoder:
             return value, end
 
 
-def _byte_order(head: bytes) -> str:
+def byte_order(data: bytes) -> str:
+    """Return the order of bytes in a message, as :mod:`struct` has it.
+
+    Raises:
+        ValueError: Where its head is none.
+    """
+    head = data[:2] if len(data) >= HEAD else b""
     if head not in _ORDERS:
         raise ValueError("no CDR head")
     return _ORDERS[head]
@@ -200,7 +207,7 @@ class _Compiler:
 
     def _numbers_in_a_row(self, fields: list[Field], size: int) -> Step:
         """Read numbers of one size, such as a quaternion's, in one go."""
-        row = struct.Struct(self._order + "".join(_FORMATS[field.type] for field in fields))
+        row = struct.Struct(self._order + "".join(FORMATS[field.type] for field in fields))
         names, length, unpack = [field.name for field in fields], row.size, row.unpack_from
         message_class = _message_class(names)
 
@@ -214,7 +221,7 @@ class _Compiler:
         one = self._one(field.type)
         if field.size is None:
             return one
-        many = self._numbers(field.type) if field.type in _FORMATS else _several(one)
+        many = self._numbers(field.type) if field.type in FORMATS else _several(one)
         if field.size >= 0:
             size = field.size
             return lambda data, at: many(data, at, size)
@@ -227,8 +234,8 @@ class _Compiler:
         return sequence
 
     def _one(self, kind: str) -> Step:
-        if kind in _FORMATS:
-            return self._number(_FORMATS[kind])
+        if kind in FORMATS:
+            return self._number(FORMATS[kind])
         if kind == "string":
             return self._string()
         if kind == "wstring":
@@ -258,7 +265,7 @@ class _Compiler:
         return read
 
     def _numbers(self, kind: str) -> Callable[[bytes, int, int], tuple[Any, int]]:
-        form = np.dtype(self._order + _FORMATS[kind])
+        form = np.dtype(self._order + FORMATS[kind])
         size = form.itemsize
 
         def read(data: bytes, at: int, count: int) -> tuple[Any, int]:
@@ -272,8 +279,8 @@ class _Compiler:
 
 def _size(field: Field) -> int:
     """Return the bytes of a field that is one number; 0 of any other."""
-    is_number = field.size is None and field.type in _FORMATS
-    return struct.calcsize(_FORMATS[field.type]) if is_number else 0
+    is_number = field.size is None and field.type in FORMATS
+    return struct.calcsize(FORMATS[field.type]) if is_number else 0
 
 
 def _several(one: Step) -> Callable[[bytes, int, int], tuple[Any, int]]:
