@@ -27,6 +27,9 @@ _BEND_RADIUS_M = 0.35
 _SLOWEST_SHARE = 0.3
 _CREEP = 0.02
 
+_LOOKS = 5
+"""Places at which a straight line to the point to steer for is looked at."""
+
 
 class Follower:
     """Follows one path to its end, then turns to a yaw."""
@@ -129,8 +132,11 @@ class Follower:
         needed = min(here, self._cost.radius - self._cost.margin) - 0.5 * self._cost.margin
         for share in (1.0, 0.6):
             point = self._path.at(self._along + share * lookahead)
-            line = np.linspace((pose.x, pose.y), point, 6)[1:]
-            if np.all(survey.clearance_at(line) >= needed):
+            across, along = (point[0] - pose.x) / _LOOKS, (point[1] - pose.y) / _LOOKS
+            if survey.clearance_of(*point) >= needed and all(
+                survey.clearance_of(pose.x + count * across, pose.y + count * along) >= needed
+                for count in range(1, _LOOKS)
+            ):
                 return self._beyond_end(point, share * lookahead)
         return self._beyond_end(self._path.at(self._along + 0.3 * lookahead), 0.3 * lookahead)
 

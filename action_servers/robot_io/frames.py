@@ -92,7 +92,7 @@ class PlaceOnMap:
         return planar_pose(*numbers) if numbers else None
 
     def _newest(self, texts: Texts) -> list[str]:
-        """Return the paths of the last transform from the map to the frame; none if there is none."""
+        """Return the paths of the last transform from the map to the frame, if there is one."""
         found: list[str] = []
         for path, text in texts.items():
             transform = path.removesuffix(".child_frame_id")
