@@ -20,7 +20,7 @@ from bt_mission.core.cdr.writer import MessageTemplate
 from bt_mission.core.dds.liveliness import RECORDER
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.ros_log import log_of
-from bt_mission.core.stamps import set_ns
+from bt_mission.core.stamps import clock_ns, set_ns
 
 WATCH_PERIOD_S = 0.5
 """Seconds between two looks at who listens."""
@@ -99,7 +99,7 @@ class CommandPublisher:
             return  # whoever shut the context down has taken the publisher away
         (numbers,) = self._message.numbers
         numbers.linear.x, numbers.angular.z = twist.linear, twist.angular
-        set_ns(self._stamp, self._clock.now().nanoseconds if stamp_ns is None else stamp_ns)
+        set_ns(self._stamp, clock_ns(self._clock) if stamp_ns is None else stamp_ns)
         publisher.publish(self._message.packed())
 
     def watch(self) -> str | None:

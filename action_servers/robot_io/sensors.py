@@ -39,6 +39,7 @@ from bt_mission.core.cdr.decoder import decoder_of
 from bt_mission.core.geometry import Pose2D, composed
 from bt_mission.core.robot.parts import LidarModel
 from bt_mission.core.ros_log import log_of
+from bt_mission.core.stamps import clock_ns
 
 T = TypeVar("T")
 
@@ -236,7 +237,7 @@ class SensorSubscriptions:
         odometry = self._odometry.value()
         on_map = on_map or self._map_users > 0
         return Observation(
-            time_s=seconds(self._clock.now().nanoseconds),
+            time_s=seconds(clock_ns(self._clock)),
             odom=odometry.pose if odometry else None,
             odom_stamp_s=odometry.stamp_s if odometry else 0.0,
             velocity=odometry.velocity if odometry else None,

@@ -28,7 +28,7 @@ from bt_mission.behaviours.runtime import Scope
 from bt_mission.core.dds.liveliness import ASSURED_S, TOPIC
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.ros_log import log_of
-from bt_mission.core.stamps import NS
+from bt_mission.core.stamps import NS, clock_ns
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.mission_time import MissionTime
@@ -294,7 +294,7 @@ class MissionRunner:
 
     @property
     def _ros_ns(self) -> int:
-        return int(self.node.get_clock().now().nanoseconds)
+        return clock_ns(self.node.get_clock())
 
     @property
     def _is_node_gone(self) -> bool:

@@ -57,6 +57,8 @@ class Arrived:
     """What has arrived for one entity."""
 
     entity: Any
+    is_waitable: bool
+    """Is it an end of an action, of whose parts any may have something?"""
     rank: int = 0
     """Those that come first are served first."""
     count: int = 0
@@ -117,9 +119,11 @@ class Arrivals:
 
         An action takes several at once: it stays until it is found to have nothing.
         """
-        link = self._links.get(id(entity))
-        if link is not None and not isinstance(entity, Waitable):
-            self._by_file[link.file].count -= 1
+        for one in self._waiting:
+            if one.entity is entity:
+                if not one.is_waitable:
+                    one.count -= 1
+                return
 
     def close(self) -> None:
         """Count no more."""
@@ -137,7 +141,7 @@ class Arrivals:
             return None
         self._epoll.register(link.file, select.EPOLLIN)
         self._links[id(entity)] = link
-        self._by_file[link.file] = Arrived(entity)
+        self._by_file[link.file] = Arrived(entity, isinstance(entity, Waitable))
         return link
 
 

@@ -55,6 +55,8 @@ def serve_timer(timer: Timer) -> tuple[bool, PendingCallback]:
 
 
 def _rest(callback: Any, outcome: Any) -> PendingCallback:
+    if outcome is None:
+        return None
     return outcome if _is_to_be_awaited(callback, outcome) else None
 
 

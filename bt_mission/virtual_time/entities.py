@@ -165,9 +165,11 @@ class Entities:
         waiting = self._arrivals.waiting()
         if not waiting and not self._asked:
             return []
-        ends = [one for one in waiting if isinstance(one.entity, Waitable)]
+        if not self._asked and not owed and not any(one.is_waitable for one in waiting):
+            return [one.entity for one in waiting]
+        ends = [one for one in waiting if one.is_waitable]
         asked = self._askable(owed) if any_held or owed else self._asked
-        found = [one.entity for one in waiting if not isinstance(one.entity, Waitable)]
+        found = [one.entity for one in waiting if not one.is_waitable]
         if ends or asked:
             told = self._tell([one.entity for one in ends] + asked)
             for one in ends:
@@ -177,6 +179,11 @@ class Entities:
         found += [entity for entity in owed if entity not in found and self.node_of(entity)]
         found.sort(key=self._rank)
         return found
+
+    @property
+    def any_asked(self) -> bool:
+        """Is there anything of which the middleware does not tell by itself?"""
+        return bool(self._asked)
 
     def _rank(self, entity: Any) -> int:
         return self._ranks[id(entity)]

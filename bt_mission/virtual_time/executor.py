@@ -258,7 +258,9 @@ class VirtualTimeExecutor(Spinning):
             return []
         ready = self._entities.ready(self._owed, any_held=self._begun.hold_groups)
         # What tells only once that it is ready is owed a call until it is served, or gone.
-        self._owed = [entity for entity in ready if tells_once(entity)]
+        self._owed = (
+            [entity for entity in ready if tells_once(entity)] if self._entities.any_asked else []
+        )
         if self._begun.hold_groups:
             ready = [entity for entity in ready if entity.callback_group.can_execute(entity)]
         for entity in ready:

@@ -9,6 +9,8 @@ from rclpy.clock_type import ClockType
 from rclpy.node import Node
 from rclpy.time import Time
 
+_NONE: frozenset[Node] = frozenset()
+
 
 class Clocks:
     """Sets the clocks of nodes.
@@ -35,7 +37,9 @@ class Clocks:
         time = _ros_time(now_ns)
         for node in nodes:
             its = _ros_time(self.at(node, now_ns)) if self._ahead_ns else time
-            node.get_clock().set_ros_time_override(its)
+            handle = node.get_clock().handle
+            with handle:
+                handle.set_ros_time_override(its._time_handle)
 
     def at(self, node: Node, now_ns: int) -> int:
         """What a node's clock shows at ``now_ns``."""
@@ -54,7 +58,7 @@ class Clocks:
     @property
     def stopped(self) -> frozenset[Node]:
         """The nodes whose clocks stand still: no timer of theirs is ever due."""
-        return frozenset(self._stopped_ns)
+        return frozenset(self._stopped_ns) if self._stopped_ns else _NONE
 
     def go_on(self, node: Node, now_ns: int) -> None:
         """Have a node's clock go on from where it stands."""
