@@ -22,7 +22,6 @@ from rclpy.client import Client
 from rclpy.exceptions import InvalidHandle
 from rclpy.service import Service
 from rclpy.subscription import Subscription
-from rclpy.waitable import Waitable
 
 _RCL, _RCL_ACTION = "librcl.so", "librcl_action.so"
 _SETTERS: dict[type, tuple[str, tuple[str, ...]]] = {
@@ -57,8 +56,6 @@ class Arrived:
     """What has arrived for one entity."""
 
     entity: Any
-    is_waitable: bool
-    """Is it an end of an action, of whose parts any may have something?"""
     rank: int = 0
     """Those that come first are served first."""
     count: int = 0
@@ -114,15 +111,15 @@ class Arrivals:
             self._waiting.sort(key=_rank)
         return self._waiting
 
-    def taken(self, entity: Any) -> None:
-        """Note that one message was taken, or that none was there.
+    def counts(self, entity: Any) -> bool:
+        """Is what arrives for an entity counted?"""
+        return id(entity) in self._links
 
-        An action takes several at once: it stays until it is found to have nothing.
-        """
+    def taken(self, entity: Any, number: int) -> None:
+        """Note how many messages were taken; where there were none, there are none left."""
         for one in self._waiting:
             if one.entity is entity:
-                if not one.is_waitable:
-                    one.count -= 1
+                one.count -= number or one.count
                 return
 
     def close(self) -> None:
@@ -141,7 +138,7 @@ class Arrivals:
             return None
         self._epoll.register(link.file, select.EPOLLIN)
         self._links[id(entity)] = link
-        self._by_file[link.file] = Arrived(entity, isinstance(entity, Waitable))
+        self._by_file[link.file] = Arrived(entity)
         return link
 
 

@@ -21,6 +21,7 @@ from rclpy.timer import Timer
 from rclpy.waitable import Waitable
 
 from bt_mission.core.errors import BtMissionError
+from bt_mission.virtual_time.arrivals import Arrivals
 from bt_mission.virtual_time.taps import ACTION_PARTS, Passing, PendingCallback, Side, Taps
 
 
@@ -28,6 +29,7 @@ class TapContext(Protocol):
     """The executor that serves a callback, as far as taps and futures need to know it."""
 
     taps: Taps
+    arrivals: Arrivals
 
     def passing(self, entity: Any, name: str, side: Side, message: Any) -> Passing:
         """Describe something on its way to an entity."""
@@ -72,6 +74,7 @@ def _serve_subscription(subscription: Subscription, executor: TapContext) -> Pen
             taken = handle.take_message(subscription.msg_type, subscription.raw)
     except InvalidHandle:
         return None
+    executor.arrivals.taken(subscription, taken is not None)
     if taken is None:
         return None
     message, *about = taken
@@ -108,6 +111,7 @@ def _serve_service(service: Service, executor: TapContext) -> PendingCallback:
             request, header = handle.service_take_request(service.srv_type.Request)
     except InvalidHandle:
         return None
+    executor.arrivals.taken(service, header is not None)
     if header is None:
         return None
 
@@ -140,6 +144,7 @@ def _serve_client(client: Client, executor: TapContext) -> PendingCallback:
             header, response = handle.take_response(client.srv_type.Response)
     except InvalidHandle:
         return None
+    executor.arrivals.taken(client, header is not None)
     if header is None:
         return None
 
@@ -164,12 +169,28 @@ def _serve_guard(guard: GuardCondition, _: TapContext) -> PendingCallback:
 
 
 def _serve_waitable(waitable: Waitable, executor: TapContext) -> PendingCallback:
-    data = waitable.take_data()
+    data = _take_parts(waitable, executor.arrivals)
     for future in waitable._futures:
         future._set_executor(executor)
     if executor.taps.is_open and isinstance(waitable, ActionClient | ActionServer):
         data = _sift(waitable, data, executor)
     return waitable.execute(data)
+
+
+def _take_parts(waitable: Waitable, arrivals: Arrivals) -> Any:
+    """Take what a waitable has; of an action, one of each part."""
+    if arrivals.counts(waitable):
+        kind = ActionServer if isinstance(waitable, ActionServer) else ActionClient
+        for flag in _FLAGS[kind]:  # what a wait set would have told, which was not asked
+            setattr(waitable, flag, True)
+        if isinstance(waitable, ActionServer):
+            # Old results are forgotten with the next request: they would wake a wait set by
+            # themselves, and for a whole instant, at which virtual time would then stand still.
+            waitable._is_goal_expired = bool(waitable._goal_handles)
+    data = waitable.take_data()
+    if isinstance(waitable, ActionClient | ActionServer):
+        arrivals.taken(waitable, len(data.keys() & ACTION_PARTS.keys()))
+    return data
 
 
 def _sift(end: Any, data: dict[str, Any], executor: TapContext) -> dict[str, Any]:
@@ -208,6 +229,20 @@ def _catch_part(end: Any, action: str, part: str, taken: Any, executor: TapConte
     return executor.taps.catch(end, passing, deliver, answer)
 
 
+_FLAGS: dict[type, tuple[str, ...]] = {
+    ActionServer: (
+        "_is_goal_request_ready",
+        "_is_cancel_request_ready",
+        "_is_result_request_ready",
+    ),
+    ActionClient: (
+        "_is_feedback_ready",
+        "_is_status_ready",
+        "_is_goal_response_ready",
+        "_is_cancel_response_ready",
+        "_is_result_response_ready",
+    ),
+}
 _SENDERS = {
     "goal": "send_goal_response",
     "cancel": "send_cancel_response",

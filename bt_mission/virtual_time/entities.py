@@ -46,8 +46,8 @@ _ADDED: dict[type, str] = {
 class Entities:
     """A snapshot of the entities of some nodes, and what has arrived for them.
 
-    A wait set is asked only for what the middleware does not tell of by itself: guard conditions,
-    waitables of others, and which part of an action has something.
+    A wait set is asked only for what the middleware does not tell of by itself: guard conditions
+    and waitables of others.
 
     Args:
         nodes: In the order in which they are to be served.
@@ -111,10 +111,10 @@ class Entities:
         for entity in self._asked:
             for known, kind in _ADDED.items():
                 sizes[f"num_{kind}s"] += isinstance(entity, known)
-        for waitable in self.waitables:
-            numbers = waitable.get_num_entities()
-            for name in COUNTS:
-                sizes[name] += getattr(numbers, name)
+            if isinstance(entity, Waitable):
+                numbers = entity.get_num_entities()
+                for name in COUNTS:
+                    sizes[name] += getattr(numbers, name)
         with self._context.handle:
             return _rclpy.WaitSet(*sizes.values(), self._context.handle)
 
@@ -165,17 +165,10 @@ class Entities:
         waiting = self._arrivals.waiting()
         if not waiting and not self._asked:
             return []
-        if not self._asked and not owed and not any(one.is_waitable for one in waiting):
-            return [one.entity for one in waiting]
-        ends = [one for one in waiting if one.is_waitable]
-        asked = self._askable(owed) if any_held or owed else self._asked
-        found = [one.entity for one in waiting if not one.is_waitable]
-        if ends or asked:
-            told = self._tell([one.entity for one in ends] + asked)
-            for one in ends:
-                if one.entity not in told:
-                    one.count = 0
-            found += told
+        found = [one.entity for one in waiting]
+        if not self._asked and not owed:
+            return found
+        found += self._tell(self._askable(owed) if any_held or owed else self._asked)
         found += [entity for entity in owed if entity not in found and self.node_of(entity)]
         found.sort(key=self._rank)
         return found

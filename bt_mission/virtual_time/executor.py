@@ -88,8 +88,8 @@ class VirtualTimeExecutor(Spinning):
         self._is_serving = False
         self._is_over = False
         self._ordered_nodes: list[Node] = []
-        self._arrivals = Arrivals()
-        self._entities = Entities([], self._context, self._arrivals)
+        self.arrivals = Arrivals()
+        self._entities = Entities([], self._context, self.arrivals)
         self._alarms: list[tuple[int, Callable[[], Any]]] = []
         self._begun = Tasks()
         self._owed: list[Any] = []
@@ -139,7 +139,7 @@ class VirtualTimeExecutor(Spinning):
         """Serve nobody any more; it never has to wait."""
         self._ordered_nodes.clear()
         self._owed.clear()
-        self._entities = Entities([], self._context, self._arrivals)
+        self._entities = Entities([], self._context, self.arrivals)
         self._structure_changed = True
         return super().shutdown(timeout_sec)
 
@@ -243,7 +243,7 @@ class VirtualTimeExecutor(Spinning):
             self._ordered_nodes = [node for node in self._ordered_nodes if exists(node)]
             nodes = [] if self._is_over else self._ordered_nodes
             try:
-                self._entities = Entities(nodes, self._context, self._arrivals)
+                self._entities = Entities(nodes, self._context, self.arrivals)
                 wait_for_matching(nodes)
             except BaseException:
                 self._structure_changed = True  # so that the next step sees it, too
@@ -269,7 +269,6 @@ class VirtualTimeExecutor(Spinning):
             if entity in self._owed:
                 self._owed.remove(entity)
             self._served += 1
-            self._arrivals.taken(entity)
             self._begin(entity, serve(entity, self))
             if self._structure_changed:
                 break  # what is ready may be gone; the next round looks again
