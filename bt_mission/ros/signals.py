@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -205,10 +205,6 @@ class LiveSignals:
             self._changes += 1
 
     # ---- the mission ---------------------------------------------------------------------
-
-    def variables(self) -> Iterable[tuple[str, Any]]:
-        """The names and values of the mission's variables."""
-        return self._runner.scope.values.items()
 
     def simulation(self) -> SimulationModel | None:
         """Return the model of the simulation that states are of; None where there is none."""
