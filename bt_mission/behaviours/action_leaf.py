@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
 
 from py_trees.behaviour import Behaviour
@@ -18,7 +19,23 @@ from bt_mission.core.dds.liveliness import EXECUTIVE_LOST
 from bt_mission.goals.attempt import Attempt, Limits
 from bt_mission.goals.goal import Goal, GoalClient
 from bt_mission.goals.outcome import AttemptResult, Outcome
+from bt_mission.language.expressions.expression import is_constant
 from bt_mission.language.nodes.action import GoalNode
+
+
+@dataclass(frozen=True)
+class _Lasting:
+    """What every goal of a leaf has in common, since the mission computes nothing of it.
+
+    Attributes:
+        node: By which this was read.
+        limits: None where they are read anew for each goal.
+    """
+
+    node: GoalNode
+    client: GoalClient
+    request: Any
+    limits: Limits | None
 
 
 class ActionLeaf(ClientLeaf):
@@ -36,6 +53,7 @@ class ActionLeaf(ClientLeaf):
         self.attempt: Attempt | None = None
         self._target: tuple[str, float] | None = None
         self._limits = Limits()
+        self._lasting: _Lasting | None = None
         self._started_ns = 0
 
     def _connected(self, name: str, type_name: str) -> GoalClient:
@@ -47,14 +65,24 @@ class ActionLeaf(ClientLeaf):
         Raises:
             MissionFailure: When the goal's values do not fit its type.
         """
-        node, values = self._node, self._values
-        with values.starting():
-            request = self._client.prepare(values.resolve(node.sent))
-        self._limits = self._bounds()
-        self._target = values.target(node.cancel_when)
+        node, client, lasting = self._node, self._client, self._lasting
+        if lasting is not None and lasting.node is node and lasting.client is client:
+            request = lasting.request
+            self._limits = lasting.limits or self._bounds()
+        else:
+            sent = node.sent
+            with self._values.starting():
+                request = client.prepare(self._values.resolve(sent))
+            self._limits = limits = self._bounds()
+            are_lasting = node.cancel_when is None and is_constant(
+                [node.timeout, node.feedback_timeout]
+            )
+            if is_constant(sent):
+                self._lasting = _Lasting(node, client, request, limits if are_lasting else None)
+        self._target = self._values.target(node.cancel_when)
         self._started_ns = self._runtime.now_ns
         self.attempt = Attempt(
-            self._client,
+            client,
             self._runtime.ledger,
             self.name,
             request,

@@ -133,8 +133,11 @@ class Executive:
                     self._note(node)
             self._note_halted()
         self._runtime.ledger.update(self._runtime.now_ns)
-        is_over = self._runtime.ledger.is_settled and not self.cleanups.is_pending
-        if self.status is MissionStatus.ENDING and is_over:
+        if (
+            self.status is MissionStatus.ENDING
+            and self._runtime.ledger.is_settled
+            and not self.cleanups.is_pending
+        ):
             self._finish()
 
     def resume_from(self, recovery: Recovery) -> None:
@@ -228,15 +231,7 @@ class Executive:
     # ---- inside --------------------------------------------------------------------------
 
     def _on_goal(self, time_ns: int, what: str, goal: Goal) -> None:
-        self._trace.record(
-            time_ns,
-            f"goal {what}",
-            goal=goal.id.hex(),
-            action=goal.goal_client.name,
-            owner=goal.owner,
-            phase=str(goal.phase),
-            status=None if goal.status is None else int(goal.status),
-        )
+        self._trace.record_goal(time_ns, what, goal)
         for listener in self.goal_listeners:
             listener(what, goal)
 
@@ -320,13 +315,8 @@ class Executive:
         change = Change(
             self._runtime.now_ns, node, self._paths[node], node.status, node.feedback_message
         )
-        self._trace.record(
-            change.time_ns,
-            "status",
-            node=node.name,
-            path=change.path,
-            status=node.status.value,
-            message=change.message,
+        self._trace.record_status(
+            change.time_ns, node.name, change.path, node.status.value, change.message
         )
         for listener in self.listeners:
             listener(change)

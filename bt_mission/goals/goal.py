@@ -162,9 +162,10 @@ class Goal:
 
     def on(self, event: Event) -> None:
         """Take in an event, by the table; do what it commands."""
-        if (self.phase, event) not in TRANSITIONS:
+        known = TRANSITIONS.get((self.phase, event))
+        if known is None:
             return
-        self.phase, commands = TRANSITIONS[self.phase, event]
+        self.phase, commands = known
         if event is Event.ACCEPTED:
             self.accepted = True
         elif event is Event.CANCEL_REFUSED:

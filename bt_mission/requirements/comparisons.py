@@ -21,7 +21,7 @@ from bt_mission.language.requirements.formula import signals_in
 from bt_mission.language.requirements.signals import ENDS_WITH_MISSION, SIGNALS, Unit
 from bt_mission.language.requirements.syntax import SignalValue
 from bt_mission.language.requirements.units import unit_of
-from bt_mission.requirements.looking_back import Atom
+from bt_mission.requirements.looking_back import Atom, Monotone
 
 Reader: TypeAlias = Callable[[], Plain | None]
 """Gives the present value of a signal; None while it has none. A number is never `nan`."""
@@ -46,7 +46,7 @@ class ComparisonCompiler:
 
     def atom(self, node: SyntaxNode, *, positive: bool) -> Atom:
         """Return a condition without words of time, or its negation."""
-        margin, is_strict = self._margin(node, positive=positive)
+        margin, is_strict, of = self._margin(node, positive=positive)
         at_least = self._at_least(node, positive=positive)
         self.units.append(unit_of(node) if isinstance(node, Comparison) else None)
         ends = all(one.name in (*ENDS_WITH_MISSION, "$") for one in signals_in(node))
@@ -56,6 +56,7 @@ class ComparisonCompiler:
             is_strict=is_strict,
             is_settled_by_end=ends,
             at_least=at_least,
+            of=of,
         )
 
     def _at_least(self, node: SyntaxNode, *, positive: bool) -> Number | None:
@@ -68,18 +69,29 @@ class ComparisonCompiler:
                     return _less(bound, limit)
         return None
 
-    def _margin(self, node: SyntaxNode, *, positive: bool) -> tuple[Number, bool]:
-        """Return what gives the margin of a condition, and whether a margin of 0 fails."""
+    def _margin(self, node: SyntaxNode, *, positive: bool) -> tuple[Number, bool, Monotone | None]:
+        """Return what gives the margin of a condition, whether 0 fails, and what alone decides."""
         if isinstance(node, Comparison) and len(node.rest) == 1:
             symbol, _, right = node.rest[0]
             first, second = self._number(node.first), self._number(right)
-            if (symbol in ("<", "<=")) is positive:
+            rises = (symbol in (">", ">=")) is positive
+            if not rises:
                 first, second = second, first
             margin = _difference(first, second)
             if symbol in ("<", "<=", ">", ">=") and margin is not None:
-                return margin, (symbol in ("<", ">")) is positive
+                of = self._decisive(node.first, right, rises=rises)
+                return margin, (symbol in ("<", ">")) is positive, of
+        of = Monotone(self.readers[node.key], positive) if isinstance(node, SignalValue) else None
         margin = self._measured(node)
-        return (margin, True) if positive else (_negative(margin), False)
+        return (margin, True, of) if positive else (_negative(margin), False, of)
+
+    def _decisive(self, left: SyntaxNode, right: SyntaxNode, *, rises: bool) -> Monotone | None:
+        """Return the signal of a comparison with a number; None for any other comparison."""
+        if isinstance(left, SignalValue) and isinstance(self._number(right), float):
+            return Monotone(self.readers[left.key], rises)
+        if isinstance(right, SignalValue) and isinstance(self._number(left), float):
+            return Monotone(self.readers[right.key], not rises)
+        return None
 
     def _number(self, node: SyntaxNode) -> Number | float | None:
         """Return what gives a number, or the number; None where that takes a whole evaluation."""

@@ -26,7 +26,8 @@ from bt_mission.requirements.looking_back import (
     Past,
     Since,
 )
-from bt_mission.requirements.roots import Answered, Kept, Root, RootJoint, Steady, Throughout, Up
+from bt_mission.requirements.roots import Root, RootJoint, Throughout, Up
+from bt_mission.requirements.sparing_roots import Answered, Kept, Steady
 
 
 class Compiler(ComparisonCompiler):
@@ -73,8 +74,8 @@ class Compiler(ComparisonCompiler):
                 return answered
         future = self._future(operand, positive=positive)
         if isinstance(future, Present):
-            if window.is_everything and isinstance(future.past, Atom):
-                return Steady(future.past, all_of=all_of)
+            if isinstance(future.past, Atom):
+                return Steady(future.past, *_ns(window), all_of=all_of)
             if all_of:
                 return Kept(future.past, *_ns(window))
         return Throughout(future, *_ns(window), all_of=all_of)

@@ -11,6 +11,7 @@ import math
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any, Protocol, Self, TypeAlias
 
 from typing_extensions import override
@@ -43,9 +44,27 @@ class Past(ABC):
         """Return the value at the next instant."""
 
     @property
+    def is_highest(self) -> bool:
+        """Does it hold by an infinite margin at every later instant?"""
+        return False
+
+    @property
     def alternatives(self) -> tuple[Past, ...]:
         """Parts that it is the `or` of; itself where it is none."""
         return (self,)
+
+
+@dataclass(frozen=True)
+class Monotone:
+    """The signal that alone decides a margin, which never falls, or never rises, with its value.
+
+    Attributes:
+        read: Gives the signal's value.
+        rises: Is the margin greater, not less, where the value is greater?
+    """
+
+    read: Callable[[], Any]
+    rises: bool
 
 
 class Atom(Past):
@@ -58,6 +77,7 @@ class Atom(Past):
         is_strict: Does a margin of 0 fail?
         is_settled_by_end: Does it not change once the mission has ended?
         at_least: Gives what the margin is at least, where that costs less than the margin.
+        of: The signal that alone decides the margin, if there is one.
     """
 
     def __init__(
@@ -68,8 +88,10 @@ class Atom(Past):
         is_strict: bool,
         is_settled_by_end: bool,
         at_least: Callable[[], float | None] | None = None,
+        of: Monotone | None = None,
     ) -> None:
         self.margin = margin
+        self.of = of if at_least is None else None
         self.at_least = at_least or margin
         self._number = number
         self.is_strict = is_strict
@@ -154,6 +176,12 @@ class Ever(Past):
             if sample is not None:
                 self._value = value = sample if value is None else self._pick(value, sample)
         return value
+
+    @property
+    @override
+    def is_highest(self) -> bool:
+        value = self._value
+        return value is not None and value[0] == math.inf == self._limit
 
 
 class Extreme:

@@ -16,6 +16,7 @@ from bt_mission.requirements.comparisons import Reader
 from bt_mission.requirements.compiler import Compiler
 from bt_mission.requirements.roots import Root
 from bt_mission.requirements.samples import Hope, Sample
+from bt_mission.requirements.watched_roots import WatchedRoots
 
 Verdict: TypeAlias = Literal["holds", "violated", "open", "unknown"]
 
@@ -227,22 +228,21 @@ class Monitors:
     ) -> None:
         self.monitors = [Monitor(one, source) for one in requirements]
         self._on_violation = on_violation
-        self._running = [(one, one.root) for one in self.monitors if one.root is not None]
+        self._watches = WatchedRoots(
+            {n: one.root for n, one in enumerate(self.monitors) if one.root is not None}
+        )
 
     def step(self, since_start_ns: int) -> None:
         """Take the next instant; all see the same, whatever is done about a violation."""
-        violated = []
-        for monitor, root in self._running:
-            root.step(since_start_ns)
-            if root.decided is False and monitor.violated_ns is None:
-                monitor.violated_ns = since_start_ns
-                violated.append(monitor)
-        for monitor in violated:
-            self._tell(monitor)
+        violated = self._watches.step(since_start_ns)
+        for number in violated:
+            self.monitors[number].violated_ns = since_start_ns
+        for number in violated:
+            self._tell(self.monitors[number])
 
     def finish(self, *, is_complete: bool = True) -> None:
         """End the run; what is violated only by its end is told now."""
-        self._running.clear()
+        self._watches.clear()
         for monitor in self.monitors:
             monitor.finish(is_complete=is_complete)
             if monitor.result.verdict == "violated":

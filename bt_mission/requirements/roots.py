@@ -9,8 +9,8 @@ from collections.abc import Iterable, Sequence
 
 from typing_extensions import override
 
-from bt_mission.requirements.looking_ahead import Aligned, Future, Present, cut_off
-from bt_mission.requirements.looking_back import Atom, Extreme, Past
+from bt_mission.requirements.looking_ahead import Aligned, Future
+from bt_mission.requirements.looking_back import Atom
 from bt_mission.requirements.samples import (
     Hope,
     Sample,
@@ -20,6 +20,9 @@ from bt_mission.requirements.samples import (
     least,
     most,
 )
+
+NEVER = 1 << 63
+"""Later than any instant, ns."""
 
 
 class Root(ABC):
@@ -32,6 +35,21 @@ class Root(ABC):
 
     value: Sample = None
     decided: bool | None = None
+    guard: Atom | None = None
+    """The comparison that can spare a step by itself, if one can."""
+    is_spared_above = True
+    """Does it spare a step where the guard has a better margin, or where it has a worse one?"""
+    due_ns: int = NEVER
+    """From this instant on, no step is spared."""
+
+    @property
+    def is_settled(self) -> bool:
+        """Can nothing that comes change its value any more, nor whether it is decided?"""
+        return False
+
+    def is_spared_now(self) -> bool:
+        """Would another step with the present value of the guard's signal change nothing?"""
+        return False
 
     @abstractmethod
     def step(self, now_ns: int) -> None:
@@ -57,6 +75,13 @@ class Throughout(Root):
         self._pick = least if all_of else most
         self._times: deque[int] = deque()
         self._is_over = False
+
+    @property
+    @override
+    def is_settled(self) -> bool:
+        if self._is_over:
+            return True
+        return self.value is not None and self.value[0] == (-math.inf if self._all_of else math.inf)
 
     @override
     def step(self, now_ns: int) -> None:
@@ -104,138 +129,6 @@ class Throughout(Root):
             return holds(0)
         if self.value is None and self._end is not None and not self._is_over:
             return fails(0)
-        return self.value
-
-
-class Sparing(Throughout):
-    """One of some parts at every instant of a window; those that are not worse are spared.
-
-    A comparison that is not worse than the worst so far spares the others, unless they remember.
-    """
-
-    def __init__(self, parts: Sequence[Past], start_ns: int, end_ns: int | None) -> None:
-        super().__init__(Present(parts[0]), start_ns, end_ns, all_of=True)
-        self._parts = parts
-        self._guards = [part for part in parts if isinstance(part, Atom)]
-        self._remembering = [part for part in parts if part.remembers]
-        self._is_any_strict = any(guard.is_strict for guard in self._guards)
-        self._worst = math.nan
-
-    def _is_spared(self, now_ns: int) -> bool:
-        """Tell that an instant is not worse; the parts that remember have seen it then."""
-        worst = self._worst
-        for guard in self._guards:
-            margin = guard.at_least()
-            if margin is not None and margin >= worst:
-                for part in self._remembering:
-                    part.at(now_ns)
-                return True
-        return False
-
-    def _value_at(self, now_ns: int) -> Sample:
-        if len(self._parts) == 1:
-            return self._parts[0].at(now_ns)
-        return joined([part.at(now_ns) for part in self._parts], all_of=False)
-
-    @override
-    def _take(self, samples: Iterable[Sample]) -> None:
-        super()._take(samples)
-        if self.value is not None:
-            margin, holds_by_it = self.value[:2]
-            is_telling = margin != 0 or not (holds_by_it and self._is_any_strict)
-            self._worst = margin if is_telling else math.ulp(0.0)
-
-
-class Kept(Sparing):
-    """What looks back, at every instant of a window from the start on."""
-
-    def __init__(self, operand: Past, start_ns: int, end_ns: int | None) -> None:
-        super().__init__(operand.alternatives, start_ns, end_ns)
-        self._last = math.inf if end_ns is None else end_ns
-
-    @override
-    def step(self, now_ns: int) -> None:
-        if self._is_over or (now_ns < self._last and self._is_spared(now_ns)):
-            return
-        sample = self._value_at(now_ns)
-        self._is_over = now_ns >= self._last
-        self._take((sample,) if self._start <= now_ns <= self._last else ())
-
-    @override
-    def _inside(self, samples: Iterable[Sample]) -> list[Sample]:
-        return []
-
-
-class Steady(Root):
-    """One comparison at every instant (`all_of`), or at some: the most frequent formula."""
-
-    def __init__(self, atom: Atom, *, all_of: bool) -> None:
-        self._atom = atom
-        self._all_of = all_of
-        self._extreme = math.nan
-
-    @override
-    def step(self, now_ns: int) -> None:
-        if self._all_of:
-            margin = self._atom.at_least()
-            if margin is not None and margin >= self._extreme:
-                return
-        margin = self._atom.margin()
-        if margin is None:
-            return
-        extreme = self._extreme
-        if self.value is None or (margin < extreme if self._all_of else margin > extreme):
-            self._extreme = margin
-            self.value = value = self._atom.valued(margin, now_ns)
-            if value[1] is not self._all_of:
-                self.decided = value[1]
-
-    @override
-    def finish(self, hope: Hope) -> Sample:
-        is_open = not self._all_of and self.decided is None
-        return holds(0) if is_open and hope is Hope.ANYTHING else self.value
-
-
-class Answered(Sparing):
-    """At every instant from the start on: one of some parts, or an answer within a window.
-
-    Only those instants are waited for that might be worse than all before them.
-    """
-
-    def __init__(self, parts: Sequence[Past], answer: Past, window: tuple[int, int]) -> None:
-        super().__init__(parts, 0, None)
-        self._answer = answer
-        self._from, self._to = window
-        self._best = Extreme(all_of=False)
-        self._waiting: deque[tuple[int, Sample]] = deque()
-
-    @override
-    def step(self, now_ns: int) -> None:
-        waiting = self._waiting
-        if not self._is_spared(now_ns):
-            waiting.append((now_ns, self._value_at(now_ns)))
-        if waiting:
-            self._settle(now_ns - 1)
-            self._best.add(now_ns, self._answer.at(now_ns))
-            self._settle(now_ns)
-        elif self._answer.remembers:
-            self._answer.at(now_ns)
-
-    def _settle(self, now_ns: int) -> None:
-        """Settle the instants whose windows have ended by now."""
-        waiting = self._waiting
-        while waiting and waiting[0][0] + self._to <= now_ns:
-            then_ns, sample = waiting.popleft()
-            answer = self._best.pick(then_ns + self._from)
-            self._take((joined((sample, answer), all_of=False),))
-
-    @override
-    def finish(self, hope: Hope) -> Sample:
-        for then_ns, sample in self._waiting:
-            found = self._best.pick(then_ns + self._from)
-            is_settled = self._answer.is_settled_by_end
-            answer = cut_off(found, then_ns, hope, is_settled_by_end=is_settled)
-            self._take((joined((sample, answer), all_of=False),))
         return self.value
 
 

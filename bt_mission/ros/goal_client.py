@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from action_msgs.srv import CancelGoal
 from rclpy.action import ActionClient, get_action_names_and_types
 from rclpy.action.client import ClientGoalHandle
@@ -163,16 +164,19 @@ class RosGoalClient(RosClient):
 
     def ask_result(self, goal: Goal) -> None:
         """Ask for the result; it arrives when the server has ended the goal."""
-        asked = self._type.Impl.GetResultService.Request(goal_id=_uuid(goal))
+        service = self._type.Impl.GetResultService
+        asked = service.Request(goal_id=_uuid(goal)) if self._listeners else None
 
         def on_result(future: Future) -> None:
             response = future.result()
-            self._tell("get_result", goal, asked, response)
+            if asked is not None:
+                self._tell("get_result", goal, asked, response)
             self._handles.pop(goal.id, None)
             goal.on_result(response.status, response.result)
 
         future = self._handles[goal.id].get_result_async()
-        self._tell("get_result", goal, asked)
+        if asked is not None:
+            self._tell("get_result", goal, asked)
         future.add_done_callback(on_result)
 
     def send_cancel(self, goal: Goal) -> None:
@@ -228,4 +232,4 @@ class RosGoalClient(RosClient):
 
 
 def _uuid(goal: Goal) -> UUID:
-    return UUID(uuid=list(goal.id))
+    return UUID(uuid=np.frombuffer(goal.id, np.uint8))  # of a list, each number would be checked

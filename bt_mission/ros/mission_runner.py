@@ -198,9 +198,8 @@ class MissionRunner:
         now_ns = executive.ended_ns or self.now_ns
         virtual_s = (now_ns - (executive.started_ns or now_ns)) / NS
         wall_s = self._wall.elapsed_s if self._wall_s is None else self._wall_s
-        return report_on(
-            self.mission, executive, self.trace, virtual_s, wall_s, self.requirements.results()
-        )
+        results = self.requirements.results()
+        return report_on(self.mission, executive, self.trace, virtual_s, wall_s, results)
 
     def halt(self, reason: str = "halted by its caller") -> None:
         """Halt the tree and cancel every goal; later ticks see them to their end."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -99,6 +99,8 @@ class TopicSignal:
         self._topic = topic
         self._is_heard = False
         self._waits = 0
+        self.listeners: list[Callable[[Any], object]] = []
+        """Called with each message."""
 
     def look(self, again_after: int = LOOK_EVERY) -> None:
         """Subscribe as soon as somebody publishes the topic; else look again after some calls."""
@@ -122,6 +124,8 @@ class TopicSignal:
 
     def _take(self, message: Any) -> None:
         self.message, self.came_ns = message, self._runner.now_ns
+        for listener in self.listeners:
+            listener(message)
 
 
 class LiveSignals:
@@ -135,6 +139,7 @@ class LiveSignals:
         self._runner = runner
         self._executive = runner.executive
         self._topics: dict[str, TopicSignal] = {}
+        self._readers: dict[str, Reader | str] = {}
         self._status: dict[Behaviour, Status] = {one: one.status for one in self._executive.nodes}
         self._seen: defaultdict[Behaviour, set[Status]] = defaultdict(set)
         self._changes = 0
@@ -145,7 +150,15 @@ class LiveSignals:
         self._executive.listeners.append(self._on_change)
 
     def reader(self, signal: SignalValue, /) -> Reader | str:
-        """Return what gives a signal's present value, or why it is not known here."""
+        """Return what gives a signal's present value, or why it is not known here.
+
+        It is the same for all who ask.
+        """
+        if signal.key not in self._readers:
+            self._readers[signal.key] = self._make_reader(signal)
+        return self._readers[signal.key]
+
+    def _make_reader(self, signal: SignalValue) -> Reader | str:
         name, arguments = signal.name, signal.arguments
         if name in OF_ODOMETRY:
             return self._of_topic(ODOMETRY, OF_ODOMETRY[name])
@@ -160,7 +173,7 @@ class LiveSignals:
             "topic": self._field,
             "scan_clearance": lambda: self._of_topic(SCAN, smallest_range),
             "battery": lambda: self._of_topic(BATTERY, lambda one: float(one.percentage)),
-            "distance": lambda: self._of_topic(ODOMETRY, PathLength().add),
+            "distance": self._path_length,
         }
         if name not in makers:
             return "only a simulation knows it"
@@ -192,10 +205,6 @@ class LiveSignals:
             self._changes += 1
 
     # ---- the mission ---------------------------------------------------------------------
-
-    def variables(self) -> Iterable[tuple[str, Any]]:
-        """The names and values of the mission's variables."""
-        return self._runner.scope.values.items()
 
     def simulation(self) -> SimulationModel | None:
         """Return the model of the simulation that states are of; None where there is none."""
@@ -266,6 +275,12 @@ class LiveSignals:
     def _field(self, topic: str, field: str) -> Reader:
         return self._of_topic(topic, lambda message: field_of(message, field))
 
+    def _path_length(self) -> Reader:
+        heard, path = self.topic(ODOMETRY), PathLength()
+        heard.is_read = True
+        heard.listeners.append(path.add)
+        return lambda: None if heard.message is None else path.length
+
     def _of_topic(self, topic: str, read: Callable[[Any], Any]) -> Reader:
         """Return what reads the newest message, each only once."""
         heard = self.topic(topic)
@@ -290,15 +305,15 @@ class PathLength:
 
     def __init__(self) -> None:
         self._last: tuple[float, float] | None = None
-        self._length = 0.0
+        self.length = 0.0
 
     def add(self, odom: Any) -> float:
         """Take a message; return the length so far."""
         place = odom.pose.pose.position.x, odom.pose.pose.position.y
         if self._last is not None:
-            self._length += math.dist(place, self._last)
+            self.length += math.dist(place, self._last)
         self._last = place
-        return self._length
+        return self.length
 
 
 def smallest_range(scan: Any) -> float | None:

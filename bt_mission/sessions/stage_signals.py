@@ -55,7 +55,6 @@ class StageSignals(LiveSignals):
             "turn_rate": lambda: self._velocity()[1],
             "distance": lambda: robot.distance_travelled,
         }
-        self._truth = {name: self._once(read) for name, read in self._truth.items()}
 
     @override
     def forget(self) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from operator import sub
 
 import mujoco
 import numpy as np
@@ -16,6 +17,10 @@ Point = tuple[float, float, float]
 
 _FAR = 1e3
 """Metres. MuJoCo looks no farther than it is told; no world is as large as this."""
+_SLACK = 1e-5
+"""Metres; more than what the arithmetic of bounds and distances is inexact by."""
+_STRIDE = 0.2
+"""Metres that the robot may move until bounds to all that stands are computed anew."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,9 +60,56 @@ class _Placed:
             return math.inf
         if self._is_spare:
             return 0.0
-        moved = math.dist(self._place.tolist(), self._was_at)
+        return self.moved() + self.turned(reach)
+
+    def moved(self) -> float:
+        """Return how far its middle has moved, m."""
+        return math.dist(self._place.tolist(), self._was_at)
+
+    def turned(self, reach: float) -> float:
+        """Return the farthest that its turn can have moved a point so far from its middle, m."""
         # The Frobenius norm of the difference of two rotations by t is 2 sqrt(2) sin(t / 2).
-        return moved + math.dist(self._turn.tolist(), self._was_turned) * math.sqrt(0.5) * reach
+        return math.dist(self._turn.tolist(), self._was_turned) * math.sqrt(0.5) * reach
+
+
+class _Box:
+    """The box round a geom, wherever it is."""
+
+    def __init__(self, data: mujoco.MjData, model: mujoco.MjModel, geom: int) -> None:
+        self.geom = geom
+        self._place, self._turn = data.geom_xpos[geom], data.geom_xmat[geom]
+        self._half = model.geom_aabb[geom, 3:]
+        self._group = model.geom_group[geom : geom + 1]
+
+    @property
+    def is_there(self) -> bool:
+        """Does it count? Spare bodies do not."""
+        return bool(self._group[0] != NOWHERE)
+
+    def distance(self, point: Sequence[float]) -> float:
+        """Return the distance of a point in the map, m."""
+        dx, dy, dz = map(sub, point, self._place.tolist())
+        ax, ay, az, bx, by, bz, cx, cy, cz = self._turn.tolist()
+        x, y, z = self._half.tolist()
+        return math.hypot(
+            max(0.0, abs(ax * dx + bx * dy + cx * dz) - x),
+            max(0.0, abs(ay * dx + by * dy + cy * dz) - y),
+            max(0.0, abs(az * dx + bz * dy + cz * dz) - z),
+        )
+
+
+@dataclass(frozen=True)
+class _Surroundings:
+    """What stands, with lower bounds of the distance to each, and what may move.
+
+    Attributes:
+        standing: The nearest first; each with a bound (m) that held when the robot was at `place`.
+    """
+
+    data: mujoco.MjData
+    place: list[float]
+    standing: list[tuple[float, _Box]]
+    moving: tuple[_Box, ...]
 
 
 @dataclass(frozen=True)
@@ -65,6 +117,8 @@ class _MeasuredClearance:
     """A clearance (m) that was measured, and where the two sides stood then."""
 
     least: float
+    least_round: float
+    """The same of the ball round the robot, or less: it does not depend on how the robot turns."""
     data: mujoco.MjData
     own: _Placed
     others: tuple[tuple[_Placed, float], ...]
@@ -86,7 +140,10 @@ class Gauge:
         self._fromto = np.empty(6)
         self._ball = _ball(model, self._own)
         self._known: _MeasuredClearance | None = None
+        self._surroundings: _Surroundings | None = None
+        self._boxes: dict[int, _Box] = {}
         is_moving = model.body_weldid[model.geom_bodyid[self._others]] != 0
+        self._standing = self._others[~is_moving]
         self._moving = [
             (int(one), float(model.geom_rbound[one])) for one in self._others[is_moving]
         ]
@@ -97,14 +154,12 @@ class Gauge:
         What is `within` m away or farther is not looked at.
         """
         best, least, fromto = Clearance(within), min(within, _FAR), self._fromto
+        near = self._near(data, min(least, self._at_most(data)))
         self._known = None
         model, distance = self._model, mujoco.mj_geomDistance
-        others = self._others[model.geom_group[self._others] != NOWHERE]
-        bounds = self._bounds(data, others)
-        for index in np.argsort(bounds, kind="stable").tolist():
-            if bounds[index] >= least:
+        for bound, other in near:
+            if bound >= least:
                 break
-            other = int(others[index])
             for geom in self._own:
                 found = distance(model, data, geom, other, least, fromto)
                 if found < least:
@@ -115,8 +170,9 @@ class Gauge:
                     )
         if math.isinf(within):
             moving = ((_Placed(data, model, one), reach) for one, reach in self._moving)
+            least_round = near[0][0] if near else least
             self._known = _MeasuredClearance(
-                least, data, _Placed(data, model, self._own[0]), tuple(moving)
+                least, least_round - _SLACK, data, _Placed(data, model, self._own[0]), tuple(moving)
             )
         return best
 
@@ -124,15 +180,61 @@ class Gauge:
         """Return a lower bound of the clearance (m); the places of geoms must be current.
 
         It is the last clearance that was measured, without the farthest that any point of the two
-        sides can have moved since. Without such a clearance it is measured.
+        sides can have moved since; or that of a ball round the robot, which turning does not move.
+        Without such a clearance it is measured.
         """
         known = self._known
-        if known is None or known.data is not data:
+        farthest = math.inf if known is None else self._way_of_others(known, data)
+        if known is None or math.isinf(farthest):
             return self.measure(data).distance
-        farthest = max((other.way(reach) for other, reach in known.others), default=0.0)
-        if math.isinf(farthest):
-            return self.measure(data).distance
-        return known.least - known.own.way(self._ball) - farthest
+        least = max(known.least - known.own.turned(self._ball), known.least_round)
+        return least - known.own.moved() - farthest
+
+    def _at_most(self, data: mujoco.MjData) -> float:
+        """Return an upper bound of the clearance, m; infinite where nothing is known."""
+        known = self._known
+        if known is None:
+            return math.inf
+        return known.least + known.own.way(self._ball) + self._way_of_others(known, data)
+
+    def _way_of_others(self, known: _MeasuredClearance, data: mujoco.MjData) -> float:
+        """Return the farthest that anything has moved since, m; infinite where that is unknown."""
+        if known.data is not data:
+            return math.inf
+        return max((other.way(reach) for other, reach in known.others), default=0.0)
+
+    def _near(self, data: mujoco.MjData, within: float) -> list[tuple[float, int]]:
+        """Return what may be so near, the nearest first, each with a bound of its distance, m."""
+        place = data.geom_xpos[self._own[0]].tolist()
+        around = self._surroundings
+        moved = math.inf
+        if around is not None and around.data is data:
+            moved = math.dist(place, around.place)
+        if around is None or moved > _STRIDE:
+            around, moved = self._look_around(data, place), 0.0
+        found = [box for box in around.moving if box.is_there]
+        for bound, box in around.standing:
+            if bound - moved >= within + _SLACK:
+                break
+            found.append(box)
+        ball = self._ball
+        return sorted((box.distance(place) - ball, box.geom) for box in found)
+
+    def _look_around(self, data: mujoco.MjData, place: list[float]) -> _Surroundings:
+        """Compute the bounds to all that stands, and keep them."""
+        if self._surroundings is None or self._surroundings.data is not data:
+            self._boxes = {geom: _Box(data, self._model, geom) for geom in self._others.tolist()}
+        standing = self._standing
+        bounds = self._bounds(data, standing)
+        order = np.argsort(bounds)
+        pairs = zip(bounds[order].tolist(), standing[order].tolist(), strict=True)
+        self._surroundings = around = _Surroundings(
+            data,
+            place,
+            [(bound, self._boxes[geom]) for bound, geom in pairs],
+            tuple(self._boxes[geom] for geom, _ in self._moving),
+        )
+        return around
 
     def _bounds(self, data: mujoco.MjData, others: npt.NDArray[np.intp]) -> npt.NDArray[np.float64]:
         """Return a lower bound (m) of the distance to each: between a ball and a box."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -13,6 +14,7 @@ from bt_mission.events.log import line_of
 from bt_mission.executive.stored_trace import TraceError, read_trace
 from bt_mission.executive.trace import Trace
 from bt_mission.executive.trace_diff import first_difference
+from bt_mission.goals.goal import Goal, GoalStatus, Phase
 
 S = 1_000_000_000
 
@@ -206,3 +208,28 @@ def test_a_trace_of_version_1_is_read_in_the_words_of_today(path: Path) -> None:
     assert old.events == new.events
     difference = str(first_difference(old, new))
     assert "set up differently: trace_version: 1 in the first, 2 in the second" in difference
+
+
+@pytest.mark.parametrize("text", ["", "turn", 'a "quoted" \\ one', "ä → \u202e\x1b\n", "\ud800"])
+@pytest.mark.parametrize("status", [None, GoalStatus.SUCCEEDED])
+def test_the_frequent_events_are_written_as_all_others(
+    text: str, status: GoalStatus | None
+) -> None:
+    """Byte for byte, whatever the names and messages."""
+    by_hand, by_fields = Trace(), Trace()
+    by_hand.record_status(S, text, "0.1", "FAILURE", text)
+    by_fields.record(S, "status", node=text, path="0.1", status="FAILURE", message=text)
+    client = SimpleNamespace(name=text)
+    goal = Goal(bytes(range(16)), client, text, phase=Phase.CANCELING, status=status)
+    by_hand.record_goal(2 * S, "sent", goal)
+    by_fields.record(
+        2 * S,
+        "goal sent",
+        goal=bytes(range(16)).hex(),
+        action=text,
+        owner=text,
+        phase="canceling",
+        status=None if status is None else int(status),
+    )
+    assert list(by_hand.newest) == list(by_fields.newest)
+    assert by_hand.sha256 == by_fields.sha256

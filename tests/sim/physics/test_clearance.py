@@ -6,7 +6,7 @@ import random
 import mujoco
 import pytest
 
-from sim.physics.clearance import Clearance, touching
+from sim.physics.clearance import Clearance, robot_gauge, touching
 from sim.physics.spawn import RobotSpawn
 from sim.simulation import Fleet, Simulation
 from sim.world.loader import load_world
@@ -150,3 +150,42 @@ def test_the_lower_bound_never_exceeds_the_clearance(simulate):
         assert bound <= clearance + 1e-9
         tight += bound > 0.5 * clearance
     assert tight > 50
+
+
+def test_turning_on_the_spot_does_not_use_the_bound_up(simulate, drive):
+    """A ball round the robot stays where it is, so the bound stays that of the ball."""
+    simulation = simulate(walls=[{"name": "wall", "from": [2, -3], "to": [2, 3], "thickness": 0.1}])
+    clearance = simulation.clearance().distance
+    drive(simulation, 1.5, 0.0, 1.8)
+    assert simulation.clearance_at_least() > 0.85 * clearance
+
+
+def test_what_was_near_before_does_not_change_what_is_measured(simulate):
+    """One measurement after another gives what the first of a new gauge gives, to the last bit."""
+    coming = {
+        "name": "coming",
+        "x": 0.9,
+        "y": 0.9,
+        "radius": 0.15,
+        "motion": {"around": [0.9, 0.5], "period": 8},
+    }
+    wall = {"name": "wall", "from": [-1.1, -2], "to": [-1.1, 2], "thickness": 0.1}
+    simulation = simulate(cylinders=[coming], walls=[wall], props=2)
+    draw = random.Random(6)
+    box, nearest = None, set()
+    for step in range(300):
+        if step % 30 == 0:
+            command = draw.uniform(-0.2, 0.26), draw.uniform(-1.8, 1.8)
+        if step % 60 == 20 and box is not None:
+            box.remove()
+        if step % 60 == 40:
+            size = (draw.uniform(0.1, 0.5), 0.1, 0.3)
+            box = simulation.props.place(
+                "box", draw.uniform(-0.3, 0.3), -0.5, size=size, even_into_the_robot=True
+            )
+        simulation.command(*command)
+        simulation.advance_to(simulation.time_ns + 50_000_000)
+        anew = robot_gauge(simulation.model, simulation._gauge._names).measure(simulation.data)
+        assert simulation.clearance() == anew
+        nearest.add(anew.obstacle)
+    assert nearest == {"coming", "wall", "box"}

@@ -1,0 +1,131 @@
+"""The formulas of a run, of which only those are evaluated that an instant can change.
+
+Most formulas compare one signal with a number, and change only where it is worse, or better, than
+it ever was. Those of one signal are a group: the signal is read once, and as long as its value is
+one with which each of them has seen that nothing changes, none of them is evaluated. A formula that
+nothing can change any more is dropped.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from bt_mission.requirements.roots import NEVER, Root
+
+
+class _Watched:
+    """A formula that may still change, and its number."""
+
+    def __init__(self, number: int, root: Root) -> None:
+        self.root = root
+        self._number = number
+        self._is_told = False
+
+    def step(self, now_ns: int, violated: list[int]) -> None:
+        """Evaluate it; add its number where this is the instant at which it is violated."""
+        root = self.root
+        root.step(now_ns)
+        if root.decided is False and not self._is_told:
+            self._is_told = True
+            violated.append(self._number)
+
+
+class _Guarded(_Watched):
+    """A formula that one signal can spare, and the values of the signal with which it does.
+
+    Margins never fall where the value goes to the better side, in floating-point numbers, too; and
+    what a formula has come to only leaves it less to be spared from. So a value that has spared
+    it once does so for good, with all that lie on the better side of it.
+    """
+
+    def __init__(self, number: int, root: Root, *, keeps_high: bool) -> None:
+        super().__init__(number, root)
+        self._keeps_high = keeps_high
+        self.low, self.high = math.inf, -math.inf
+
+    def spare(self, value: Any) -> None:
+        """Spare this value from now on, which has just been evaluated, if it changes nothing."""
+        if not self.root.is_spared_now():
+            return
+        if self._keeps_high:
+            self.low, self.high = min(self.low, value), math.inf
+        else:
+            self.low, self.high = -math.inf, max(self.high, value)
+
+
+class _SignalGroup:
+    """The formulas that one signal can spare.
+
+    Attributes:
+        low: From here to `high` are the values of the signal with which no member changes.
+        due_ns: From this instant on, the members are asked whatever the value.
+    """
+
+    def __init__(self, read: Callable[[], Any]) -> None:
+        self.read = read
+        self.members: list[_Guarded] = []
+        self.low, self.high = math.inf, -math.inf
+        self.due_ns = 0
+
+    def step(self, value: Any, now_ns: int, violated: list[int]) -> None:
+        """Evaluate those members that the value may change, None for a signal without a value."""
+        low, high, due_ns = -math.inf, math.inf, NEVER
+        settled = []
+        for one in self.members:
+            root = one.root
+            if value is None or not one.low <= value <= one.high or now_ns >= root.due_ns:
+                one.step(now_ns, violated)
+                if value is not None:
+                    one.spare(value)
+                if root.is_settled:
+                    settled.append(one)
+            low, high = max(low, one.low), min(high, one.high)
+            due_ns = min(due_ns, root.due_ns)
+        for one in settled:
+            self.members.remove(one)
+        self.low, self.high, self.due_ns = low, high, due_ns
+
+
+class WatchedRoots:
+    """Formulas by their numbers, evaluated together."""
+
+    def __init__(self, roots: Mapping[int, Root]) -> None:
+        self._groups: list[_SignalGroup] = []
+        self._others: list[_Watched] = []
+        groups: dict[Callable[[], Any], _SignalGroup] = {}
+        for number, root in roots.items():
+            guard = root.guard
+            if guard is None or guard.of is None:
+                self._others.append(_Watched(number, root))
+                continue
+            group = groups.setdefault(guard.of.read, _SignalGroup(guard.of.read))
+            keeps_high = guard.of.rises is root.is_spared_above
+            group.members.append(_Guarded(number, root, keeps_high=keeps_high))
+        self._groups = list(groups.values())
+
+    def step(self, now_ns: int) -> list[int]:
+        """Take the next instant; return the numbers of those that are violated since this one."""
+        violated: list[int] = []
+        is_settled = False
+        for one in self._others:
+            one.step(now_ns, violated)
+            is_settled = is_settled or one.root.is_settled
+        if is_settled:
+            self._others = [one for one in self._others if not one.root.is_settled]
+        for group in self._groups:
+            value = group.read()
+            if value is None or not group.low <= value <= group.high or now_ns >= group.due_ns:
+                group.step(value, now_ns, violated)
+                if not group.members:
+                    is_settled = True
+        if is_settled:
+            self._groups = [group for group in self._groups if group.members]
+        violated.sort()
+        return violated
+
+    def clear(self) -> None:
+        """Evaluate none any more."""
+        self._groups.clear()
+        self._others.clear()

@@ -1,0 +1,63 @@
+"""What a leaf computes for each of its goals, and what only once."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bt_mission.behaviours.builder import revise_tree
+from bt_mission.language.loader import load_text
+
+TREE = "  repeat: {count: 4}\n  do:\n    turn: {angle: %s}\n    timeout: %s\n"
+
+
+def finish_goals(story: Any, count: int) -> None:
+    """Have the server accept and end one goal after another."""
+    for _ in range(count):
+        story.tick()
+        story.turn.accept()
+        story.turn.succeed()
+        story.tick()
+
+
+def prepared_by(story: Any) -> list[Any]:
+    """Return what the server's client is asked to fill from now on."""
+    asked: list[Any] = []
+    prepare = story.turn.prepare
+
+    def count(fields: Any) -> Any:
+        asked.append(dict(fields))
+        return prepare(fields)
+
+    story.turn.prepare = count
+    return asked
+
+
+def test_a_goal_of_which_nothing_is_computed_is_filled_once(play: Any) -> None:
+    """However many goals the leaf sends."""
+    story = play(TREE % (90, 60))
+    asked = prepared_by(story)
+    finish_goals(story, 3)
+    assert asked == [{"angle": 90}]
+    assert story.turn.requests == [{"angle": 90}] * 3
+
+
+def test_what_reads_a_variable_is_computed_for_each_goal(play: Any) -> None:
+    """Fields and limits."""
+    story = play(TREE % ("$angle", "$limit"), "mission: m\ninputs: {angle: 90, limit: 60}")
+    for angle, limit in ((90, 60.0), (45, 30.0)):
+        story.scope.values |= {"angle": angle, "limit": limit}
+        finish_goals(story, 1)
+        (leaf,) = (one for one in story.executive.nodes if one.name == "turn")
+        assert story.turn.requests[-1]["angle"].as_value() == angle
+        assert leaf._limits.goal == limit
+
+
+def test_a_revised_node_sends_what_it_says_now(play: Any) -> None:
+    """Also where the first version computed nothing."""
+    story = play(TREE % (90, 60))
+    finish_goals(story, 2)
+    revise_tree(load_text(f"mission: test\ntree:\n{TREE % (45, 30)}"), story.scope)
+    finish_goals(story, 1)
+    (leaf,) = (one for one in story.executive.nodes if one.name == "turn")
+    assert [one["angle"] for one in story.turn.requests] == [90, 90, 45]
+    assert leaf._limits.goal == 30
