@@ -51,7 +51,6 @@ def add_parser(commands: Any) -> None:
     """Add the command to the command line."""
     parser = commands.add_parser(
         "fork",
-        help="run a recorded run again up to an instant, and on from there with a change",
         description="Runs a recorded simulation again from its start, with all that the recording "
         "holds of it: mission, world, robot, seed, inputs. What happens is compared with the "
         "recorded trace, byte by byte, up to the control step at --at. There the change takes "

@@ -35,7 +35,6 @@ def add_parser(commands: Any) -> None:
     """Add the command to the command line."""
     parser = commands.add_parser(
         "replay",
-        help="play a run again, from its recording or its trace",
         description="Plays what 'bt-mission run --record FILE.mcap' has recorded on a full screen, "
         "forwards and backwards, at any speed. In a pipe, with --plain, and of a trace "
         "('run --trace FILE'; failed tests leave both), it tells a line for each event, with its "

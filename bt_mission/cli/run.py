@@ -40,7 +40,6 @@ def add_parser(commands: Any) -> None:
     """Add the command to the command line."""
     parser = commands.add_parser(
         "run",
-        help="carry a mission out",
         description="Checks a mission, then carries it out: in a simulation of its own as fast "
         "as this machine can, or with --attach against the action servers of a running ROS "
         "graph. Ctrl-C halts the mission, sees every goal ended and the robot stopped; a second "

@@ -47,7 +47,6 @@ def add_parser(commands: Any) -> None:
     """Add the command to the command line."""
     parser = commands.add_parser(
         "watch",
-        help="monitor a mission that runs elsewhere; pause, step or stop it",
         description="Attaches to an executive of the ROS graph (`run --attach`, `run --visible`, "
         "`serve`) and shows its tree, what each node does and why it ended, its goals, its "
         "variables and where the robot is. Waits where there is none, and when it goes until it "
