@@ -12,7 +12,10 @@ def main() -> int:
     Ctrl-C while it is loaded ends it; once it has ended, Ctrl-C no longer changes the exit code.
     """
     try:
-        from bt_mission.cli import main as run_command_line  # noqa: PLC0415 - it takes a while
+        from bt_mission.core.memory import spare_collections  # noqa: PLC0415 - it takes a while
+
+        spare_collections()
+        from bt_mission.cli import main as run_command_line  # noqa: PLC0415 - the same
 
         return run_command_line()
     except KeyboardInterrupt:

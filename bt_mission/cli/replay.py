@@ -95,10 +95,10 @@ def _replay_recording(options: argparse.Namespace) -> int:
 
 
 def _draw(options: argparse.Namespace, film: Timeline) -> int:
+    from bt_mission.core.memory import settle_memory
     from bt_mission.recording.replay.player import Player
     from bt_mission.views.terminal.marks import marks_for
     from bt_mission.views.tui.replay_app import ReplayApp
-    from bt_mission.views.tui.view_app import settle_memory
 
     player = Player(film, speed=options.speed or 1.0, at_s=options.at)
     player.play()

@@ -169,6 +169,7 @@ def _leaves(report: Report) -> list[str]:
 
 def _run_in_lines(options: argparse.Namespace, plan: RunPlan) -> tuple[Report, recording.Kept]:
     """Carry the mission out, shown in lines."""
+    from bt_mission.core.memory import settle_memory
     from bt_mission.sessions.session import drive
     from bt_mission.views.terminal.views import view_for
 
@@ -179,6 +180,7 @@ def _run_in_lines(options: argparse.Namespace, plan: RunPlan) -> tuple[Report, r
         window_on(session, wanted=options.view),
         recording.recorder_for(options, session) as keeping,
     ):
+        settle_memory()
         report = with_outcomes(
             drive(session, view, speed=_speed(options), trace_file=options.trace)
         )
@@ -191,12 +193,12 @@ def _run_on_screen(options: argparse.Namespace, plan: RunPlan) -> tuple[Report, 
     from contextlib import closing
 
     from bt_mission.core.interrupts import InterruptSignals
+    from bt_mission.core.memory import settle_memory
     from bt_mission.ros.discovery import LocalExecutive
     from bt_mission.sessions.session import driving
     from bt_mission.views.terminal.marks import marks_for
     from bt_mission.views.terminal.views import Quiet
     from bt_mission.views.tui.run_app import RunApp
-    from bt_mission.views.tui.view_app import settle_memory
 
     with (
         _open_session(options, plan, lambda _: None) as session,

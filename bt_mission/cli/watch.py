@@ -114,10 +114,10 @@ def is_drawable() -> bool:
 
 
 def _draw(observer: ExecutiveDirectory, options: argparse.Namespace) -> int:
+    from bt_mission.core.memory import settle_memory
     from bt_mission.events.source import nobody, wanted_name
     from bt_mission.views.terminal.marks import marks_for
     from bt_mission.views.tui.app import WatchApp
-    from bt_mission.views.tui.view_app import settle_memory
 
     name = wanted_name(options.executive)
     settle_memory()
