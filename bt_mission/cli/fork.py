@@ -231,7 +231,7 @@ def run_fork(
     """
     from bt_mission.recording.forks.stage import forked_stage
     from bt_mission.sessions.session import drive
-    from bt_mission.views.terminal.views import Quiet
+    from bt_mission.views.terminal.quiet import Quiet
 
     with (
         forked_stage(source, change, step_ns, require=options.require, limit_s=limit_s) as (
