@@ -15,8 +15,9 @@ SUFFIXES = (".yaml", ".yml")
 MOST_READ = 1_000_000
 """Characters of a file in which its kind is looked for; larger ones are refused anyway."""
 _IS_SCENARIO = re.compile(r"^scenario[ ]*:", re.MULTILINE)
-_PLAIN_WORD = re.compile(
-    r"^(mission|scenario|world)[ ]*:[ ]+([\w.-]+)[ ]*(?:#.*)?$", re.MULTILINE | re.ASCII
+_PLAIN_WORDS = re.compile(
+    r"^(mission|scenario|world)[ ]*:[ ]+([\w.-]+(?: [\w.-]+)*)[ ]*(?:#.*)?$",
+    re.MULTILINE | re.ASCII,
 )
 _SOURCE = Path(__file__).resolve().parent.parent.parent
 
@@ -101,10 +102,10 @@ def is_scenario(path: str | Path) -> bool:
 def plain_words(path: str | Path) -> dict[str, str]:
     """Return what a mission or scenario in YAML says of `mission`, `scenario` and `world`.
 
-    Of each, where it is a plain word. It is only for telling people, before the file is read
+    Of each, where it is plain words. It is only for telling people, before the file is read
     properly: that takes a while.
     """
-    return dict(_PLAIN_WORD.findall(_text_to_look_at(path)))
+    return dict(_PLAIN_WORDS.findall(_text_to_look_at(path)))
 
 
 def _text_to_look_at(path: str | Path) -> str:
