@@ -105,3 +105,10 @@ class Commands(argparse._SubParsersAction):  # type: ignore[type-arg]  # noqa: S
         """Make the parsers of all commands, in their order."""
         for name in COMMANDS:
             self.load(name)
+
+
+def load_commands(parser: argparse.ArgumentParser) -> None:
+    """Make the parsers of all commands of the command line's parser, for who looks at them."""
+    for action in parser._actions:  # noqa: SLF001 - argparse has no public way to its arguments
+        if isinstance(action, Commands):
+            action.load_all()

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from bt_mission.cli.commands import Commands
+from bt_mission.cli.commands import load_commands
 from bt_mission.cli.exits import SUCCESS
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import names, scenarios
@@ -94,6 +94,7 @@ def script(parser: argparse.ArgumentParser, shell: str) -> str:
     """The script for one shell."""
     import shtab
 
+    load_commands(parser)
     for command, action in _actions(parser):
         how = _how(command, action)
         if how is not None:
@@ -132,8 +133,6 @@ def _actions(
 ) -> Iterator[tuple[str, argparse.Action]]:
     """All arguments of all commands, with the command's name."""
     for action in parser._actions:  # noqa: SLF001 - argparse has no public way to its arguments
-        if isinstance(action, Commands):
-            action.load_all()
         if isinstance(action.choices, dict):
             for name, inner in action.choices.items():
                 yield from _actions(inner, command or name)

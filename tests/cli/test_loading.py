@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from bt_mission.cli.commands import COMMANDS, Commands
+from bt_mission.cli.commands import COMMANDS, Commands, load_commands
 from bt_mission.cli.main import make_parser
 
 pytestmark = pytest.mark.process
@@ -89,11 +89,12 @@ def test_help_of_a_command_loads_neither_ros_nor_the_simulation(
 
 def test_the_script_for_a_shell_knows_every_command() -> None:
     """Each has a parser of its own then, in the order in which they are listed."""
-    (commands,) = (one for one in make_parser()._actions if isinstance(one, Commands))
-    commands.load_all()
+    parser = make_parser()
+    load_commands(parser)
+    (commands,) = (one for one in parser._actions if isinstance(one, Commands))
     assert list(commands.choices or ()) == list(COMMANDS)
-    for name, parser in commands.choices.items():
-        assert parser.prog == f"bt-mission {name}"
+    for name, one in commands.choices.items():
+        assert one.prog == f"bt-mission {name}"
 
 
 @pytest.mark.parametrize(
