@@ -17,7 +17,7 @@ from typing import Any
 from bt_mission.sessions.load import load
 from bt_mission.sessions.session import drive
 from bt_mission.sessions.stage import Stage
-from bt_mission.views.terminal.views import Quiet
+from bt_mission.views.terminal.quiet import Quiet
 
 
 def cut_legs(seed: int, world: str) -> list[float]:

@@ -21,7 +21,7 @@ from bt_mission.sessions.load import load
 from bt_mission.sessions.session import drive
 from bt_mission.sessions.stage import START_NS, Stage
 from bt_mission.sessions.stage_files import DEFAULT_WORLD
-from bt_mission.views.terminal.views import Quiet
+from bt_mission.views.terminal.quiet import Quiet
 from sim.simulation import Simulation
 from sim.world.loader import load_world
 

@@ -38,6 +38,7 @@ from bt_mission_interfaces.srv import GetStatuses
 from py_trees.common import Status
 from rclpy.serialization import deserialize_message, serialize_message
 
+from bt_mission.core.memory import settle_memory, spare_collections
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events import events, messages, reader
 from bt_mission.events.source import ControlRequest, FoundExecutive, Heard
@@ -46,7 +47,6 @@ from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import StageOptions
 from bt_mission.views.terminal.marks import SIGNS
 from bt_mission.views.tui.app import WatchApp
-from bt_mission.views.tui.view_app import settle_memory
 
 VIRTUAL_S = 40.0
 """Of one turn."""
@@ -292,6 +292,7 @@ async def draw(nodes: int, changes: int) -> tuple[float, list[float]]:
 
 def measure_picture(nodes: int) -> None:
     """Print how long the first picture and each change take."""
+    spare_collections()
     settle_memory()
     firsts, changes = [], []
     for _ in range(5):

@@ -7,7 +7,6 @@ from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
-from scipy import ndimage
 
 from action_servers.core.maneuver import Grid
 
@@ -150,6 +149,9 @@ def survey(grid: Grid) -> Survey:
 
 
 def _clearance(occupied: Bools, resolution: float) -> Floats:
+    # SciPy takes longer to import than all else that a server needs; who navigates has loaded it.
+    from scipy import ndimage  # noqa: PLC0415
+
     rows, columns = occupied.shape
     lattice = np.zeros((2 * rows + 1, 2 * columns + 1), dtype=np.bool_)
     if not occupied.any():

@@ -28,7 +28,7 @@ from action_servers.robot_io.node import (
 )
 from action_servers.robot_io.publisher_watch import PublisherWatch
 from action_servers.robot_io.sensors import SensorSubscriptions, SensorWiring
-from action_servers.server.actions import ServerContext, actions
+from action_servers.server.actions import ACTIONS, ServerContext, action
 from action_servers.server.parameters import (
     DEFAULT_TURN_VELOCITY,
     ON_NEW_GOAL,
@@ -118,14 +118,14 @@ class ServersNode(RobotNode):
             publish_distance=lambda metres: self._distance.publish(Float64(data=metres)),
             publish_path=PlanTopic(self, lean=options.lean).publish,
         )
-        self._extra = tuple(options.extra_actions)
+        self._extra = {one.name: one for one in options.extra_actions}
         # On a stage, requests pass by the taps of tests one by one.
         self._burst = 1 if options.lean else BURST
-        table = self._table()
-        mine = [action for name, action in table.items() if name not in options.without]
-        first = set(table) if options.at_first is None else set(options.at_first)
-        self._adapters = [self._offered(action) for action in mine if action.name in first]
-        self._not_yet = [action.name for action in mine if action.name not in first]
+        names = (*ACTIONS, *(one for one in self._extra if one not in ACTIONS))
+        mine = [name for name in names if name not in options.without]
+        first = set(names) if options.at_first is None else set(options.at_first)
+        self._adapters = [self._offered(name) for name in mine if name in first]
+        self._not_yet = [name for name in mine if name not in first]
         self.add_post_set_parameters_callback(self._retune)
         # The only client tells people what became of its goals.
         is_private = options.lean and options.at_first is not None
@@ -155,8 +155,7 @@ class ServersNode(RobotNode):
 
     def offer_all(self) -> None:
         """Offer what was not offered at first."""
-        table = self._table()
-        self._adapters += [self._offered(table[name]) for name in self._not_yet]
+        self._adapters += [self._offered(name) for name in self._not_yet]
         self._not_yet = []
         for adapter in self._adapters:
             adapter.log_from(LoggingSeverity.UNSET)
@@ -210,9 +209,9 @@ class ServersNode(RobotNode):
             executor.spin_once(timeout_sec=0.0)
         self._base.wait_until_stopped(LAST_WORDS_S)
 
-    def _table(self) -> dict[str, Action]:
-        """Return every action by its name."""
-        return {action.name: action for action in (*actions(self._kit), *self._extra)}
+    def _action(self, name: str) -> Action:
+        """Return an action; one of the user's own takes the place of ours."""
+        return self._extra[name] if name in self._extra else action(name, self._kit)
 
     def _retune(self, _parameters: Sequence[Parameter]) -> None:
         """Have the goals that come from now on planned with the present parameters."""
@@ -222,16 +221,15 @@ class ServersNode(RobotNode):
             navigation=self.read_all(NAVIGATION, "navigation."),
             frontiers=self.read_all(FRONTIERS, "frontiers."),
         )
-        table = self._table()
         for adapter in self._adapters:
-            adapter.plan_by(self._base.guarded(table[adapter.action_name]))
+            adapter.plan_by(self._base.guarded(self._action(adapter.action_name)))
 
     def _lose_base(self, reason: str) -> None:
         if not self._pilot.idle:
             self._pilot.stop(reason)
 
-    def _offered(self, action: Action) -> ActionAdapter:
-        guarded = self._base.guarded(action)
+    def _offered(self, name: str) -> ActionAdapter:
+        guarded = self._base.guarded(self._action(name))
         return ActionAdapter(self, self._pilot, guarded, self._sensors, self._refusal, self._burst)
 
     def _watch_publishers(self, odometry: str, options: ServerOptions) -> PublisherWatch | None:

@@ -39,9 +39,7 @@ GOAL = "the goal's fields in YAML, such as 'angle: 90'; {}: all defaults; -: fro
 
 def add_parser(commands: Any) -> None:
     """Add the command to the command line."""
-    kinds = graph_command.subcommands(
-        commands, "actions", "list, send, cancel and watch goals by hand", EPILOG
-    )
+    kinds = graph_command.subcommands(commands, "actions", EPILOG)
     graph_command.add_list(kinds, "action", "the actions of the graph, and who serves them")
     _add_info(kinds)
     _add_send(kinds)

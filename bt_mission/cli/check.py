@@ -29,7 +29,6 @@ def add_parser(commands: Any) -> None:
     """Add the command to the command line."""
     parser = commands.add_parser(
         "check",
-        help="find every fault of mission files",
         description="Reads missions, checks them against the real ROS types, worlds and robots, "
         "and prints every fault with its file, line and column. Nothing moves, and no code of the "
         "missions runs unless --import-python is given.",
@@ -270,7 +269,6 @@ def add_schema_parser(commands: Any) -> None:
     """Add ``schema`` to the command line."""
     parser = commands.add_parser(
         "schema",
-        help="print the JSON Schema of mission or scenario files, for editors",
         description="Prints the JSON Schema of mission or scenario files. An editor with a YAML "
         "language server completes and checks missions by it: put it into a file, and say so in "
         "the first line of a mission: '# yaml-language-server: $schema=mission.schema.json'.",

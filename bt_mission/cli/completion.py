@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from bt_mission.cli.commands import load_commands
 from bt_mission.cli.exits import SUCCESS
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import names, scenarios
@@ -58,11 +59,10 @@ _PLAIN_NAME = re.compile(r"[\w.+@%/-]+", re.ASCII)
 FISH = "(bt-mission completion --names {kind}; __fish_complete_path (commandline -ct))"
 
 
-def add_parser(commands: Any, root: argparse.ArgumentParser) -> None:
-    """Add the command to the command line, whose parser `root` it completes."""
+def add_parser(commands: Any) -> None:
+    """Add the command to the command line."""
     parser = commands.add_parser(
         "completion",
-        help="print a script that completes our commands in bash, zsh or fish",
         description="Prints a script with which a shell completes commands, options, files, and "
         "the names of missions, worlds and robots.",
         epilog=EPILOG,
@@ -71,7 +71,7 @@ def add_parser(commands: Any, root: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--names", choices=KINDS, help="instead: print the names that are known, one a line"
     )
-    parser.set_defaults(command=completion, parser=root)
+    parser.set_defaults(command=completion)
 
 
 def completion(options: argparse.Namespace) -> int:
@@ -81,7 +81,7 @@ def completion(options: argparse.Namespace) -> int:
     if options.names:
         print("\n".join(filter(_PLAIN_NAME.fullmatch, known(options.names))))
     else:
-        print(script(options.parser, options.shell))
+        print(script(options.root, options.shell))
     return SUCCESS
 
 
@@ -94,6 +94,7 @@ def script(parser: argparse.ArgumentParser, shell: str) -> str:
     """The script for one shell."""
     import shtab
 
+    load_commands(parser)
     for command, action in _actions(parser):
         how = _how(command, action)
         if how is not None:

@@ -37,7 +37,6 @@ def add_parser(commands: Any) -> None:
     """Add the command to the command line."""
     parser = commands.add_parser(
         "convert",
-        help="turn a mission from YAML into XML for Groot 2, and back",
         description=DESCRIPTION,
         epilog=EPILOG,
     )

@@ -15,7 +15,6 @@ def add_parser(commands: Any) -> None:
     """Add the command to the command line."""
     parser = commands.add_parser(
         "diff",
-        help="tell the first difference between two runs, by their traces",
         description="Compares two traces, as 'bt-mission run --trace FILE' writes them, and tells "
         "where they part: the last events that were the same, what happened in each then, and by "
         "how much numbers differ.",

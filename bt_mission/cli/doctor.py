@@ -51,7 +51,6 @@ def add_parser(commands: Any) -> None:
     """Add the command to the command line."""
     parser = commands.add_parser(
         "doctor",
-        help="check this machine and say what to install",
         description="Checks Python, ROS 2, our message types, off-screen rendering, DDS on "
         "loopback and the virtual clock, and says what to install where something is missing.",
     )

@@ -66,7 +66,6 @@ def add_parser(commands: Any) -> None:
     """Add the command to the command line."""
     parser = commands.add_parser(
         "falsify",
-        help="search for a scenario that breaks a mission",
         description="Runs a mission with other seeds, obstacles that appear, and faults at their "
         "times, until a requirement is violated, the mission fails, a goal is orphaned or the "
         "robot touches something. What is found is made small: fewest faults, roundest numbers, "

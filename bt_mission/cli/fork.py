@@ -51,7 +51,6 @@ def add_parser(commands: Any) -> None:
     """Add the command to the command line."""
     parser = commands.add_parser(
         "fork",
-        help="run a recorded run again up to an instant, and on from there with a change",
         description="Runs a recorded simulation again from its start, with all that the recording "
         "holds of it: mission, world, robot, seed, inputs. What happens is compared with the "
         "recorded trace, byte by byte, up to the control step at --at. There the change takes "
@@ -232,7 +231,7 @@ def run_fork(
     """
     from bt_mission.recording.forks.stage import forked_stage
     from bt_mission.sessions.session import drive
-    from bt_mission.views.terminal.views import Quiet
+    from bt_mission.views.terminal.quiet import Quiet
 
     with (
         forked_stage(source, change, step_ns, require=options.require, limit_s=limit_s) as (

@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.argument_types import seconds
+from bt_mission.cli.commands import COMMANDS
 from bt_mission.cli.exits import SUCCESS
 from bt_mission.cli.network import add_network_option, prepare_graph
 
@@ -19,11 +20,11 @@ if TYPE_CHECKING:
 WAIT_S = 5.0
 
 
-def subcommands(commands: Any, name: str, words: str, epilog: str) -> Any:
+def subcommands(commands: Any, name: str, epilog: str) -> Any:
     """Add a command that has commands of its own."""
+    words = COMMANDS[name].help
     parser = commands.add_parser(
         name,
-        help=words,
         description=f"{words[0].upper()}{words[1:]}. Works with any ROS 2 graph, and with every "
         "type that is installed.",
         epilog=epilog,

@@ -6,44 +6,15 @@ import argparse
 import io
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
-from bt_mission.cli import (
-    actions,
-    check,
-    completion,
-    convert,
-    diff,
-    doctor,
-    falsify,
-    fork,
-    node_command,
-    replay,
-    report,
-    run,
-    serve,
-    services,
-    sweep,
-    sweep_report,
-    topics,
-    tree,
-    verify,
-    watch,
-)
+from bt_mission.cli.commands import Commands
 from bt_mission.cli.exits import BAD_INPUT, INTERRUPTED, MISSION_FAILED, NO_SERVER
 from bt_mission.cli.parser import Parser
 from bt_mission.cli.ros_arguments import split
 from bt_mission.core.errors import BtMissionError, NotThereError
 from bt_mission.core.terminal.streams import escaped_output, unescaped
-
-PARSERS: tuple[Callable[[Any], None], ...] = (
-    *(one.add_parser for one in (run, watch, check, convert, tree)),
-    check.add_schema_parser,
-    *(one.add_parser for one in (serve, actions, topics, services, node_command)),
-    *(one.add_parser for one in (replay, fork, report, verify)),
-    *(one.add_parser for one in (sweep, sweep_report, falsify, diff, doctor)),
-)
 
 TRACEBACK = "BT_MISSION_TRACEBACK"
 """Set in the environment, it shows where an unexpected error came from."""
@@ -112,17 +83,14 @@ def _run(arguments: Sequence[str] | None) -> int:
 
 
 def make_parser() -> Parser:
-    """The parser of all commands."""
+    """The parser of all commands, each of which is loaded when it is called."""
     parser = Parser(
         prog="bt-mission",
         description="Missions in YAML, carried out as behaviour trees over ROS 2 actions.",
         epilog=EPILOG,
     )
     parser.add_argument("--version", action=Version, nargs=0, help="say the version, and leave")
-    commands = parser.add_subparsers(metavar="command")
-    for add_parser in PARSERS:
-        add_parser(commands)
-    completion.add_parser(commands, parser)
+    parser.add_subparsers(metavar="command", action=Commands)
     return parser
 
 

@@ -13,18 +13,10 @@ from bt_mission.cli.view import add_view_option
 from bt_mission.core.files import find
 
 
-def add_parser(commands: Any) -> None:
-    """Add ``sim``, ``servers``, ``mapper`` and ``arbiter`` to the command line."""
-    _add_sim(commands)
-    _add_servers(commands)
-    _add_mapper(commands)
-    _add_arbiter(commands)
-
-
-def _add_sim(commands: Any) -> None:
+def add_sim_parser(commands: Any) -> None:
+    """Add ``sim`` to the command line."""
     parser = commands.add_parser(
         "sim",
-        help="run the simulated robot alone, as a ROS node",
         description="Simulates a TurtleBot3 in a world and speaks the robot's own topics "
         "(cmd_vel, scan, odom, imu, tf, camera, ...) and /clock. Start `bt-mission servers` and "
         "`bt-mission run FILE --attach` in other terminals.",
@@ -59,10 +51,10 @@ def _add_sim(commands: Any) -> None:
     _set_command(parser, sim)
 
 
-def _add_servers(commands: Any) -> None:
+def add_servers_parser(commands: Any) -> None:
+    """Add ``servers`` to the command line."""
     parser = commands.add_parser(
         "servers",
-        help="run the action servers alone, as a ROS node",
         description="Offers driving, turning, pictures, colours, distances, exploration, and "
         "Nav2's navigation and recoveries as actions ('bt-mission actions list' names them), and "
         "the services /stop and /release, for a robot, simulated or real, that it knows by its "
@@ -84,10 +76,10 @@ def _add_servers(commands: Any) -> None:
     _set_command(parser, servers)
 
 
-def _add_mapper(commands: Any) -> None:
+def add_mapper_parser(commands: Any) -> None:
+    """Add ``mapper`` to the command line."""
     parser = commands.add_parser(
         "mapper",
-        help="map what the lidar sees, as a ROS node",
         description="Publishes map and coverage while the robot moves, out of scan, odom and the "
         "transform from map to odom, which something else has to know. The service save_map "
         "writes the map as Nav2's map server reads it.",
@@ -103,10 +95,10 @@ def _add_mapper(commands: Any) -> None:
     _set_command(parser, mapper)
 
 
-def _add_arbiter(commands: Any) -> None:
+def add_arbiter_parser(commands: Any) -> None:
+    """Add ``arbiter`` to the command line."""
     parser = commands.add_parser(
         "arbiter",
-        help="let stop, joystick and missions drive one base, in this order",
         description="Stands between several topics of commands and cmd_vel: cmd_vel_stop over "
         "cmd_vel_joy over cmd_vel_mission (all TwistStamped). A source that falls silent counts "
         "no longer, and the base is told to stand while nobody speaks. Have the servers send to "

@@ -11,7 +11,6 @@ from itertools import groupby
 from typing import Any, NoReturn
 
 from bt_mission.cli.exits import BAD_INPUT
-from bt_mission.core.diagnostics import did_you_mean
 from bt_mission.core.text import escape_control
 
 _REMARK = re.compile(r"(?<=\S) {2,}(?=\S)")
@@ -58,6 +57,8 @@ class Parser(argparse.ArgumentParser):
 
     def refuse(self, words: Sequence[str]) -> NoReturn:
         """Leave with an error about words that mean nothing here."""
+        from bt_mission.core.diagnostics import did_you_mean
+
         options = [name for name in self._option_string_actions if name.startswith("--")]
         unknown = (word.partition("=")[0] for word in words if word.startswith("-"))
         hints = list(filter(None, (did_you_mean(word, options) for word in unknown)))
@@ -73,6 +74,8 @@ class Parser(argparse.ArgumentParser):
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         choices = [str(one) for one in action.choices or ()]
         if choices and value not in choices:
+            from bt_mission.core.diagnostics import did_you_mean
+
             hint = did_you_mean(str(value), choices)
             raise argparse.ArgumentError(
                 action,

@@ -35,7 +35,6 @@ def add_parser(commands: Any) -> None:
     """Add the command to the command line."""
     parser = commands.add_parser(
         "replay",
-        help="play a run again, from its recording or its trace",
         description="Plays what 'bt-mission run --record FILE.mcap' has recorded on a full screen, "
         "forwards and backwards, at any speed. In a pipe, with --plain, and of a trace "
         "('run --trace FILE'; failed tests leave both), it tells a line for each event, with its "
@@ -96,10 +95,10 @@ def _replay_recording(options: argparse.Namespace) -> int:
 
 
 def _draw(options: argparse.Namespace, film: Timeline) -> int:
+    from bt_mission.core.memory import settle_memory
     from bt_mission.recording.replay.player import Player
     from bt_mission.views.terminal.marks import marks_for
     from bt_mission.views.tui.replay_app import ReplayApp
-    from bt_mission.views.tui.view_app import settle_memory
 
     player = Player(film, speed=options.speed or 1.0, at_s=options.at)
     player.play()

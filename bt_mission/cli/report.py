@@ -14,7 +14,6 @@ def add_parser(commands: Any) -> None:
     """Add the command to the command line."""
     parser = commands.add_parser(
         "report",
-        help="make a page of a recorded run",
         description="Makes one HTML page of a recording: outcome and reason, requirements with "
         "their margins against time, a timeline of every node, the robot's way over the map, "
         "figures against time, goals, pictures, the log and the mission's file. The page needs no "

@@ -24,6 +24,7 @@ from bt_mission.cli.options import (
     add_plain_option,
     add_python_option,
     add_require_option,
+    mission_file,
 )
 from bt_mission.cli.run_plan import RunPlan, load_plan
 from bt_mission.cli.view import add_view_option, refuse_view, window_on
@@ -33,6 +34,7 @@ from bt_mission.core.errors import BtMissionError
 if TYPE_CHECKING:
     from bt_mission.executive.report import Report
     from bt_mission.sessions.attached import AttachedSession
+    from bt_mission.sessions.session import View
     from bt_mission.sessions.stage import Stage
 
 
@@ -40,7 +42,6 @@ def add_parser(commands: Any) -> None:
     """Add the command to the command line."""
     parser = commands.add_parser(
         "run",
-        help="carry a mission out",
         description="Checks a mission, then carries it out: in a simulation of its own as fast "
         "as this machine can, or with --attach against the action servers of a running ROS "
         "graph. Ctrl-C halts the mission, sees every goal ended and the robot stopped; a second "
@@ -124,10 +125,25 @@ def announce(what: str) -> None:
         print(f"{what} ...", file=sys.stderr, flush=True)
 
 
+def _what_starts(options: argparse.Namespace) -> str:
+    """What is about to run and where, by a first look at the file."""
+    from bt_mission.core.files import plain_words
+
+    try:
+        said = plain_words(mission_file(options))
+    except BtMissionError:  # told when the file is read
+        said = {}
+    name = said.get("scenario") or said.get("mission") or options.file
+    if options.attach:
+        return f"{name}: joining the ROS graph"
+    world = options.world or said.get("world")
+    return f"{name} in {world}: starting" if world else f"{name}: starting"
+
+
 def _run(options: argparse.Namespace) -> int:
     refuse_contradictions(options)
-    how = "joining the ROS graph" if options.attach else "starting the simulation"
-    announce(f"loading {options.file}, {how}")
+    if sys.stderr.isatty():
+        announce(_what_starts(options))
     from bt_mission.cli.watch import is_drawable
     from bt_mission.executive.status import MissionStatus
 
@@ -170,16 +186,17 @@ def _leaves(report: Report) -> list[str]:
 
 def _run_in_lines(options: argparse.Namespace, plan: RunPlan) -> tuple[Report, recording.Kept]:
     """Carry the mission out, shown in lines."""
+    from bt_mission.core.memory import settle_memory
     from bt_mission.sessions.session import drive
-    from bt_mission.views.terminal.views import view_for
 
-    view = view_for(sys.stdout, plain=options.plain, quiet=options.json)
+    view = _view(options)
     with (
         _open_session(options, plan, view.say) as session,
         plan.faults_in(session) as with_outcomes,
         window_on(session, wanted=options.view),
         recording.recorder_for(options, session) as keeping,
     ):
+        settle_memory()
         report = with_outcomes(
             drive(session, view, speed=_speed(options), trace_file=options.trace)
         )
@@ -187,17 +204,27 @@ def _run_in_lines(options: argparse.Namespace, plan: RunPlan) -> tuple[Report, r
         return report, keeping.finish(report)
 
 
+def _view(options: argparse.Namespace) -> View:
+    if options.json:
+        from bt_mission.views.terminal.quiet import Quiet
+
+        return Quiet()
+    from bt_mission.views.terminal.views import view_for
+
+    return view_for(sys.stdout, plain=options.plain)
+
+
 def _run_on_screen(options: argparse.Namespace, plan: RunPlan) -> tuple[Report, recording.Kept]:
     """Carry the mission out on a full screen, in real time unless another speed is asked for."""
     from contextlib import closing
 
     from bt_mission.core.interrupts import InterruptSignals
+    from bt_mission.core.memory import settle_memory
     from bt_mission.ros.discovery import LocalExecutive
     from bt_mission.sessions.session import driving
     from bt_mission.views.terminal.marks import marks_for
-    from bt_mission.views.terminal.views import Quiet
+    from bt_mission.views.terminal.quiet import Quiet
     from bt_mission.views.tui.run_app import RunApp
-    from bt_mission.views.tui.view_app import settle_memory
 
     with (
         _open_session(options, plan, lambda _: None) as session,

@@ -36,7 +36,6 @@ def add_parser(commands: Any) -> None:
     """Add the command to the command line."""
     parser = commands.add_parser(
         "serve",
-        help="carry out missions that others send as goals of /execute_mission",
         description="Offers the action /execute_mission, one mission at a time, against the action "
         "servers of a running ROS graph; the services /bt_mission/pause, resume, step, stop and "
         "breakpoint hold the mission that runs, and /bt_mission/tree, changes and state tell how "

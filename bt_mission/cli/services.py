@@ -24,7 +24,7 @@ exit codes of call: 0 answered, 1 answered with success: false, 2 bad input, 5 n
 
 def add_parser(commands: Any) -> None:
     """Add the command to the command line."""
-    kinds = graph_command.subcommands(commands, "services", "list and call services", EPILOG)
+    kinds = graph_command.subcommands(commands, "services", EPILOG)
     graph_command.add_list(kinds, "service", "the services of the graph")
     call_ = kinds.add_parser("call", help="call a service and print its answer")
     graph_command.add_name(call_, "service", "/stop")

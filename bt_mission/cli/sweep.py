@@ -64,7 +64,6 @@ def add_parser(commands: Any) -> None:
     """Add the command to the command line."""
     parser = commands.add_parser(
         "sweep",
-        help="carry out a mission with many seeds, values, worlds and faults",
         description="Carries out every combination of seeds and values in simulations of their "
         "own, as many at a time as this machine has processors, or on a cluster of Dask. Each "
         "result is kept as it comes: a sweep that was stopped or killed goes on with --resume.",

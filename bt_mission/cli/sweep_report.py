@@ -45,7 +45,6 @@ def add_parser(commands: Any) -> None:
     """Add the command to the command line."""
     parser = commands.add_parser(
         "sweep-report",
-        help="tables and a page of the results of a sweep",
         description="Tells what a sweep came to: success with its interval, by each parameter and "
         "each pair of them, margins of requirements, what of the tree was reached, failures by "
         "leaf and reason with the command that repeats each, and the worst runs. The page needs no "

@@ -24,9 +24,7 @@ examples:
 
 def add_parser(commands: Any) -> None:
     """Add the command to the command line."""
-    kinds = graph_command.subcommands(
-        commands, "topics", "list topics, show their messages and rates", EPILOG
-    )
+    kinds = graph_command.subcommands(commands, "topics", EPILOG)
     graph_command.add_list(kinds, "topic", "the topics of the graph, with publishers > subscribers")
 
     echo_ = kinds.add_parser(

@@ -32,7 +32,6 @@ def add_parser(commands: Any) -> None:
     """Add the command to the command line."""
     parser = commands.add_parser(
         "tree",
-        help="show a mission's tree as text, DOT, SVG or PNG",
         description="Shows the tree of a mission, with the trees that it uses in their places. "
         "Neither ROS nor Graphviz is needed.",
         epilog=EPILOG,

@@ -40,7 +40,6 @@ def add_parser(commands: Any) -> None:
     """Add the command to the command line."""
     parser = commands.add_parser(
         "verify",
-        help="evaluate requirements over a recording",
         description="Evaluates requirements over a recording: those that the run had "
         "(bt-mission run --record), and those of files. Of a simulated run, verdicts, margins and "
         "instants are those of the run itself. A recording of another robot (ros2 bag record) is "

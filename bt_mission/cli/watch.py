@@ -47,7 +47,6 @@ def add_parser(commands: Any) -> None:
     """Add the command to the command line."""
     parser = commands.add_parser(
         "watch",
-        help="monitor a mission that runs elsewhere; pause, step or stop it",
         description="Attaches to an executive of the ROS graph (`run --attach`, `run --visible`, "
         "`serve`) and shows its tree, what each node does and why it ended, its goals, its "
         "variables and where the robot is. Waits where there is none, and when it goes until it "
@@ -115,10 +114,10 @@ def is_drawable() -> bool:
 
 
 def _draw(observer: ExecutiveDirectory, options: argparse.Namespace) -> int:
+    from bt_mission.core.memory import settle_memory
     from bt_mission.events.source import nobody, wanted_name
     from bt_mission.views.terminal.marks import marks_for
     from bt_mission.views.tui.app import WatchApp
-    from bt_mission.views.tui.view_app import settle_memory
 
     name = wanted_name(options.executive)
     settle_memory()

@@ -6,7 +6,6 @@ import sys
 import warnings
 from collections.abc import Mapping, Sequence
 from importlib import import_module
-from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from types import ModuleType
 from typing import Any
@@ -29,8 +28,12 @@ MOVED: Mapping[str, Mapping[str, str]] = {
 """Each module of an earlier release, with its names and where they are now."""
 
 
-class _MovedModules(MetaPathFinder, Loader):
-    """Finds modules that exist no longer, and hands on what they had."""
+class _MovedModules:
+    """Finds modules that exist no longer, and hands on what they had.
+
+    It has the methods of a finder and a loader, not the classes: to import these takes longer than
+    the rest of the package.
+    """
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
@@ -40,8 +43,14 @@ class _MovedModules(MetaPathFinder, Loader):
         if fullname not in MOVED:
             return None
         return ModuleSpec(
-            fullname, self, is_package=any(n.startswith(f"{fullname}.") for n in MOVED)
+            fullname,
+            self,  # type: ignore[arg-type]  # a loader by its methods
+            is_package=any(n.startswith(f"{fullname}.") for n in MOVED),
         )
+
+    def create_module(self, spec: ModuleSpec) -> None:
+        """Have Python make the module, as it makes any other."""
+        del spec
 
     def exec_module(self, module: ModuleType) -> None:
         """Give the module its names; each warns when it is used."""

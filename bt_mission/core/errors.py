@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import traceback
 from pathlib import Path
 
 
@@ -25,8 +24,13 @@ class NotThereError(BtMissionError):
 
 def described(error: BaseException) -> str:
     """An exception in one line, with the place that raised it."""
-    frames = traceback.extract_tb(error.__traceback__)
-    place = f" ({Path(frames[-1].filename).name}:{frames[-1].lineno})" if frames else ""
+    innermost = error.__traceback__
+    while innermost is not None and innermost.tb_next is not None:
+        innermost = innermost.tb_next
+    place = ""
+    if innermost is not None:
+        file = Path(innermost.tb_frame.f_code.co_filename).name
+        place = f" ({file}:{innermost.tb_lineno})"
     return f"{type(error).__name__}: {error}{place}"
 
 

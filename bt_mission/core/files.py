@@ -15,6 +15,10 @@ SUFFIXES = (".yaml", ".yml")
 MOST_READ = 1_000_000
 """Characters of a file in which its kind is looked for; larger ones are refused anyway."""
 _IS_SCENARIO = re.compile(r"^scenario[ ]*:", re.MULTILINE)
+_PLAIN_WORDS = re.compile(
+    r"^(mission|scenario|world)[ ]*:[ ]+([\w.-]+(?: [\w.-]+)*)[ ]*(?:#.*)?$",
+    re.MULTILINE | re.ASCII,
+)
 _SOURCE = Path(__file__).resolve().parent.parent.parent
 
 
@@ -92,11 +96,25 @@ def is_file(path: Path) -> bool:
 
 def is_scenario(path: str | Path) -> bool:
     """Return whether a file is a scenario rather than a mission."""
+    return _IS_SCENARIO.search(_text_to_look_at(path)) is not None
+
+
+def plain_words(path: str | Path) -> dict[str, str]:
+    """Return what a mission or scenario in YAML says of `mission`, `scenario` and `world`.
+
+    Of each, where it is plain words. It is only for telling people, before the file is read
+    properly: that takes a while.
+    """
+    return dict(_PLAIN_WORDS.findall(_text_to_look_at(path)))
+
+
+def _text_to_look_at(path: str | Path) -> str:
+    """Return the beginning of a file in YAML, or nothing; a pipe is not read."""
     file = Path(path)
     if file.suffix not in SUFFIXES or not is_file(file):
-        return False
+        return ""
     try:
         with file.open(encoding="utf-8", errors="replace") as opened:
-            return _IS_SCENARIO.search(opened.read(MOST_READ)) is not None
+            return opened.read(MOST_READ)
     except OSError:
-        return False
+        return ""

@@ -1,4 +1,7 @@
-"""Load a mission file, YAML or XML, and turn one form into the other."""
+"""Load a mission file, YAML or XML, and turn one form into the other.
+
+What XML needs is imported when there is any: most missions are YAML.
+"""
 
 from __future__ import annotations
 
@@ -6,9 +9,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bt_mission.btcpp.document import mission_yaml, read_xml
-from bt_mission.btcpp.mission_writer import mission_palette, mission_xml
-from bt_mission.btcpp.palette import palette_xml
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import SUFFIXES
 from bt_mission.core.yaml.document import Document, read
@@ -41,7 +41,11 @@ def load(
 
 def read_mission(path: str | Path) -> Document:
     """Read a mission file: XML where its name says so, else YAML. Raises InputError."""
-    return read_xml(path) if Path(path).suffix == XML else read(path)
+    if Path(path).suffix != XML:
+        return read(path)
+    from bt_mission.btcpp.document import read_xml  # noqa: PLC0415 - see the module's docstring
+
+    return read_xml(path)
 
 
 def convert(path: str | Path) -> str:
@@ -51,6 +55,9 @@ def convert(path: str | Path) -> str:
         InputError: With each place that is wrong, or that the other form cannot express.
         BtMissionError: For a file with another suffix.
     """
+    from bt_mission.btcpp.document import mission_yaml  # noqa: PLC0415 - the same
+    from bt_mission.btcpp.mission_writer import mission_xml  # noqa: PLC0415 - the same
+
     suffix = Path(path).suffix
     if suffix == XML:
         return mission_yaml(path)
@@ -67,6 +74,9 @@ def palette(path: str | Path | None = None) -> str:
     Raises:
         InputError: With everything that is wrong with the mission, or that XML cannot say.
     """
+    from bt_mission.btcpp.mission_writer import mission_palette  # noqa: PLC0415 - the same
+    from bt_mission.btcpp.palette import palette_xml  # noqa: PLC0415 - the same
+
     shapes = installed_shapes()
     return palette_xml(shapes) if path is None else mission_palette(read_mission(path), shapes)
 

@@ -38,7 +38,7 @@ Point = tuple[Coordinate, Coordinate]
 class WorldPart(BaseModel):
     """What is written of a part of a world: fixed, and nothing that nobody knows."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", defer_build=True)
 
 
 class Wall(WorldPart):

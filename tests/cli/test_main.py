@@ -1,11 +1,14 @@
-"""Ctrl-C while the program is loaded, and after a command has ended."""
+"""Ctrl-C while the program is loaded, and how it ends."""
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 
 import pytest
+
+from bt_mission.core.dds.discovery import MACHINE, PROCESS, RANGE
 
 pytestmark = pytest.mark.process
 
@@ -47,3 +50,29 @@ def test_ctrl_c_before_and_after_is_no_traceback(happens: str, code: int) -> Non
         [sys.executable, "-c", program], capture_output=True, check=False, text=True, timeout=60
     )
     assert (done.returncode, done.stderr) == (code, "")
+
+
+@pytest.mark.parametrize(("discovery", "said"), [(PROCESS, "last\n"), (MACHINE, "last\nfirst\n")])
+def test_a_process_that_nobody_saw_leaves_at_its_last_word(discovery: str, said: str) -> None:
+    """What was registered since its start is called; libraries are taken down only by others."""
+    program = (
+        "import atexit, runpy, sys\n"
+        "atexit.register(print, 'first', file=sys.stderr)\n"
+        "sys.argv = ['bt-mission', 'schema']\n"
+        "class Late:\n"
+        "    def find_spec(self, name, *_):\n"
+        "        if name == 'bt_mission.cli.main':\n"
+        "            atexit.register(print, 'last', file=sys.stderr)\n"
+        "sys.meta_path.insert(0, Late())\n"
+        "runpy.run_module('bt_mission', run_name='__main__')\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        capture_output=True,
+        check=False,
+        text=True,
+        timeout=60,
+        env=os.environ | {RANGE: discovery},
+    )
+    assert (done.returncode, done.stderr) == (0, said)
+    assert done.stdout.endswith("}\n")

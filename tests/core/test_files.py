@@ -7,6 +7,7 @@ import pytest
 
 from bt_mission.core import files
 from bt_mission.core.diagnostics import InputError
+from bt_mission.core.files import plain_words
 
 
 @pytest.fixture(autouse=True)
@@ -81,3 +82,26 @@ def test_an_unknown_name_is_told_with_the_known_ones():
 def test_names_that_are_none_find_nothing(name):
     """Neither folders nor what the file system refuses."""
     assert files.look_for("worlds", name) is None
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (
+            "mission: square\nworld: empty_arena # flat\n",
+            {"mission": "square", "world": "empty_arena"},
+        ),
+        ("mission: back up\n", {"mission": "back up"}),
+        ("# mission: no\nmission:\n  mission: inner\n", {}),
+        ("mission: $(rm) \n", {}),
+        ("world: '\\e[2J'\nscenario: two words\n", {"scenario": "two words"}),
+    ],
+)
+def test_a_first_look_takes_plain_words_alone(
+    tmp_path: Path, text: str, words: dict[str, str]
+) -> None:
+    """Of the outermost mapping; whatever else is there waits for the parser."""
+    path = tmp_path / "m.yaml"
+    path.write_text(text)
+    assert plain_words(path) == words
+    assert plain_words(tmp_path / "m.xml") == {}

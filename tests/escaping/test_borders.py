@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 from rclpy.impl.rcutils_logger import RcutilsLogger
 
+from bt_mission.cli.commands import load_commands
 from bt_mission.cli.doctor import CheckResult, DoctorCheck, report_on
 from bt_mission.cli.main import main, make_parser
 from bt_mission.core.ros_log import EscapingLogger
@@ -195,6 +196,7 @@ def arguments(parser: argparse.ArgumentParser, words: tuple[str, ...] = ()) -> I
 
 
 PARSER = make_parser()
+load_commands(PARSER)
 EVERY = list(arguments(PARSER))
 
 

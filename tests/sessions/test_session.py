@@ -9,7 +9,7 @@ from typing import Any
 
 from bt_mission.executive.status import Change
 from bt_mission.sessions.session import drive
-from bt_mission.views.terminal.views import Quiet
+from bt_mission.views.terminal.quiet import Quiet
 
 DRIVE = """\
 mission: drive

@@ -14,12 +14,13 @@ import pytest
 
 from action_servers.core.pilot import Pilot
 from bt_mission.behaviours import leaves
+from bt_mission.btcpp import document
 from bt_mission.core.diagnostics import Diagnostic
 from bt_mission.executive.executive import Executive
 from bt_mission.goals.ledger import Ledger
 from bt_mission.language.checks import scope
 from bt_mission.recording.reading import RecordedFile
-from bt_mission.sessions import check, load
+from bt_mission.sessions import check
 from tests.support.fuzz import cases
 from tests.support.fuzz.limits import MEMORY_MB, forget_peak, judge_within, peak_mb, resident_mb
 from tests.support.fuzz.targets import MODULES, target, target_of
@@ -156,6 +157,9 @@ def judged_sample(name, contents=None, number=0, **options):
     return judge_within(path, judge=chosen.judge, **options)
 
 
+OTHER = "mission: m\ntree: {wait: 1}\n"
+
+
 def crash(*_args, **_kwargs):
     """Raise what nobody expects."""
     raise KeyError("planted")
@@ -165,7 +169,12 @@ def crash(*_args, **_kwargs):
     ("name", "where", "planted", "kind"),
     [
         ("recordings", (RecordedFile, "facts"), property(crash), "KeyError in test_fuzz.py:crash"),
-        ("trees", (load, "mission_yaml"), lambda _: "mission: m\ntree: {wait: 1}\n", "YAML means"),
+        (
+            "trees",
+            (document, "mission_yaml"),
+            lambda _: OTHER,
+            "YAML means",
+        ),
         ("goals", (Ledger, "is_settled"), False, "the mission does not end"),
         ("controls", (Executive, "interrupt"), lambda *_: None, "the mission does not end"),
         ("servers", (Pilot, "_end_all"), lambda *_: None, "a maneuver goes on after a stop"),

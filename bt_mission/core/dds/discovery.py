@@ -22,6 +22,11 @@ def isolate(*, visible: bool, network: bool = False) -> None:
     os.environ[RANGE] = (NETWORK if network else MACHINE) if visible else PROCESS
 
 
+def is_isolated() -> bool:
+    """Tell whether no other process finds the ROS contexts of this one."""
+    return os.environ.get(RANGE) == PROCESS
+
+
 def restrict_discovery(*, network: bool) -> str | None:
     """Keep the ROS contexts made from now on to this machine, where the variable says nothing.
 

@@ -24,7 +24,7 @@ LDS_02_SAMPLES = 2300.0
 class RobotPart(BaseModel):
     """Figures of a part: fixed, and none that nobody knows."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", defer_build=True)
 
 
 class Body(RobotPart):

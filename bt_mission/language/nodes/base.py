@@ -58,7 +58,7 @@ Trees = Annotated[Any, WithJsonSchema({TREE_MARK: True})]
 class Written(BaseModel):
     """What all models of the mission file share: strict, frozen, no unknown keys."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, defer_build=True)
 
 
 @dataclass(frozen=True, slots=True)

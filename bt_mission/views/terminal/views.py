@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Sequence
 from itertools import islice
-from typing import Self, TextIO
+from typing import TextIO
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -27,44 +26,20 @@ from bt_mission.sessions.session import Session, View
 from bt_mission.views.terminal.lines import ControlLines, PlainLines, timed
 from bt_mission.views.terminal.marks import bar, clean, marks_for
 from bt_mission.views.terminal.output_capture import OutputCapture
+from bt_mission.views.terminal.quiet import Quiet
 from bt_mission.views.terminal.tree_rows import progress_figures
 
 FRAME_S = 0.1
 BAR_WIDTH = 12
 
 
-def view_for(stream: TextIO, *, plain: bool, quiet: bool) -> View:
-    """A live tree on a terminal, plain lines in a pipe, nothing for ``--json``."""
-    if quiet:
-        return Quiet()
+def view_for(stream: TextIO, *, plain: bool) -> View:
+    """A live tree on a terminal, plain lines in a pipe; `Quiet` is for ``--json``."""
     console = EscapingConsole(stream)
     if plain or not console.is_terminal or console.is_dumb_terminal:
         return PlainView(stream)
     capture = OutputCapture()
     return LiveView(EscapingConsole(capture.terminal), capture)
-
-
-class Quiet:
-    """Shows nothing; what the mission says goes to standard error."""
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        pass
-
-    def open(self, session: Session, wall: Stopwatch, /) -> None:
-        """Nothing to show."""
-
-    def on_change(self, change: Change) -> None:
-        """Nothing to show."""
-
-    def refresh(self) -> None:
-        """Nothing to show."""
-
-    def say(self, text: str) -> None:
-        """Pass on what the mission says."""
-        print(text, file=sys.stderr)
 
 
 class PlainView(Quiet):

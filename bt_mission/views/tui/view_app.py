@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -24,15 +23,6 @@ FRAME_S = 0.1
 
 NOTICE_S = 5.0
 """How long a notice stands in the place of the keys."""
-
-
-def settle_memory() -> None:
-    """Take what is imported by now for permanent: call it once, before a view is shown.
-
-    To look through all of it for garbage would stop the picture for a tenth of a second each time.
-    """
-    gc.collect()
-    gc.freeze()
 
 
 @dataclass(frozen=True)

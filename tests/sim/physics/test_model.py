@@ -4,9 +4,13 @@ import mujoco
 import pytest
 
 from bt_mission.core.robot.model import load_robot
+from sim.physics import physics
 from sim.physics.names import BASE, MARKS, OBSTACLE_PREFIX, ROBOT, SOLID, WHEELS
 from sim.physics.physics import compile_model
 from sim.physics.spawn import RobotSpawn
+from sim.world.world import Spawn
+
+FIELDS = ("body_mass", "body_pos", "geom_size", "geom_friction", "qpos0", "actuator_gainprm")
 
 
 @pytest.mark.parametrize("name", ["waffle", "burger"])
@@ -68,3 +72,33 @@ def test_only_the_robots_own_geoms_are_hidden_from_its_lidar(make_world, waffle)
         assert (model.geom_group[geom] == SOLID) != own
         if model.geom_contype[geom] or model.geom_conaffinity[geom]:
             assert (model.geom_group[geom] == ROBOT) == own
+
+
+def test_what_was_compiled_before_is_a_model_of_its_own(make_world, waffle):
+    """The same to the bit; what is changed in one does not show in another."""
+    world = make_world()
+    first, again = (compile_model(world, [RobotSpawn(waffle)]) for _ in range(2))
+    assert first is not again
+    assert [getattr(first, name).tobytes() for name in FIELDS] == (
+        [getattr(again, name).tobytes() for name in FIELDS]
+    )
+    first.geom_friction[:] = 9.0
+    third = compile_model(world, [RobotSpawn(waffle)])
+    assert third.geom_friction.tobytes() == again.geom_friction.tobytes()
+
+
+def test_worlds_that_differ_are_compiled_by_themselves(make_world, waffle):
+    """However little: a robot at -0.0 stands elsewhere than one at 0.0, as far as bits go."""
+    places = [Spawn(x=x, y=0.0, yaw=0.0) for x in (0.0, -0.0, 0.25)]
+    models = [compile_model(make_world(), [RobotSpawn(waffle, spawn=one)]) for one in places]
+    x = [float(model.body(BASE).pos[0]) for model in models]
+    assert [str(one) for one in x] == ["0.0", "-0.0", "0.25"]
+
+
+def test_only_so_many_models_are_kept(make_world, waffle):
+    """A search goes through thousands of worlds."""
+    for number in range(12):
+        compile_model(
+            make_world(), [RobotSpawn(waffle, spawn=Spawn(x=0.01 * number, y=0.0, yaw=0.0))]
+        )
+    assert len(physics._compiled) <= physics._MOST_KEPT

@@ -24,7 +24,7 @@ from action_servers.core.pilot import ManeuverOutcome, ManeuverRun, Pilot
 from action_servers.core.tuning import FRONTIERS, NAVIGATION, TUNING
 from action_servers.robot_io.messages import fill
 from action_servers.robot_io.sensors import SensorSubscriptions, SensorWiring
-from action_servers.server.actions import ServerContext, actions
+from action_servers.server.actions import ACTIONS, ServerContext
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import load_robot
@@ -124,7 +124,7 @@ class Play:
             max_angular=robot.max_angular_velocity,
             replaces=self.program.chance(0.8),
         )
-        self.actions = actions(self.context)
+        self.actions = tuple(make(self.context) for make in ACTIONS.values())
         self.log: list[str] = []
         self.running: list[ManeuverRun] = []
         for kind in (Odometry, LaserScan, OccupancyGrid, TFMessage):

@@ -1,0 +1,131 @@
+"""What a command loads before it does anything: asked of a process of its own."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from bt_mission.cli.commands import COMMANDS, Commands, load_commands
+from bt_mission.cli.main import make_parser
+
+pytestmark = pytest.mark.process
+
+HEAVY = {"rclpy", "mujoco", "numpy", "scipy", "cv2", "PIL", "pydantic", "yaml", "py_trees", "rich"}
+LISTED = "import atexit; atexit.register(lambda: print(json.dumps([*sys.modules]), file=told))\n"
+AT_THE_FIRST_LINE = """\
+class Terminal:
+    encoding = "utf-8"
+    def isatty(self):
+        return True
+    def write(self, text):
+        print(json.dumps([text, *sys.modules]), file=told, flush=True)
+        os._exit(0)
+    def flush(self):
+        pass
+sys.stderr = Terminal()
+"""
+MISSION = "mission: short\nworld: empty_arena\ntree: {wait: 0.1}\n"
+
+
+def loaded(folder: Path, before: str, *words: str) -> list[str]:
+    """What a command tells of the modules that are loaded; `before` runs before it."""
+    told = folder / "told.json"
+    program = (
+        f"import json, os, sys; sys.path[:0] = {sys.path!r}; told = open({str(told)!r}, 'w')\n"
+        f"sys.argv = {['bt-mission', *words]!r}\n{before}"
+        "from bt_mission.cli import main\nsys.exit(main())\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+        env=os.environ | {"PYTHONHASHSEED": "0"},
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    found: list[str] = json.loads(told.read_text())
+    return found
+
+
+def of_packages(modules: list[str]) -> set[str]:
+    """The top-level packages of modules."""
+    return {name.partition(".")[0] for name in modules}
+
+
+def commands_in(modules: list[str]) -> set[str]:
+    """The modules of commands that are loaded."""
+    mine = {f"bt_mission.cli.{one.adder.partition(':')[0]}" for one in COMMANDS.values()}
+    return mine & set(modules)
+
+
+def test_help_loads_no_command(tmp_path: Path) -> None:
+    """The list of commands has their help."""
+    modules = loaded(tmp_path, LISTED, "--help")
+    assert commands_in(modules) == set()
+    assert of_packages(modules).isdisjoint(HEAVY)
+
+
+def test_names_for_completion_load_their_command_alone(tmp_path: Path) -> None:
+    """A shell asks for them while somebody types."""
+    modules = loaded(tmp_path, LISTED, "completion", "--names", "runs")
+    assert commands_in(modules) == {"bt_mission.cli.completion"}
+    assert of_packages(modules).isdisjoint(HEAVY)
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_help_of_a_command_loads_neither_ros_nor_the_simulation(
+    tmp_path: Path, command: str
+) -> None:
+    """Nor anything else that takes long."""
+    modules = loaded(tmp_path, LISTED, command, "--help")
+    assert of_packages(modules).isdisjoint(HEAVY)
+
+
+def test_the_script_for_a_shell_knows_every_command() -> None:
+    """Each has a parser of its own then, in the order in which they are listed."""
+    parser = make_parser()
+    load_commands(parser)
+    (commands,) = (one for one in parser._actions if isinstance(one, Commands))
+    assert list(commands.choices or ()) == list(COMMANDS)
+    for name, one in commands.choices.items():
+        assert one.prog == f"bt-mission {name}"
+
+
+@pytest.mark.parametrize(
+    ("words", "line"),
+    [
+        (("run", "explore"), "explore in dqn_stage4: starting ..."),
+        (("run", "explore", "--world", "empty_arena"), "explore in empty_arena: starting ..."),
+        (("run", "short.yaml"), "short in empty_arena: starting ..."),
+        (("run", "explore", "--attach"), "explore: joining the ROS graph ..."),
+        (("run", "odd.yaml"), "odd.yaml: starting ..."),
+        (("run", "nowhere"), "nowhere: starting ..."),
+        (("run", "scene.yaml"), "wall in front in nav_arena: starting ..."),
+    ],
+)
+def test_the_first_line_comes_before_everything(
+    tmp_path: Path, words: tuple[str, ...], line: str
+) -> None:
+    """It says what starts and where, as far as a first look at the file tells."""
+    (tmp_path / "short.yaml").write_text(MISSION)
+    (tmp_path / "odd.yaml").write_text("mission: $(x) y\n")
+    (tmp_path / "scene.yaml").write_text("scenario: wall in front # once\nworld: nav_arena\n")
+    text, *modules = loaded(tmp_path, AT_THE_FIRST_LINE, *words)
+    assert text == line
+    assert of_packages(modules).isdisjoint(HEAVY)
+    assert commands_in(modules) <= {"bt_mission.cli.run", "bt_mission.cli.check"}
+
+
+def test_a_run_loads_what_its_mission_needs(tmp_path: Path) -> None:
+    """Not what others compute paths and pictures with, nor what draws or reads XML."""
+    (tmp_path / "short.yaml").write_text(MISSION)
+    modules = loaded(tmp_path, LISTED, "run", "short.yaml", "--json")
+    assert {"rclpy", "mujoco", "py_trees"} <= of_packages(modules)
+    assert of_packages(modules).isdisjoint({"scipy", "cv2", "PIL", "rich", "textual"})
+    assert "bt_mission.btcpp" not in modules
