@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import traceback
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from typing import Any, Literal, TypeAlias
 
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
+from rclpy.exceptions import InvalidHandle
 from rclpy.logging import LoggingSeverity
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
@@ -214,8 +215,12 @@ class ActionAdapter:
             meanwhile.close()
             ended.set_result(outcome)
 
+        told = self._action.type.Impl.FeedbackMessage(goal_id=handle.goal_id)
+
         def on_feedback(fields: Fields) -> None:
-            handle.publish_feedback(self._filled(self._action.type.Feedback(), fields))
+            told.feedback = self._filled(self._action.type.Feedback(), fields)
+            with suppress(InvalidHandle):  # the server is destroyed
+                self._server.tell(told)
 
         self._log.info(f"goal accepted: {shown(handle.request)}")
         run = ManeuverRun(self._interposed(maneuver), on_feedback, on_end)

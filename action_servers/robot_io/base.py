@@ -97,10 +97,8 @@ class CommandPublisher:
         publisher = self._publisher
         if publisher is None or not self._node.context.ok():
             return  # whoever shut the context down has taken the publisher away
-        (numbers,) = self._message.numbers
-        numbers.linear.x, numbers.angular.z = twist.linear, twist.angular
         set_ns(self._stamp, clock_ns(self._clock) if stamp_ns is None else stamp_ns)
-        publisher.publish(self._message.packed())
+        publisher.publish(self._message.packed(twist.linear, twist.angular))
 
     def watch(self) -> str | None:
         """Look who listens; return why the robot would not hear, or None."""

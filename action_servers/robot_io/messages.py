@@ -5,8 +5,9 @@ from __future__ import annotations
 import importlib
 import math
 from array import array
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -208,7 +209,8 @@ def fill(message: Any, fields: Fields, now: Callable[[], Any]) -> Any:
     bytes fill a sequence of uint8, and a sequence one of any of them. Raises AttributeError for a
     field that is not there.
     """
-    types = message.get_fields_and_field_types()
+    kind: Any = type(message)
+    types = _types_of(kind)
     for name, value in fields.items():
         if name not in types:
             raise AttributeError(
@@ -218,14 +220,20 @@ def fill(message: Any, fields: Fields, now: Callable[[], Any]) -> Any:
     return message
 
 
+@cache
+def _types_of(kind: Any) -> Mapping[str, str]:
+    types: Mapping[str, str] = kind.get_fields_and_field_types()  # a copy each time
+    return types
+
+
 def _filled(type_name: str, value: Any, now: Callable[[], Any]) -> Any:
+    if type_name in _NUMBERS:
+        return float(value)
     if isinstance(value, bytes):
         return array("B", value)  # ten thousand times faster than number by number
     if type_name.startswith(_SEQUENCE):
         element = type_name.removeprefix(_SEQUENCE).removesuffix(">")
         return [_filled(element, item, now) for item in value]
-    if type_name in _NUMBERS:
-        return float(value)
     if type_name in _TEXTS:
         return str(value)
     if "/" not in type_name:

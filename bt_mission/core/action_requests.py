@@ -30,6 +30,13 @@ class BoundedRequests:
 
         def __getattr__(self, name: str) -> Any: ...
 
+    def tell(self, message: Any) -> None:
+        """Publish a feedback message, its goal's id included.
+
+        `ServerGoalHandle.publish_feedback` makes a new one each time, for half of its cost.
+        """
+        self._handle.publish_feedback(message)
+
     async def execute(self, taken_data: dict[str, Any]) -> None:
         """Answer what was taken, and what more there is, up to the burst."""
         await self._answer(taken_data)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -67,6 +68,17 @@ class Trace:
             f'{{"action": {_json(goal.goal_client.name)}, "event": {_json(f"goal {what}")},'
             f' "goal": "{goal.id.hex()}", "owner": {_json(goal.owner)},'
             f' "phase": {_json(goal.phase)}, "status": {status}, "t": {time_ns}}}'
+        )
+
+    def record_pose(self, time_ns: int, pose: tuple[float, float, float], collisions: int) -> None:
+        """Add where the robot truly is (m, m, rad), and how often it has run into something."""
+        x, y, yaw = pose
+        if not math.isfinite(x + y + yaw):
+            self.record(time_ns, "pose", x=x, y=y, yaw=yaw, collisions=collisions)
+            return
+        self._add(
+            f'{{"collisions": {collisions}, "event": "pose", "t": {time_ns},'
+            f' "x": {x!r}, "y": {y!r}, "yaw": {yaw!r}}}'
         )
 
     @contextmanager

@@ -45,6 +45,10 @@ class ObservablePublisher(Publisher):
     def publish(self, msg: Any) -> None:
         """Send a message; while it is observed, only where somebody else hears it, or will."""
         take = self._take
+        if take is None and isinstance(msg, bytes):
+            with (handle := self.handle):
+                handle.publish_raw(msg)
+            return
         if take is None or not isinstance(msg, (bytes, self.msg_type)):
             super().publish(msg)
             return
@@ -56,8 +60,8 @@ class ObservablePublisher(Publisher):
     def get_subscription_count(self) -> int:
         """How many subscriptions it has, and one more where its observer counts as one."""
         if self._take is None:
-            count: int = super().get_subscription_count()
-            return count
+            with (handle := self.handle):
+                return int(handle.get_subscription_count())
         return self._count() + self._counts
 
 

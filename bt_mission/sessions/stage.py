@@ -311,7 +311,7 @@ class Stage:
 
     def _record_pose(self, robot: SimulatedRobot) -> None:
         x, y, yaw = robot.pose
-        self.trace.record(self.now_ns, "pose", x=x, y=y, yaw=yaw, collisions=robot.collisions)
+        self.trace.record_pose(self.now_ns, (x, y, yaw), robot.collisions)
         if not math.isfinite(x + y + yaw):
             raise StageError("the simulation became unstable: the robot's pose is not finite")
 

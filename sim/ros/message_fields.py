@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from bt_mission.core.geometry import Pose2D, Twist2D, set_planar
 from bt_mission.core.robot.parts import BatteryModel as BatterySpec
 from bt_mission.core.robot.parts import CameraModel, LidarModel
 from bt_mission.core.robot.parts import ImuModel as ImuSpec
@@ -55,25 +54,15 @@ def collision(message: Any, event: Collision) -> Any:
     return message
 
 
-def odometry(message: Any, pose: Pose2D, velocity: Twist2D) -> None:
-    """Fill an Odometry."""
-    set_planar(message.pose.pose.position, message.pose.pose.orientation, pose)
-    twist = message.twist.twist
-    twist.linear.x, twist.angular.z = velocity.linear, velocity.angular
+def planar(x: float, y: float, yaw: float) -> tuple[float, float, float, float]:
+    """Return x and y of a place, and z and w of its quaternion."""
+    return x, y, math.sin(yaw / 2.0), math.cos(yaw / 2.0)
 
 
-def joints(message: Any, angles: tuple[float, float], speeds: tuple[float, float]) -> None:
-    """Fill a JointState: rad and rad/s, left and right."""
-    message.position[0], message.position[1] = angles
-    message.velocity[0], message.velocity[1] = speeds
-
-
-def inertial(message: Any, reading: Inertial) -> None:
-    """Fill an Imu."""
-    q, w, a = message.orientation, message.angular_velocity, message.linear_acceleration
-    q.w, q.x, q.y, q.z = reading.orientation
-    w.x, w.y, w.z = reading.angular_velocity
-    a.x, a.y, a.z = reading.linear_acceleration
+def inertial(reading: Inertial) -> tuple[float, ...]:
+    """Return the numbers of an Imu, in its order: the quaternion's w comes last."""
+    w, *axes = reading.orientation
+    return (*axes, w, *reading.angular_velocity, *reading.linear_acceleration)
 
 
 def inertial_limits(message: Any, spec: ImuSpec) -> None:
@@ -119,11 +108,9 @@ def battery_limits(message: Any, spec: BatterySpec) -> None:
     message.present = True
 
 
-def battery(message: Any, state: Battery) -> None:
-    """Fill a BatteryState: V, A (below 0: discharging), Ah, and a percentage from 0 to 100."""
-    message.voltage, message.current = state.voltage, -state.current
-    message.charge = state.charge * state.spec.capacity
-    message.percentage = state.percentage
+def charge(state: Battery) -> tuple[float, float, float, float]:
+    """Return V, A (below 0: discharging), Ah, and a percentage from 0 to 100."""
+    return state.voltage, -state.current, state.charge * state.spec.capacity, state.percentage
 
 
 def image_format(message: Any, spec: CameraModel) -> npt.NDArray[np.uint8]:

@@ -25,7 +25,6 @@ from tf2_msgs.msg import TFMessage
 from bt_mission.core.cdr.decoder import decoder_of
 from bt_mission.core.cdr.picker import Picker
 from bt_mission.core.cdr.writer import MessageTemplate
-from bt_mission.core.geometry import Pose2D, Twist2D, set_planar
 from bt_mission.core.goal_rate import MOST_WAITING
 from bt_mission.core.ros_log import log_of
 from bt_mission.core.stamps import NS
@@ -212,9 +211,6 @@ class RobotPublishers:
         moving = self._packed(
             TFMessage(transforms=sent), *((frame, PLANAR_TRANSFORM) for frame in sent)
         )
-        *to_odom, to_base = [
-            (one.transform.translation, one.transform.rotation) for one in moving.numbers
-        ]
         wheels = self._packed(turned, (turned, ("position", "velocity")), unused=4)  # no effort
         odometry = self._packed(reckoned, (reckoned, PLANAR_MOTION))
         truth = self._packed(true, (true, PLANAR_MOTION))
@@ -224,26 +220,27 @@ class RobotPublishers:
         truth_out = self._publisher(OdometryMessage, "ground_truth/odom")
         robot = self._robot
 
+        localises = self._localises
+
         def publish(_: int) -> None:
             reading = robot.read_odometry()
             here = (reading.x, reading.y, reading.yaw)
             faults = robot.faults
             if wanted(wheels_out) and not faults.joints.dead:
-                message_fields.joints(wheels.numbers[0], *robot.wheels)
-                wheels_out.publish(wheels.packed())
+                angles, speeds = robot.wheels
+                wheels_out.publish(wheels.packed(*angles, *speeds))
             if wanted(odometry_out) and not faults.odometry.dead:
-                moves = Twist2D(reading.linear, reading.angular)
-                message_fields.odometry(odometry.numbers[0], Pose2D(*here), moves)
-                odometry_out.publish(odometry.packed())
+                motion = reading.linear, reading.angular
+                odometry_out.publish(odometry.packed(*message_fields.planar(*here), *motion))
             if wanted(moving_out) and not faults.odometry.dead:
-                set_planar(*to_base, Pose2D(*here))
-                for place in to_odom:
-                    set_planar(*place, Pose2D(*frames.map_to_odom(robot.pose, here)))
-                moving_out.publish(moving.packed())
+                places: tuple[float, ...] = message_fields.planar(*here)
+                if localises:
+                    to_odom = frames.map_to_odom(robot.pose, here)
+                    places = (*message_fields.planar(*to_odom), *places)
+                moving_out.publish(moving.packed(*places))
             if wanted(truth_out):
-                moves = Twist2D(*robot.velocity)
-                message_fields.odometry(truth.numbers[0], Pose2D(*robot.pose), moves)
-                truth_out.publish(truth.packed())
+                place = message_fields.planar(*robot.pose)
+                truth_out.publish(truth.packed(*place, *robot.velocity))
 
         self._schedule.every(robot.robot.odometry_rate, "odometry_rate", publish)
 
@@ -256,25 +253,26 @@ class RobotPublishers:
 
         def publish(index: int) -> None:
             if wanted(publisher) and not self._robot.faults.imu.dead:
-                message_fields.inertial(packed.numbers[0], self._robot.inertial(index))
-                publisher.publish(packed.packed())
+                reading = self._robot.inertial(index)
+                publisher.publish(packed.packed(*message_fields.inertial(reading)))
 
         self._schedule.every(spec.rate, "imu.rate", publish)
 
     def _make_lidar(self) -> None:
         spec = self._robot.robot.lidar
         message = message_fields.header(LaserScan(), self._stamp, frames.SCAN_FRAME)
-        ranges = message_fields.scan_limits(message, spec)
+        message_fields.scan_limits(message, spec)
         varies = spec.model == "LDS-02"
+        packed = self._packed(message, (message, ("ranges",)))
         publisher = self._publisher(LaserScan, "scan", SENSOR_DATA)
 
         def publish(index: int) -> None:
             if wanted(publisher) and not self._robot.faults.lidar.dead:
                 if varies:
                     message_fields.scan_of(message, self._robot.scan(index))
+                    publisher.publish(message)
                 else:
-                    self._robot.scan(index, ranges)
-                publisher.publish(message)
+                    publisher.publish(packed.packed(*self._robot.scan(index).tolist()))
 
         self._schedule.every(spec.rate, "lidar.rate", publish)
 
@@ -286,8 +284,7 @@ class RobotPublishers:
 
         def publish(_: int) -> None:
             if wanted(publisher):
-                message_fields.battery(packed.numbers[0], self._robot.battery)
-                publisher.publish(packed.packed())
+                publisher.publish(packed.packed(*message_fields.charge(self._robot.battery)))
 
         self._schedule.every(BATTERY_RATE, "battery", publish)
 

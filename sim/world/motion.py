@@ -68,7 +68,9 @@ class PassingCourse:
         legs = zip(pairwise(points), pairwise(self._starts), strict=True)
         for ((x0, y0), (x1, y1)), (start, end) in legs:
             length = end - start
-            self._legs.append((start, x0, y0, (x1 - x0) / length, (y1 - y0) / length))
+            self._legs.append((start, end, x0, y0, (x1 - x0) / length, (y1 - y0) / length))
+        self._leg = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        """The leg of the last answer: the next is mostly on it, too."""
 
     def at(self, time_s: float) -> PlaceAndVelocity:
         """Return place and velocity at a time after the start, s. It turns at once."""
@@ -78,7 +80,10 @@ class PassingCourse:
         """Return place and velocity after so many metres."""
         if gone >= self._starts[-1]:
             return *self._points[-1], 0.0, 0.0
-        start, x, y, ahead_x, ahead_y = self._legs[bisect_right(self._starts, gone) - 1]
+        start, end, x, y, ahead_x, ahead_y = self._leg
+        if not start <= gone < end:
+            self._leg = self._legs[bisect_right(self._starts, gone) - 1]
+            start, _, x, y, ahead_x, ahead_y = self._leg
         along, speed = gone - start, self._speed
         return x + along * ahead_x, y + along * ahead_y, speed * ahead_x, speed * ahead_y
 

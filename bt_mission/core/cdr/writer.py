@@ -10,8 +10,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from operator import attrgetter
-from types import SimpleNamespace
+from operator import attrgetter, itemgetter
 from typing import Any
 
 Serialize = Callable[[Any], bytes]
@@ -28,12 +27,7 @@ class _Field:
     name: str
     at: int
     form: str
-    count: int | None = None
-
-    @property
-    def end(self) -> int:
-        """The place after it."""
-        return self.at + struct.calcsize(self.form) * (self.count or 1)
+    count: int = 1
 
 
 class MessageTemplate:
@@ -43,13 +37,13 @@ class MessageTemplate:
         message: As it is to be sent, but for the numbers.
         stamp: The Time that stands wherever the message has a stamp.
         parts: Which numbers: the message, or messages within it, each with the dotted names of
-            fields that are floats or lists of floats.
+            fields that are floats or lists of floats, in the order in which they are sent.
         serialize: Gives the bytes of a message.
         unused: So many bytes at the end are none of the message: where it ends with an empty list
             of doubles, rclpy counts the room that would align their first.
 
     Raises:
-        ValueError: For a field that does not turn up in the bytes exactly once.
+        ValueError: For a field that does not turn up in the bytes exactly once, or in that order.
     """
 
     def __init__(
@@ -60,29 +54,68 @@ class MessageTemplate:
         serialize: Serialize,
         unused: int = 0,
     ) -> None:
-        self.numbers = [SimpleNamespace() for _ in parts]
-        """What is filled in: of each part the fields that were named, and nothing else."""
         self._stamp = stamp
-        self._stamps = _stamps(message, stamp, serialize)
-        self._writes: list[tuple[Callable[..., None], int, Callable[[Any], Any], Any]] = []
-        for (part, names), numbers in zip(parts, self.numbers, strict=True):
-            fields = [_find(message, part, name, serialize) for name in names]
-            for field in fields:
-                _grow(numbers, field, attrgetter(field.name)(part))
-            for run in _runs(sorted(fields, key=lambda field: field.at)):
-                getter, form = _reader(run)
-                self._writes.append((struct.Struct(form).pack_into, run[0].at, getter, numbers))
-        self._data = bytearray(serialize(message)[: -unused or None])
+        fields = [_find(message, part, name, serialize) for part, names in parts for name in names]
+        if fields != sorted(fields, key=attrgetter("at")):
+            raise ValueError(f"fields of a {type(message).__name__} in another order than it has")
+        data = serialize(message)[: -unused or None]
+        changing: list[tuple[int, str, int, int | None]] = [
+            (at, "iI", 2, None) for at in _stamps(message, stamp, serialize)
+        ]
+        first = 0
+        for field in fields:
+            form = f"{field.count}{field.form}"
+            changing.append((field.at, form, field.count, first))
+            first += field.count
+        self._count = first
+        self._row = self._lay_out(data, sorted(changing, key=itemgetter(0)))
 
-    def packed(self) -> bytes:
-        """The message with the numbers and the stamp as they are now."""
-        data = self._data
-        sec, nanosec = self._stamp.sec, self._stamp.nanosec
-        for at in self._stamps:
-            _STAMP.pack_into(data, at, sec, nanosec)
-        for pack_into, at, values, numbers in self._writes:
-            pack_into(data, at, *values(numbers))
-        return bytes(data)
+    def _lay_out(
+        self, data: bytes, changing: Iterable[tuple[int, str, int, int | None]]
+    ) -> struct.Struct:
+        """Find the place of everything among the arguments of the row of the whole message."""
+        self._arguments: list[Any] = []
+        """What stays the same, and room for what changes."""
+        self._stamp_places: list[int] = []
+        self._number_places: list[tuple[slice, slice]] = []
+        """Places of numbers among the arguments, and which numbers."""
+        arguments, form, end = self._arguments, "<", 0
+        for at, one, count, first in changing:
+            if at > end:
+                arguments.append(data[end:at])
+                form += f"{at - end}s"
+            place = len(arguments)
+            if first is None:
+                self._stamp_places.append(place)
+            else:
+                self._add_numbers(slice(place, place + count), slice(first, first + count))
+            arguments += [0] * count
+            form += one
+            end = at + struct.calcsize(f"<{one}")
+        arguments.append(data[end:])
+        return struct.Struct(f"{form}{len(data) - end}s")
+
+    def _add_numbers(self, place: slice, which: slice) -> None:
+        places = self._number_places
+        if places and places[-1][0].stop == place.start and places[-1][1].stop == which.start:
+            place = slice(places[-1][0].start, place.stop)
+            which = slice(places.pop()[1].start, which.stop)
+        places.append((place, which))
+
+    def packed(self, *numbers: float) -> bytes:
+        """Return the message with these numbers, and the stamp as it is now.
+
+        Raises:
+            ValueError: When there are not as many as fields.
+        """
+        if len(numbers) != self._count:
+            raise ValueError(f"expected {self._count} numbers, got {len(numbers)}")
+        arguments, stamp = self._arguments, self._stamp
+        for at in self._stamp_places:
+            arguments[at], arguments[at + 1] = stamp.sec, stamp.nanosec
+        for place, which in self._number_places:
+            arguments[place] = numbers[which]
+        return self._row.pack(*arguments)
 
 
 def _stamps(message: Any, stamp: Any, serialize: Serialize) -> list[int]:
@@ -99,7 +132,7 @@ def _find(message: Any, part: Any, name: str, serialize: Serialize) -> _Field:
     before = getattr(owner, last)
     if isinstance(before, float):
         setattr(owner, last, _PROBE)
-        data, count = serialize(message), None
+        data, count = serialize(message), 1
         setattr(owner, last, before)
     else:
         count, first = len(before), before[0]
@@ -120,36 +153,3 @@ def _all(data: bytes, pattern: bytes) -> Iterator[int]:
     while at >= 0:
         yield at
         at = data.find(pattern, at + 1)
-
-
-def _grow(numbers: SimpleNamespace, field: _Field, value: Any) -> None:
-    *path, last = field.name.split(".")
-    for name in path:
-        if not hasattr(numbers, name):
-            setattr(numbers, name, SimpleNamespace())
-        numbers = getattr(numbers, name)
-    setattr(numbers, last, value if field.count is None else list(value))
-
-
-def _runs(fields: Iterable[_Field]) -> Iterator[list[_Field]]:
-    """Neighbours of one kind, which are written together."""
-    run: list[_Field] = []
-    for field in fields:
-        is_next = run and field.at == run[-1].end and field.form == run[-1].form
-        if run and (not is_next or field.count is not None or run[-1].count is not None):
-            yield run
-            run = []
-        run.append(field)
-    if run:
-        yield run
-
-
-def _reader(run: list[_Field]) -> tuple[Callable[[Any], Any], str]:
-    """What reads the numbers of a run, and their form."""
-    form = run[0].form
-    if run[0].count is not None:
-        return attrgetter(run[0].name), f"<{run[0].count}{form}"
-    if len(run) == 1:
-        read = attrgetter(run[0].name)
-        return lambda numbers: (read(numbers),), f"<{form}"
-    return attrgetter(*(field.name for field in run)), f"<{len(run)}{form}"

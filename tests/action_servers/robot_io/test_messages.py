@@ -13,15 +13,18 @@ from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Quaternion, Transform
 from nav2_msgs.action import FollowWaypoints, NavigateToPose
 from nav_msgs.msg import OccupancyGrid, Odometry
+from rclpy.serialization import serialize_message
 from sensor_msgs.msg import Image, LaserScan
 
 from action_servers.core.maneuver import ErrorCode
 from action_servers.robot_io.messages import (
     MOST_RAYS,
+    OdometryMessage,
     fill,
     grid_of,
     image_of,
     odometry_of,
+    odometry_picker,
     scan_of,
     seconds,
     stamp_of,
@@ -86,6 +89,11 @@ def test_a_scan_that_says_nothing_is_none(wrong):
     assert scan_of(LaserScan(**sound | wrong), lidar) is None
 
 
+def translated(message: Odometry) -> OdometryMessage | None:
+    """An odometry message as it comes, serialized."""
+    return odometry_of(odometry_picker().pick(serialize_message(message)))
+
+
 @pytest.mark.parametrize("yaw", [0.0, 1.0, -1.0, 3.1, -3.1])
 @pytest.mark.parametrize("scale", [1.0, 0.999, 2.0])
 def test_odometry(yaw, scale):
@@ -95,7 +103,7 @@ def test_odometry(yaw, scale):
     message.pose.pose.position.x, message.pose.pose.position.y = 1.0, -2.0
     message.pose.pose.orientation = quaternion(yaw, scale)
     message.twist.twist.linear.x, message.twist.twist.angular.z = 0.2, -0.5
-    odometry: Any = odometry_of(message)
+    odometry: Any = translated(message)
     assert (odometry.stamp_s, odometry.frame) == (12.35, "odom")
     assert (odometry.pose.x, odometry.pose.y) == (1.0, -2.0)
     assert odometry.pose.yaw == pytest.approx(yaw)
@@ -109,7 +117,7 @@ def test_odometry_that_is_no_number_is_none(field, value):
     message = Odometry()
     outer, inner = field.split(".")
     setattr(getattr(message.pose.pose, outer), inner, value)
-    assert odometry_of(message) is None
+    assert translated(message) is None
 
 
 def test_transform():

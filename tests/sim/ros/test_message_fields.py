@@ -6,7 +6,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bt_mission.core.geometry import Pose2D, Twist2D
 from bt_mission.core.robot.model import load_robot
 from bt_mission.core.robot.parts import CameraModel
 from sim.physics.contacts import Collision
@@ -47,33 +46,17 @@ def test_fixed_transform():
     assert (at.rotation.x, at.rotation.y, at.rotation.z, at.rotation.w) == (0, 0, 0, 1)
 
 
-def test_odometry_has_pose_and_velocity():
+def test_a_place_on_the_floor():
     """Yaw as a turn about z."""
-    message = Message()
-    message_fields.odometry(message, Pose2D(1.0, 2.0, math.pi / 2), Twist2D(0.2, -0.5))
-    at, twist = message.pose.pose, message.twist.twist
-    assert (at.position.x, at.position.y) == (1, 2)
-    assert (at.orientation.z, at.orientation.w) == pytest.approx((math.sqrt(0.5),) * 2)
-    assert (twist.linear.x, twist.angular.z) == (0.2, -0.5)
-
-
-def test_joints_are_written_in_place():
-    """Left and right, angle and speed."""
-    message = Message(position=[0.0, 0.0], velocity=[0.0, 0.0])
-    message_fields.joints(message, (1.0, 2.0), (3.0, 4.0))
-    assert (message.position, message.velocity) == ([1, 2], [3, 4])
+    x, y, z, w = message_fields.planar(1.0, 2.0, math.pi / 2)
+    assert (x, y) == (1, 2)
+    assert (z, w) == pytest.approx((math.sqrt(0.5),) * 2)
 
 
 def test_inertial_reading():
-    """Attitude as w, x, y, z; rates and accelerations by axis."""
-    message = Message()
-    message_fields.inertial(
-        message, Inertial((1.0, 0.0, 0.1, 0.2), (0.3, 0.4, 0.5), (0.6, 0.7, 9.8))
-    )
-    q, w, a = message.orientation, message.angular_velocity, message.linear_acceleration
-    assert (q.w, q.x, q.y, q.z) == (1, 0, 0.1, 0.2)
-    assert (w.x, w.y, w.z) == (0.3, 0.4, 0.5)
-    assert (a.x, a.y, a.z) == (0.6, 0.7, 9.8)
+    """Attitude with w last, as the message has it; rates and accelerations by axis."""
+    reading = Inertial((1.0, 0.0, 0.1, 0.2), (0.3, 0.4, 0.5), (0.6, 0.7, 9.8))
+    assert message_fields.inertial(reading) == (0.0, 0.1, 0.2, 1, 0.3, 0.4, 0.5, 0.6, 0.7, 9.8)
 
 
 def test_inertial_limits_are_variances_on_the_diagonal():
