@@ -1,0 +1,163 @@
+"""How soon a command starts: to its first line, to its first step, and without its virtual work.
+
+Each measurement is a process of its own. What is timed on a terminal runs on one of its own (a
+pseudo terminal) and is ended as soon as what is waited for has been printed; the first step is the
+first line about a leaf of `run --plain`. The virtual work of `run square.yaml --json` is the wall
+time that its own report tells for the mission.
+Run it as: python benchmarks/start.py [--rounds N] [--only json|terminal|help]
+"""
+
+from __future__ import annotations
+
+import argparse
+import fcntl
+import json
+import os
+import pty
+import re
+import signal
+import struct
+import subprocess
+import sys
+import tempfile
+import termios
+from collections.abc import Callable
+from pathlib import Path
+
+from measuring import figure, in_turns, spread, table
+
+from bt_mission.core.wall_clock import Stopwatch
+
+COMMAND = (sys.executable, "-m", "bt_mission")
+LINE = re.compile(rb"[A-Za-z]{3}")
+"""Words: what a terminal is sent before them only sets it up."""
+NAMED = re.compile(rb"dqn_stage4")
+"""The world of `explore.yaml`, which is known once the mission has been read."""
+STEP = re.compile(rb"\d s  \S+ \w")
+"""A line about a leaf, such as `0.05 s  > side`."""
+SIZE = struct.pack("HHHH", 45, 140, 0, 0)
+"""Rows and columns of the terminal."""
+
+
+def to_end(*arguments: str) -> tuple[float, float, bytes]:
+    """Run a command; gives wall seconds, processor seconds and what it has printed."""
+    with tempfile.TemporaryFile() as output:
+        watch = Stopwatch()
+        process = subprocess.Popen(  # noqa: S603 - ourselves
+            [*COMMAND, *arguments], stdin=subprocess.DEVNULL, stdout=output
+        )
+        _, status, used = os.wait4(process.pid, 0)
+        wall_s = watch.elapsed_s
+        process.returncode = os.waitstatus_to_exitcode(status)
+        output.seek(0)
+        printed = output.read()
+    if process.returncode:
+        raise SystemExit(f"{' '.join(arguments)}: exit code {process.returncode}")
+    return wall_s, used.ru_utime + used.ru_stime, printed
+
+
+def until(pattern: re.Pattern[bytes], *arguments: str) -> float:
+    """Run a command on a terminal until it has printed something; gives wall seconds."""
+    watch = Stopwatch()
+    child, terminal = pty.fork()
+    if child == 0:
+        os.environ["TERM"] = "xterm-256color"
+        os.execv(COMMAND[0], [*COMMAND, *arguments])  # noqa: S606 - ourselves
+    fcntl.ioctl(terminal, termios.TIOCSWINSZ, SIZE)
+    seen = b""
+    try:
+        while not pattern.search(seen):
+            try:
+                seen += os.read(terminal, 65536)
+            except OSError:  # it has ended
+                raise SystemExit(f"{' '.join(arguments)}: ended with {seen!r}") from None
+        return watch.elapsed_s
+    finally:
+        os.kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+        os.close(terminal)
+
+
+class SquareRun:
+    """Runs `run square.yaml --json`; each measure is of the whole process."""
+
+    def __init__(self) -> None:
+        self.cpu_s: list[float] = []
+        self.besides_s: list[float] = []
+
+    def __call__(self) -> float:
+        """Seconds of the process that are not the mission's own, on the wall."""
+        wall_s, cpu_s, printed = to_end("run", str(Path("missions/square.yaml")), "--json")
+        self.cpu_s.append(cpu_s)
+        self.besides_s.append(wall_s - float(json.loads(printed)["wall_s"]))
+        return self.besides_s[-1]
+
+
+def whole(rounds: int) -> None:
+    """Print what a process costs besides the mission that it runs."""
+    square = SquareRun()
+    in_turns(rounds, square)
+    figure("square.yaml --json less its virtual work", square.besides_s, "s")
+    figure("square.yaml --json, whole process, CPU", square.cpu_s, "s")
+    rows = [
+        ("whole process less its virtual work, wall", spread(square.besides_s, 2, "s")),
+        ("whole process, CPU", spread(square.cpu_s, 2, "s")),
+    ]
+    table(("bt-mission run square.yaml --json", ""), rows)
+
+
+def on_terminal(rounds: int) -> None:
+    """Print how soon something is seen, and how soon the robot moves."""
+    mission = str(Path("missions/explore.yaml"))
+    first, named, step = in_turns(
+        rounds,
+        lambda: until(LINE, "run", mission),
+        lambda: until(NAMED, "run", mission),
+        lambda: until(STEP, "run", mission, "--plain"),
+    )
+    figure("first line on a terminal", first, "s")
+    figure("mission and world are named", named, "s")
+    figure("first step", step, "s")
+    rows = [
+        ("first line on a terminal", spread(first, 2, "s")),
+        ("mission and world are named", spread(named, 2, "s")),
+        ("first step", spread(step, 2, "s")),
+    ]
+    table(("bt-mission run explore.yaml", "wall"), rows)
+
+
+def helping(rounds: int) -> None:
+    """Print how long help and completion take, to the end of the process."""
+    works: dict[str, tuple[str, ...]] = {
+        "--help": ("--help",),
+        "run --help": ("run", "--help"),
+        "completion of a mission's name": ("completion", "--names", "runs"),
+        "completion script": ("completion", "bash"),
+    }
+
+    def timed(arguments: tuple[str, ...]) -> Callable[[], float]:
+        return lambda: to_end(*arguments)[0]
+
+    found = in_turns(rounds, *map(timed, works.values()))
+    for name, seconds in zip(works, found, strict=True):
+        figure(name, seconds, "s")
+    rows = [(name, spread(s, 3, "s")) for name, s in zip(works, found, strict=True)]
+    table(("bt-mission", "wall"), rows)
+
+
+def main() -> None:
+    """Print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--rounds", type=int, default=7)
+    parser.add_argument("--only", choices=("json", "terminal", "help"))
+    options = parser.parse_args()
+    # A run is not to meet another one of this machine, and the first writes caches.
+    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    parts = {"json": whole, "terminal": on_terminal, "help": helping}
+    for name, part in parts.items():
+        if options.only in (None, name):
+            part(options.rounds)
+
+
+if __name__ == "__main__":
+    main()
