@@ -42,9 +42,9 @@ REST, CALLER = "rest", ""
 ROOMS: tuple[tuple[str, tuple[str, ...]], ...] = (
     (CALLER, ("bt_mission/ros/observable_publisher",)),
     ("feedback", ("action_servers/*feedback", "bt_mission/goals/*feedback")),
-    ("trace", ("bt_mission/executive/trace", "bt_mission/executive/trace_")),
+    ("trace", ("bt_mission/executive/trace",)),
     ("physics", ("sim/physics/", "sim/world/")),
-    ("lidar", ("sim/sensors/lidar", "sim/sensors/raycast", "sim/robot/robot.py*scan")),
+    ("lidar", ("sim/sensors/lidar", "sim/robot/robot.py*scan")),
     ("camera", ("sim/sensors/ca", "sim/ros/pictures")),
     ("odometry and other sensors", ("sim/sensors/", "sim/robot/")),
     ("publishing by the simulation", ("sim/",)),
@@ -100,15 +100,16 @@ class Samples:
     root: Path
     rooms: Counter[str] = field(default_factory=Counter)
     functions: Counter[str] = field(default_factory=Counter)
-    _known: dict[CodeType, str | None] = field(default_factory=dict)
+    _known: dict[tuple[str, str], str | None] = field(default_factory=dict)
 
     def take(self, frame: FrameType | None) -> None:
         """Count a sample for the innermost function that belongs to a part."""
         while frame is not None:
             code = frame.f_code
-            if code not in self._known:
-                self._known[code] = self._room(code)
-            room = self._known[code]
+            place = (code.co_filename, code.co_qualname)  # equal code need not be the same
+            if place not in self._known:
+                self._known[place] = self._room(code)
+            room = self._known[place]
             if room is not None:
                 self.rooms[room] += 1
                 self.functions[f"{Path(code.co_filename).stem}.{code.co_qualname}"] += 1

@@ -76,7 +76,7 @@ COMMANDS = (
         "resume",
         "explore.yaml killed at ten points and resumed, as processes",
         ("resume.py",),
-        ("resume.py --points 1 --speed 4 --legs 1",),
+        ("resume.py --points 1 --speed 1 --mission benchmarks/short.yaml --world empty_arena",),
         (Figure("share that ended with success", Target(Aim.AT_LEAST, must=1)),),
         takes="five minutes",
     ),

@@ -228,7 +228,7 @@ def _tell(
     """Print the table, and write the files."""
     as_table = step_table if TABLE in options.names else markdown
     text = as_table(machine_lines(machine, plan), measurements, plan)
-    if not plan.smoke:
+    if measurements and not plan.smoke:
         print(f"\n{text}", flush=True)
     if options.markdown:
         options.markdown.write_text(text, encoding="utf-8")

@@ -87,7 +87,7 @@ class Measurement:
 
     def add(self, new: dict[str, Given], old: dict[str, Given] | None = None) -> None:
         """Add what a round has given; `old` is of the other commit, measured beside it."""
-        for name, one in {**(old or {}), **new}.items():
+        for name, one in {**new, **{n: o for n, o in (old or {}).items() if n not in new}}.items():
             values = self.figures.setdefault(name, Values(name, one.unit))
             here = new[name].values if name in new else []
             there = old[name].values if old and name in old else []

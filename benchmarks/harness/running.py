@@ -80,17 +80,13 @@ class Runner:
         measurement, watch = Measurement(benchmark), Stopwatch()
         if self._plan.jobs == 1:
             self._tell(f"{benchmark.name}: {self._extent(benchmark)}")
-        if self._plan.old is None:
-            how = Round(
-                self._plan.rounds_of(benchmark),
-                smoke=self._plan.smoke,
-                quiet=self._plan.smoke,
-                limit_s=SMOKE_LIMIT_S if self._plan.smoke else None,
-                slot=slot,
-            )
-            await self._measure(measurement, how)
-        else:
-            await self._compare(measurement, self._plan.old, slot)
+        try:
+            await self._measure(measurement, slot)
+        except asyncio.CancelledError:
+            if measurement.figures:  # rounds that are whole
+                measurement.failures.append("interrupted")
+                self.done.append(measurement)
+            raise
         measurement.seconds = watch.elapsed_s
         self.done.append(measurement)
         failed = "".join(f"\n    {one}" for one in measurement.failures)
@@ -107,7 +103,17 @@ class Runner:
     def _tell(self, text: str) -> None:
         print(f"[{len(self.done)} of {len(self._benchmarks)}] {text}", file=sys.stderr, flush=True)
 
-    async def _measure(self, into: Measurement, how: Round) -> None:
+    async def _measure(self, into: Measurement, slot: int) -> None:
+        if self._plan.old is not None:
+            await self._compare(into, self._plan.old, slot)
+            return
+        how = Round(
+            self._plan.rounds_of(into.benchmark),
+            smoke=self._plan.smoke,
+            quiet=self._plan.smoke,
+            limit_s=SMOKE_LIMIT_S if self._plan.smoke else None,
+            slot=slot,
+        )
         try:
             found = await run_round(into.benchmark, how, self._plan.new, scripts=self._scripts)
         except FailedError as error:

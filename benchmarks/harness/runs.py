@@ -193,7 +193,7 @@ RECORDINGS = (
         "requirements-attached",
         "the same requirements on the stage and attached: do verdicts differ?",
         ("requirements_attached.py",),
-        ("requirements_attached.py explore --speed 3 --set legs=1",),
+        ("requirements_attached.py short",),
         (Figure("verdicts that differ", NOTHING),),
         takes="five minutes",
     ),
