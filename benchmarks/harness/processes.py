@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import os
 import signal
-import sys
 import tempfile
 from contextlib import suppress
 from dataclasses import dataclass
@@ -13,6 +12,7 @@ from pathlib import Path
 
 from benchmarks.harness.benchmark import Benchmark
 from benchmarks.harness.measurement import Given, WrongCodeError, read_figures
+from benchmarks.harness.starting import ForkStarter, Start, Starter
 from benchmarks.harness.tree import Tree
 from benchmarks.measuring import FIGURES_FILE
 
@@ -47,7 +47,7 @@ class Round:
 
 
 async def run_round(
-    benchmark: Benchmark, how: Round, tree: Tree, *, scripts: Path
+    benchmark: Benchmark, how: Round, tree: Tree, *, scripts: Path, starter: Starter | ForkStarter
 ) -> dict[str, Given]:
     """Start the processes of a benchmark one after another; gives their figures.
 
@@ -56,6 +56,7 @@ async def run_round(
         how: How it is.
         tree: The software that is measured; its folder is the working folder.
         scripts: The folder of the scripts.
+        starter: Starts its processes.
 
     Raises:
         FailedError: Where one ends with an error, takes too long or measures something else.
@@ -65,13 +66,14 @@ async def run_round(
         figures = folder / "figures.jsonl"
         environment = _environment(tree, how, figures)
         for script, *arguments in benchmark.processes(how.rounds, folder, smoke=how.smoke):
-            command = [sys.executable, str(scripts / script), *arguments]
+            command = [str(scripts / script), *arguments]
+            output = folder / "output" if how.quiet else None
             try:
                 async with asyncio.timeout(how.limit_s):
-                    await _run(command, tree.root, environment, folder / "output", quiet=how.quiet)
+                    await _run(Start(command, tree.root, environment, output), starter)
             except TimeoutError:
                 raise FailedError(
-                    f"{script} did not end within {how.limit_s:g} s{_end_of(folder / 'output')}"
+                    f"{script} did not end within {how.limit_s:g} s{_end_of(output)}"
                 ) from None
         try:
             return read_figures(figures, tree.root)
@@ -88,33 +90,24 @@ def _environment(tree: Tree, how: Round, figures: Path) -> dict[str, str]:
     return variables
 
 
-async def _run(
-    command: list[str], folder: Path, environment: dict[str, str], output: Path, *, quiet: bool
-) -> None:
+async def _run(what: Start, starter: Starter | ForkStarter) -> None:
     """Run a process to its end, and kill what it has started and left, however this ends."""
-    with output.open("wb") as file:
-        process = await asyncio.create_subprocess_exec(
-            *command,
-            cwd=folder,
-            env=environment,
-            stdin=asyncio.subprocess.DEVNULL,
-            stdout=file if quiet else None,
-            stderr=file if quiet else None,
-            start_new_session=True,
-        )
-        try:
-            code = await process.wait()
-        finally:
-            with suppress(ProcessLookupError):
-                os.killpg(process.pid, signal.SIGKILL)
-            await process.wait()
+    process = await starter.start(what)
+    try:
+        code = await process.wait()
+    finally:
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        await process.wait()
     if code:
-        script = Path(command[1]).name
+        script = Path(what.command[0]).name
         ended = f"exit code {code}" if code > 0 else f"signal {-code}"
-        raise FailedError(f"{script} ended with {ended}{_end_of(output)}")
+        raise FailedError(f"{script} ended with {ended}{_end_of(what.output)}")
 
 
-def _end_of(output: Path) -> str:
-    """The last lines of what a process has said, each indented."""
+def _end_of(output: Path | None) -> str:
+    """The last lines of what a process has said, each indented; nothing where it was shown."""
+    if output is None or not output.exists():
+        return ""
     lines = output.read_text(encoding="utf-8", errors="replace").splitlines()[-LAST_LINES:]
     return ":\n" + "\n".join(f"    {line}" for line in lines) if lines else ""

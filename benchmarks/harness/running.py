@@ -8,15 +8,17 @@ import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 
 from benchmarks.harness.benchmark import Benchmark
 from benchmarks.harness.measurement import Given, Measurement
 from benchmarks.harness.processes import FailedError, Round, run_round
+from benchmarks.harness.starting import ForkStarter, Starter
 from benchmarks.harness.tree import Tree
 from bt_mission.core.wall_clock import Stopwatch
 
-SMOKE_LIMIT_S = 50.0
-"""Wall time after which a process of the smoke has failed."""
+SMOKE_LIMIT_S = 120.0
+"""Wall time after which a process of the smoke has failed; a second or ten on a quiet machine."""
 
 AGAINST_ROUNDS = 5
 """Rounds of a comparison: each is a process of both commits."""
@@ -59,6 +61,7 @@ class Runner:
         self.done: list[Measurement] = []
         """What has been measured so far."""
         self._slots = list(range(plan.jobs))
+        self._starter = _starter(plan)
 
     async def run(self) -> None:
         """Run all; what has failed is told in its measurement, and the others run."""
@@ -72,9 +75,12 @@ class Runner:
                 finally:
                     self._slots.append(slot)
 
-        async with asyncio.TaskGroup() as group:
-            for each in self._benchmarks:
-                group.create_task(one(each))
+        try:
+            async with asyncio.TaskGroup() as group:
+                for each in self._benchmarks:
+                    group.create_task(one(each))
+        finally:
+            await self._starter.close()
 
     async def _run_one(self, benchmark: Benchmark, slot: int) -> None:
         measurement, watch = Measurement(benchmark), Stopwatch()
@@ -115,12 +121,18 @@ class Runner:
             slot=slot,
         )
         try:
-            found = await run_round(into.benchmark, how, self._plan.new, scripts=self._scripts)
+            found = await self._round(into, how, self._plan.new, self._scripts)
         except FailedError as error:
             into.failures.append(str(error))
             return
         into.add(found)
         into.failures += into.benchmark.complaints(found)
+
+    async def _round(
+        self, into: Measurement, how: Round, tree: Tree, scripts: Path
+    ) -> dict[str, Given]:
+        starter = self._starter
+        return await run_round(into.benchmark, how, tree, scripts=scripts, starter=starter)
 
     async def _compare(self, into: Measurement, old: Tree, slot: int) -> None:
         """Measure both commits in turns; who comes first changes from round to round."""
@@ -135,7 +147,7 @@ class Runner:
             if number % 2:
                 given = await self._old_round(into, how, old)
             try:
-                found = await run_round(into.benchmark, how, self._plan.new, scripts=self._scripts)
+                found = await self._round(into, how, self._plan.new, self._scripts)
             except FailedError as error:
                 into.failures.append(str(error))
                 return
@@ -153,11 +165,11 @@ class Runner:
         script = old.root / "benchmarks"
         if not into.old_script:
             try:
-                return await run_round(into.benchmark, how, old, scripts=self._scripts)
+                return await self._round(into, how, old, self._scripts)
             except FailedError as error:
                 reason = str(error).strip().splitlines()[-1].strip()
         try:
-            found = await run_round(into.benchmark, how, old, scripts=script)
+            found = await self._round(into, how, old, script)
         except FailedError as error:
             found, reason = {}, str(error).strip().splitlines()[-1].strip()
         if found:
@@ -166,6 +178,13 @@ class Runner:
         into.old_lacks = f"{old.commit} lacks it: {reason}"
         self._tell(f"{into.benchmark.name}: {into.old_lacks}")
         return None
+
+
+def _starter(plan: Plan) -> Starter | ForkStarter:
+    """Figures are those of processes of their own; a smoke need not import everything each time."""
+    if plan.smoke and plan.old is None:
+        return ForkStarter(plan.new.environment())
+    return Starter()
 
 
 @contextmanager

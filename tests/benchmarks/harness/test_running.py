@@ -124,3 +124,34 @@ def test_a_process_ends_when_the_run_is_interrupted(tree, cost, tmp_path: Path):
     pid = asyncio.run(interrupt())
     with pytest.raises(ProcessLookupError):
         os.kill(pid, 0)
+
+
+@pytest.mark.parametrize(
+    ("script", "failure"),
+    [
+        ("raise SystemExit('there is no robot')", "exit code 1:\n    there is no robot"),
+        ("raise SystemExit(3)", "exit code 3"),
+        ("import os, signal; os.kill(os.getpid(), signal.SIGKILL)", "signal 9"),
+    ],
+)
+def test_a_script_of_the_smoke_ends_as_python_would_end_it(tree, cost, script, failure):
+    """Though it is a fork of a process that has the libraries."""
+    (found,) = run(Plan(tree("new", 1.0, script), smoke=True), cost)
+    assert found.failures[0] == f"cost.py ended with {failure}"
+
+
+def test_a_script_of_the_smoke_is_the_main_module(tree, cost):
+    """Its classes come back from processes that it starts, its arguments and folder are its own."""
+    script = (
+        "import multiprocessing, sys, os\n"
+        "class Found: pass\n"
+        "def find(_): return Found()\n"
+        "if __name__ == '__main__':\n"
+        "    with multiprocessing.get_context('spawn').Pool(1) as pool:\n"
+        "        assert isinstance(pool.map(find, [1])[0], Found)\n"
+        "    assert sys.argv[1:] == ['1'] and os.path.exists('cost.txt')\n"
+        "    assert sys.path[0] == os.path.dirname(__file__)\n"
+        "    raise SystemExit(4)\n"
+    )
+    (found,) = run(Plan(tree("new", 1.0, script), smoke=True), cost)
+    assert found.failures[0] == "cost.py ended with exit code 4"
