@@ -20,10 +20,10 @@ unexport AMENT_PREFIX_PATH CMAKE_PREFIX_PATH LD_LIBRARY_PATH PYTHONPATH PYTHONHO
 installed := $(VENV)/.installed
 bin := $(VENV)/bin
 
-.PHONY: help demo test fuzz lint layers types format docs doctor clean
+.PHONY: help demo test fuzz benchmarks lint layers types format docs doctor clean
 
 help: ## say what can be made
-	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 demo: $(installed) ## run the main job: explore.yaml on a simulated TurtleBot3
 	@$(bin)/bt-mission run $(MISSION)
@@ -33,6 +33,9 @@ test: $(installed) ## run all tests
 
 fuzz: $(installed) ## mutate what comes from outside for a minute, and look for what is not caught
 	@$(bin)/python tools/fuzz.py $(FUZZ_ARGS)
+
+benchmarks: $(installed) ## a tiny run of each benchmark: do they work? For figures: .venv/bin/python -m benchmarks
+	@$(bin)/python -m benchmarks all --smoke
 
 lint: $(installed) ## check style and banned calls
 	@$(bin)/ruff check

@@ -38,7 +38,7 @@ from typing import Any
 from attached_plan import plan
 from attached_trial import Trial, carry_out
 from campaign import pending
-from measuring import table
+from measuring import figure, table
 
 from bt_mission.testing.live_graph import LOCAL, own_domain
 
@@ -87,6 +87,7 @@ def tell(outcome: Trial) -> None:
 
 def summarise(found: list[dict[str, Any]]) -> None:
     """Print the figures of a campaign."""
+    figure("findings", sum(len(line["findings"]) for line in found))
     kinds = Counter(one.partition(":")[0] for line in found for one in line["findings"])
     loads = [line["load"] for line in found]
     hours = sum(line["wall_s"] for line in found) / 3600

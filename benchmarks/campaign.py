@@ -30,7 +30,7 @@ from multiprocessing import get_context
 from pathlib import Path
 
 from action_msgs.msg import GoalStatus
-from measuring import CpuWatch
+from measuring import CpuWatch, figure
 
 from bt_mission.core.files import names
 from bt_mission.faults import PlannedFault
@@ -180,6 +180,8 @@ def main() -> None:
             if not done % AT_ONCE:
                 print(f"{done} more of {options.count}", flush=True)
     print(summary(options.results))
+    found = [json.loads(line) for line in options.results.read_text().splitlines()]
+    figure("findings", sum(len(line["findings"]) for line in found))
 
 
 def summary(path: Path) -> str:

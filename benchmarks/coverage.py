@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 from coverage_report import write_report
+from measuring import figure
 from scipy import ndimage
 
 from action_servers.core.maneuver import Grid
@@ -82,9 +83,9 @@ class Floor:
         )
 
 
-def explored(strategy: str, world: str, seed: int) -> Run:
+def explored(strategy: str, world: str, seed: int, seconds: int = DURATION_S) -> Run:
     """Let a strategy drive, and note every second what is known."""
-    given = {} if strategy == "frontiers" else {"duration": DURATION_S, "speed": SPEED}
+    given = {} if strategy == "frontiers" else {"duration": seconds, "speed": SPEED}
     mission = load(f"missions/explore_{strategy}.yaml", set=given, seed=seed, world=world)
     ground = Floor(world)
     floor: list[float] = []
@@ -94,7 +95,7 @@ def explored(strategy: str, world: str, seed: int) -> Run:
         Stage(mission, image_folder=Path(folder), say=lambda _: None) as stage,
     ):
         assert stage.mapper is not None
-        while not stage.is_done and len(floor) < DURATION_S:
+        while not stage.is_done and len(floor) < seconds:
             stage.step()
             if stage.now_ns - START_NS >= (len(floor) + 1) * 1_000_000_000:
                 floor.append(round(ground.share(stage.mapper.grid), 4))
@@ -107,8 +108,8 @@ def explored(strategy: str, world: str, seed: int) -> Run:
             collisions=stage.collisions,
             driven=round(stage.distance_travelled_m, 2),
             ended_s=(stage.now_ns - START_NS) / 1e9,
-            floor=floor + [floor[-1]] * (DURATION_S - len(floor)),
-            zones=zones + [zones[-1]] * (DURATION_S - len(zones)),
+            floor=floor + [floor[-1]] * (seconds - len(floor)),
+            zones=zones + [zones[-1]] * (seconds - len(zones)),
         )
 
 
@@ -118,6 +119,8 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=20)
     parser.add_argument("--worlds", nargs="+", default=WORLDS)
     parser.add_argument("--runs", type=Path, default=Path("runs/coverage.jsonl"))
+    parser.add_argument("--strategies", nargs="+", default=STRATEGIES)
+    parser.add_argument("--seconds", type=int, default=DURATION_S, help="virtual, of a run")
     parser.add_argument("--only-runs", action="store_true", help="write no report")
     parser.add_argument("--only-report", action="store_true", help="run nothing")
     options = parser.parse_args()
@@ -129,12 +132,12 @@ def main() -> None:
         (strategy, world, seed)
         for seed in range(1, options.seeds + 1)
         for world in options.worlds
-        for strategy in STRATEGIES
+        for strategy in options.strategies
     ]
     for key in () if options.only_report else wanted:
         if key in there:
             continue
-        run = explored(*key)
+        run = explored(*key, options.seconds)
         runs.append(run)
         with options.runs.open("a", encoding="utf-8") as file:
             file.write(json.dumps(asdict(run)) + "\n")
@@ -144,6 +147,10 @@ def main() -> None:
             f"{run.driven} m, {run.collisions} collisions",
             flush=True,
         )
+    for strategy in options.strategies:
+        shares = [100 * run.floor[-1] for run in runs if run.strategy == strategy]
+        if shares:
+            figure(f"{strategy}: floor that is known after three minutes", shares, "%")
     if not options.only_runs:
         areas = {world: Floor(world).area for world in options.worlds}
         write_report([run for run in runs if (run.strategy, run.world, run.seed) in wanted], areas)

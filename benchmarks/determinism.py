@@ -21,6 +21,8 @@ from collections.abc import Sequence
 from contextlib import closing
 from pathlib import Path
 
+from measuring import figure
+
 BATCH = 25
 """Scenarios that one process runs."""
 
@@ -111,6 +113,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 differ.append(mine["seed"])
         print(f"\r{last} of {options.count}, {len(differ)} differ", end="", file=sys.stderr)
     print(file=sys.stderr)
+    figure("traces that differ", len(differ))
     print(
         f"{options.count} scenarios, {seconds:.0f} virtual s, {goals} goals, {faults} faults, "
         f"{ended} missions succeeded: {len(differ)} traces differ"

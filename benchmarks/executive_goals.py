@@ -15,7 +15,7 @@ from typing import Any
 
 import rclpy
 from bt_mission_interfaces.action import Turn
-from measuring import CpuWatch, in_turns, ratios, spread, table
+from measuring import CpuWatch, figure, in_turns, ratios, spread, table
 from rclpy.action import ActionClient
 from rclpy.context import Context
 from rclpy.node import Node
@@ -146,6 +146,8 @@ def compare(rounds: int) -> None:
     ours, bare = in_turns(rounds, *(side.spend for side in sides))
     for side in sides:
         side.close()
+    figure("a goal through a leaf, CPU", (1e6 * one for one in ours), "us")
+    figure("a leaf to a bare client", ratios(ours, bare))
     head = ("a leaf, us a goal", "`ActionClient` alone, us a goal", "ratio", "more, us a goal")
     cells = [spread(1e6 * one for one in seconds) for seconds in (ours, bare)]
     more = spread(1e6 * (one - other) for one, other in zip(ours, bare, strict=True))
@@ -211,6 +213,7 @@ def _halting(goals: int, rounds: int) -> list[object]:
             ordinary.append(1000 * statistics.median(node.seconds[-6:-1]))
     side.close()
     each = [1000 * (one - other) / goals for one, other in zip(halting, ordinary, strict=True)]
+    figure(f"halting {goals} goals, CPU of each", each, "us")
     cells = [goals, spread(ordinary, 2), spread(halting, 2), spread(each)]
     return [*cells, f"{heard} of {goals * rounds}"]
 

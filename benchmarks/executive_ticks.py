@@ -21,7 +21,7 @@ import py_trees
 import rclpy
 from bt_mission_interfaces.action import Turn
 from bt_mission_interfaces.msg import StatusChanges
-from measuring import CpuWatch, in_turns, ratios, spread, table
+from measuring import CpuWatch, figure, in_turns, ratios, spread, table
 from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy, Status
 from rclpy.clock_type import ClockType
@@ -237,6 +237,8 @@ def _row(shape: Shape, nodes: int, rounds: int) -> list[object]:
             rounds, tree.ours, tree.theirs, tree.root_alone, tree.flush
         )
         size = tree.size
+    figure(f"{shape.title}, {nodes}: a node", (1e6 * one / size for one in ours), "us")
+    figure(f"{shape.title}, {nodes}: to py_trees", ratios(ours, theirs))
     return [
         shape.title,
         size,
@@ -262,6 +264,7 @@ def compare_extras(rounds: int, nodes: int) -> None:
     ):
         with ticked(shape, nodes, **options) as tree:
             (ours, theirs) = in_turns(rounds, tree.ours, tree.theirs)
+            figure(f"{title}: a node", (1e6 * one / tree.size for one in ours), "us")
             rows.append(
                 [
                     title,

@@ -15,7 +15,7 @@ import resource
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
@@ -24,7 +24,7 @@ from typing import Any
 import rclpy
 from bt_mission_interfaces.action import Turn
 from geometry_msgs.msg import TwistStamped
-from measuring import table
+from measuring import figure, table
 from nav_msgs.msg import Odometry
 from rclpy.action import ActionClient
 from rclpy.executors import SingleThreadedExecutor
@@ -53,9 +53,13 @@ CLIENT = Path(__file__).with_name("floods_client.py")
 
 
 class Robot:
-    """A base on the spot that turns as told, with a scan that sees nothing; hears its commands."""
+    """A base on the spot that turns as told, with a scan that sees nothing; hears its commands.
 
-    def __init__(self) -> None:
+    :param pauses: how long they are, of the usual ones.
+    """
+
+    def __init__(self, pauses: float) -> None:
+        self._pauses = pauses
         self.node = Node("robot", enable_rosout=False)
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self.node)
@@ -78,6 +82,12 @@ class Robot:
         watch = Stopwatch()
         while watch.elapsed_s < seconds:
             self._executor.spin_once(timeout_sec=0.02)
+
+    def rest(self, usual_s: float) -> float:
+        """Go on for a pause; gives its seconds."""
+        seconds = self._pauses * usual_s
+        self.spin(seconds)
+        return seconds
 
     def drive(self) -> None:
         """Have the servers turn the base for as long as anything is measured."""
@@ -141,6 +151,9 @@ class Flooded:
         answered = (
             "" if self.answered is None else f"{self.answered:,}, {self.refused:,} of them no"
         )
+        figure(f"{name}: CPU", self.cpu_s, "s")
+        if self.late_s:
+            figure(f"{name}: a command is late by", (1000 * one for one in self.late_s), "ms")
         return (
             name,
             f"{self.sent:,} in {self.seconds:.1f} s",
@@ -174,7 +187,7 @@ def watched(
         if target.poll() is not None:
             raise RuntimeError(f"{kind}: the process has ended with {target.returncode}")
         most = max(most, _used(target.pid)[1])
-    robot.spin(WAITS_S)
+    robot.rest(WAITS_S)
     assert client.stdout is not None
     found = Flooded(**json.loads(client.stdout.read()))
     cpu_after_s, resident_after = _used(target.pid)
@@ -188,18 +201,18 @@ def calm(robot: Robot, target: subprocess.Popen[bytes]) -> Flooded:
     """Watch the control step without a flood."""
     cpu_s, resident = _used(target.pid)
     first = len(robot.stamps_s)
-    robot.spin(CALM_S)
+    seconds = robot.rest(CALM_S)
     cpu_after_s, after = _used(target.pid)
     late_s = _lateness(robot.stamps_s[first:])
     grown_mib = (after - resident) / 2**20
-    return Flooded(seconds=CALM_S, cpu_s=cpu_after_s - cpu_s, grown_mib=grown_mib, late_s=late_s)
+    return Flooded(seconds=seconds, cpu_s=cpu_after_s - cpu_s, grown_mib=grown_mib, late_s=late_s)
 
 
 def settle(robot: Robot, target: subprocess.Popen[bytes]) -> None:
     """Wait until a process has started: until its memory stays as it is."""
     before, now = -1, 0
     while before != now:
-        robot.spin(START_S)
+        robot.rest(START_S)
         before, now = now, _used(target.pid)[1] >> 20
 
 
@@ -214,10 +227,14 @@ def _used(pid: int) -> tuple[float, int]:
     return ticks / os.sysconf("SC_CLK_TCK"), int(fields[21]) * resource.getpagesize()
 
 
+KINDS = ("waits", "cancels", "scans", "turns", "stops", "clock", "velocities", "missions")
+KINDS += ("breakpoints",)
 HEAD = ("flood", "sent", "answered", "CPU, s", "memory, MiB", "99 % late by", "latest by")
 
 
-def servers(robot: Robot, folder: str, count: int) -> Iterator[tuple[object, ...]]:
+def servers(
+    robot: Robot, folder: str, count: int, kinds: Collection[str]
+) -> Iterator[tuple[object, ...]]:
     """Flood the servers while they turn a robot."""
     with process("servers", "--images", folder, "--wall-clock") as target:
         robot.drive()
@@ -229,17 +246,21 @@ def servers(robot: Robot, folder: str, count: int) -> Iterator[tuple[object, ...
             ("turns", "turn", count),
             ("stops", "stop", count),
         ):
+            if kind not in kinds:
+                continue
             found = watched(robot, target, kind, name, many)
             if kind in ("turns", "stops"):
                 found.late_s = []  # the goal that drives is replaced, or ended
             yield found.row(f"servers: {kind}")
             robot.call("release")
             if kind != "stops":
-                robot.spin(REST_S)
+                robot.rest(REST_S)
                 robot.drive()
 
 
-def others(robot: Robot, folder: str, count: int) -> Iterator[tuple[object, ...]]:
+def others(
+    robot: Robot, folder: str, count: int, kinds: Collection[str]
+) -> Iterator[tuple[object, ...]]:
     """Flood the other processes, and servers on simulated time."""
     for options, kind, name, many in (
         (("servers", "--images", folder), "clock", "/clock", 10 * count),
@@ -248,6 +269,8 @@ def others(robot: Robot, folder: str, count: int) -> Iterator[tuple[object, ...]
         (("serve", "--wall-clock", "--missions", folder), "missions", "execute_mission", count),
         (("serve", "--wall-clock"), "breakpoints", "bt_mission/breakpoint", count),
     ):
+        if kind not in kinds:
+            continue
         with process(*options) as target:
             settle(robot, target)
             found = watched(robot, target, kind, name, many)
@@ -260,13 +283,22 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=10_000, help="requests of a flood")
     parser.add_argument("--only", choices=("servers", "others"))
+    parser.add_argument("--kinds", choices=KINDS, nargs="+", default=KINDS, help="of floods")
+    parser.add_argument("--pauses", type=float, default=1.0, help="of the usual ones, what part")
     arguments = parser.parse_args()
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
     rclpy.init()
-    robot = Robot()
+    robot = Robot(arguments.pauses)
     with tempfile.TemporaryDirectory() as folder:
         floods = [one for one in (servers, others) if arguments.only in (None, one.__name__)]
-        table(HEAD, (row for flood in floods for row in flood(robot, folder, arguments.count)))
+        table(
+            HEAD,
+            (
+                row
+                for flood in floods
+                for row in flood(robot, folder, arguments.count, arguments.kinds)
+            ),
+        )
     robot.close()
     rclpy.try_shutdown()
 

@@ -18,7 +18,7 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from measuring import CpuWatch, ratios, spread, table
+from measuring import CpuWatch, figure, ratios, spread, table
 
 from bt_mission.core.dds.middleware import prepare_middleware
 
@@ -102,6 +102,8 @@ def main() -> None:
             differences += [f"{mission}: {one}" for one in found if one]
             paired = [forks[RUNS_EVERY * at] for at in range(len(runs))]
             same = sum(not one for one in found)
+            figure(f"{mission}: fork to run, CPU", ratios(paired, runs))
+            figure(f"{mission}: share that is byte-identical", same / count)
             rows.append(
                 (
                     mission,

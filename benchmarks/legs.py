@@ -14,6 +14,8 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+from measuring import figure
+
 from bt_mission.sessions.load import load
 from bt_mission.sessions.session import drive
 from bt_mission.sessions.stage import Stage
@@ -51,6 +53,7 @@ def main() -> None:
     legs = [leg for seed in range(options.seeds) for leg in cut_legs(seed, options.world)]
     if not legs:
         raise SystemExit("no leg was long enough to be cut")
+    figure("legs cut at 2 m", legs, "m")
     print(
         f"{len(legs)} legs cut at 2 m in {options.world}, {options.seeds} seeds: "
         f"median {statistics.median(legs):.4f} m, longest {max(legs):.4f} m; "

@@ -12,7 +12,7 @@ import tracemalloc
 from collections.abc import Iterator
 from itertools import cycle
 
-from measuring import spread, table
+from measuring import figure, spread, table
 
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.language.loader import load_text
@@ -81,16 +81,16 @@ def mission_of(nodes: int) -> str:
     raise AssertionError
 
 
-def measure(rounds: int) -> None:
+def measure(rounds: int, sizes: tuple[int, ...] = SIZES) -> None:
     """Print what loading and checking costs, by size."""
     print("### Loading and checking\n")
     check(load_text(mission_of(10)))  # the ROS types are imported once
     head = ("nodes", "bytes", "load", "check", "both, us a node", "memory, KiB a node")
-    table(head, _rows(rounds))
+    table(head, _rows(rounds, sizes))
 
 
-def _rows(rounds: int) -> Iterator[list[object]]:
-    for size in SIZES:
+def _rows(rounds: int, sizes: tuple[int, ...]) -> Iterator[list[object]]:
+    for size in sizes:
         text = mission_of(size)
         loads, checks = [], []
         for _ in range(rounds):
@@ -102,6 +102,7 @@ def _rows(rounds: int) -> Iterator[list[object]]:
             checks.append(1000 * watch.elapsed_s - loads[-1])
         nodes = sum(1 for _ in mission.tree.walk())
         both = [load + looked for load, looked in zip(loads, checks, strict=True)]
+        figure(f"{size} nodes: load and check", both, "ms")
         cells = [nodes, len(text), spread(loads, 0, "ms"), spread(checks, 0, "ms")]
         yield [
             *cells,

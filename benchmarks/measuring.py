@@ -1,11 +1,21 @@
-"""What the benchmarks share: a watch, rounds that take turns, medians with their spread, tables."""
+"""What the benchmarks share: a watch, rounds that take turns, medians with their spread, tables.
+
+And how they give their figures to `python -m benchmarks`: :func:`figure`.
+"""
 
 from __future__ import annotations
 
 import gc
+import importlib.util
+import json
+import os
 import statistics
 import time
 from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+
+FIGURES_FILE = "BENCHMARK_FIGURES"
+"""Variable of the environment that names the file which takes the figures, a line of JSON each."""
 
 
 class CpuWatch:
@@ -58,3 +68,26 @@ def table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
     for row in rows:
         print("| " + " | ".join(map(str, row)) + " |", flush=True)
     print()
+
+
+def figure(name: str, values: float | Iterable[float], unit: str = "") -> None:
+    """Give a figure to `python -m benchmarks`; nothing happens where a script is started by itself.
+
+    Args:
+        name: As `benchmarks/harness/catalogue.py` declares it.
+        values: One of each round.
+        unit: Of the values; empty for ratios and counts.
+    """
+    path = os.environ.get(FIGURES_FILE)
+    if not path:
+        return
+    found = [float(values)] if isinstance(values, (int, float)) else [float(one) for one in values]
+    line = {"figure": name, "unit": unit, "values": found, "code": measured_code()}
+    with Path(path).open("a", encoding="utf-8") as file:
+        file.write(json.dumps(line) + "\n")
+
+
+def measured_code() -> str:
+    """The folder of the `bt_mission` that this process imports, which a benchmark measures."""
+    spec = importlib.util.find_spec("bt_mission")
+    return str(Path(spec.origin).resolve().parent) if spec and spec.origin else ""

@@ -17,6 +17,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
+from measuring import figure
+
 from bt_mission.recording.writer import RunRecorder
 from bt_mission.sessions.load import load
 from bt_mission.sessions.session import summarise
@@ -78,6 +80,9 @@ def measure(mission_file: Path, rounds: int) -> None:
         raise SystemExit(f"{mission_file}: recording has changed the run")
     ratios = [sum(b.seconds) / sum(a.seconds) for a, b in zip(bare, recorded, strict=True)]
     one = recorded[0]
+    name = mission_file.stem
+    figure(f"{name}: CPU with a recording to without", quietest(recorded) / quietest(bare))
+    figure(f"{name}: the same of whole runs", ratios)
     per_minute = 60 / one.virtual_s
     print(f"{mission_file}: {one.virtual_s:.2f} s virtual, trace {one.trace[:8]}, {rounds} rounds")
     print(
@@ -88,6 +93,7 @@ def measure(mission_file: Path, rounds: int) -> None:
         f"  the same of whole runs: median {statistics.median(ratios):.3f}, "
         f"from {min(ratios):.3f} to {max(ratios):.3f}"
     )
+    figure(f"{name}: size of a virtual minute", one.bytes * per_minute / 1e6, "MB")
     print(
         f"  per virtual minute: {one.bytes * per_minute / 1e6:.2f} MB, "
         f"{one.messages * per_minute:.0f} messages"

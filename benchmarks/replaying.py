@@ -14,7 +14,8 @@ import tempfile
 import time
 from pathlib import Path
 
-from report import record
+from measuring import figure
+from report import PATROL, record
 
 from bt_mission.recording.replay.player import TimelineSeeker
 from bt_mission.recording.replay.timeline import read_timeline
@@ -24,10 +25,11 @@ def main() -> None:
     """Measure, and print."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeks", type=int, default=1000)
+    parser.add_argument("--mission", type=Path, help="instead of the patrol")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "run.mcap"
-        virtual_s = record(path, Path(folder))
+        virtual_s = record(path, Path(folder), options.mission)
         begin = time.process_time()
         timeline = read_timeline(path)
         reading = time.process_time() - begin
@@ -44,7 +46,10 @@ def main() -> None:
         seeker.seek(time_ns)
         seeks.append(time.process_time() - begin)
     seeks.sort()
-    print(f"patrol.yaml, {virtual_s:.1f} s virtual, recording of {size / 1e6:.1f} MB")
+    figure("read a recording, CPU", reading, "s")
+    figure("go to any instant, CPU", (1000 * one for one in seeks), "ms")
+    name = (options.mission or Path(PATROL)).name
+    print(f"{name}, {virtual_s:.1f} s virtual, recording of {size / 1e6:.1f} MB")
     print(f"  read it: {reading:.2f} s; {len(timeline.frames)} messages are of use")
     print(f"  from the start to the end for the first time: {playing:.2f} s")
     print(

@@ -16,6 +16,8 @@ import time
 from itertools import pairwise
 from pathlib import Path
 
+from measuring import figure
+
 from bt_mission.language.mission import Mission
 from bt_mission.language.requirements.formula import Formula, Requirement
 from bt_mission.sessions.load import load
@@ -72,6 +74,7 @@ def measure(mission_file: Path, rounds: int) -> None:
         ratios = [
             sum(found) / sum(bare) - 1 for found, bare in zip(runs[name], runs["none"], strict=True)
         ]
+        figure(f"{mission_file.stem}: {name} to without", [1 + one for one in ratios])
         print(
             f"  {name:21} {quietest[name] / quietest['none'] - 1:+7.2%}   rounds: median "
             f"{statistics.median(ratios):+.2%}, {min(ratios):+.2%} to {max(ratios):+.2%}"

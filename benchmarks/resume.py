@@ -18,13 +18,17 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
+from measuring import figure
+
 from bt_mission.core.dds.discovery import RANGE
 
+MISSION, WORLD = "missions/explore.yaml", "dqn_stage4"
 POINTS = 10
 LINES = 26
 """What an uninterrupted run of explore.yaml with seed 7 prints about its leaves."""
 
 A_MOMENT_S = 0.3
+LEFT = "orphaned"
 LEG = re.compile(r"^ *[\d.]+ s  ✓ drive", re.MULTILINE)
 LEAF = re.compile(r"^ *[\d.]+ s  \S ")
 
@@ -54,15 +58,15 @@ def read_lines(run: subprocess.Popen[str], count: int) -> list[str]:
     return seen
 
 
-def trial(number: int, speed: str, folder: Path) -> tuple[str, str, str]:
+def trial(number: int, options: argparse.Namespace, folder: Path) -> tuple[str, str, str]:
     """Kill at the line of that number and go on; gives that line, and the outputs of both runs."""
     with ExitStack() as stack:
-        sim = ("sim", "--world", "dqn_stage4", "--speed", speed)
+        sim = ("sim", "--world", options.world, "--speed", options.speed)
         stack.enter_context(process(*sim))
         servers = stack.enter_context(process("servers", "--images", str(folder / "images")))
         assert servers.stdout is not None
         next(line for line in servers.stdout if "ready: " in line)
-        run = ("run", "missions/explore.yaml", "--attach", "--plain")
+        run = ("run", options.mission, "--attach", "--plain")
         run += ("--journal", str(folder / f"{number}.journal"))
         first = stack.enter_context(process(*run))
         before = read_lines(first, number)
@@ -81,19 +85,24 @@ def main() -> None:
     """Kill, resume, and say what came of each."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--speed", default="4", help="of the simulation")
+    parser.add_argument("--points", type=int, default=POINTS, help="at which it is killed")
+    parser.add_argument("--mission", default=MISSION, help="the file of another one")
+    parser.add_argument("--world", default=WORLD, help="of the simulation")
     options = parser.parse_args()
     sound = 0
     with tempfile.TemporaryDirectory() as folder:
-        for point in range(1, POINTS + 1):
-            number = round(point * (LINES - 1) / POINTS)
-            line, before, after = trial(number, options.speed, Path(folder))
+        for point in range(1, options.points + 1):
+            number = round(point * (LINES - 1) / max(options.points, POINTS))
+            line, before, after = trial(number, options, Path(folder))
             legs = len(LEG.findall(before)) + len(LEG.findall(after))
-            ended = [one.strip() for one in after.splitlines()[-3:]]
-            sound += ended[:1] == ["explore: success"] and ended[-1].endswith(" 0 left behind")
+            said = [one.strip() for one in after.splitlines()]
+            ended = [one for one in said if ": success" in one or LEFT in one]
+            sound += len(ended) > 1 and ended[0].endswith(": success") and f" 0 {LEFT}" in ended[-1]
             print(f"{point:2}: killed after '{line}'")
-            print(f"    {' | '.join(ended)}, {legs} legs in all", flush=True)
-    print(f"{sound} of {POINTS} ended with success and 0 goals left behind")
-    raise SystemExit(0 if sound == POINTS else 1)
+            print(f"    {' | '.join(ended or said[-3:])}, {legs} legs in all", flush=True)
+    figure("share that ended with success", sound / options.points)
+    print(f"{sound} of {options.points} ended with success and 0 goals orphaned")
+    raise SystemExit(0 if sound == options.points else 1)
 
 
 if __name__ == "__main__":

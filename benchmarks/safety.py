@@ -11,18 +11,23 @@ import math
 import statistics
 from collections import Counter
 from collections.abc import Iterable, Iterator
+from functools import partial
 from itertools import chain
 from multiprocessing import get_context
 from pathlib import Path
 
+from measuring import figure
 from safety_alarms import BUSY, Attached, alarms
 from safety_kills import Kill, kill
+from safety_movers import DURATION_S, Outing, outing
 from safety_movers import WORLDS as MOVING_WORLDS
-from safety_movers import Outing, outing
 from safety_stops import GOALS, by_lost_scan, by_service
 from safety_trials import SPEEDS, WORLDS, Drive, Stop, drives
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "explanation" / "safety.md"
+WAYS = {"arbiter": True, "nothing": False}
+"""What stands between servers and base."""
+KILLED = ("servers", "executive")
 STANDS_S = 0.5
 """After a process was killed."""
 LOAD = 8.0
@@ -63,6 +68,7 @@ def stop_table(found: Iterable[Stop], limit_s: float) -> Iterator[str]:
     yield f"| action | stands after | within {limit_s:g} s | ends | reason |"
     yield "|---|---|---|---|---|"
     for stop in found:
+        figure("stands after a stop or a lost scan", stop.stood_after_s, "s")
         held = "yes" if stop.stood_after_s <= limit_s else "**no**"
         yield (
             f"| `{stop.action}` | {stop.stood_after_s:.3f} s | {held} | {stop.status} "
@@ -80,6 +86,7 @@ def outing_table(found: list[Outing]) -> Iterator[str]:
     for world in MOVING_WORLDS:
         chosen = [one for one in found if one.world == world]
         met: Counter[tuple[str, str]] = sum((one.collisions for one in chosen), Counter())
+        figure(f"{world}: driven into a mover", met["driving into", "mover"])
         fixed = sum(count for (_, what), count in met.items() if what == "fixed")
         yield (
             f"| {world} | {len(chosen)} | {sum(one.driven_m for one in chosen):.0f} m "
@@ -95,9 +102,10 @@ def kill_table(found: Iterable[Kill]) -> Iterator[str]:
         "| after the last command sent | goes on for |"
     )
     yield "|---|---|---|---|---|---|---|"
-    ways = {True: "arbiter", False: "nothing"}
+    ways = {with_arbiter: name for name, with_arbiter in WAYS.items()}
     for (killed, with_arbiter), kills in _grouped(found).items():
         loads = [one.load for one in kills]
+        figure(f"stands after killed {killed}", (one.stood_after_s for one in kills), "s")
         yield (
             f"| {killed} | {ways[with_arbiter]} | {len(kills)} "
             f"| {min(loads):.0f} to {max(loads):.0f} | {_s(one.stood_after_s for one in kills)} "
@@ -139,10 +147,12 @@ def alarm_table(found: list[Attached]) -> Iterator[str]:
         )
 
 
-def write(mark: str, lines: Iterable[str]) -> None:
-    """Put lines between the marks of that name on the page, and onto the terminal."""
+def write(mark: str, lines: Iterable[str], *, on_page: bool) -> None:
+    """Put lines onto the terminal and between the marks of that name on the page."""
     text = "\n".join(lines)
     print(f"{mark}\n{text}\n", flush=True)
+    if not on_page:
+        return
     page = PAGE.read_text(encoding="utf-8")
     begin, end = f"<!-- {mark} -->\n", f"\n<!-- end of {mark} -->"
     head, _, rest = page.partition(begin)
@@ -158,40 +168,50 @@ def main() -> None:
     parser.add_argument("--poses", type=int, default=100, help="poses in each world")
     parser.add_argument("--processes", type=int, default=2, help="worlds at a time")
     parser.add_argument("--kills", type=int, default=3, help="times that each process is killed")
+    parser.add_argument("--killed", choices=KILLED, nargs="+", default=KILLED, help="processes")
     parser.add_argument("--outings", type=int, default=20, help="seeds in each moving world")
+    parser.add_argument("--seconds", type=int, default=DURATION_S, help="virtual, of an outing")
+    parser.add_argument("--behind", choices=WAYS, nargs="+", default=list(WAYS), help="the servers")
     parser.add_argument("--busy", type=int, default=BUSY, help="processes that compute beside them")
     parser.add_argument("--alarms", type=int, default=25, help="missions on a busy machine")
     parser.add_argument("--graphs", type=int, default=1, help="of these missions, at a time")
     parser.add_argument("--results", type=Path, default=Path("alarms.jsonl"), help="of these")
     parser.add_argument("--only", choices=["drives", "movers", "stops", "kills", "alarms"])
+    parser.add_argument("--no-page", action="store_true", help="print, and leave the page as it is")
     options = parser.parse_args()
+    tell = partial(write, on_page=not options.no_page)
     if options.only in (None, "drives"):
         runs = [(world, options.poses, appears) for appears in (False, True) for world in WORLDS]
         with get_context("spawn").Pool(options.processes) as pool:
             found = pool.starmap(in_one_world, runs, chunksize=1)
+        drives_of_all = list(chain(*found))
+        figure("collisions of drives", sum(one.collisions for one in drives_of_all))
+        left_mm = [1000 * one.surplus for one in drives_of_all if math.isfinite(one.surplus)]
+        figure("left of the stopping distance", left_mm, "mm")
         for mark, part in (("walls", slice(3)), ("appearing obstacle", slice(3, 6))):
-            write(mark, drive_table(list(chain(*found[part]))))
+            tell(mark, drive_table(list(chain(*found[part]))))
     if options.only in (None, "movers"):
         seeds = range(1, options.outings + 1)
-        todo = [(world, seed) for world in MOVING_WORLDS for seed in seeds]
+        todo = [(world, seed, options.seconds) for world in MOVING_WORLDS for seed in seeds]
         with get_context("spawn").Pool(options.processes) as pool:
-            write("moving obstacles", outing_table(pool.starmap(outing, todo, chunksize=1)))
+            tell("moving obstacles", outing_table(pool.starmap(outing, todo, chunksize=1)))
     if options.only in (None, "stops"):
-        write("stop service", stop_table(map(by_service, GOALS), 0.3))
-        write("lost scan", stop_table(map(by_lost_scan, GOALS), 1.0))
+        tell("stop service", stop_table(map(by_service, GOALS), 0.3))
+        tell("lost scan", stop_table(map(by_lost_scan, GOALS), 1.0))
     if options.only in (None, "kills"):
-        write(
+        tell(
             "killed processes",
             kill_table(
                 kill(what, with_arbiter=with_arbiter)
-                for what in ("servers", "executive")
-                for with_arbiter in (True, False)
+                for what in options.killed
+                for with_arbiter in (WAYS[way] for way in options.behind)
                 for _ in range(options.kills)
             ),
         )
     if options.only in (None, "alarms"):
         counted = alarms(options.alarms, options.busy, options.graphs, options.results)
-        write("false alarms", alarm_table(counted))
+        tell("false alarms", alarm_table(counted))
+        figure("given up on a busy machine", sum(one.is_given_up for one in counted))
         print("\n".join(one.reason for one in counted if one.reason and not one.is_given_up))
 
 

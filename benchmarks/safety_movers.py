@@ -40,9 +40,9 @@ class Outing:
     collisions: Counter[tuple[str, str]]
 
 
-def outing(world: str, seed: int) -> Outing:
+def outing(world: str, seed: int, seconds: int = DURATION_S) -> Outing:
     """Explore for three virtual minutes."""
-    given = {"duration": DURATION_S, "speed": SPEED}
+    given = {"duration": seconds, "speed": SPEED}
     mission = load(MISSION, set=given, seed=seed, world=world)
     met: Counter[tuple[str, str]] = Counter()
     with (

@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from measuring import figure
 from rare_defects import RARE
 from rclpy.logging import LoggingSeverity, set_logger_level
 
@@ -218,6 +219,9 @@ def main() -> None:
                 with options.file.open("a") as file:
                     file.write(json.dumps(row) + "\n")
                 print(row, flush=True)
+                rows.append(row)
+    now = [one for one in rows if options.only in one["what"]]
+    figure("runs until found", (one["runs"] or one["budget"] + 1 for one in now))
 
 
 if __name__ == "__main__":

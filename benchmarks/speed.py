@@ -11,9 +11,11 @@ from __future__ import annotations
 import argparse
 import statistics
 import tempfile
+from dataclasses import dataclass
 from pathlib import Path
 
 import mujoco
+from measuring import CpuWatch, figure
 
 from bt_mission.core.robot.model import load_robot
 from bt_mission.core.wall_clock import Stopwatch
@@ -26,18 +28,30 @@ from sim.simulation import Simulation
 from sim.world.loader import load_world
 
 
-def stage_run(mission_file: Path) -> tuple[float, float, dict[str, int]]:
-    """Run the mission; gives virtual seconds, wall seconds of the run, and counts."""
+@dataclass(frozen=True)
+class StageRun:
+    """A mission on the stage: seconds, virtual, of the wall and of the thread's processor."""
+
+    virtual_s: float
+    wall_s: float
+    cpu_s: float
+    ticks: int
+    callbacks: int
+
+
+def stage_run(mission_file: Path) -> StageRun:
+    """Run the mission."""
     mission = load(mission_file)
     with (
         tempfile.TemporaryDirectory() as folder,
         Stage(mission, image_folder=Path(folder), say=lambda _: None) as stage,
     ):
+        watch = CpuWatch()
         report = drive(stage, Quiet())
-        counts = {"callbacks": stage.clock.callbacks_served, "ticks": report.ticks}
+        cpu_s, callbacks = watch.elapsed_s, stage.clock.callbacks_served
     if report.status != "success":
         raise SystemExit(f"{mission.name}: {report.status}: {report.reason}")
-    return report.virtual_s, report.wall_s, counts
+    return StageRun(report.virtual_s, report.wall_s, cpu_s, report.ticks, callbacks)
 
 
 def bare_run(mission_file: Path, virtual_s: float, *, scans: bool) -> float:
@@ -65,20 +79,21 @@ def main() -> None:
     parser.add_argument("mission", nargs="?", type=Path, default=Path("missions/explore.yaml"))
     parser.add_argument("--rounds", type=int, default=7)
     options = parser.parse_args()
-    stage, bare, scanned, share = [], [], [], []
-    virtual_s, counts = 0.0, {"ticks": 0, "callbacks": 0}
-    stage_run(options.mission)  # the first run imports and compiles
+    stage, cpu, bare, scanned, share = [], [], [], [], []
+    run = stage_run(options.mission)  # the first run imports and compiles
+    virtual_s = run.virtual_s
     for _ in range(options.rounds):
-        virtual_s, wall_s, counts = stage_run(options.mission)
+        run = stage_run(options.mission)
         bare_s = bare_run(options.mission, virtual_s, scans=False)
         scans_s = bare_run(options.mission, virtual_s, scans=True)
-        stage.append(virtual_s / wall_s)
+        stage.append(virtual_s / run.wall_s)
+        cpu.append(1000 * run.cpu_s / virtual_s)
         bare.append(virtual_s / bare_s)
         scanned.append(virtual_s / scans_s)
-        share.append(scans_s / wall_s)
+        share.append(scans_s / run.wall_s)
     print(
-        f"{options.mission}: {virtual_s:.2f} s virtual, {counts['ticks']} ticks, "
-        f"{counts['callbacks']} callbacks; {options.rounds} rounds"
+        f"{options.mission}: {virtual_s:.2f} s virtual, {run.ticks} ticks, "
+        f"{run.callbacks} callbacks; {options.rounds} rounds"
     )
     for name, values in (
         ("stage, sensors and DDS included, x real time", stage),
@@ -90,6 +105,11 @@ def main() -> None:
             f"  {name:48} median {statistics.median(values):8.2f}"
             f"   from {min(values):.2f} to {max(values):.2f}"
         )
+    name = options.mission.stem
+    figure(f"{name}: stage", stage, "x real time")
+    figure(f"{name}: bare mj_step and scans", scanned, "x real time")
+    figure(f"{name}: share of bare mj_step and scans", share)
+    figure(f"{name}: CPU a virtual second", cpu, "ms")
 
 
 if __name__ == "__main__":

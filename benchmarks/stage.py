@@ -16,7 +16,7 @@ from typing import Any
 
 import pytest
 import rclpy
-from measuring import CpuWatch, in_turns, ratios, spread, table
+from measuring import CpuWatch, figure, in_turns, ratios, spread, table
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
@@ -63,6 +63,7 @@ def fresh(rounds: int) -> None:
 
     work()
     (found,) = in_turns(rounds, work)
+    figure("a fresh stage", found, "ms")
     table(
         ("a fresh stage, after the first", "wall"),
         [("made, stepped, closed", spread(found, 0, "ms"))],
@@ -151,6 +152,8 @@ def _timed(echo: Echo, step: Callable[[], None], executor: Any) -> float:
 def stepping(rounds: int) -> None:
     """Our executor against rclpy's own, in turns."""
     ours, stock = in_turns(rounds, with_lockstep_executor, with_stock_executor)
+    figure("a step of the nodes, CPU", ours, "us")
+    figure("the same to rclpy's executor", ratios(ours, stock))
     table(
         ("a control step without physics", "CPU"),
         [
@@ -167,7 +170,7 @@ def resident_mib() -> float:
     return pages * resource.getpagesize() / 2**20
 
 
-def memory(hours: float) -> None:
+def memory(hours: float, settle_s: float) -> None:
     """What a stage takes, and what it takes more after some hours of virtual time."""
     before = resident_mib()
     mission = load_text(WAITS)
@@ -175,7 +178,7 @@ def memory(hours: float) -> None:
         tempfile.TemporaryDirectory() as folder,
         Stage(mission, image_folder=Path(folder)) as stage,
     ):
-        settled_ns = stage.now_ns + 300 * 10**9
+        settled_ns = stage.now_ns + round(settle_s * 1e9)
         end_ns = settled_ns + round(hours * 3600e9)
         while stage.now_ns < settled_ns:
             stage.step()
@@ -183,6 +186,8 @@ def memory(hours: float) -> None:
         while stage.now_ns < end_ns:
             stage.step()
         grown = resident_mib() - at_first
+    figure("memory of a stage", at_first - before, "MiB")
+    figure("growth of memory a virtual hour", grown / hours, "MiB")
     rows = [
         ("a stage", f"{at_first - before:.1f} MiB"),
         (f"more after {hours:g} virtual hours", f"{grown:.1f} MiB"),
@@ -201,6 +206,7 @@ def scenarios(count: int) -> None:
             seconds += run.t
             stages.close()
     each = watch.elapsed_s / count
+    figure("virtual seconds a second", seconds / watch.elapsed_s)
     rows = [
         ("virtual seconds, each", f"{seconds / count:.1f}"),
         ("wall seconds, each", f"{each:.3f}"),
@@ -224,17 +230,19 @@ class Figures:
             self.wall_s.append(told["wall_s"])
 
 
-def under_pytest(count: int) -> None:
-    """A test of `explore.yaml` with so many seeds, under pytest, on two cores."""
+def under_pytest(count: int, workers: int) -> None:
+    """A test of `explore.yaml` with so many seeds, under pytest, in so many processes."""
     watch, figures = Stopwatch(), Figures()
     with tempfile.TemporaryDirectory() as folder:
         test = Path(folder) / "test_explore.py"
         test.write_text(SCENARIOS.format(count=count), encoding="utf-8")
-        code = pytest.main(["-q", f"-n{WORKERS}", f"--rootdir={folder}", str(test)], [figures])
+        code = pytest.main(["-q", f"-n{workers}", f"--rootdir={folder}", str(test)], [figures])
     if code:
         raise SystemExit(code)
     wall_s = watch.elapsed_s
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    figure("wall time of a test", figures.wall_s, "s")
+    figure("virtual seconds a second", sum(figures.virtual_s) / wall_s)
     rows = [
         ("virtual seconds, each", spread(figures.virtual_s, 1)),
         ("wall seconds of a test", spread(figures.wall_s, 2)),
@@ -242,7 +250,7 @@ def under_pytest(count: int) -> None:
         ("the processor's seconds of all", f"{used.ru_utime + used.ru_stime:.1f}"),
         ("virtual seconds a second", f"{sum(figures.virtual_s) / wall_s:.0f}"),
     ]
-    table((f"{count} seeds of explore.yaml with three legs, pytest -n {WORKERS}", ""), rows)
+    table((f"{count} seeds of explore.yaml with three legs, pytest -n {workers}", ""), rows)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -251,15 +259,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--only", choices=("fresh", "step", "memory", "scenarios", "pytest"))
     parser.add_argument("--rounds", type=int, default=7)
     parser.add_argument("--hours", type=float, default=2.0, help="virtual, for the memory")
+    parser.add_argument("--settle", type=float, default=300, help="virtual seconds before them")
     parser.add_argument("--count", type=int, default=100, help="of scenarios")
+    parser.add_argument("--workers", type=int, default=WORKERS, help="of pytest; 0 is none")
     options = parser.parse_args(arguments)
     isolate(visible=False)
     parts: dict[str, Callable[[], None]] = {
         "fresh": lambda: fresh(3 * options.rounds),
         "step": lambda: stepping(options.rounds),
-        "memory": lambda: memory(options.hours),
+        "memory": lambda: memory(options.hours, options.settle),
         "scenarios": lambda: scenarios(options.count),
-        "pytest": lambda: under_pytest(options.count),
+        "pytest": lambda: under_pytest(options.count, options.workers),
     }
     for name, part in parts.items():
         if options.only in (None, name):

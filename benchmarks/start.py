@@ -1,116 +1,163 @@
-"""How long commands take to start: help, completion, the first line and the first step of a run.
+"""How soon a command starts: to its first line, to its first step, and without its virtual work.
 
-Run it as: python benchmarks/start.py [--rounds 7] [--against FOLDER]. FOLDER is another checkout,
-such as one made by git worktree; both take turns, and its figures stand beside ours.
+Each measurement is a process of its own. What is timed on a terminal runs on one of its own (a
+pseudo terminal) and is ended as soon as what is waited for has been printed; the first step is the
+first line about a leaf of `run --plain`. The virtual work of `run square.yaml --json` is the wall
+time that its own report tells for the mission.
+Run it as: python benchmarks/start.py [--rounds N] [--only json|terminal|help]
 """
 
 from __future__ import annotations
 
 import argparse
+import fcntl
+import json
 import os
 import pty
-import resource
+import re
+import signal
+import struct
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Sequence
+import termios
+from collections.abc import Callable
 from pathlib import Path
 
-from measuring import in_turns, spread, table
+from measuring import figure, in_turns, spread, table
 
 from bt_mission.core.wall_clock import Stopwatch
 
-HERE = Path(__file__).resolve().parent.parent
-RUN = ("run", "square", "--json")
-SHORT = "short.yaml"
-MISSION = "mission: short\nworld: empty_arena\ntree: {wait: 0.1}\n"
-"""Next to no work: what remains is the start and the end of the process."""
-
-STEP = "▶".encode()
-"""What plain lines put before a node that begins to run."""
-
-
-def started(tree: Path) -> dict[str, str]:
-    """Return the environment in which the sources of a checkout are used, compiled as they are."""
-    changed = {"PYTHONPATH": str(tree), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
-    return {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"} | changed
+COMMAND = (sys.executable, "-m", "bt_mission")
+LINE = re.compile(rb"[A-Za-z]{3}")
+"""Words: what a terminal is sent before them only sets it up."""
+NAMED = re.compile(rb"dqn_stage4")
+"""The world of `explore.yaml`, which is known once the mission has been read."""
+STEP = re.compile(rb"\d s  \S+ \w")
+"""A line about a leaf, such as `0.05 s  > side`."""
+SIZE = struct.pack("HHHH", 45, 140, 0, 0)
+"""Rows and columns of the terminal."""
 
 
-def command(tree: Path, folder: str, *words: str) -> tuple[float, float]:
-    """Run a command; return its wall time and its CPU time, ms."""
-    before, watch = resource.getrusage(resource.RUSAGE_CHILDREN), Stopwatch()
-    subprocess.run(  # noqa: S603 - our own program
-        [sys.executable, "-m", "bt_mission", *words],
-        cwd=folder,
-        env=started(tree),
-        capture_output=True,
-        check=True,
+def to_end(*arguments: str) -> tuple[float, float, bytes]:
+    """Run a command; gives wall seconds, processor seconds and what it has printed."""
+    with tempfile.TemporaryFile() as output:
+        watch = Stopwatch()
+        process = subprocess.Popen(  # noqa: S603 - ourselves
+            [*COMMAND, *arguments], stdin=subprocess.DEVNULL, stdout=output
+        )
+        _, status, used = os.wait4(process.pid, 0)
+        wall_s = watch.elapsed_s
+        process.returncode = os.waitstatus_to_exitcode(status)
+        output.seek(0)
+        printed = output.read()
+    if process.returncode:
+        raise SystemExit(f"{' '.join(arguments)}: exit code {process.returncode}")
+    return wall_s, used.ru_utime + used.ru_stime, printed
+
+
+def until(pattern: re.Pattern[bytes], *arguments: str) -> float:
+    """Run a command on a terminal until it has printed something; gives wall seconds."""
+    watch = Stopwatch()
+    child, terminal = pty.fork()
+    if child == 0:
+        os.environ["TERM"] = "xterm-256color"
+        os.execv(COMMAND[0], [*COMMAND, *arguments])  # noqa: S606 - ourselves
+    fcntl.ioctl(terminal, termios.TIOCSWINSZ, SIZE)
+    seen = b""
+    try:
+        while not pattern.search(seen):
+            try:
+                seen += os.read(terminal, 65536)
+            except OSError:  # it has ended
+                raise SystemExit(f"{' '.join(arguments)}: ended with {seen!r}") from None
+        return watch.elapsed_s
+    finally:
+        os.kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+        os.close(terminal)
+
+
+class SquareRun:
+    """Runs `run square.yaml --json`; each measure is of the whole process."""
+
+    def __init__(self) -> None:
+        self.cpu_s: list[float] = []
+        self.besides_s: list[float] = []
+
+    def __call__(self) -> float:
+        """Seconds of the process that are not the mission's own, on the wall."""
+        wall_s, cpu_s, printed = to_end("run", str(Path("missions/square.yaml")), "--json")
+        self.cpu_s.append(cpu_s)
+        self.besides_s.append(wall_s - float(json.loads(printed)["wall_s"]))
+        return self.besides_s[-1]
+
+
+def whole(rounds: int) -> None:
+    """Print what a process costs besides the mission that it runs."""
+    square = SquareRun()
+    in_turns(rounds, square)
+    figure("square.yaml --json less its virtual work", square.besides_s, "s")
+    figure("square.yaml --json, whole process, CPU", square.cpu_s, "s")
+    rows = [
+        ("whole process less its virtual work, wall", spread(square.besides_s, 2, "s")),
+        ("whole process, CPU", spread(square.cpu_s, 2, "s")),
+    ]
+    table(("bt-mission run square.yaml --json", ""), rows)
+
+
+def on_terminal(rounds: int) -> None:
+    """Print how soon something is seen, and how soon the robot moves."""
+    mission = str(Path("missions/explore.yaml"))
+    first, named, step = in_turns(
+        rounds,
+        lambda: until(LINE, "run", mission),
+        lambda: until(NAMED, "run", mission),
+        lambda: until(STEP, "run", mission, "--plain"),
     )
-    wall, after = watch.elapsed_s, resource.getrusage(resource.RUSAGE_CHILDREN)
-    cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    return 1000 * wall, 1000 * cpu
+    figure("first line on a terminal", first, "s")
+    figure("mission and world are named", named, "s")
+    figure("first step", step, "s")
+    rows = [
+        ("first line on a terminal", spread(first, 2, "s")),
+        ("mission and world are named", spread(named, 2, "s")),
+        ("first step", spread(step, 2, "s")),
+    ]
+    table(("bt-mission run explore.yaml", "wall"), rows)
 
 
-def on_terminal(tree: Path, folder: str, until: bytes) -> float:
-    """Return the wall time until a run on a terminal has shown some text, ms."""
-    ours, theirs = pty.openpty()
-    watch, shown = Stopwatch(), b""
-    with subprocess.Popen(
-        [sys.executable, "-m", "bt_mission", "run", "square", "--plain"],
-        cwd=folder,
-        env=started(tree),
-        stdin=theirs,
-        stdout=theirs,
-        stderr=theirs,
-    ) as process:
-        os.close(theirs)
-        while until not in shown:
-            shown += os.read(ours, 4096)
-        elapsed = 1000 * watch.elapsed_s
-        process.kill()
-    os.close(ours)
-    return elapsed
+def helping(rounds: int) -> None:
+    """Print how long help and completion take, to the end of the process."""
+    works: dict[str, tuple[str, ...]] = {
+        "--help": ("--help",),
+        "run --help": ("run", "--help"),
+        "completion of a mission's name": ("completion", "--names", "runs"),
+        "completion script": ("completion", "bash"),
+    }
+
+    def timed(arguments: tuple[str, ...]) -> Callable[[], float]:
+        return lambda: to_end(*arguments)[0]
+
+    found = in_turns(rounds, *map(timed, works.values()))
+    for name, seconds in zip(works, found, strict=True):
+        figure(name, seconds, "s")
+    rows = [(name, spread(s, 3, "s")) for name, s in zip(works, found, strict=True)]
+    table(("bt-mission", "wall"), rows)
 
 
-def cpu_of(*words: str) -> Callable[[Path, str], float]:
-    """Return what measures the CPU time of a command, ms."""
-    return lambda tree, folder: command(tree, folder, *words)[1]
-
-
-MEASURED: dict[str, Callable[[Path, str], float]] = {
-    "`--help`, CPU": cpu_of("--help"),
-    "`run --help`, CPU": cpu_of("run", "--help"),
-    "`completion --names runs`, CPU": cpu_of("completion", "--names", "runs"),
-    "`completion bash`, CPU": cpu_of("completion", "bash"),
-    "`check square`, CPU": cpu_of("check", "square"),
-    "`run square`: first line on a terminal, wall": lambda t, f: on_terminal(t, f, b"\n"),
-    "`run square`: first step on a terminal, wall": lambda t, f: on_terminal(t, f, STEP),
-    "`run square --json`, whole process, CPU": cpu_of(*RUN),
-    "a run of 0.1 s, whole process, CPU": cpu_of("run", SHORT, "--json"),
-    "a run of 0.1 s, whole process, wall": lambda t, f: command(t, f, "run", SHORT, "--json")[0],
-}
-
-
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Print the table."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+def main() -> None:
+    """Print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--rounds", type=int, default=7)
-    parser.add_argument("--against", type=Path, metavar="FOLDER", help="another checkout")
-    options = parser.parse_args(arguments)
-    trees = [HERE, *([options.against.resolve()] if options.against else [])]
-    rows: list[list[object]] = []
-    with tempfile.TemporaryDirectory() as folder:
-        Path(folder, SHORT).write_text(MISSION, encoding="utf-8")
-        for name, measure in MEASURED.items():
-            works = [lambda tree=tree, measure=measure: measure(tree, folder) for tree in trees]
-            for work in works:
-                work()  # modules are compiled
-            found = in_turns(options.rounds, *works)
-            rows.append([name, *(spread(one, 0, "ms") for one in found)])
-    head = ("to start", "here", *(str(one) for one in trees[1:]))
-    table(head, rows)
-    return 0
+    parser.add_argument("--only", choices=("json", "terminal", "help"))
+    options = parser.parse_args()
+    # A run is not to meet another one of this machine, and the first writes caches.
+    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    parts = {"json": whole, "terminal": on_terminal, "help": helping}
+    for name, part in parts.items():
+        if options.only in (None, name):
+            part(options.rounds)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -19,26 +19,45 @@ from dataclasses import replace
 from pathlib import Path
 from random import Random
 
+from measuring import figure
+from sweeps import plan_of
+
 from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.scenarios.runner import ScenarioProcess
 from bt_mission.sweeps.csv_table import write_csv
 from bt_mission.sweeps.origin import ORIGIN_KEY
 from bt_mission.sweeps.report.columns import SweepColumns
 from bt_mission.sweeps.report.page import write_sweep_page
 from bt_mission.sweeps.row import RequirementMargin, ScenarioRow
 from bt_mission.sweeps.store import ResultStore
+from bt_mission.sweeps.work import ScenarioWorker
 
 
 def main() -> None:
     """Make the rows and measure."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("results", type=Path)
+    parser.add_argument(
+        "results", type=Path, nargs="?", help="default: three scenarios of explore.yaml"
+    )
     parser.add_argument("--rows", type=int, default=100_000)
     parser.add_argument("--keep", type=Path, help="leave the results and the page here")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as temporary:
         folder = options.keep or Path(temporary) / "results"
-        fill(options.results, folder, options.rows)
+        fill(options.results or swept(Path(temporary) / "swept"), folder, options.rows)
         measure(folder)
+
+
+def swept(folder: Path) -> Path:
+    """Carry three scenarios out in this process; gives the results."""
+    plan = plan_of(Path("missions/explore.yaml"), 3, legs=1)
+    with (
+        ScenarioWorker(plan.base.bundle, ScenarioProcess().run) as worker,
+        ResultStore.create(folder, plan.as_dict()) as store,
+    ):
+        for one in plan.scenarios():
+            store.add(worker.carry_out(one))
+    return folder
 
 
 def fill(source: Path, folder: Path, count: int) -> None:
@@ -93,6 +112,8 @@ def measure(folder: Path) -> None:
         size = path.stat().st_size / 1e6
         ended = os.times()
         processor_s = ended.user + ended.system - begun.user - begun.system
+        figure("rows and page, CPU", processor_s, "s")
+        figure("size of the page", size, "MB")
         print(f"page from them: {watch.elapsed_s:.1f} s, {size:.2f} MB")
         print(f"processor time of both: {processor_s:.1f} s")
         watch = Stopwatch()
@@ -102,6 +123,7 @@ def measure(folder: Path) -> None:
         with (folder / "rows.csv").open(newline="") as file:
             assert sum(1 for _ in csv.reader(file)) == len(columns) + 1
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    figure("peak memory", peak, "MB")
     print(f"peak memory: {peak:.0f} MB; SQLite {sqlite3.sqlite_version}")
 
 

@@ -22,7 +22,7 @@ from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 
-from measuring import spread
+from measuring import figure, spread
 
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.scenarios.runner import ScenarioProcess, prepare_process
@@ -57,7 +57,7 @@ def plan_of(mission: Path, count: int, legs: int | None = None) -> SweepPlan:
 
 async def rate(options: argparse.Namespace) -> None:
     """Compare N workers with N times a loop in one process."""
-    plan = plan_of(Path("missions/explore.yaml"), 10_000, options.legs)
+    plan = plan_of(options.mission, 10_000, options.legs or None)
     more = plan.scenarios()
     process = ScenarioProcess()
     shares, costs, virtual = [], [], []
@@ -81,6 +81,8 @@ async def rate(options: argparse.Namespace) -> None:
                     f"{1e3 * each_s:.0f} ms are not the scenario's own",
                     flush=True,
                 )
+    figure("rate to that of loops in one process", shares)
+    figure("share of a worker's time that is not a scenario's own", costs)
     print(f"scenarios of {spread(virtual, 1)} s of virtual time")
     print(
         f"rate on {options.workers} workers / {options.workers} x one process: {spread(shares, 3)}"
@@ -121,6 +123,7 @@ async def memory(options: argparse.Namespace) -> None:
                     if done % 500 == 0:
                         shown = ", ".join(f"{name} {mb:.0f} MB" for name, mb in last.items())
                         print(f"{done}: {shown}, {done / watch.elapsed_s:.1f}/s", flush=True)
+    figure("growth of memory", (last[name] / before for name, before in first.items()))
     for name, before in first.items():
         print(f"{name}: {before:.1f} -> {last[name]:.1f} MB ({last[name] / before - 1:+.1%})")
 
@@ -146,7 +149,7 @@ async def kills(options: argparse.Namespace) -> None:
             mission = Path(folder) / "turn.yaml"
             mission.write_text(SHORT)
             sweep = KilledSweep(Path(folder), mission, ("--seeds", str(options.count)), draws)
-            rows = sweep.run([draws.choice(VICTIMS) for _ in range(draws.randint(1, 4))])
+            rows = sweep.run([draws.choice(VICTIMS) for _ in range(kills_of(options, draws))])
             plan = plan_of(mission, options.count)
             with ScenarioWorker(plan.base.bundle, ScenarioProcess().run) as alone:
                 serial = [alone.carry_out(one) for one in plan.scenarios()]
@@ -158,7 +161,13 @@ async def kills(options: argparse.Namespace) -> None:
             f"round {number}: killed {', '.join(sweep.killed)}: {'equal' if same else 'WRONG'}",
             flush=True,
         )
+    figure("rounds with lost, doubled or different rows", wrong)
     print(f"{options.rounds} rounds, {wrong} with rows that were lost, doubled or different")
+
+
+def kills_of(options: argparse.Namespace, draws: random.Random) -> int:
+    """How often something is killed in a round."""
+    return draws.randint(min(1, options.most_kills), options.most_kills)
 
 
 # ---- resume ----------------------------------------------------------------------------------
@@ -180,6 +189,7 @@ async def resume(options: argparse.Namespace) -> None:
                 watch = Stopwatch()
                 missing = sum(1 for _ in left(plan, store))
                 seconds.append(watch.elapsed_s)
+    figure("what is left of a sweep is known after", seconds, "s")
     print(f"what is left of {options.count:,} ({missing:,}) is known after {spread(seconds, 2)} s")
 
 
@@ -198,7 +208,11 @@ def main() -> None:
     parser.add_argument("--count", type=int, help="scenarios; of `rate` in a round and a process")
     parser.add_argument("--rounds", type=int)
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
-    parser.add_argument("--legs", type=int, default=4, help="of explore.yaml, with `rate`")
+    parser.add_argument(
+        "--legs", type=int, default=4, help="of the mission, with `rate`; 0 sets none"
+    )
+    parser.add_argument("--mission", type=Path, default=Path("missions/explore.yaml"))
+    parser.add_argument("--most-kills", type=int, default=4, help="in a round of `kills`")
     parser.add_argument("--after", type=int, default=500, help="compare memory with that after N")
     options = parser.parse_args()
     options.count = options.count or counts[options.what]

@@ -35,6 +35,7 @@ from pathlib import Path
 
 from bt_mission_interfaces.msg import NodeStatus, Tree, TreeNode
 from bt_mission_interfaces.srv import GetStatuses
+from measuring import figure
 from py_trees.common import Status
 from rclpy.serialization import deserialize_message, serialize_message
 
@@ -71,6 +72,7 @@ tree:
 
 DETAILS = "/bt_mission/details"
 CHILDREN = 10
+PICTURES = 5
 S = 1_000_000_000
 
 
@@ -177,6 +179,8 @@ def measure_slowdown(turns: int, arguments: tuple[str, ...]) -> None:
             while stage.node.count_subscribers(DETAILS):
                 stage.step()
     slowdowns = [one.slowdown - other.slowdown for one, other in zip(seen, alone, strict=True)]
+    name = " ".join(("watch", *arguments))
+    figure(f"{name}: slow-down", (100 * one for one in slowdowns), "%")
     print(
         f"{' '.join(('watch', *arguments))}: slow-down {statistics.median(slowdowns):+.2%}, spread "
         f"{min(slowdowns):+.2%} to {max(slowdowns):+.2%}; {turns} turns of {VIRTUAL_S:g} s, "
@@ -198,6 +202,7 @@ class Large:
     """An executive with a tree of so many nodes, of which one leaf after another runs."""
 
     name = "/bt_mission"
+    limits = ""
     is_there = True
     where = "a benchmark"
 
@@ -290,15 +295,17 @@ async def draw(nodes: int, changes: int) -> tuple[float, list[float]]:
     return first, taken
 
 
-def measure_picture(nodes: int) -> None:
+def measure_picture(nodes: int, count: int) -> None:
     """Print how long the first picture and each change take."""
     spare_collections()
     settle_memory()
     firsts, changes = [], []
-    for _ in range(5):
-        first, taken = asyncio.run(draw(nodes, 100))
+    for _ in range(PICTURES):
+        first, taken = asyncio.run(draw(nodes, count))
         firsts.append(first)
         changes += taken
+    figure("first picture of a large tree", (1000 * one for one in firsts), "ms")
+    figure("a change of a large tree", (1000 * one for one in changes), "ms")
     print(
         f"{nodes} nodes: first picture {statistics.median(firsts) * 1e3:.0f} ms, at most "
         f"{max(firsts) * 1e3:.0f}; a change {statistics.median(changes) * 1e3:.1f} ms, 99 of 100 "
@@ -311,10 +318,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--turns", type=int, default=5)
     parser.add_argument("--nodes", type=int, default=10_000)
+    parser.add_argument("--changes", type=int, default=100, help="of each of five pictures")
     parser.add_argument("--only", choices=("slowdown", "picture"))
     options = parser.parse_args()
     if options.only != "slowdown":
-        measure_picture(options.nodes)
+        measure_picture(options.nodes, options.changes)
     if options.only != "picture":
         measure_slowdown(options.turns, ())
         measure_slowdown(options.turns, ("--json",))

@@ -1,0 +1,106 @@
+"""Copies of the software: this one, and another commit of it in a folder for a while."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+
+WITHOUT_EDITABLE = '''\
+"""Let PYTHONPATH decide: an editable installation would bring its own checkout in before it."""
+import sys
+
+sys.meta_path[:] = [
+    one
+    for one in sys.meta_path
+    if not type(one).__module__.startswith(("_editable_", "__editable_"))
+]
+'''
+"""Read by every Python that is started with its folder on the path, once `site` is done."""
+
+
+class TreeError(Exception):
+    """A commit cannot be had."""
+
+
+@dataclass(frozen=True)
+class Tree:
+    """A copy of the software that is measured.
+
+    Args:
+        root: Its folder.
+        commit: What git calls it, with ``-dirty`` where files have been changed since.
+        path: Folders that come first on the path of Python.
+    """
+
+    root: Path
+    commit: str
+    path: tuple[Path, ...]
+
+    def environment(self) -> dict[str, str]:
+        """The variables with which a process imports this copy."""
+        already = os.environ.get("PYTHONPATH", "").split(os.pathsep)
+        kept = [one for one in already if one and Path(one).resolve() != ROOT]
+        paths = [*map(str, self.path), *kept]
+        return os.environ | {"PYTHONPATH": os.pathsep.join(paths)}
+
+
+def this_tree() -> Tree:
+    """The copy that this file is in."""
+    try:
+        commit = _git("describe", "--always", "--dirty")
+    except TreeError:
+        commit = "no git"
+    return Tree(ROOT, commit, (ROOT,))
+
+
+@contextmanager
+def checked_out(revision: str) -> Iterator[Tree]:
+    """Check another commit out into a temporary folder, which is gone afterwards.
+
+    Raises:
+        TreeError: Where git does not know it.
+    """
+    commit = _git("rev-parse", "--verify", "--quiet", f"{revision}^{{commit}}", about=revision)
+    with tempfile.TemporaryDirectory(prefix="benchmarks_") as name:
+        root, first = Path(name).resolve() / "tree", Path(name).resolve() / "path"
+        try:
+            _git("worktree", "add", "--quiet", "--detach", str(root), commit)
+            first.mkdir()
+            (first / "sitecustomize.py").write_text(WITHOUT_EDITABLE, encoding="utf-8")
+            yield Tree(root, _git("describe", "--always", commit), (first, root))
+        finally:
+            _remove(root)
+
+
+def _remove(root: Path) -> None:
+    """Take a worktree away, as far as it was made."""
+    command = ["git", "-C", str(ROOT), "worktree", "remove", "--force", "--force", str(root)]
+    # A second Ctrl-C must not leave half of it: nothing interrupts this, nor git by the terminal.
+    before = {one: signal.signal(one, signal.SIG_IGN) for one in (signal.SIGINT, signal.SIGTERM)}
+    subprocess.run(command, capture_output=True, check=False, start_new_session=True)  # noqa: S603 - git with our own folder
+    for one, handler in before.items():
+        signal.signal(one, handler)
+
+
+def _git(*arguments: str, about: str = "") -> str:
+    command = ["git", "-C", str(ROOT), *arguments]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603 - git
+    except FileNotFoundError as error:
+        raise TreeError("git is not installed; --against needs it") from error
+    if done.returncode == 0:
+        return done.stdout.strip()
+    if about:
+        raise TreeError(
+            f"git knows no commit '{about}' here; name a commit, a tag or a branch, such as HEAD~1 "
+            "(git log --oneline lists some)"
+        )
+    raise TreeError(f"git {arguments[0]}: {done.stderr.strip() or 'failed'}")
