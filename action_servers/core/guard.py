@@ -132,7 +132,7 @@ def _first_touch(
     cosine, sine = np.cos(yaw)[:, None], np.sin(yaw)[:, None]
     depth = wide.depth(cosine * across + sine * along, cosine * along - sine * across)
     allowed = np.maximum(depth[0], 0.0)
-    touching = np.any(depth > allowed + _DEEPER_M, axis=1)
+    touching = (depth > allowed + _DEEPER_M).any(axis=1)
     if not touching.any():
         return horizon
     return horizon * (int(np.argmax(touching)) - 1) / (len(x) - 1)

@@ -74,7 +74,7 @@ def scan_of(message: Any, lidar: LidarModel | None = None) -> Scan | None:
     # NaN first: of it and a number, min and max give whichever stands first.
     nearest = max(message.range_min, lidar.min_range) if lidar else message.range_min
     farthest = min(message.range_max, lidar.max_range) if lidar else message.range_max
-    if not np.any(ranges > 0.0) or not nearest < farthest:
+    if not (ranges > 0.0).any() or not nearest < farthest:
         return None
     return Scan(
         stamp_s=stamp_of(message.header),

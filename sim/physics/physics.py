@@ -112,14 +112,14 @@ class Movers:
             joint = model.joint(f"{MOVER_PREFIX}{obstacle.name}/x")
             home = obstacle.motion.at(0.0)
             self._each.append(
-                (int(joint.qposadr[0]), int(joint.dofadr[0]), obstacle.motion, home[0], home[1])
+                (int(joint.qposadr[0]), int(joint.dofadr[0]), obstacle.motion.at, *home[:2])
             )
 
     def place(self, data: mujoco.MjData, time_ns: int) -> None:
         """Set positions and velocities to those at this time after the start."""
         qpos, qvel, time_s = data.qpos, data.qvel, time_ns / 1e9
-        for q, v, motion, x_0, y_0 in self._each:
-            x, y, vx, vy = motion.at(time_s)
+        for q, v, at, x_0, y_0 in self._each:
+            x, y, vx, vy = at(time_s)
             qpos[q], qpos[q + 1] = x - x_0, y - y_0
             qvel[v], qvel[v + 1] = vx, vy
 
