@@ -37,13 +37,17 @@ class Page:
         for domain in ("Page", "Runtime", "Log", "Network"):
             self.call(f"{domain}.enable")
 
-    def call(self, method: str, **parameters: Any) -> dict[str, Any]:
-        """Call a method of the protocol; gives its result."""
+    def send(self, method: str, **parameters: Any) -> None:
+        """Call a method of the protocol, without waiting for its result."""
         self._number += 1
         message = {"id": self._number, "method": method, "params": parameters}
         if self._session is not None:
             message["sessionId"] = self._session
         os.write(self._send, json.dumps(message).encode() + b"\0")
+
+    def call(self, method: str, **parameters: Any) -> dict[str, Any]:
+        """Call a method of the protocol; gives its result."""
+        self.send(method, **parameters)
         while (told := self._next()).get("id") != self._number:
             self._note(told)
         assert "error" not in told, f"{method}: {told['error']}"
@@ -75,14 +79,19 @@ class Page:
         assert "exceptionDetails" not in told, told
         return told["result"].get("value")
 
-    def until(self, expression: str) -> None:
-        """Wait until an expression of JavaScript holds."""
+    def until(self, expression: str, seconds: float = 30) -> None:
+        """Wait until an expression of JavaScript holds, for no longer than so many seconds."""
         waiting = (
-            "new Promise((done) => { const look = () => "
-            f"({expression}) ? done(true) : setTimeout(look, 10); look(); }})"
+            f"new Promise((done) => {{ const end = Date.now() + {1000 * seconds};"
+            f" const look = () => ({expression}) ? done(true)"
+            " : Date.now() > end ? done(false) : setTimeout(look, 10);"
+            " look(); })"
         )
-        told = self.call("Runtime.evaluate", expression=waiting, awaitPromise=True)
+        told = self.call(
+            "Runtime.evaluate", expression=waiting, awaitPromise=True, returnByValue=True
+        )
         assert "exceptionDetails" not in told, told
+        assert told["result"]["value"], f"not within {seconds} s: {expression}"
 
     def prefer(self, scheme: str) -> None:
         """Prefer a ``light`` or a ``dark`` page."""

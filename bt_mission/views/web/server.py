@@ -23,7 +23,7 @@ from bt_mission.views.web.page_requests import LONGEST
 from bt_mission.views.web.pages import OpenPages
 from bt_mission.views.web.shown_mission import ShownMission
 
-FRAME_S = 0.04
+FRAME_S = 0.03
 """Wall time between two looks at what is new."""
 
 NEXT_PORTS = 20

@@ -3,13 +3,14 @@
 import { Connection } from "./connection.js";
 import { drawChart } from "./chart.js";
 import { MapView } from "./map.js";
-import { drawGoals, drawLog, drawNode, drawRequirements, drawVariables } from "./panels.js";
+import { LogPanel, drawGoals, drawNode, drawRequirements, drawVariables } from "./panels.js";
 import { Store } from "./store.js";
 import { Timeline } from "./timeline.js";
 import { Tree } from "./tree.js";
 import { byId, element, seconds } from "./words.js";
 
 const ARMED_MS = 5000;
+const TICK_MS = 200; // between two drawings of times that only go on
 const NOTICE_MS = 8000;
 const STATE_STYLES = { running: "running", ending: "running", success: "success", failure: "failure", interrupted: "failure", paused: "paused" };
 const REPLAY_KEYS = { p: "play", r: "reverse", s: "change-on", S: "change-back", "+": "faster", "-": "slower" };
@@ -18,6 +19,9 @@ const LIVE_KEYS = { p: "pause", P: "pause_keeping_goals", r: "resume", s: "step"
 const store = new Store();
 let charted = null;
 let isDue = false;
+let ticked = 0;
+let tickTimer = 0;
+let drawnStops = "";
 let noticeTimer = 0;
 let armedTimer = 0;
 
@@ -29,9 +33,10 @@ const tree = new Tree(store, (index) => {
   drawSoon();
 });
 const map = new MapView(store, (isOn) => ask({ do: "map", is_on: isOn }));
+const log = new LogPanel(store);
 const timeline = new Timeline(store, (at) => ask({ do: "go", number: at }), () => {
   tree.draw(true);
-  ["node", "log", "variables"].forEach((name) => store.fresh.add(name));
+  ["node", "past", "variables"].forEach((name) => store.fresh.add(name));
   drawSoon();
 });
 
@@ -76,26 +81,37 @@ function draw() {
   isDue = false;
   const fresh = new Set(store.fresh);
   store.fresh.clear();
+  const isTick = fresh.has("tick") || (fresh.has("clock") && performance.now() - ticked >= TICK_MS);
+  if (isTick) {
+    ticked = performance.now();
+    fresh.add("tick");
+    clearTimeout(tickTimer);
+  } else if (fresh.has("clock")) {
+    clearTimeout(tickTimer);
+    tickTimer = setTimeout(() => { store.fresh.add("tick"); drawSoon(); }, TICK_MS);
+  }
   const has = (...names) => names.some((name) => fresh.has(name));
   if (has("tree") && store.isNewTree) { store.isNewTree = false; tree.begin(); }
-  if (has("state", "clock", "factor", "hint", "choices", "is_read_only", "replay")) drawState();
+  if (has("state", "tick", "factor", "hint", "choices", "is_read_only", "replay")) drawState();
   if (has("state")) tree.goAlong();
   if (store.past === null) {
-    if (has("clock")) tree.tick();
-    tree.draw(has("tree", "state"));
+    if (isTick) tree.tick();
+    const stops = String(store.state.breakpoints);
+    tree.draw(has("tree") || stops !== drawnStops);
+    drawnStops = stops;
   }
   store.touched.clear();
-  if (has("tree", "nodes", "node", "goals", "clock")) drawNode(store, tree.selected);
-  if (has("log", "log_is_new", "tree")) drawLog(store);
-  if (has("goals", "values_are_new", "clock", "tree")) drawGoals(store);
+  if (has("tree", "nodes", "node", "goals", "tick")) drawNode(store, tree.selected);
+  if (has("log", "log_is_new", "past")) log.draw(has("log_is_new", "past"));
+  if (has("goals", "values_are_new", "tick", "tree")) drawGoals(store);
   if (has("requirements", "tree")) drawRequirements(store);
   if (has("variables", "values_are_new", "tree")) drawVariables(store, charted, chart);
-  if (has("variables", "series", "replay", "clock")) drawChart(store, charted);
+  if (has("variables", "series", "replay", "tick", "past")) drawChart(store, charted);
   if (fresh.has("robot")) {
     if ("grid" in store.robot && store.robot.grid !== map.grid) { map.grid = store.robot.grid; map.takeGrid(); }
     map.draw();
   }
-  if (has("clock", "replay", "marks", "tree")) timeline.draw();
+  if (has("tick", "replay", "marks", "tree")) timeline.draw();
   document.documentElement.dataset.drawn = Number(document.documentElement.dataset.drawn ?? 0) + 1;
 }
 
@@ -187,7 +203,6 @@ for (const [name, steps] of [["start-on", 1], ["start-back", -1]]) {
     ask({ do: "start", node: tree.selected, number: steps });
   });
 }
-byId("filter").addEventListener("input", () => drawLog(store));
 
 document.addEventListener("keydown", (event) => {
   if (event.target instanceof HTMLInputElement || event.ctrlKey || event.metaKey || event.altKey) return;

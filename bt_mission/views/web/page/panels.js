@@ -5,6 +5,7 @@ import {
 } from "./words.js";
 
 const MOST_GOALS = 200;
+const MOST_LINES = 500;
 
 const sign = (status) => element("span", `sign ${STATUSES[status]}`, `${SIGNS[status]} `);
 
@@ -40,22 +41,40 @@ function addPresent(store, index, status, add) {
   if (progress && progress[1] !== null) add(progress[0] || "progress", figures(progress));
 }
 
-export function drawLog(store) {
-  const box = byId("log");
-  const wanted = byId("filter").value.toLowerCase();
-  const isAtEnd = box.scrollTop + box.clientHeight >= box.scrollHeight - 30;
-  const lines = store.log.filter(([at, , name, text]) =>
-    (store.past === null || at <= store.past) && `${name} ${text}`.toLowerCase().includes(wanted));
-  box.replaceChildren(...lines.slice(-500).map(([at, status, name, text]) => element(
-    "li", "",
-    element("span", "when", at.toFixed(2)),
-    status === null ? "" : sign(status),
-    element("strong", status === null ? "" : STATUSES[status], name),
-    name && text ? " " : "",
-    element("span", name ? "words" : "", text),
-  )));
-  if (isAtEnd) box.scrollTop = box.scrollHeight;
+// Only lines that have come are added, unless others are wanted than before.
+export class LogPanel {
+  constructor(store) {
+    this.store = store;
+    this.box = byId("log");
+    this.filter = byId("filter");
+    this.filter.addEventListener("input", () => this.draw(true));
+    this.drawn = 0;
+  }
+
+  draw(anew) {
+    const { box, store } = this;
+    const wanted = this.filter.value.toLowerCase();
+    const isAtEnd = box.scrollTop + box.clientHeight >= box.scrollHeight - 30;
+    if (anew) { box.replaceChildren(); this.drawn = 0; }
+    const first = store.logCount - store.log.length;
+    const fresh = store.log.slice(Math.max(this.drawn - first, 0)).filter(([at, , name, text]) =>
+      (store.past === null || at <= store.past) && `${name} ${text}`.toLowerCase().includes(wanted));
+    this.drawn = store.logCount;
+    if (!fresh.length) return;
+    box.append(...fresh.slice(-MOST_LINES).map(logLine));
+    while (box.children.length > MOST_LINES) box.firstChild.remove();
+    if (isAtEnd || anew) box.scrollTop = box.scrollHeight;
+  }
 }
+
+const logLine = ([at, status, name, text]) => element(
+  "li", "",
+  element("span", "when", at.toFixed(2)),
+  status === null ? "" : sign(status),
+  element("strong", status === null ? "" : STATUSES[status], name),
+  name && text ? " " : "",
+  element("span", name ? "words" : "", text),
+);
 
 export function drawGoals(store) {
   const goals = [...store.goals.values()].reverse();

@@ -62,6 +62,7 @@ export class Store {
     for (const [name, value] of told.variables ?? []) this.takeVariable(name, value);
     if (told.log_is_new) this.log = [];
     if (told.log) {
+      this.logCount += told.log.length;
       this.log.push(...told.log);
       if (this.log.length > LOG_LINES) this.log.splice(0, this.log.length - LOG_LINES);
     }
