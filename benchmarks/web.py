@@ -109,7 +109,6 @@ def cpu_share(mission_file: Path, *, with_page: bool, speed: float | None) -> tu
 
 
 def _shown(stage: Stage, folder: Path, speed: float | None):  # noqa: ANN202 - the report
-    leaving = InterruptSignals()
     driver = StepDriver(driving(stage, Quiet(), InterruptSignals(), speed=speed))
     with closing(LocalExecutive(stage)) as graph:
         shown = LiveMission(graph)
@@ -119,7 +118,9 @@ def _shown(stage: Stage, folder: Path, speed: float | None):  # noqa: ANN202 - t
             browser(folder / "profile") as page,
             _opened(page, server.link),
         ):
-            return ShownRun(server, driver, leaving, leaving.note).run_to_the_end()
+            return ShownRun(
+                server, driver, lambda: driver.report is not None, lambda _: None
+            ).run_to_the_end()
 
 
 @contextmanager

@@ -181,6 +181,7 @@ def _leaves(report: Report) -> list[str]:
 
 def _run_in_lines(options: argparse.Namespace, plan: RunPlan) -> tuple[Report, recording.Kept]:
     """Carry the mission out, shown in lines."""
+    from bt_mission.executive.status import MissionStatus
     from bt_mission.sessions.session import drive
     from bt_mission.views.terminal.views import view_for
 
@@ -197,7 +198,7 @@ def _run_in_lines(options: argparse.Namespace, plan: RunPlan) -> tuple[Report, r
         )
         _tell_resumable(options, session)
         kept = keeping.finish(report)
-        if options.web:
+        if options.web and report.status != MissionStatus.INTERRUPTED:
             stay_until_left()
         return report, kept
 
@@ -252,14 +253,17 @@ def _run_on_page(options: argparse.Namespace, plan: RunPlan) -> tuple[Report, re
         window_on(session, wanted=options.view),
         recording.recorder_for(options, session) as keeping,
     ):
-        steps = driving(
-            session, view, InterruptSignals(), speed=_speed(options), trace_file=options.trace
-        )
+        interrupts = InterruptSignals()
+        steps = driving(session, view, interrupts, speed=_speed(options), trace_file=options.trace)
         driver = StepDriver(steps)
+
+        def is_left() -> bool:
+            return leaving.count > 0 or (driver.report is not None and interrupts.count > 0)
+
         shown = LiveMission(graph, graph.name, lambda: ENDED if driver.report else "")
         shown.attach(graph.name)  # before the first step, so that nothing is missed
         with web_server(options, shown) as server:
-            report = with_outcomes(ShownRun(server, driver, leaving, _to_stderr).run_to_the_end())
+            report = with_outcomes(ShownRun(server, driver, is_left, _to_stderr).run_to_the_end())
         return report, keeping.finish(report)
 
 

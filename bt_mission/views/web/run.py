@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable
 
-from bt_mission.core.interrupts import InterruptSignals
 from bt_mission.executive.report import Report
 from bt_mission.sessions.session import StepDriver
 from bt_mission.views.web.server import WebServer
@@ -21,7 +20,7 @@ class ShownRun:
     Args:
         server: Shows the session.
         driver: The session on its way.
-        leaving: What is asked of this process once the mission has ended.
+        is_left: Has somebody left? Who ends the mission leaves with it.
         say: Told what people have to know, a line at a time.
     """
 
@@ -29,12 +28,12 @@ class ShownRun:
         self,
         server: WebServer,
         driver: StepDriver,
-        leaving: InterruptSignals,
+        is_left: Callable[[], bool],
         say: Callable[[str], None],
     ) -> None:
         self._server = server
         self._driver = driver
-        self._leaving = leaving
+        self._is_left = is_left
         self._say = say
 
     def run_to_the_end(self) -> Report:
@@ -47,11 +46,11 @@ class ShownRun:
 
     async def _run(self) -> None:
         asyncio.get_running_loop().call_soon(self._advance)
-        await self._server.serve(lambda: self._leaving.count > 0)
+        await self._server.serve(self._is_left)
 
     def _advance(self) -> None:
         wait_s = self._driver.advance()
         if self._driver.report is None:
             asyncio.get_running_loop().call_later(wait_s, self._advance)
-        else:
+        elif not self._is_left():
             self._say(f"{ENDED}; the page stays until Ctrl-C")

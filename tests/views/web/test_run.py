@@ -8,7 +8,6 @@ from dataclasses import replace
 
 import pytest
 
-from bt_mission.core.interrupts import InterruptSignals
 from bt_mission.executive.report import Report
 from bt_mission.sessions.session import StepDriver
 from bt_mission.views.web.live import LiveMission
@@ -28,7 +27,7 @@ class Run:
     def __init__(self, count: int) -> None:
         self.executive = ScriptedExecutive()
         self.graph = ScriptedGraph(self.executive)
-        self.leaving = InterruptSignals()
+        self.is_left = False
         self.said: list[str] = []
         self.taken = 0
         self._count = count
@@ -43,12 +42,12 @@ class Run:
 
     def say(self, text: str) -> None:
         self.said.append(text)
-        self.leaving.note("the user")
+        self.is_left = True
 
     def carry_out(self) -> Report:
         shown = LiveMission(self.graph)
         with closing(WebServer(shown, ANY_PORT)) as server:
-            run = ShownRun(server, StepDriver(self.steps()), self.leaving, self.say)
+            run = ShownRun(server, StepDriver(self.steps()), lambda: self.is_left, self.say)
             return run.run_to_the_end()
 
 
@@ -63,7 +62,7 @@ def test_the_page_stays_when_the_mission_has_ended_until_somebody_leaves():
 def test_who_leaves_early_still_has_every_step_taken():
     """The session itself hears of the wish, and ends in good order."""
     run = Run(50)
-    run.leaving.note("the user")
+    run.is_left = True
     assert run.carry_out().reason == "ended"
     assert run.taken == 50
 
