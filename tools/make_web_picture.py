@@ -32,7 +32,7 @@ WIDTH, HEIGHT = 1180, 900
 COLOURS = 96
 READY = "document.querySelectorAll('.row').length > 3 && document.querySelector('#log li')"
 OPEN = "document.getElementById('map-toggle').click()"
-CHART = "document.querySelector('#variables button').click()"
+CHART = "[...document.querySelectorAll('#variables button')].at(-1).click()"
 DRAWN = (
     "document.querySelector('#chart-drawing polyline') "
     "&& document.getElementById('map-title').textContent.includes('x ')"

@@ -44,6 +44,7 @@ class Board:
         self._seen_variables: dict[str, str] = {}
         self._map: Map | None = None
         self._series: dict[str, Series] = {}
+        self._has_series = False
 
     # ---- what is shown --------------------------------------------------------------------
 
@@ -83,6 +84,7 @@ class Board:
 
     def set_series(self, series: Mapping[str, Series]) -> None:
         """Take the values of all variables against time, where they are known beforehand."""
+        self._has_series = True
         self._series = {escape_control(name): thinned(values) for name, values in series.items()}
 
     def series(self, name: str) -> Series:
@@ -123,7 +125,8 @@ class Board:
         self._tree, self._tree_revision = tree, self._next
         self._told_tree = None if tree is None else encoding.tree(tree)
         self._nodes.clear()
-        self._series.clear()
+        if not self._has_series:
+            self._series.clear()
         self._forget_values()
         self.revision += 1
 
@@ -152,7 +155,8 @@ class Board:
             if self._seen_variables.get(name) != value:
                 self._seen_variables[name] = value
                 has_changed |= self._variables.put(escape_control(name), escape_control(value), at)
-                self._sample(mission, name, value)
+                if not self._has_series:
+                    self._sample(mission, name, value)
         self._advance(has_changed)
 
     def _sample(self, mission: MissionState, name: str, value: str) -> None:

@@ -7,6 +7,7 @@ that it is no markup is the page's part, which writes text as text only.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -124,9 +125,14 @@ def robot_parts(robot: RobotState) -> dict[str, Any]:
     return {
         "pose": None if pose is None else shown([pose.x, pose.y, pose.yaw]),
         "frame": escape_control(robot.frame),
-        "scan": [[round(x, 2), round(y, 2)] for x, y in robot.scan_points()],
-        "trail": [[round(x, 2), round(y, 2)] for x, y in list(robot.trail)[::step]],
+        "scan": _places(robot.scan_points()),
+        "trail": _places(list(robot.trail)[::step]),
     }
+
+
+def _places(points: Sequence[tuple[float, float]]) -> list[list[float]]:
+    """Places to the centimetre; those of a recording are numbers of NumPy's."""
+    return [[round(float(x), 2), round(float(y), 2)] for x, y in points]
 
 
 def grid(known: Map | None) -> dict[str, Any] | None:

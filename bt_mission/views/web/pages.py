@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import Callable
 from typing import Any
 
 from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
@@ -22,11 +21,11 @@ REQUESTS_S = 20.0
 MOST_REQUESTS = 60.0
 """Requests that it may make at once."""
 
-NONSENSE, TOO_MUCH, TRY_LATER = 1003, 1008, 1013
+NONSENSE, TOO_MUCH, FAILED, TRY_LATER = 1003, 1008, 1011, 1013
 """Codes with which a WebSocket is closed."""
 
-Camera = Callable[[], "tuple[int, bytes] | None"]
-"""The newest picture of the camera as JPEG, with its number; None without one."""
+LONGEST_REASON = 100
+"""Characters of the reason for which a WebSocket is closed: it takes 123 bytes."""
 
 
 class RequestAllowance:
@@ -69,19 +68,20 @@ class OpenPage:
     async def serve(self) -> None:
         """Tell and listen until the page is closed, or is not one of ours."""
         teller = asyncio.create_task(self._tell())
-        try:
-            await self._listen()
-        except WebSocketDisconnect:
-            pass
-        except PageRequestError as error:
-            await self._close(NONSENSE, str(error))
-        finally:
-            teller.cancel()
-            await asyncio.gather(teller, return_exceptions=True)
+        listener = asyncio.create_task(self._listen())
+        both = (teller, listener)
+        await asyncio.wait(both, return_when=asyncio.FIRST_COMPLETED)
+        for task in both:
+            task.cancel()
+        for fault in await asyncio.gather(*both, return_exceptions=True):
+            if isinstance(fault, PageRequestError):
+                await self._close(NONSENSE, str(fault))
+            elif isinstance(fault, Exception) and not isinstance(fault, WebSocketDisconnect):
+                await self._close(FAILED, f"the server failed: {type(fault).__name__}: {fault}")
 
     async def _close(self, code: int, reason: str) -> None:
         if self._socket.application_state is WebSocketState.CONNECTED:
-            await self._socket.close(code, reason)
+            await self._socket.close(code, reason[:LONGEST_REASON])
 
     async def _listen(self) -> None:
         while True:

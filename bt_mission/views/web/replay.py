@@ -30,7 +30,7 @@ class ReplayedMission:
         self._notices = Notices(self.board)
         self._since_last = Stopwatch()
         self._shown_ns: int | None = None
-        self._series = series_of(player.timeline)
+        self.board.set_series(series_of(player.timeline))
         self._marks = marks_of(player.timeline)
         self._was_playing = False
 
@@ -48,9 +48,9 @@ class ReplayedMission:
             self._notices.say(f"the recording ends here: {player.timeline.why_cut}")
         self._was_playing = player.is_playing
         mission = player.mission
-        self.board.show(mission, () if self._shown_ns == player.time_ns else None)
-        self._shown_ns = player.time_ns
-        self.board.set_series(self._series)
+        if self._shown_ns != player.time_ns:
+            self._shown_ns = player.time_ns
+            self.board.show(mission, None)
         if with_robot:
             self.board.show_robot(mission)
         put_state(self.board, mission, source=player.timeline.path.name, is_there=True, limits="")

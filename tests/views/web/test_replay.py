@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from itertools import pairwise
 from typing import Any
 
@@ -107,5 +108,7 @@ def test_the_robot_and_its_map_are_told_where_a_page_has_them_open(shown: Replay
     ask(shown, "go", number=1.0)
     robot = shown.board.robot_since(0)
     assert len(robot["pose"]) == 3
+    assert len(robot["scan"]) > 10
+    assert json.loads(json.dumps(robot, allow_nan=False)) == robot
     grid = robot["grid"]
     assert sum(count for _, count in grid["runs"]) == grid["width"] * grid["height"]

@@ -254,6 +254,23 @@ def test_the_look_at_the_mission_that_fails_ends_the_server(shown: LiveMission):
         serve(shown, scene)
 
 
+def test_a_page_that_cannot_be_told_is_closed_with_the_reason(shown: LiveMission):
+    """The others, and the server, go on."""
+
+    async def scene(server: WebServer) -> None:
+        async with live(server) as one:
+            await PageModel(one).until(lambda it: it.nodes)
+            shown.board._parts.put("broken", object(), shown.board.revision + 1)
+            shown.board.revision += 1
+            reason = "the server failed: TypeError: Object of type object is not JSON serializable"
+            assert await ended(one) == (1011, reason)
+        shown.board._parts.put("broken", 0, shown.board.revision + 1)
+        async with live(server) as other:
+            await PageModel(other).until(lambda it: it.nodes)
+
+    serve(shown, scene)
+
+
 def test_a_port_that_is_taken_is_said_with_a_free_one():
     """The next that can be had."""
     with listening_socket("127.0.0.1", 0) as taken:

@@ -38,7 +38,7 @@ function addPresent(store, index, status, add) {
   if (status === 1 && since !== null) add("runs for", `${seconds(store.now - since)}, since ${since.toFixed(2)} s`);
   else if (status > 1 && store.ran[index] !== null) add("ran", seconds(store.ran[index]));
   const progress = status === 1 ? store.progress[index] : null;
-  if (progress && progress[1] !== null) add(progress[0] || "progress", figures(progress));
+  if (progress && progress[1] !== null) add(progress[0] === "s" ? "time" : progress[0] || "progress", figures(progress));
 }
 
 // Only lines that have come are added, unless others are wanted than before.
