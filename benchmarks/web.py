@@ -153,7 +153,8 @@ def main() -> int:
             print(
                 f"{name}: {plain[0] * 1e3:.2f} ms of CPU for a virtual second without a page, "
                 f"{page[0] * 1e3:.2f} ms with one ({ratios[-1]:+.1%}); for a second of the wall "
-                f"{plain[1] * 1e3:.0f} and {page[1] * 1e3:.0f} ms"
+                f"{plain[1] * 1e3:.0f} and {page[1] * 1e3:.0f} ms; a virtual second took "
+                f"{plain[0] / plain[1]:.3f} and {page[0] / page[1]:.3f} s"
             )
         print(f"{name}: median {statistics.median(ratios):+.1%}")
     return 0

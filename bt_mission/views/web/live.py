@@ -12,10 +12,14 @@ from bt_mission.events.source import Attachment, ControlRequest, Graph, Verb
 from bt_mission.events.watched_mission import WatchedMission, possible_verbs
 from bt_mission.views.web.board import Board
 from bt_mission.views.web.page_requests import PageRequest
-from bt_mission.views.web.shown_mission import Notices, put_state
+from bt_mission.views.web.pictures import jpeg_of
+from bt_mission.views.web.shown_mission import Notices, OpenPanels, put_state
 
 CHECK_S = 1.0
 """Wall time between two looks at who is there, once somebody is watched."""
+
+PICTURE_S = 0.15
+"""Wall time between two pictures of the camera."""
 
 VERBS = {
     "pause": Verb.PAUSE,
@@ -40,6 +44,7 @@ class LiveMission:
         self, graph: Graph, name: str | None = None, refusal: Callable[[], str] = lambda: ""
     ) -> None:
         self.board = Board()
+        self.picture: tuple[int, bytes] | None = None
         self.nobody_s = 0.0
         """Wall time for which nobody was there, s, as long as nobody has been watched yet."""
         self._graph = graph
@@ -48,6 +53,7 @@ class LiveMission:
         self._watched = WatchedMission()
         self._notices = Notices(self.board)
         self._wall, self._since_check = Stopwatch(), Stopwatch()
+        self._since_picture = Stopwatch()
         self._hint = ""
         self._is_choice = False
 
@@ -61,20 +67,22 @@ class LiveMission:
         self._watched = WatchedMission()
         self._attachment.attach(name)
 
-    def look(self, *, with_robot: bool) -> None:
+    def look(self, panels: OpenPanels) -> None:
         """Take what has come, and put it on the board."""
         self._graph.serve()
         self._look_round()
         source, watched = self._attachment.source, self._watched
         touched: Iterable[int] | None = ()
         if source is not None:
+            source.watch_camera(is_on=panels.camera)
             heard = source.take(needs_statuses=watched.mission.needs_statuses)
             watched.take(heard, self._wall.elapsed_s)
             for answer in heard.answers:
                 self._notices.say(watched.with_names(answer.text))
             touched = touched_by(heard.messages)
+            self._show_image(heard.image)
         self.board.show(watched.mission, touched)
-        if with_robot:
+        if panels.map:
             self.board.show_robot(watched.mission)
         self._put_state()
 
@@ -98,6 +106,15 @@ class LiveMission:
             source.send(ControlRequest(VERBS[request.do]))
         else:
             self._notices.say("only a recording can be moved in")
+
+    def _show_image(self, image: messages.CameraImage | None) -> None:
+        """Keep a picture for the pages, a few times a second at most."""
+        if image is None or self._since_picture.elapsed_s < PICTURE_S:
+            return
+        self._since_picture = Stopwatch()
+        found = jpeg_of(image)
+        if found is not None:
+            self.picture = (self.picture[0] + 1 if self.picture else 1, found)
 
     # ---- inside ---------------------------------------------------------------------------
 

@@ -11,7 +11,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.views.web import encoding
 from bt_mission.views.web.page_requests import PageRequest, PageRequestError, read_request
-from bt_mission.views.web.shown_mission import ShownMission
+from bt_mission.views.web.shown_mission import OpenPanels, ShownMission
 
 MOST_PAGES = 16
 
@@ -52,7 +52,7 @@ class OpenPage:
     """
 
     def __init__(self, socket: WebSocket, shown: ShownMission, *, is_read_only: bool) -> None:
-        self.has_map = False
+        self.has_map = self.has_camera = False
         self.news = asyncio.Event()
         """Set when there may be something to tell."""
         self.news.set()
@@ -62,6 +62,7 @@ class OpenPage:
         self._revision = self._robot_revision = 0
         self._selected: int | None = None
         self._told_node: dict[str, Any] | None = None
+        self._told_picture = 0
         self._answers: dict[str, Any] = {}
         self._allowance = RequestAllowance()
 
@@ -107,6 +108,8 @@ class OpenPage:
                 self._selected, self._told_node = request.node, None
             case "map":
                 self.has_map, self._robot_revision = request.is_on, 0
+            case "camera":
+                self.has_camera, self._told_picture = request.is_on, 0
             case "series":
                 values = self._shown.board.series(request.name)
                 self._answers["series"] = encoding.shown([request.name, values])
@@ -121,6 +124,10 @@ class OpenPage:
             self.news.clear()
             if told := self._news():
                 await self._socket.send_text(json.dumps(told, allow_nan=False))
+            picture = self._shown.picture
+            if self.has_camera and picture is not None and picture[0] > self._told_picture:
+                self._told_picture = picture[0]
+                await self._socket.send_bytes(picture[1])
 
     def _news(self) -> dict[str, Any]:
         """What the page has not been told yet."""
@@ -152,12 +159,15 @@ class OpenPages:
         self._shown = shown
         self._is_read_only = is_read_only
         self._pages: set[OpenPage] = set()
-        self._told_revision = 0
+        self._told: tuple[int, tuple[int, bytes] | None] = (0, None)
 
     @property
-    def want_robot(self) -> bool:
-        """Has one of them the map open?"""
-        return any(page.has_map for page in self._pages)
+    def panels(self) -> OpenPanels:
+        """What at least one of them has open."""
+        return OpenPanels(
+            map=any(page.has_map for page in self._pages),
+            camera=any(page.has_camera for page in self._pages),
+        )
 
     async def open(self, socket: WebSocket) -> None:
         """Serve a page until it is closed."""
@@ -174,7 +184,8 @@ class OpenPages:
 
     def tell(self) -> None:
         """Have each page told what is new to it."""
-        if self._shown.board.revision != self._told_revision:
-            self._told_revision = self._shown.board.revision
+        newest = (self._shown.board.revision, self._shown.picture)
+        if newest != self._told:
+            self._told = newest
             for page in self._pages:
                 page.news.set()

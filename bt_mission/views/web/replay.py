@@ -11,7 +11,7 @@ from bt_mission.recording.replay.player import Player
 from bt_mission.recording.replay.timeline import Timeline
 from bt_mission.views.web.board import Board, Series
 from bt_mission.views.web.page_requests import PageRequest
-from bt_mission.views.web.shown_mission import Notices, put_state
+from bt_mission.views.web.shown_mission import Notices, OpenPanels, put_state
 
 MARKS = 500
 """Places on the line of time at which changes of the tree are marked."""
@@ -26,6 +26,7 @@ class ReplayedMission:
 
     def __init__(self, player: Player) -> None:
         self.board = Board()
+        self.picture: tuple[int, bytes] | None = None  # a timeline holds none
         self._player = player
         self._notices = Notices(self.board)
         self._since_last = Stopwatch()
@@ -39,7 +40,7 @@ class ReplayedMission:
         """What was known at the instant that is shown."""
         return self._player.mission
 
-    def look(self, *, with_robot: bool) -> None:
+    def look(self, panels: OpenPanels) -> None:
         """Move on by the time that has passed, and put on the board what was then."""
         player = self._player
         passed_s, self._since_last = self._since_last.elapsed_s, Stopwatch()
@@ -51,7 +52,7 @@ class ReplayedMission:
         if self._shown_ns != player.time_ns:
             self._shown_ns = player.time_ns
             self.board.show(mission, None)
-        if with_robot:
+        if panels.map:
             self.board.show_robot(mission)
         put_state(self.board, mission, source=player.timeline.path.name, is_there=True, limits="")
         self.board.put(

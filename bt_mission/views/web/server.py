@@ -107,7 +107,7 @@ class WebServer:
                 self._uvicorn.should_exit = True
                 return
             try:
-                self._shown.look(with_robot=self.pages.want_robot)
+                self._shown.look(self.pages.panels)
                 self.pages.tell()
             except Exception as error:  # noqa: BLE001 - raised again where it can be seen
                 faults.append(error)

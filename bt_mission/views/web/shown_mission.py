@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 from bt_mission.core.stamps import NS
@@ -10,21 +11,27 @@ from bt_mission.views.web.board import Board
 from bt_mission.views.web.page_requests import PageRequest
 
 
+@dataclass(frozen=True)
+class OpenPanels:
+    """What pages have open, beside what all of them show."""
+
+    map: bool = False
+    camera: bool = False
+
+
 class ShownMission(Protocol):
     """A mission, its board, and what may be done with it."""
 
     board: Board
+    picture: tuple[int, bytes] | None
+    """The newest picture of the camera as JPEG, and its number; None without one."""
 
     @property
     def mission(self) -> MissionState:
         """Its state now."""
 
-    def look(self, *, with_robot: bool) -> None:
-        """Take what is new, and put it on the board; without waiting.
-
-        Args:
-            with_robot: Has a page the map open?
-        """
+    def look(self, panels: OpenPanels) -> None:
+        """Take what is new, and put it on the board; without waiting."""
 
     def perform(self, request: PageRequest) -> None:
         """Do what a page wants of all of it; what came of it is put on the board as a notice."""

@@ -12,6 +12,7 @@ from bt_mission.recording.replay.player import Player
 from bt_mission.recording.replay.timeline import read_timeline
 from bt_mission.views.web.page_requests import PageRequest
 from bt_mission.views.web.replay import ReplayedMission
+from bt_mission.views.web.shown_mission import OpenPanels
 from tests.support.recordings import recording
 
 
@@ -23,7 +24,7 @@ def shown() -> ReplayedMission:
 
 def told(shown: ReplayedMission, revision: int = 0) -> dict[str, Any]:
     """What a page is told after a revision."""
-    shown.look(with_robot=True)
+    shown.look(OpenPanels(map=True))
     return shown.board.since(revision)
 
 

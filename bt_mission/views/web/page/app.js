@@ -1,6 +1,7 @@
 // Puts the page together: what comes is kept at once and drawn once a frame.
 
 import { Connection } from "./connection.js";
+import { CameraView } from "./camera.js";
 import { drawChart } from "./chart.js";
 import { MapView } from "./map.js";
 import { LogPanel, drawGoals, drawNode, drawRequirements, drawVariables } from "./panels.js";
@@ -25,7 +26,7 @@ let drawnStops = "";
 let noticeTimer = 0;
 let armedTimer = 0;
 
-const connection = new Connection(take, onConnection, onOpen);
+const connection = new Connection(take, onConnection, onOpen, (blob) => camera.show(blob));
 const ask = (request) => connection.send(request);
 const tree = new Tree(store, (index) => {
   ask({ do: "select", node: index });
@@ -33,6 +34,7 @@ const tree = new Tree(store, (index) => {
   drawSoon();
 });
 const map = new MapView(store, (isOn) => ask({ do: "map", is_on: isOn }));
+const camera = new CameraView((isOn) => ask({ do: "camera", is_on: isOn }));
 const log = new LogPanel(store);
 const timeline = new Timeline(store, (at) => ask({ do: "go", number: at }), () => {
   tree.draw(true);
@@ -60,6 +62,7 @@ function onConnection(text, isLost) {
 function onOpen() {
   if (store.tree) ask({ do: "select", node: tree.selected });
   if (map.isOpen) ask({ do: "map", is_on: true });
+  if (camera.isOpen) ask({ do: "camera", is_on: true });
   if (charted !== null) ask({ do: "series", name: charted });
 }
 
@@ -137,6 +140,7 @@ function drawState() {
   for (const name of Object.values(LIVE_KEYS)) byId(name).disabled = !(state.can ?? []).includes(name);
   if (replay) byId("play").textContent = replay.is_playing ? "Pause" : "Play";
   byId("time").disabled = Boolean(replay) && Boolean(parts.is_read_only);
+  byId("camera-panel").hidden = Boolean(replay);
   byId("hint").textContent = store.tree ? "" : (parts.hint ?? "");
   byId("hint").hidden = !byId("hint").textContent;
   const choices = parts.choices ?? [];

@@ -6,8 +6,9 @@ const LONGEST_MS = 5000;
 export class Connection {
   // take(told): called with each message. onState(text, isLost): how the connection stands.
   // onOpen(): called each time it stands, to ask again for what the page has open.
-  constructor(take, onState, onOpen) {
-    Object.assign(this, { take, onState, onOpen, wait: FIRST_MS, socket: null });
+  // onPicture(blob): called with each picture of the camera.
+  constructor(take, onState, onOpen, onPicture) {
+    Object.assign(this, { take, onState, onOpen, onPicture, wait: FIRST_MS, socket: null });
     this.connect();
   }
 
@@ -21,7 +22,10 @@ export class Connection {
       this.onState("connected", false);
       this.onOpen();
     };
-    socket.onmessage = (event) => this.take(JSON.parse(event.data));
+    socket.onmessage = (event) => {
+      if (typeof event.data === "string") this.take(JSON.parse(event.data));
+      else this.onPicture(event.data);
+    };
     socket.onclose = (event) => this.lost(event);
   }
 
